@@ -61,6 +61,7 @@ def run_with_fmu(
             print("the map of the FMU does not cover every step: inputs were clamped", file=sys.stderr)
         if options.plot:
             plot(result, options.plot)
+            print(options.plot)
     except (OSError, ValueError) as error:
         return parser.complain(str(error))
     return 0
@@ -82,6 +83,7 @@ def run_and_plot(
     if report is not None:
         print(report(result))
     plot(result, path)
+    print(path)
 
 
 def plain(panels: Iterable[Any]) -> None:

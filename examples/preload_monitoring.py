@@ -285,6 +285,7 @@ def command_line(arguments: list[str] | None = None) -> int:
         print(table(compared_with_fmu(options.fmu)))
     if options.plot:
         plot(result, options.plot)
+        print(options.plot)
     return 0
 
 

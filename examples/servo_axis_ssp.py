@@ -311,6 +311,7 @@ def command_line(arguments: list[str] | None = None) -> int:
             print(f"not run: {reason}", file=sys.stderr)
         if options.plot:
             plot(result, options.plot)
+            print(options.plot)
     except OSError as error:
         return parser.complain(
             f"{error.filename or options.output}: {error.strerror or error}; needs a path that can be written"

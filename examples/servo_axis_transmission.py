@@ -153,6 +153,7 @@ def command_line(arguments: list[str] | None = None) -> int:
             print("the map did not cover every step", file=sys.stderr)
         if options.plot:
             plot(result, options.plot)
+            print(options.plot)
     except (OSError, ValueError) as error:
         return parser.complain(str(error))
     return 0

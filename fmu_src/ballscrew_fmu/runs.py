@@ -10,8 +10,12 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from ballscrew_tehl.cli.shared.files import check_output, new_folder, written
+from ballscrew_tehl.cli.shared.files import check_output, new_folder, try_folder, written
+from ballscrew_tehl.cli.shared.progress import progress_bar
 from ballscrew_tehl.cli.shared.results import CommandError, say
+
+#: progress of a live page
+COMPILING = "live page: intervals computed, code compiled"
 
 
 def run_build(args: Namespace) -> int:
@@ -23,20 +27,22 @@ def run_build(args: Namespace) -> int:
     from ballscrew_fmu.native_fmu.sources import SourceError
 
     folder = Path(args.output)
+    try_folder(f"--output = {folder}", folder)
     inputs = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
     steps = 1 + 2 * len(MODELS) + (0 if args.python_only else 4 * len(NATIVE_MODELS))
     columns = (TextColumn("{task.description:<40}"), BarColumn(24), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("packing", total=steps)
+
+        def advance(text: str) -> None:
+            progress.update(task, description=text, advance=1)
+            if progress.disable:
+                say(f"{progress.tasks[task].completed:.0f} of {steps}: {text}")
+
         try:
             with new_folder(folder):
-                paths, text = build.build(
-                    inputs,
-                    folder,
-                    lambda text: progress.update(task, description=text, advance=1),
-                    args.python_only,
-                    args.embed_map,
-                )
+                paths, text = build.build(inputs, folder, advance, args.python_only, args.embed_map)
         except OSError as error:
             reason = error.strerror or error
             raise ValueError(f"--output {folder}: {reason}; needs a folder that can be written") from error
@@ -99,12 +105,10 @@ def run_pack(args: Namespace) -> int:
     from ballscrew_fmu.native_fmu.map_file import map_bytes
     from ballscrew_tehl.runtime.packed import map_hash
 
+    output = check_output("--output", args.output, "a file *.bin")
     nut_map = build.read_inputs(args.screw, args.map, args.kinematics, args.friction).nut_map
-    try:
-        write_whole(Path(args.output), map_bytes(nut_map))
-    except OSError as error:
-        reason = error.strerror or error
-        raise ValueError(f"--output {args.output}: {reason}; needs a file that can be written") from error
+    with written("--output", output):
+        write_whole(output, map_bytes(nut_map))
     print(f"{args.output}  map {map_hash(nut_map.header)}, {nut_map.law} friction law")
     for name, value in nut_map.header["defaults"].items():
         print(f"{name} = {value:g}")
@@ -121,9 +125,11 @@ def run_page(args: Namespace) -> int:
 
     output = check_output("--output", args.output, "a file *.html, *.htm")
     inputs = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
-    say("compiling the page; the first time this takes some 20 s")
     try:
-        content = inputs.live_page().encode()
+        with progress_bar() as progress:
+            progress(0, 1, COMPILING)
+            content = inputs.live_page().encode()
+            progress(1, 1, COMPILING)
     except (BuildError, SourceError) as error:
         raise CommandError(f"no page written: {error}") from error
     with written("--output", output):
@@ -139,11 +145,13 @@ def run_report(args: Namespace) -> int:
     from ballscrew_fmu.live_page.page import live_frame
     from ballscrew_fmu.native_fmu.compile import BuildError
     from ballscrew_tehl.cli.commands.report import run_report
+    from ballscrew_tehl.cli.shared.chosen import Chosen
     from ballscrew_tehl.report.page import Html
+    from ballscrew_tehl.runtime.evaluate import NutMap
 
-    def live() -> Html | None:
+    def live(chosen: Chosen, nut_map: NutMap) -> Html | None:
         try:
-            inputs = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
+            inputs = build.Inputs(chosen.parameters, nut_map, chosen.friction_set, args.map)
             return live_frame(inputs.live_page())
         except BuildError as error:
             say(f"the report has no live page: {error}")

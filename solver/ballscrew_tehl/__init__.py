@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from .calibration.measured import calibrate
     from .contact import solve
     from .nut_map.file import load_map
-    from .parameters.file import load_parameters as load_screw
+    from .parameters.file import load_screw
 
 __version__ = "0.1.0"
 __date__ = "2026-11-21"  # of this version; before its release, of the start of the work on it
@@ -23,7 +23,7 @@ _PLACES = {
     "bearing": "caged_bearing:bearing",
     "calibrate": "calibration.measured:calibrate",
     "load_map": "nut_map.file:load_map",
-    "load_screw": "parameters.file:load_parameters",
+    "load_screw": "parameters.file:load_screw",
     "solve": "contact:solve",
 }
 

@@ -26,6 +26,7 @@ from .parameters.file import (
     SolidParameters,
     graded_oil,
 )
+from .parameters.units import COLDEST
 from .physics.hertz import RACEWAYS, reduced_radii
 from .refinement.direct import DirectContacts
 from .runtime.packed import MECHANISTIC
@@ -39,7 +40,7 @@ STEEPEST = math.radians(89.99)
 #: least contact angle [rad] and widest groove over ball diameter
 FLATTEST, WIDEST_GROOVE = math.radians(1.0), 2.0
 #: least and highest temperature [K] of an oil with a viscosity
-TEMPERATURES = (200.0, 500.0)
+TEMPERATURES = (COLDEST, 500.0)
 #: least speed [rad/s]: films of fractions of a nanometre, sheared by boundary friction; below, it does not change
 SLOWEST = 0.01
 #: constants of the law that a bearing has, by their names in the table friction of a screw file

@@ -12,7 +12,10 @@ import ballscrew_tehl
 from ballscrew_fmu.command import BALLSCREW, FMUS, main
 from ballscrew_tehl.cli.parser import SOLVER, build_parser
 from ballscrew_tehl.nut_map.file import VG100, packaged_map
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.parameters.units import RPM
+
+POINT = ("--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30")
 
 
 def pages(parser, command):
@@ -31,6 +34,7 @@ def test_each_page_fits_a_screen_and_its_example_is_understood(monkeypatch):
         for command, parser in pages(whole, face):
             lines = parser.format_help().splitlines()
             assert len(lines) <= 40, parser.prog
+            assert "--version" in parser._option_string_actions, parser.prog
             assert all(len(line) <= 100 for line in lines), parser.prog
             if command.run:
                 assert lines[2] == f"  {parser.prog} {command.example}"
@@ -59,13 +63,39 @@ def test_completion_imports_nothing_slow(tmp_path):
     assert not re.search("numpy|pydantic|rich", done.stderr)
 
 
+def test_a_reader_that_has_left_is_no_error():
+    """As in ballscrew torque ... | head -1, whether the interpreter or its end flushes the output."""
+    words = "-m", "ballscrew_tehl", "torque", *POINT
+    for unbuffered in ("", "1"):
+        reader, writer = os.pipe()
+        os.close(reader)
+        environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+        done = subprocess.run(
+            [sys.executable, *words], env=environment, stdout=writer, stderr=subprocess.PIPE
+        )
+        os.close(writer)
+        assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_names_are_printed_where_their_letters_are_none(tmp_path):
+    screw, words = tmp_path / "screw.toml", (sys.executable, "-m", "ballscrew_tehl", "screw", "--screw")
+    text = (PACKAGED_DATA / "gd4008.toml").read_text(encoding="utf-8")
+    screw.write_text(text.replace('"GD4008-3"', '"Spindel \u00fc"'), encoding="utf-8")
+    environment = os.environ | {"PYTHONIOENCODING": "ascii"}
+    done = subprocess.run([*words, screw], env=environment, capture_output=True)
+    assert (done.returncode, done.stdout.count(rb"Spindel \xfc")) == (0, 1)
+
+
 def test_a_map_finds_its_screw(capsys):
-    law, point = packaged_map(VG100), ("--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30")
-    for words in (("map", "info", law), ("torque", *point, "--map", law)):
+    law = packaged_map(VG100)
+    for words in (("map", "info", law), ("map", "info", "--map", law), ("torque", *POINT, "--map", law)):
         alone, _ = answer(capsys, *words)
         assert alone["kinematics"] == "rolling_frame"
         assert alone == answer(capsys, *words, "--screw", law.with_name("gd4008_vg100.toml"))[0]
     library = {name: getattr(ballscrew_tehl, name) for name in ballscrew_tehl.__all__}
+    for name in ("load_map", "calibrate"):
+        with pytest.raises(ValueError, match=r"parameters = .own.toml.; needs what load_screw"):
+            library[name](law, "own.toml")
     state = library["load_map"](law).evaluate(2000.0, 1000.0 * RPM, 303.15)
     assert float(state.friction_torque) == pytest.approx(alone["friction_torque_nm"], rel=1e-12)
 
@@ -79,6 +109,8 @@ def test_rows_fit_the_terminal_and_the_file_has_all(capsys, tmp_path, monkeypatc
         _, text, _ = run(capsys, *words)
         assert all(len(line) <= columns for line in text.splitlines())
         assert ("min [m]" in text) == (columns == 80)
+        _, text, _ = run(capsys, "torque", *POINT, *words[3:])
+        assert all(len(line) <= columns for line in text.splitlines() if " " in line.strip())
     assert run(capsys, *words, "--output", out)[:2] == (0, "")
     head, *rows = (line.split(",") for line in out.read_text().splitlines())
     found, _ = answer(capsys, *words)

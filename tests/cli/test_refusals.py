@@ -28,6 +28,7 @@ NUMBERS = "preload_n,speed_rpm,temperature_c\n"
 #: command -> words and what the line names; {vg100}, {example}, {fit}: files of another screw
 REFUSALS = {
     "": [((), "the following arguments are required: COMMAND"), (("paint",), "invalid choice: 'paint'"),
+         (("--json", "torque"), "--json; options stand behind COMMAND"),
          (("tork",), "; is torque meant?"), (("--versoin",), "; is --version meant?"), (("zzz",), "(see --help)")],
     "torque": [
         ((), "--preload-n (missing)"),
@@ -50,6 +51,14 @@ REFUSALS = {
         ((*POINT, "--friction", "{fit}", "--screw", "{example}"), "fitted for the screw mine"),
         ((*POINT, "--direct", "--preload-n", "0"), "allowed with --direct: not 0"),
         (("--points", "none.csv"), "none.csv: cannot be read"),
+        (("--points", "lb.csv"), "lb.csv: column 'preload [lb]': unit 'lb'; allowed: N, kN, "),
+        (("--points", "binary"), "binary: is no text; give a CSV file"),
+        ((*POINT, "--screw", "binary"), "binary: is no text in UTF-8; give the path of a screw file"),
+        ((*POINT, "--screw", ""), "cannot be read (Is a directory); give the path of a screw file"),
+        ((*POINT, "--friction", "binary"), "binary: is no text in UTF-8; give a file that ballscrew calibrate"),
+        ((*POINT, "--map", "text.nc"), "text.nc: not a readable map file (of another kind): build one with"),
+        ((*POINT, "--map", "empty"), "empty: not a readable map file (a folder): build one with"),
+        ((*POINT, "--map", "cut.nc"), "cut.nc: not a readable map file (cut short or damaged): build"),
     ],
     "preload": [
         (("--torque-nm", "1", *POINT[2:], "--speed-rpm", "0"), "--speed-rpm = 0; allowed: a finite number, not 0"),
@@ -73,7 +82,8 @@ REFUSALS = {
     "oil": [((), "--iso-vg, --viscosity-index (missing)"), (("--iso-vg", "68", "--screw", "x"), "give one oil"),
             (("--iso-vg", "70", "--viscosity-index", "95"), "70")],
     "map": [(("polish",), "invalid choice: 'polish'"), (("buidl",), "; is build meant?")],
-    "map info": [(("none.nc",), "none.nc"), (("{vg100}", "--screw", "{example}"), "(lead_mm = 8.0, ")],
+    "map info": [(("none.nc",), "none.nc"), (("--map", "none.nc"), "none.nc: no such map file"),
+                 (("{vg100}", "--screw", "{example}"), "(lead_mm = 8.0, ")],
     "map check": [(("--count", "0"), "--count = 0")],
     "map plot": [((), "arguments are required: --output"), (("--ouput", "x.png"), "; is --output meant?")],
     "map atlas": [(("--output", "x.npz", "--count", "0"), "--count = 0; allowed: a whole number >= 1"),
@@ -85,6 +95,7 @@ REFUSALS = {
         *(((*BUILD[2:], *words), line) for words, line in (
             (("--tolernce",), "; is --tolerance meant?"),
             (("--count", "0"), "--count = 0; allowed: a whole number >= 1"),
+            (("--count", "few"), "--count: allowed: a whole number, not: 'few'"),
             (("--tolerance", "nan"), "--tolerance = nan; allowed: 1e-5 to 0.1"),
             (("--preload-n", "500"), "--preload-n: expected 2 arguments"),
             (("--preload-n", "2000", "500"), "preload = 2000 to 500 N; needs 0.01 <= lowest < highest <= 1e+07"),
@@ -186,6 +197,9 @@ def folder(tmp_path, monkeypatch):
     ):
         (tmp_path / f"{name}.csv").write_text("\n".join([heading, *rows]))
     (tmp_path / "text.nc").write_text("notes")
+    (tmp_path / "lb.csv").write_text("preload [lb],speed_rpm,temperature_c\n1,2,3\n")
+    (tmp_path / "binary").write_bytes(b"a\x81\xff\n\x00")
+    (tmp_path / "cut.nc").write_bytes(packaged_map(VG100).read_bytes()[:1000])
     (tmp_path / "empty").mkdir()
     return tmp_path
 

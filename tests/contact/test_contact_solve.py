@@ -80,8 +80,10 @@ def test_bad_conditions_and_options_are_refused_in_one_line():
     ):  # fmt: skip
         with pytest.raises(ValueError, match="^" + re.escape(message)):
             solve_moes(**({"M": 100.0, "L": 5.0, "radius_ratio": 0.2, "law": "barus"} | changed))
-    with pytest.raises(ValueError, match=r"temperature = 150.0 K; needs finite, >= 200 K"):
-        solve(ContactConditions(**(GOOD | {"temperature": 150.0})), OIL, STEEL, COARSE)
+    with pytest.raises(ValueError, match=r"temperature = 30.0 K; needs finite, >= 200 K: is 303.15 K meant"):
+        solve(ContactConditions(**(GOOD | {"temperature": 30.0})), OIL, STEEL, COARSE)
+    with pytest.raises(ValueError, match=r"conditions = .2000.; needs ContactConditions"):
+        solve("2000", OIL, STEEL)
 
 
 # --- no convergence --------------------------------------------------------------------------------------------------

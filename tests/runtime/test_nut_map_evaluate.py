@@ -262,6 +262,8 @@ def test_arguments_that_cannot_be_used_are_named():
             for given in (arguments, [np.array([a]) for a in arguments]):
                 with pytest.raises(ValueError, match=f"{name} = {bad}; needs a finite number"):
                     NUT_MAP.evaluate(*given)
+    with pytest.raises(ValueError, match=r"temperature = 30 K; is 303.15 K meant"):
+        NUT_MAP.evaluate(2000.0, 30.0, np.array([T, 30.0]))
 
 
 def test_npz_round_trip_is_exact_and_damage_is_refused(tmp_path, nut_map):

@@ -141,8 +141,10 @@ def read_description(fmu: Path) -> ModelDescription:
         raise ValueError(f"{fmu}: {'a folder; give an FMU file' if fmu.is_dir() else 'no such file'}")
     try:
         return fmpy.read_model_description(str(fmu))
-    except (zipfile.BadZipFile, OSError) as error:
-        raise ValueError(f"{fmu}: not an FMU: {error}") from error
+    except zipfile.BadZipFile as error:
+        raise ValueError(
+            f"{fmu}: not an FMU, or a damaged one; give a file *.fmu of ballscrew build"
+        ) from error
     except Exception as error:  # what fmpy raises on a model description that breaks the standard
         with zipfile.ZipFile(fmu) as archive:
             if "modelDescription.xml" not in archive.namelist():

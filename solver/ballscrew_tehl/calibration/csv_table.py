@@ -39,9 +39,8 @@ def read_table(path: Path | str) -> CsvTable:
         content = path.read_bytes()
         text = _decoded(content)
     except (OSError, UnicodeError) as err:
-        raise ValueError(
-            f"{path}: cannot be read ({getattr(err, 'strerror', None) or err}); give a CSV file"
-        ) from err
+        reason = f"cannot be read ({err.strerror})" if isinstance(err, OSError) else "is no text"
+        raise ValueError(f"{path}: {reason}; give a CSV file with a line of headings") from err
     lines = [
         (number, line)
         for number, line in enumerate(text.splitlines(), start=1)

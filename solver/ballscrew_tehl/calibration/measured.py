@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..friction.torque import nut_forces
-from ..parameters.file import Parameters, load_parameters
+from ..parameters.file import Parameters
 from ..parameters.units import RPM
 from .measurements import Measurement
 
@@ -43,12 +43,11 @@ def calibrate(
     Returns      Calibration; load_map(map_file, parameters, calibration.friction_set) takes its numbers
     Raises       ValueError: names file and row; as calibrate_file
     """
-    from ..nut_map.file import screw_of_map
+    from ..nut_map.file import parameters_for
     from .measurement_file import read_measurement_file
     from .user import calibrate_file
 
-    if parameters is None:
-        parameters = load_parameters() if map_file is None else screw_of_map(map_file)
+    parameters = parameters_for(map_file, parameters)
     if temperature is None:
         temperature = parameters.lubricant.reference_temperature
     file = read_measurement_file(measurements, temperature)

@@ -39,6 +39,10 @@ TORQUE: Units = {
 }
 
 
+class UnknownUnitError(ValueError):
+    """A unit in brackets that is none of its quantity."""
+
+
 class Quantity(NamedTuple):
     """A quantity of a measured point: accepted names of its column, units, whether it is required."""
 
@@ -122,7 +126,8 @@ def column_of(
                 return Column(keys[name], heading, unit)
         problem = f"unit {given!r}" if given else "unit missing"
         remedy = "allowed:" if bracket else f"write {name} [UNIT] with one of"
-        raise ValueError(f"column {heading!r}: {problem}; {remedy} {', '.join(units)}")
+        kind = UnknownUnitError if bracket else ValueError
+        raise kind(f"column {heading!r}: {problem}; {remedy} {', '.join(units)}")
     # a misspelt name may be followed by a unit
     short = stem.rsplit("_", 1)[0]
     names = [*keys, *plain]

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from io import TextIOWrapper
 from pkgutil import resolve_name
 
 from .parser import SOLVER, Command, build_parser
@@ -34,6 +35,9 @@ def main(
     """
     # the solver's matrices are small: BLAS threads would cost more than they save (read when numpy is imported)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    if isinstance(sys.stdout, TextIOWrapper):
+        # names from a file in a terminal or pipe without their letters
+        sys.stdout.reconfigure(errors="backslashreplace")
     parser = build_parser(prog, command)
     if "_ARGCOMPLETE" in os.environ:
         import argcomplete
@@ -46,7 +50,9 @@ def main(
         return code
 
     try:
-        return int(resolve_name(args.run)(args))
+        code = int(resolve_name(args.run)(args))
+        print(end="", flush=True)
+        return code
     except ModuleNotFoundError as err:
         remedy = missing_extra(err)
         if remedy is None:
@@ -56,8 +62,8 @@ def main(
         return ended(INTERRUPTED, "; ".join(filter(None, ("interrupted", args.interrupted))))
     except BrokenPipeError:
         # the reader of a pipe (head, less) has exited: no error message, also not from the interpreter's own flush
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return 0
     except CommandError as err:
         return ended(1, f"error: {err}")
     except (ValueError, OSError) as err:

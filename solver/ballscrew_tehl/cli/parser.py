@@ -97,9 +97,11 @@ def _command(module: str) -> str:
 
 
 # fmt: off
-HELP = option("-h --help", "show this page", action="help")
+HELP = option("-h --help", "show this page; --version shows the version", action="help")
+VERSION = option("--version", argparse.SUPPRESS, action="version", version=f"ballscrew-tehl {__version__}")
 JSON = switch("--json", "JSON on stdout, logs on stderr")
 SCREW = option("--screw", "screw file; default: that in the map, or the packaged GD4008-3", "FILE.toml")
+SCREW_ALONE = option("--screw", "screw file; default: the packaged GD4008-3", "FILE.toml")
 KINEMATIC = _choice("--kinematics", KINEMATICS, "published or rolling_frame: speeds and law; default: by the screw",
                     metavar="LAW")
 MAP_FILE = option("--map", "map file, which holds its screw; default: the packaged map", "FILE.nc")
@@ -111,7 +113,9 @@ ROWS = (
     option("--points", "many points: rows with columns such as preload_n or preload [kN]", "FILE.csv"),
     option("--output", "the answers with all columns, in place of a table", "FILE.csv"),
 )
-GIVEN_MAP = option("map", "map file; default: the packaged map", "FILE.nc", nargs="?")
+# without a default, which would take the place of --map
+GIVEN_MAP = (option("map", "map file, also as --map; default: the packaged map", "FILE.nc", nargs="?",
+                    default=argparse.SUPPRESS), option("--map", argparse.SUPPRESS))
 WORKERS = (
     _numbers("--workers", "processes; default: one per core", kind=int),
     option("--dask", "solve on a Dask cluster: tcp://HOST:PORT of its scheduler", "ADDRESS"),
@@ -131,16 +135,16 @@ MAP_ACTIONS = {
         _numbers("--tolerance", "mean error of a film whose contact is left out; default: 0.0015", "E"),
         option("--family", "a map for every *.toml in this folder; --output: folder", "FOLDER"),
         _count(POINTS),
-    ), (*WORKERS, *OF_SCREW), "--screw my.toml --output my_map.nc",
+    ), (*WORKERS, SCREW_ALONE, KINEMATIC, JSON), "--screw my.toml --output my_map.nc",
         "Ranges: by these options, else table [map] of the screw file, else what the screw and its oil allow. The map "
         "holds its screw, oil, and errors against direct solves.",
         interrupted="the same command again continues it"),
     "check": Command("compare a map with direct solves", _command("map_file:run_map_check"),
-                     (GIVEN_MAP, _count(CHECK_POINTS)), OF_SCREW, "my_map.nc"),
+                     (*GIVEN_MAP, _count(CHECK_POINTS)), OF_SCREW, "my_map.nc"),
     "info": Command("axes, parameters, version and certificate of a map", _command("map_file:run_map_info"),
-                    (GIVEN_MAP,), OF_SCREW, "my_map.nc"),
+                    GIVEN_MAP, OF_SCREW, "my_map.nc"),
     "plot": Command("draw torque, film, temperature rise and errors of a map", _command("map_file:run_map_plot"), (
-        GIVEN_MAP,
+        *GIVEN_MAP,
         option("--output", OUTPUT, "FILE.png", required=True),
         _choice("--error", CERTIFIED, "error that colours the points; default: torque", default=CERTIFIED[0]),
     ), OF_SCREW, "my_map.nc --output my_map.png"),
@@ -167,7 +171,7 @@ PAPER = {
         _choice("--law", LAWS, "barus (incompressible) or roelands (compressible)"),
         option("--domain", "along and across rolling [Hertz half-widths]", ("XA", "XB", "Y"), nargs=3),
         option("--refine", "truth check: nodes, layers and domain times K, 1 to 8", "K"),
-    ), (*ROWS, SCREW, JSON), "--moes 20 5 --radius-ratio 1 --law barus",
+    ), (*ROWS, SCREW_ALONE, JSON), "--moes 20 5 --radius-ratio 1 --law barus",
         "By its dimensions, thermal unless --isothermal, with oil and steel of --screw; or by its Moes numbers: "
         "--moes, --radius-ratio, --law. The default domain is wide enough not to starve."),
     "atlas": Command("solve the contacts of the atlas that maps begin with", _command("map_build:run_map_atlas"), (
@@ -196,7 +200,7 @@ COMMANDS = {
         _numbers("--iso-vg", "ISO 3448 viscosity grade", "GRADE", int),
         _numbers("--viscosity-index", "viscosity index (ASTM D2270)", "VI"),
         _numbers("--density-15c-kg-m3", "density at 15 C; default: a paraffinic oil", "RHO"),
-    ), (SCREW, JSON), "--iso-vg 68 --viscosity-index 95",
+    ), (option("--screw", "screw file, whose oil is described", "FILE.toml"), JSON), "--iso-vg 68 --viscosity-index 95",
         "A mineral oil by its grade, or the oil of a screw file, at 20 to 100 C, with assumptions and their errors."),
     "map": Command("build, check, describe or draw a map", actions=MAP_ACTIONS),
     "torque": Command("friction torque with its parts, films and interval", _command("torque:run_torque"), (
@@ -265,7 +269,11 @@ def _nearest(given: str, known: Iterable[str]) -> str:
     """End of a message about a misspelt word, empty if it is like none: a word that begins so, or the most similar."""
     words = list(known)
     begun = [word for word in words if len(given.strip("-")) > 1 and word.startswith(given)]
-    near = begun or difflib.get_close_matches(given, words, n=1, cutoff=0.6)
+    # without dashes, which would make any two options alike
+    bare = {word.strip("-"): word for word in words}
+    near = begun or [
+        bare[word] for word in difflib.get_close_matches(given.strip("-"), bare, n=1, cutoff=0.6)
+    ]
     return f"; is {near[0]} meant?" if near else ""
 
 
@@ -302,7 +310,8 @@ class Parser(argparse.ArgumentParser):
         for word in itertools.takewhile(lambda word: word != "--", words):
             flag = word.partition("=")[0]
             if flag.startswith("--") and flag not in known:
-                self.error(f"unrecognized arguments: {flag}{_nearest(flag, known)}")
+                hint = "" if self._subparsers is None else "; options stand behind COMMAND"
+                self.error(f"unrecognized arguments: {flag}{_nearest(flag, known) or hint}")
         parsed, left = super().parse_known_args(args, namespace)
         if left:
             self.error(f"unrecognized arguments: {' '.join(left)}")
@@ -319,6 +328,8 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print the error and exit with code 2."""
+        for kind, allowed in (("float", "a number"), ("int", "a whole number")):
+            message = message.replace(f"invalid {kind} value", f"allowed: {allowed}, not")
         self.exit(2, f"{self.prog}: error: {message} (see --help)\n")
 
 
@@ -327,10 +338,7 @@ def build_parser(prog: str, command: Command) -> Parser:
 
     Parameters   prog : name of the program in help and messages
     """
-    version = option(
-        "--version", "show the version", action="version", version=f"ballscrew-tehl {__version__}"
-    )
-    return _filled(Parser(**_page(prog, command)), command._replace(shared=(*command.shared, version)))
+    return _filled(Parser(**_page(prog, command)), command)
 
 
 def _page(prog: str, command: Command) -> dict[str, Any]:
@@ -355,7 +363,10 @@ def _page(prog: str, command: Command) -> dict[str, Any]:
 def _filled(parser: Parser, command: Command) -> Parser:
     """A parser with the options of a command and the parsers of those below it."""
     parser.set_defaults(run=command.run, prog=parser.prog, interrupted=command.interrupted)
-    for title, options in {"options": command.options, "common options": (*command.shared, HELP)}.items():
+    for title, options in {
+        "options": command.options,
+        "common options": (*command.shared, HELP, VERSION),
+    }.items():
         group = parser.add_argument_group(title)
         for flag, settings in options:
             group.add_argument(*flag.split(), **settings)

@@ -48,10 +48,19 @@ def solve(
     Source       Zhao et al. 2023, Eqs. 5-13 with the deflection that Eq. 6 omits, the generalised Reynolds equation
                  (Yang & Wen 1990), moving-point-source walls (Carslaw & Jaeger 1959) and the errata named in the
                  modules of this package
+    Example      a ball of 60 N on the screw at 1000 r/min (104.7 rad/s) and 30 C
+        >>> from ballscrew_tehl import load_screw, solve
+        >>> from ballscrew_tehl.contact import ball_conditions
+        >>> screw = load_screw()
+        >>> conditions = ball_conditions(screw, "screw", 60.0, 104.7, 303.15)
+        >>> found = solve(conditions, screw.lubricant, screw.solid)
+        >>> found.converged, f"{1e6 * found.h_c:.2f} um"
+        (True, '0.16 um')
     """
-    for name, value, kind in (("oil", oil, LubricantParameters), ("solid", solid, SolidParameters)):
+    kinds = (conditions, ContactConditions), (oil, LubricantParameters), (solid, SolidParameters)
+    for name, (value, kind) in zip(("conditions", "oil", "solid"), kinds, strict=True):
         if not isinstance(value, kind):
-            raise ValueError(f"{name} = {value!r}; needs the {kind.__name__} of load_parameters")
+            raise ValueError(f"{name} = {value!r}; needs {kind.__name__}, as in the example of help(solve)")
     if warn:
         _warn_of_thick(conditions, oil)
     announce_compilation()

@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +20,7 @@ from ..parameters.file import Parameters, changed
 from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..parameters.screw import LAW_SETS
+from ..parameters.toml import read_toml
 from ..runtime.packed import MECHANISTIC
 from ..whole_file import whole_file
 
@@ -121,11 +121,11 @@ def load_friction_sets(
     """
     fields = {_SUFFIX[key]: key for key in _SUFFIX}
     file = PACKAGED_SETS if path is None else Path(path)
+    content = read_toml(file, remedy)
+    if "screw" in content:
+        raise ValueError(f"{file}: a screw file, no friction sets; {remedy}")
+    sets = {}
     try:
-        content = tomllib.loads(file.read_text(encoding="utf-8"))
-        if "screw" in content:
-            raise ValueError(f"{file}: a screw file, no friction sets; {remedy}")
-        sets = {}
         for kinematics, named in content.items():
             for name, table in named.items():
                 values = {key: table.pop(_SUFFIX.get(key, key)) for key in FITTED}
@@ -139,10 +139,8 @@ def load_friction_sets(
                 at = table.get("calibrated_at", {}).items()
                 table["calibrated_at"] = {fields.get(key, key): float(value) for key, value in at}
                 sets[kinematics, name] = FrictionSet(name=name, kinematics=kinematics, **values, **table)
-    except OSError as err:
-        raise ValueError(f"{file}: cannot be read ({err.strerror}); {remedy}") from err
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, AttributeError, KeyError, TypeError) as err:
-        raise ValueError(f"{file}: no friction sets ({type(err).__name__}: {err}); {remedy}") from err
+    except (AttributeError, KeyError, TypeError) as err:
+        raise ValueError(f"{file}: no friction sets, or other keys ({err}); {remedy}") from err
     return sets
 
 

@@ -196,6 +196,9 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
 
     if not path.exists():
         raise MapError(f"{path}: no such map file: build it with {BUILD_MAP}")
+    damaged = f"{path}: not a readable map file ({{}}): build one with {BUILD_MAP}"
+    if not is_map_file(path):
+        raise MapError(damaged.format("a folder" if path.is_dir() else "of another kind"))
     try:
         with netcdf_file(path, "r", mmap=False) as file:
             attributes = {name: getattr(file, name) for name in ("format_version", "content_hash", "header")}
@@ -206,9 +209,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
         text, digest = attributes["header"].decode(), attributes["content_hash"].decode()
         header = json.loads(text) if found == FILE_FORMAT else {}
     except Exception as error:  # damaged netCDF fails in many ways
-        raise MapError(
-            f"{path}: not a readable map file ({type(error).__name__}: {error}): build it with {BUILD_MAP}"
-        ) from error
+        raise MapError(damaged.format("cut short or damaged")) from error
     if found != FILE_FORMAT:
         raise MapError(f"{path}: map file format {found}; expected {FILE_FORMAT}: build it with {BUILD_MAP}")
     actual = _file_hash(text, variables)
@@ -287,6 +288,18 @@ def screw_of_map(path: Path | str) -> Parameters:
         raise MapError(f"{path}: {error}") from error
 
 
+def parameters_for(path: Path | str | None, parameters: Parameters | None) -> Parameters:
+    """The parameters given, else those of the map file, else the packaged ones.
+
+    Raises       ValueError: something else is given, such as the name of a screw file; as screw_of_map
+    """
+    if parameters is None:
+        return load_parameters() if path is None else screw_of_map(path)
+    if not isinstance(parameters, Parameters):
+        raise ValueError(f"parameters = {parameters!r}; needs what load_screw(FILE) returns")
+    return parameters
+
+
 def load_map(
     path: Path | str | None = None,
     parameters: Parameters | None = None,
@@ -305,8 +318,7 @@ def load_map(
         >>> f"{state.friction_torque:.2f} N m"
         '1.32 N m'
     """
-    if parameters is None:
-        parameters = load_parameters() if path is None else screw_of_map(path)
+    parameters = parameters_for(path, parameters)
     packaged, path = path is None, _path_for(path, parameters)
     header, variables = _read(path)
     _refuse_other_parameters(path, header, parameters, packaged)

@@ -29,7 +29,7 @@ from .toml import Entry, ParameterError, check_tables, key_forms, message, read_
 __all__ = [
     "FOUR_POINT", "FrictionParameters", "LubricantParameters", "ParameterError", "Parameters",
     "PublishedSpeeds", "ScrewParameters", "SolidParameters", "changed", "graded_oil",
-    "kinematic_viscosity_d341", "load_parameters", "parameters_json",
+    "kinematic_viscosity_d341", "load_parameters", "load_screw", "parameters_json",
 ]  # fmt: skip
 
 #: file of the default screw, in the package's data
@@ -120,19 +120,23 @@ def _build(where: str, content: dict[str, Any]) -> Parameters:
         raise message(where, "name", content.get("name"), "a text", "name the screw") from None
 
 
-def load_parameters(path: Path | str | None = None) -> Parameters:
+def load_screw(path: Path | str | None = None) -> Parameters:
     """Read a screw file.
 
     Parameters   path : TOML file; None = the packaged screw of the paper, GD4008-3
     Returns      Parameters, SI
     Raises       ParameterError (a ValueError), one line: file, key, value, what is allowed, remedy
     Example
-        >>> load_parameters().screw.ball_count
+        >>> load_screw().screw.ball_count
         86
     """
     if path is None:
         return _build(PACKAGED, read_toml(PACKAGED_DATA / PACKAGED))
     return _build(str(path), read_toml(Path(path)))
+
+
+#: its name inside the package
+load_parameters = load_screw
 
 
 def graded_oil(iso_vg: int, viscosity_index: float, density_15c: float | None = None) -> LubricantParameters:

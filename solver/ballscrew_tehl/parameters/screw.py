@@ -15,7 +15,7 @@ from pydantic import Field, model_validator
 from .checked_table import FieldError, Table, quantity
 from .friction_constants import BOUNDED, bounded
 from .oil import LubricantParameters
-from .units import CELSIUS, RPM
+from .units import COLDEST, HOTTEST, RPM
 
 #: preload kind whose balls touch four flanks
 FOUR_POINT = "single_nut_oversize_ball"
@@ -249,7 +249,7 @@ class PublishedSpeeds(Table):
 
 #: widest ends of the range of a map: force [N], speed [rad/s], temperature [K], from where an oil has a viscosity
 WIDEST_ENDS = {
-    "preload": (1e-2, 1e7), "speed": (1e-3 * RPM, 1e6 * RPM), "temperature": (200.0, 500.0 + CELSIUS)
+    "preload": (1e-2, 1e7), "speed": (1e-3 * RPM, 1e6 * RPM), "temperature": (COLDEST, HOTTEST)
 }  # fmt: skip
 
 

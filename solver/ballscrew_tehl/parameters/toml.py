@@ -66,7 +66,7 @@ def _nearest(word: str, known: list[str]) -> str:
     return close[0] if close else ""
 
 
-def read_toml(path: Path) -> dict[str, Any]:
+def read_toml(path: Path, remedy: str = "give the path of a screw file") -> dict[str, Any]:
     """Content of a TOML file.
 
     Raises       ParameterError: it cannot be read or parsed
@@ -74,10 +74,10 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as err:
-        raise ParameterError(
-            f"{path}: cannot be read ({err.strerror}); give the path of a screw file"
-        ) from err
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as err:
+        raise ParameterError(f"{path}: cannot be read ({err.strerror}); {remedy}") from err
+    except UnicodeDecodeError as err:
+        raise ParameterError(f"{path}: is no text in UTF-8; {remedy}") from err
+    except tomllib.TOMLDecodeError as err:
         raise ParameterError(f"{path}: no valid TOML ({err}); correct the file there") from err
 
 

@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 RPM = math.pi / 30.0  # [rad/s] of one revolution per minute
 CELSIUS = 273.15  # [K] at 0 degrees Celsius
+#: least and highest temperature [K] of an oil; one law of its viscosity is singular at 183.19 K
+COLDEST, HOTTEST = 200.0, 500.0 + CELSIUS
 
 
 class Shown(NamedTuple):

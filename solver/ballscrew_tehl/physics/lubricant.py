@@ -11,16 +11,17 @@ import numpy as np
 from ..parameters.file import LubricantParameters, kinematic_viscosity_d341
 from ..parameters.mineral_oil import D341_SHIFT, slope_d341
 from ..parameters.oil import ROELANDS_LN
+from ..parameters.units import CELSIUS, COLDEST, HOTTEST
 
-#: temperature below which no law of this module is used [K]; the law of section 2.3 is singular at 183.19 K
-T_MIN = 200.0
 #: Roelands' temperature constant [K]
 T_ROELANDS = 138.0
 
 
 def _checked_temperature(T: Any) -> Any:
-    if not np.all((np.asarray(T) >= T_MIN) & np.isfinite(T)):
-        raise ValueError(f"temperature = {T} K; needs finite, >= {T_MIN:g} K: is it in kelvin?")
+    if not np.all((np.asarray(T) >= COLDEST) & np.isfinite(T)):
+        meant = float(np.min(T)) + CELSIUS
+        remedy = f"is {meant:g} K meant?" if COLDEST <= meant <= HOTTEST else "is it in kelvin?"
+        raise ValueError(f"temperature = {T} K; needs finite, >= {COLDEST:g} K: {remedy}")
     return T
 
 

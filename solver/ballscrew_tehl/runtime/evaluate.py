@@ -108,10 +108,12 @@ class NutMap:
                      apparent_viscosity_ratio, net_sliding_coefficient : >= 0; roughness_height : [m], >= 0;
                      breakaway_factor : >= 0, values below 1 count as 1; None takes the default of the map header
         Returns      DoubleNutState; no regularisation of the Coulomb parts at standstill
-        Raises       ValueError: an argument that is not finite, or a negative friction parameter
+        Raises       ValueError: an argument that is not finite, a temperature in degrees Celsius, a negative
+                     friction parameter
         """
         given = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height, breakaway_factor)
         arguments = self.checked_arguments(preload, speed, temperature, axial_load, *given)
+        self._refuse_celsius(float(np.min(arguments[2], initial=math.inf)))
         if isinstance(arguments[0], (float, int)):
             return self.evaluate_point(*arguments)
         return self._evaluate_array(*arguments)
@@ -141,6 +143,12 @@ class NutMap:
             if bad.any():
                 raise _bad_argument(name, float(column[bad].flat[0]))
         return list(np.broadcast_arrays(*columns))
+
+    def _refuse_celsius(self, temperature: float) -> None:
+        """Refuse what is outside the map in kelvin, and inside it in degrees Celsius."""
+        axis, meant = self.temperature, temperature + 273.15
+        if temperature < axis.lo <= meant <= axis.hi:
+            raise ValueError(f"temperature = {temperature:g} K; is {meant:g} K meant?")
 
     def surfaces(self, force: Operand, speed: Operand, temperature: Operand) -> Array:
         """The ten logarithms of one nut, packed.SURFACES first: (10, ...), clamped to the axes; arguments broadcast."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,7 +17,7 @@ from ..shared.chosen import screw_of
 from ..shared.files import check_output, written
 from ..shared.progress import progress_bar
 from ..shared.quantities import whole_number
-from ..shared.results import listing, print_results, say, table
+from ..shared.results import listing, print_results, say, table, width
 
 #: unit of a row, if it has one
 UNITS = {
@@ -59,7 +60,7 @@ def run_map_info(args: Namespace) -> int:
     rows = _rows(header)
     print(listing(rows, {key: UNITS[key] for key in rows if key in UNITS}))
     if header["certificate"]:
-        print(f"\n{CERTIFICATE}\n{_certificate_text(header['certificate'])}")
+        print(f"\n{textwrap.fill(CERTIFICATE, width())}\n{_certificate_text(header['certificate'])}")
     return 0
 
 
@@ -99,7 +100,8 @@ def _certificate_text(certificate: Mapping[str, Any]) -> str:
             lines.append([f"  {name}" if region else name, points, *cells])
     if "points" not in certificate:
         return table(lines)
-    return f"{table(lines)}\n{claim(certificate['points'], certificate.get('unphysical_trend_points', 0))}"
+    text = claim(certificate["points"], certificate.get("unphysical_trend_points", 0))
+    return f"{table(lines)}\n{textwrap.fill(text, width())}"
 
 
 def run_map_check(args: Namespace) -> int:

@@ -23,12 +23,15 @@ if TYPE_CHECKING:
     from ...report.lines import GivenPoint
     from ...report.material import Material
     from ...report.page import Html
+    from ...runtime.evaluate import NutMap
+
+    Live = Callable[[Chosen, NutMap], Html | None]
 
 
-def run_report(args: Namespace, live: Callable[[], Html | None] = lambda: None) -> int:
+def run_report(args: Namespace, live: Live = lambda chosen, nut_map: None) -> int:
     """Gather, draw, write; the file is complete or does not exist.
 
-    Parameters   live : makes the fragment that computes in the browser; this package cannot
+    Parameters   live : the fragment that computes in the browser, of screw and map; this package cannot
     """
     path = Path(args.output)
     check_output("--output", path, "a file *.html, *.htm")
@@ -39,7 +42,7 @@ def run_report(args: Namespace, live: Callable[[], Html | None] = lambda: None) 
     importlib.import_module("matplotlib")
     with progress_bar() as progress:
         material = _gathered(args, selected, measured, given, progress)
-        text, claimed = _page(material, progress, live())
+        text, claimed = _page(material, progress, live(selected, material.chosen.nut_map))
     with written("--output", path), whole_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     tables = material.tables.items()

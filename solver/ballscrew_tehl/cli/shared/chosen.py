@@ -30,7 +30,7 @@ def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
 
         parameters = screw_of_map(args.map)
     else:
-        parameters = load_parameters(args.screw or default)
+        parameters = load_parameters(default if args.screw is None else args.screw)
     if args.kinematics in (None, parameters.friction.kinematics):
         return parameters
     if args.kinematics == "published" and parameters.published_speeds is None:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ...calibration.csv_table import read_rows
-from ...calibration.measurement_units import Column, column_of
+from ...calibration.measurement_units import QUANTITIES, Column, UnknownUnitError, column_of
 from ...parameters.units import CELSIUS, RPM
 from .files import check_output
 from .quantities import Quantity
@@ -78,27 +78,29 @@ def _by_option(path: Path, row: Mapping[str, str], quantities: Sequence[Quantity
     found: dict[str, str] = {}
     for heading, text in row.items():
         name, value = heading.lower(), text
-        if name not in known and (column := _with_unit(heading)) is not None:
-            option, factor, offset = _OPTIONS[column.key]
-            if option in known:
-                name = option
-                try:
-                    value = repr(column.si(float(text)) / factor - offset)
-                except ValueError:
-                    value = text
+        if name not in known and (column := _with_unit(path, heading, known)) is not None:
+            name, factor, offset = _OPTIONS[column.key]
+            try:
+                value = f"{column.si(float(text)) / factor - offset:.12g}"
+            except ValueError:
+                value = text
         if name in found:
             raise ValueError(f"{path}: columns given twice: {name}, also as {heading}; remedy: remove one")
         found[name] = value
     return found
 
 
-def _with_unit(heading: str) -> Column | None:
-    """Quantity and unit of a heading such as `preload [kN]`; None for any other one."""
+def _with_unit(path: Path, heading: str, known: Sequence[str]) -> Column | None:
+    """Quantity and unit of a heading such as `preload [kN]`; None for any other one.
+
+    Raises       ValueError: an unknown unit in brackets
+    """
     try:
-        column = column_of(heading)
+        return column_of(heading, {key: QUANTITIES[key] for key in _OPTIONS if _OPTIONS[key][0] in known}, ())
+    except UnknownUnitError as error:
+        raise ValueError(f"{path}: {error}") from None
     except ValueError:
         return None
-    return column if column is not None and column.key in _OPTIONS and column.unit else None
 
 
 def _default(quantity: Quantity) -> float:

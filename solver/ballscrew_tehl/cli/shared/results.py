@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import numbers
+import shutil
 import sys
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -131,12 +132,17 @@ def shown(value: Any, digits: int = 6) -> str:
     return "-" if value is None else f"{float(value):.{digits}g}"
 
 
-#: columns of a terminal; widest column of keys, longer ones have their value behind them
-WIDTH, KEYS = 80, 40
+#: widest column of keys, longer ones have their value behind them
+KEYS = 40
+
+
+def width() -> int:
+    """Columns of the terminal, at most 80."""
+    return min(shutil.get_terminal_size().columns, 80)
 
 
 def listing(row: Mapping[str, Any], notes: Mapping[str, str] | None = None) -> str:
-    """A line per key, at most WIDTH wide: numbers to the right of their column, texts to the left, notes behind."""
+    """A line per key within width(): numbers to the right of their column, texts to the left, notes behind."""
     number = {
         key: isinstance(value, numbers.Real) and not isinstance(value, bool) for key, value in row.items()
     }
@@ -156,11 +162,11 @@ def listing(row: Mapping[str, Any], notes: Mapping[str, str] | None = None) -> s
 def _wrapped(head: str, text: str) -> list[str]:
     """Text behind a head, continued below its beginning; a word too long for that on lines of its own."""
     first, column = [], len(head)
-    if len(head + text) <= WIDTH or not text:
+    if len(head + text) <= width() or not text:
         return [(head + text).rstrip()]
-    if max(map(len, text.split())) > WIDTH - column:
+    if max(map(len, text.split())) > width() - column:
         first, head, column = [head.rstrip()], "    ", 4
-    lines = textwrap.wrap(text, WIDTH - column, break_long_words=False, break_on_hyphens=False)
+    lines = textwrap.wrap(text, max(width() - column, 20), break_long_words=False, break_on_hyphens=False)
     return first + [(" " * column if number else head) + line for number, line in enumerate(lines)]
 
 

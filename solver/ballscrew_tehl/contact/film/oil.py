@@ -9,6 +9,7 @@ import numpy as np
 from ...compiled import kernel
 from ...parameters.file import LubricantParameters
 from ...parameters.oil import ROELANDS_LN
+from ...parameters.units import COLDEST
 from ...physics import lubricant as lubricant_laws
 from ..half_space.grid import Array
 
@@ -47,7 +48,7 @@ class OilTable(NamedTuple):
 
 def oil_table(oil: LubricantParameters, temperature: float) -> OilTable:
     """Tabulate the oil's ambient viscosity from 40 K below to 600 K above the inlet temperature [K]."""
-    start = max(temperature - TABLE_BELOW, lubricant_laws.T_MIN)
+    start = max(temperature - TABLE_BELOW, COLDEST)
     t = start + TABLE_STEP * np.arange(int(TABLE_SPAN / TABLE_STEP) + 1)
     # bounded where the Roelands pressure term changes its sign, 6.3e-5 Pa s: below the viscosity of any oil film
     ln_eta0 = np.maximum(np.log(lubricant_laws.eta0(oil, t)), -ROELANDS_LN)
