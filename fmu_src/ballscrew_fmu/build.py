@@ -144,4 +144,4 @@ def _build_native(
 def _checked(fmu: Path, parameters: Parameters, nut_map: NutMap, model: FmuModel) -> str:
     """Result of the checks of one FMU, one line."""
     line = check(fmu, nut_map, model)
-    return line + (recovered_preload(fmu, parameters) if model is MONITOR else "")
+    return line + (recovered_preload(fmu, parameters, nut_map) if model is MONITOR else "")

@@ -5,7 +5,8 @@ import itertools
 import pytest
 from reference_screw import published_rows
 
-from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE, validation_tables
+from ballscrew_tehl import load_map, load_screw
+from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE, NEEDED, is_measured, validation_tables
 
 
 def measured_exactly(preload, speed, temperature):
@@ -44,3 +45,12 @@ def test_published_models_have_their_recomputed_deviations(tables):
         for found, figure in zip(tables[name].deviations[1:], figures, strict=False):
             digits = len(str(figure).split(".")[1])
             assert round(100.0 * found, digits) == figure
+
+
+@pytest.mark.parametrize("axis", NEEDED)
+def test_tables_come_from_a_map_with_their_range_only(axis):
+    axes = dict(load_map().header["axes"])
+    assert is_measured(load_screw().screw, axes)
+    low, high = NEEDED[axis]
+    for narrow in ((low, 0.999 * high), (1.001 * low, high)):
+        assert not is_measured(load_screw().screw, {**axes, axis: narrow}), narrow

@@ -10,12 +10,13 @@ from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.calibration.measurements import PACKAGED_PRELOAD
 from ballscrew_tehl.friction.baselines import nsk_torque, zhou_torque
-from ballscrew_tehl.parameters.file import Parameters, load_parameters
+from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.validation.tables import (
     ASSUMED_TEMPERATURE,
     ValidationRow,
+    is_measured,
     mean_deviations,
     table_text,
     validation_tables,
@@ -68,11 +69,12 @@ def torque_tables(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str:
                 raise CheckError(f"the FMU discards a step: {instance.messages[-1][1]}")
             return float(instance.get("friction_torque"))
 
-        screw, (lowest, highest) = parameters.screw, nut_map.header["axes"]["force"][:2]
-        if screw == load_parameters().screw:
+        screw, axes = parameters.screw, nut_map.header["axes"]
+        lowest, highest = axes["force"][:2]
+        if is_measured(screw, axes):
             tables = validation_tables(torque, preload_range=(lowest, highest))
             return "\n\n".join(table_text(table) for table in tables)
-        lines = ["No measurement of this screw is packaged. Torque [N.m] at 303.15 K"]
+        lines = ["No measurement of this screw in the range of its map is packaged. Torque [N.m] at 303.15 K"]
         lines.append(" preload     r/min  this model   Zhou      NSK")
         for preload in (0.05 * highest, 0.1 * highest, 0.2 * highest, 0.4 * highest):
             for rpm in (100.0, 1000.0):
@@ -82,12 +84,12 @@ def torque_tables(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str:
         return "\n".join(lines)
 
 
-def recovered_preload(fmu: Path, parameters: Parameters) -> str:
-    """Mean deviation of the preload of a monitor from Table 3, as text. Empty for other screws.
+def recovered_preload(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str:
+    """Mean deviation of the preload of a monitor from Table 3, as text. Empty for other screws and narrower maps.
 
     Raises       CheckError: a torque of the table is outside the range of the map
     """
-    if parameters.screw != load_parameters().screw:
+    if not is_measured(parameters.screw, nut_map.header["axes"]):
         return ""
     with kind_of(fmu)(fmu) as instance:
         try:

@@ -7,19 +7,18 @@ import numpy as np
 
 from ballscrew_fmu.pages.page import Validation
 from ballscrew_tehl.calibration.measurements import packaged_measurements
-from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.report.tables import validation_table
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE, validation_tables
+from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE, is_measured, validation_tables
 
 PLOT = "torque_over_speed.png"
 
 
 def validation_report(parameters: Any, nut_map: NutMap) -> Validation:
     """Tables 2, 3 and 4 for the packaged screw, the only one with measured torques, and a plot for every screw."""
-    measured = parameters.screw == load_parameters().screw
-    tables = "<p>No measurement of this screw is packaged.</p>"
+    measured = is_measured(parameters.screw, nut_map.header["axes"])
+    tables = "<p>No measurement of this screw in the range of its map is packaged.</p>"
     if measured:
 
         def torque(preload: float, speed: float, temperature: float) -> float:

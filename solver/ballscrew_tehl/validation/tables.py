@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from ..calibration.csv_table import read_rows
 from ..calibration.measurements import PACKAGED_PRELOAD, PACKAGED_TORQUE
 from ..friction.torque import preload_from_torque
+from ..parameters.file import ScrewParameters, load_screw
 from ..parameters.units import RPM
 
 #: preload [N], speed [rad/s], oil temperature [K] -> friction torque [N.m]
@@ -16,6 +17,12 @@ Evaluate = Callable[[float, float, float], float]
 #: oil temperature of the measurements [K]; not printed, the reference temperature of Table 1 is assumed
 ASSUMED_TEMPERATURE = 303.0
 MODELS = ("this model", "Zhao", "Zhou", "NSK")
+#: range of a map that the tables need, SI; force: 1000 to 6000 N and a quarter more, for the preload of Table 3
+NEEDED = {
+    "force": (800.0, 7500.0),
+    "speed": (100.0 * RPM, 2500.0 * RPM),
+    "temperature": (ASSUMED_TEMPERATURE, ASSUMED_TEMPERATURE),
+}
 
 
 class ValidationRow(NamedTuple):
@@ -35,6 +42,22 @@ class ValidationTable(NamedTuple):
     unit: str
     rows: tuple[ValidationRow, ...]
     deviations: tuple[float, ...]
+
+
+def missing_range(axes: Mapping[str, Any]) -> str:
+    """Axis of a map that does not have the range of the tables, with both ranges; empty: it has it.
+
+    Parameters   axes : of the header of the map
+    """
+    for name, (low, high) in NEEDED.items():
+        if not (axes[name][0] <= low and high <= axes[name][1]):
+            return f"{name} {axes[name][0]:.5g} to {axes[name][1]:.5g}; the tables need {low:.5g} to {high:.5g} (SI)"
+    return ""
+
+
+def is_measured(screw: ScrewParameters, axes: Mapping[str, Any]) -> bool:
+    """Whether the measured torques are of this screw and in the range of a map with these axes."""
+    return screw == load_screw().screw and not missing_range(axes)
 
 
 def mean_deviations(rows: Sequence[ValidationRow]) -> tuple[float, ...]:

@@ -83,7 +83,7 @@ def _is_paper(args: Namespace, selected: Chosen) -> bool:
     """Whether the page is about the measured screw of the paper and the paper."""
     from ...report.material import is_measured_screw
 
-    return args.screw is None and is_measured_screw(selected.parameters)
+    return args.screw is None and args.map is None and is_measured_screw(selected.parameters)
 
 
 def _gathered(

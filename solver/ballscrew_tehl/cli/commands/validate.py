@@ -70,7 +70,7 @@ def _laws(args: Namespace, chosen: Chosen) -> list[_Law]:
 def run_validate(args: Namespace) -> int:
     """Compare the model with measurements and published models, for all fitted sets."""
     from ...friction.sets import friction_set_text
-    from ...validation.tables import table_text, validation_tables
+    from ...validation.tables import missing_range, table_text, validation_tables
 
     if args.plot:
         check_output("--plot", args.plot, "a file *.png")
@@ -93,6 +93,8 @@ def run_validate(args: Namespace) -> int:
 
     chosen = chosen_of(args)
     laws = _laws(args, chosen)
+    if missing := missing_range(laws[0].nut_map.header["axes"]):
+        raise ValueError(f"--map {args.map}: {missing}; remedy: a map with this range")
     found = {law.entry.name: validation_tables(law.torque) for law in laws}
     compared = [set_row(law.entry, law.torque) for law in laws]
     compared += [unfitted_row(law.parameters, law.nut_map) for law in laws if law.mechanistic]
