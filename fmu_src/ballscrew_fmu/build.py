@@ -70,10 +70,11 @@ def build(
     advance: Advance = lambda text: None,
     python_only: bool = False,
     embed_map: bool = False,
-) -> tuple[list[Path], str]:
-    """Pack, check and deliver the FMUs. Returns their paths and the text of tables and checks.
+) -> tuple[dict[Path, str], str, str]:
+    """Pack, check and deliver the FMUs.
 
     Parameters   embed_map : compile the map into the native FMUs, which then open no file
+    Returns      results of the checks by FMU; tables of torques; what a missing compiler left out
     Raises       CheckError, BuildError, SourceError: no FMU is delivered; OSError: the folder cannot be written
     """
     parameters, nut_map = inputs.parameters, inputs.nut_map
@@ -97,13 +98,12 @@ def build(
                 )
         if not compiler.crosses:
             note = (
-                f"\n{compiler.name}: native FMUs for {', '.join(compiler.platforms)} only, no live page; for Linux, "
+                f"{compiler.name}: native FMUs for {', '.join(compiler.platforms)} only, no live page; for Linux, "
                 "Windows and macOS, and the page: python -m pip install ziglang"
             )
-        text += "\n\n" + "\n".join(f"{made.name}: {line}" for made, line in built) + note
         for made, _ in built:
             os.replace(made, folder / made.name)
-    return [folder / made.name for made, _ in built], text
+    return {folder / made.name: line for made, line in built}, text, note
 
 
 def _build_native(

@@ -16,7 +16,7 @@ BUILD = Command("build and check the FMUs of a screw from its map", f"{RUNS}:run
     option("--output", "folder for the FMUs; default: %(default)s", "FOLDER", default="dist"),
     switch("--python-only", "only the FMUs for Python hosts"),
     switch("--embed-map", "native FMUs that open no file, of 15 MB each, for real-time targets"),
-), INPUTS, "--map my_map.nc --friction friction.toml --output my_fmus",
+), (*INPUTS, JSON), "--map my_map.nc --friction friction.toml --output my_fmus",
     "Friction, preload monitor, transmission and axis, for Python hosts and native: C compiled with ziglang for Linux, "
     "Windows and macOS (the first time some minutes), without it for this machine only. Each FMU is validated by fmpy "
     "and replayed against the map; FMUs are delivered only if all checks pass. Same input, same bytes. Exit codes: 0 "
@@ -38,10 +38,11 @@ FMU_COMMANDS = {
 }
 EXAMPLES = Command("the example scripts: list them, or copy them into a folder", f"{RUNS}:run_examples", (
     option("--copy", "new folder for the scripts; default: they are listed", "FOLDER"),
-), (), "--copy examples", "They find the FMUs in the folder dist beside theirs, where `ballscrew build` puts them.")
+), (JSON,), "--copy examples",
+    "They find the FMUs in the folder dist beside theirs, where `ballscrew build` puts them.")
 PACK = Command("write a map as nut_map.bin, for a native FMU that is built", f"{RUNS}:run_pack", (
     option("--output", f"{OUTPUT}; default: %(default)s", "FILE.bin", default="nut_map.bin"),
-), INPUTS, "--map my_map.nc --output nut_map.bin",
+), (*INPUTS, JSON), "--map my_map.nc --output nut_map.bin",
     "Put in place of the file of this name in the resources of a native FMU of the same law, it gives the friction of "
     "this screw without a build. Start values, limits and dependencies stay those of the FMU: set the parameters that "
     "are printed.")

@@ -25,6 +25,7 @@ def run_build(args: Namespace) -> int:
     from ballscrew_fmu.models import MODELS, NATIVE_MODELS
     from ballscrew_fmu.native_fmu.compile import BuildError
     from ballscrew_fmu.native_fmu.sources import SourceError
+    from ballscrew_tehl.runtime.packed import map_hash
 
     folder = Path(args.output)
     try_folder(f"--output = {folder}", folder)
@@ -42,7 +43,7 @@ def run_build(args: Namespace) -> int:
 
         try:
             with new_folder(folder):
-                paths, text = build.build(inputs, folder, advance, args.python_only, args.embed_map)
+                checks, tables, note = build.build(inputs, folder, advance, args.python_only, args.embed_map)
         except OSError as error:
             reason = error.strerror or error
             raise ValueError(f"--output {folder}: {reason}; needs a folder that can be written") from error
@@ -50,14 +51,21 @@ def run_build(args: Namespace) -> int:
             raise CommandError(f"check failed, no FMU delivered: {error}") from error
         except (BuildError, SourceError) as error:
             raise CommandError(f"no FMU delivered: {error}") from error
-    print(text)
-    if friction := inputs.nut_map.header.get("friction"):
+    hashes = {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in checks}
+    friction = inputs.nut_map.header.get("friction")
+    if friction and friction["carried_over"]:
+        say(friction["carried_over"])
+    if note:
+        say(note)
+    if args.json:
+        files = [{"file": str(path), "check": checks[path], "sha256": hashes[path]} for path in checks]
+        print(json.dumps({"fmus": files, "friction": friction, "map_hash": map_hash(inputs.nut_map.header)}))
+        return 0
+    print("\n".join((tables, "", *(f"{path.name}: {line}" for path, line in checks.items()))))
+    if friction:
         print(f"friction: {friction['set']}, {friction['loss'] or 'not fitted'}; {friction['provenance']}")
-        if friction["carried_over"]:
-            say(friction["carried_over"])
-    for path in paths:
-        content = path.read_bytes()
-        print(f"{path}  {len(content) / 1024:.0f} kB\nsha256 {hashlib.sha256(content).hexdigest()}")
+    for path, found in hashes.items():
+        print(f"{path}  {path.stat().st_size / 1024:.0f} kB\nsha256 {found}")
     return 0
 
 
@@ -109,8 +117,13 @@ def run_pack(args: Namespace) -> int:
     nut_map = build.read_inputs(args.screw, args.map, args.kinematics, args.friction).nut_map
     with written("--output", output):
         write_whole(output, map_bytes(nut_map))
+    parameters = nut_map.header["defaults"]
+    if args.json:
+        found = {"file": str(output), "map_hash": map_hash(nut_map.header), "law": nut_map.law}
+        print(json.dumps({**found, "parameters": parameters}))
+        return 0
     print(f"{args.output}  map {map_hash(nut_map.header)}, {nut_map.law} friction law")
-    for name, value in nut_map.header["defaults"].items():
+    for name, value in parameters.items():
         print(f"{name} = {value:g}")
     return 0
 
@@ -170,7 +183,13 @@ def run_examples(args: Namespace) -> int:
         )
     except OSError as error:
         raise ValueError(f"--copy {args.copy}: {error.strerror or error}") from error
-    for script in scripts:
-        title = (ast.get_docstring(ast.parse(script.read_bytes())) or "").partition("\n")[0]
-        print(f"{script.name if args.copy is None else script}  {title}")
+    titles = {
+        script.name if args.copy is None else str(script): (
+            ast.get_docstring(ast.parse(script.read_bytes())) or ""
+        ).partition("\n")[0]
+        for script in scripts
+    }
+    print(
+        json.dumps(titles) if args.json else "\n".join(f"{name}  {title}" for name, title in titles.items())
+    )
     return 0
