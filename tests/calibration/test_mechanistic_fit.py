@@ -13,6 +13,7 @@ from ballscrew_tehl.calibration.packaged import torque_basis
 from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.friction.mechanistic import nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets
+from ballscrew_tehl.nut_map.file import packaged_map
 from ballscrew_tehl.parameters.file import changed, load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ballscrew_tehl.physics.load import nut_loads
@@ -79,9 +80,7 @@ def test_torque_below_the_rolling_loss_is_said(tmp_path, capsys):
     """Without a screw file the command takes that of the map."""
     path = tmp_path / "low.csv"
     text = "preload_n,speed_rpm,torque_nm,temperature_c\n1000,500,{},30\n4000,500,{},30\n"
-    given = [
-        "calibrate", str(path), "--set", "mechanistic", "--map", str(PACKAGED_DATA / "map_gd4008_vg100.nc"),
-    ]  # fmt: skip
+    given = "calibrate", str(path), "--set", "mechanistic", "--map", str(packaged_map("vg100"))
     for torques, screw, low in (
         ((0.15, 0.45), [], True),
         ((0.6, 1.7), ["--screw", str(PACKAGED_VG100)], False),
@@ -90,7 +89,4 @@ def test_torque_below_the_rolling_loss_is_said(tmp_path, capsys):
         assert cli.main([*given, *screw, "--json"]) == 0
         found = json.loads(capsys.readouterr().out)["rolling_frame.mechanistic"]
         assert (found["net_sliding_coefficient"] == 0.0) == low
-        assert (
-            sum(note.startswith("net_sliding_coefficient = 0: ") for note in found["calibration"]["notes"])
-            == low
-        )
+        assert ("net_sliding_coefficient = 0: " in str(found["calibration"]["notes"])) == low

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from law_contacts import VG100, ClosedContacts
+from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from ballscrew_tehl.friction.mechanistic import (
@@ -35,6 +36,13 @@ def loads_at(force):
 
 def at(force, rpm, contacts, parameters=VG100):
     return nut_powers(parameters, loads_at(force), rpm * RPM, 303.0, contacts)
+
+
+def test_hysteresis_force_loses_the_stated_share_of_the_elastic_work():
+    """Of an ellipse: moment of the front half of the Hertz pressure."""
+    load, b, r_b = 32.955, 41.23e-6, 2.3815e-3
+    moment = quad(lambda x: 0.75 * load / b * (1 - (x / b) ** 2) * x, 0.0, b)[0]
+    assert hysteresis_force(load, b, r_b, 0.01) == pytest.approx(0.01 * moment / r_b, rel=1e-12)
 
 
 def test_torque_times_speed_is_the_power_of_the_parts():

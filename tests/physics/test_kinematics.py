@@ -33,9 +33,3 @@ def test_raceways_roll_without_slip():
     assert screw.nominal_radius * (1 + g) * w_c == pytest.approx(u_e, rel=1e-14)
     for raceway in ["screw", "nut"]:
         assert surface_speeds(ROLLING, raceway, w)[:2] == (u_e, u_e)
-
-
-def test_bad_input():
-    for parameters in (GD4008, ROLLING):
-        with pytest.raises(ValueError, match="allowed: screw, nut"):
-            surface_speeds(parameters, "ball", 1.0)
