@@ -1,4 +1,4 @@
-"""Profile limits, outliers, parameters not identified: against brute force and known cases."""
+"""Profile limits and outliers: against brute force and known cases."""
 
 import math
 from dataclasses import replace
@@ -10,26 +10,9 @@ from scipy.optimize import minimize
 from scipy.stats import f
 from section7 import BASIS
 
-from ballscrew_tehl.calibration.diagnostics import (
-    SPLIT,
-    Rival,
-    not_identified,
-    point_diagnostics,
-    profile_limits,
-    sliding_share,
-)
+from ballscrew_tehl.calibration.diagnostics import point_diagnostics, profile_limits
 from ballscrew_tehl.calibration.fit import fit_values
-from ballscrew_tehl.calibration.packaged import intervals, left_out_deviations
 from ballscrew_tehl.friction.sets import FITTED
-
-RATIO, NET, HEIGHT = FITTED
-
-
-def identified(basis, count, rivals=(), loss="least_squares"):
-    values = fit_values(basis, count, loss)
-    _, correlations = intervals(basis, values, count)
-    left_out = np.abs(left_out_deviations(basis, count, loss))
-    return not_identified(basis, values, count, profile_limits(basis, count), correlations, left_out, rivals)
 
 
 @pytest.mark.parametrize(("count", "parameter"), [(2, 0), (2, 1), (3, 0), (3, 1), (3, 2)])
@@ -87,14 +70,3 @@ def test_a_point_beyond_either_limit_is_an_outlier():
         assert replace(points, **changed).outliers == found
         changed |= {"studentised": 0.0 * share, "robust": 6.0 * share}
         assert replace(points, **changed).outliers == found
-
-
-def test_the_tables_identify_neither_height_nor_split():
-    two = fit_values(BASIS, 2, "least_squares")
-    smooth = Rival("smooth", BASIS, two, np.abs(left_out_deviations(BASIS, 2, "least_squares")))
-    found = identified(BASIS, 3, [smooth])
-    assert "correlation 0.98 with net_sliding_coefficient" in found[HEIGHT]
-    assert "0 nm in the fit smooth, not significantly worse at left-out points" in found[HEIGHT]
-    assert f"{100.0 * sliding_share(BASIS, two[1]):.0f} % in the fit smooth" in found[SPLIT]
-    # without the second fit the interval alone shows it for the height
-    assert "95 % interval" in identified(BASIS, 3)[HEIGHT]

@@ -99,7 +99,6 @@ def test_impossible_rows_are_named_with_the_reason(csv_file):
 def test_ambiguous_files_are_refused_with_the_place(csv_file):
     for text, message in [
         (HEAD, "no rows; allowed: a line of headings and one line per point"),
-        (HEAD + "1000,60,30\n", "row 1 (line 2): 3 fields between commas; 4 expected"),
         (
             HEAD + GOOD + "1,0,60,30,0,4\n",
             "row 2 (line 3): 6 fields between commas; 4 expected, as in the headings; "
@@ -107,14 +106,9 @@ def test_ambiguous_files_are_refused_with_the_place(csv_file):
         ),
         (HEAD + '1000,60,30,"0,4"\n', "torque [N.m] = '0,4'; numbers with decimal commas need semicolons"),
         (
-            HEAD.replace(",", ";") + "1.000;60;30;0,4\n",
-            "row 1 (line 2): preload [N] = '1.000'; allowed in a file with decimal commas: no point",
-        ),
-        (
             HEAD.replace(",", ";") + "1.000,5;60;30;0,4\n",
             "preload [N] = '1.000,5'; allowed in a file with decimal",
         ),
-        (HEAD.replace("[N]", "[t]") + GOOD, "column 'preload [t]': unit 't'; allowed: N, kN"),
     ]:
         with pytest.raises(ValueError, match=r"measured\.csv: ") as caught:
             read_measurement_file(csv_file(text), 300.0)

@@ -8,19 +8,14 @@ from ballscrew_tehl.calibration.measurement_units import column_of, columns_of
 
 #: heading, value as written, quantity, SI; conversion factors of NIST SP 811
 CASES = """
-preload [N]; 2; preload; 2
 Preload (kN); 2; preload; 2000
 preload_kN; 2; preload; 2000
 preload [lbf]; 100; preload; 444.82216152605
 preload [kgf]; 10; preload; 98.0665
-speed_rpm; 60; speed; 6.283185307179586
-speed [1/min]; 60; speed; 6.283185307179586
 SPEED [rad/s]; 3; speed; 3
 speed [rev/s]; 1; speed; 6.283185307179586
 temperature_c; 30; temperature; 303.15
 oil temperature [degF]; 86; temperature; 303.15
-temperature [K]; 30; temperature; 30
-torque_nm; 0.4; torque; 0.4
 friction torque [mNm]; 400; torque; 0.4
 torque [Ncm]; 40; torque; 0.4
 torque [N cm]; 40; torque; 0.4

@@ -1,7 +1,6 @@
 """Fits of the mechanistic law: one number or two, their errors, what the data identify, the packaged set."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,23 +12,15 @@ from ballscrew_tehl.calibration.packaged import torque_basis
 from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.friction.mechanistic import nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets
+from ballscrew_tehl.nut_map.file import packaged_map
 from ballscrew_tehl.parameters.file import changed, load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ballscrew_tehl.physics.load import nut_loads
 
-NET, RATIO = "net_sliding_coefficient", "apparent_viscosity_ratio"
 K = 0.0113
 MEASURED = packaged_measurements(303.0)
 CONTACTS = ClosedContacts()
 BASIS = torque_basis(VG100, CONTACTS, MEASURED)
-
-
-def synthetic(values, noise=0.0, seed=0, basis=BASIS):
-    """The basis with torques of the law itself, relative errors normal."""
-    generator = np.random.default_rng(seed)
-    torques = basis.torque(values) * (1.0 + noise * generator.normal(size=len(basis)))
-    points = tuple(replace(m, torque=float(t)) for m, t in zip(basis.measurements, torques, strict=True))
-    return replace(basis, measurements=points)
 
 
 def test_basis_is_the_torque_of_two_nuts():
@@ -40,11 +31,10 @@ def test_basis_is_the_torque_of_two_nuts():
 
 
 def test_one_number_is_the_weighted_mean_of_the_rest():
-    basis = synthetic((1.0, K, 0.0), 0.05)
-    rest = basis.measured - basis.torque((1.0, 0.0, 0.0))
-    over = basis.sliding / basis.measured
-    expected = float(np.sum(rest / basis.measured * over) / np.sum(over**2))
-    ratio, found, height = fit_values(basis, 1, "least_squares")
+    rest = BASIS.measured - BASIS.torque((1.0, 0.0, 0.0))
+    over = BASIS.sliding / BASIS.measured
+    expected = float(np.sum(rest / BASIS.measured * over) / np.sum(over**2))
+    ratio, found, height = fit_values(BASIS, 1, "least_squares")
     assert (ratio, height) == (1.0, 0.0)
     assert found == pytest.approx(expected, rel=1e-12)
 
@@ -79,9 +69,7 @@ def test_torque_below_the_rolling_loss_is_said(tmp_path, capsys):
     """Without a screw file the command takes that of the map."""
     path = tmp_path / "low.csv"
     text = "preload_n,speed_rpm,torque_nm,temperature_c\n1000,500,{},30\n4000,500,{},30\n"
-    given = [
-        "calibrate", str(path), "--set", "mechanistic", "--map", str(PACKAGED_DATA / "map_gd4008_vg100.nc"),
-    ]  # fmt: skip
+    given = "calibrate", str(path), "--set", "mechanistic", "--map", str(packaged_map("vg100"))
     for torques, screw, low in (
         ((0.15, 0.45), [], True),
         ((0.6, 1.7), ["--screw", str(PACKAGED_VG100)], False),
@@ -90,7 +78,4 @@ def test_torque_below_the_rolling_loss_is_said(tmp_path, capsys):
         assert cli.main([*given, *screw, "--json"]) == 0
         found = json.loads(capsys.readouterr().out)["rolling_frame.mechanistic"]
         assert (found["net_sliding_coefficient"] == 0.0) == low
-        assert (
-            sum(note.startswith("net_sliding_coefficient = 0: ") for note in found["calibration"]["notes"])
-            == low
-        )
+        assert ("net_sliding_coefficient = 0: " in str(found["calibration"]["notes"])) == low

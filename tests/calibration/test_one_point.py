@@ -25,14 +25,10 @@ def torque_at(preload, speed, temperature, coefficient):
 TORQUE = torque_at(*PLACE, K)
 
 
-def test_torque_of_the_law_gives_its_coefficient_back():
-    found = calibrate_point(Measurement(*PLACE, TORQUE), VG100, CONTACTS).friction_set
-    assert found.net_sliding_coefficient == pytest.approx(K, rel=1e-12)
-
-
-def test_interval_is_the_scatter_at_the_point_and_wider_away_from_it(tmp_path):
+def test_coefficient_comes_back_and_the_interval_is_the_scatter_at_the_point_and_wider_away(tmp_path):
     """As read from the file, which has six digits."""
     found = calibrate_point(Measurement(*PLACE, TORQUE), VG100, CONTACTS).friction_set
+    assert found.net_sliding_coefficient == pytest.approx(K, rel=1e-12)
     write_friction_sets(tmp_path / "fit.toml", {(found.kinematics, found.name): found})
     read = friction_set_of_file(tmp_path / "fit.toml", VG100)
     here = torque_interval(VG100, [PLACE[0]] * 2, CONTACTS, *PLACE[1:], read)

@@ -19,12 +19,10 @@ from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map.contact_map import SolvedFilm
 from ballscrew_tehl.nut_map.file import load_contact_map, load_map, packaged_map
 from ballscrew_tehl.parameters.file import changed
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.packed import MapError
 
 MAP = str(packaged_map("published"))
-PUBLISHED_FILE = str(PACKAGED_DATA / "gd4008.toml")
 TRUTH = (5.2, 0.0055, 22e-9)
 HEAD = "preload [kN],speed [1/min],temperature [degC],torque [N.m],axial load [N]"
 POINTS = [
@@ -124,7 +122,11 @@ def test_the_tables_of_the_paper_give_the_packaged_set(capsys, name):
     unknown = entry["not_identified"]
     assert SPLIT in unknown
     assert ("roughness_height" in unknown) == (name == "three_parameter")
-    assert "sliding share of the torque" in unknown[SPLIT]
+    # the other number of parameters is as good
+    assert "not significantly worse at left-out points" in unknown[SPLIT]
+    if name == "three_parameter":
+        for reason in ("95 % interval", "correlation 0.9", "0 nm in the fit two_parameter"):
+            assert reason in unknown["roughness_height"]
     # with a roughness height the first point lies at the limit: 4.5 of 4.1, 4.0 with earlier films
     outliers = entry["calibration"]["outliers"]
     assert outliers == [[1, 7]] or (name == "three_parameter" and outliers == [])
@@ -170,21 +172,11 @@ def test_repeats_are_named_left_out_together_and_tell_why_a_fit_is_poor(capsys, 
         assert cause in text
 
 
-def test_few_points_and_bad_options_are_one_line(capsys, tmp_path, measured):
-    lines = (tmp_path / measured()).read_text().splitlines()
-    path = tmp_path / "few.csv"
-    set_2 = ("--set", "two_parameter")
-    for rows, arguments, message in (
-        (
-            [1, 3, 5],
-            (),
-            "3 usable rows at 3 operating points; the 3 parameters of three_parameter need at least 4",
-        ),
-        ([1, 3, 7], (*set_2, "--temperature-c", "-300"), "--temperature-c = -300; allowed: -73.15 to 200"),
-        ([1, 3, 7], ("--set", "mechanistic", "--screw", PUBLISHED_FILE), "allowed with kinematics published"),
-    ):
-        path.write_text("\n".join([HEAD] + [lines[number] for number in rows]))
-        assert message in refused(capsys, "calibrate", str(path), "--map", MAP, *arguments)
+def test_few_points_are_one_line(capsys, tmp_path, measured):
+    lines, path = (tmp_path / measured()).read_text().splitlines(), tmp_path / "few.csv"
+    path.write_text("\n".join([HEAD, lines[1], lines[3], lines[5]]))
+    line = refused(capsys, "calibrate", str(path), "--map", MAP)
+    assert "3 usable rows at 3 operating points; the 3 parameters of three_parameter need at least 4" in line
 
 
 @pytest.mark.slow

@@ -81,26 +81,19 @@ def test_stress_flux_and_heat_are_those_of_the_notes():
 
 
 def test_oil_of_the_kernels_is_that_of_the_lubricant_laws():
-    """Viscosity within the interpolation of its table (1e-5), density exactly; their slopes by differences."""
+    """Viscosity within the interpolation of its table (1e-5), density exactly; slopes: test_contact_jacobian.py."""
     incompressible = OIL.model_copy(update={"density_law": "incompressible"})
     for oil in (OIL, incompressible, reference_oil("barus")):
         table = kernels.oil_table(oil, 303.15)
         for p in (0.0, 0.4e9, 1.2e9):
-            rho, slope = kernels.pressure_density(table, p)
+            rho, _ = kernels.pressure_density(table, p)
             assert rho == pytest.approx(lubricant.relative_density(oil.density_law, p), rel=1e-9)
-            up, down = (kernels.pressure_density(table, p + d)[0] for d in (1e4, -1e4))
-            assert slope == pytest.approx((up - down) / 2e4, rel=1e-5, abs=1e-16)
+            factor, _ = kernels.pressure_factor(table, p)
             for t in (303.15, 351.7, 420.2):
-                factor, d_factor = kernels.pressure_factor(table, p)
-                ln_eta, by_t, by_factor = kernels.ln_viscosity(table, factor, t)
+                ln_eta, _, _ = kernels.ln_viscosity(table, factor, t)
                 assert ln_eta == pytest.approx(
                     math.log(lubricant.viscosity(oil, p, t)), abs=2e-5 * max(1, factor)
                 )
-                warm, cool = (math.log(lubricant.viscosity(oil, p, t + d)) for d in (0.1, -0.1))
-                assert by_t == pytest.approx((warm - cool) / 0.2, rel=1e-2, abs=1e-9)
-                if p > 0.0:
-                    more, less = (math.log(lubricant.viscosity(oil, p + d, t)) for d in (1e4, -1e4))
-                    assert by_factor * d_factor == pytest.approx((more - less) / 2e4, rel=1e-4)
 
 
 # --- shear thinning --------------------------------------------------------------------------------------------------

@@ -22,15 +22,13 @@ def test_rolling_resistance_of_a_linear_wedge_is_exact():
 
 @pytest.mark.parametrize("ratio", [0.03, 0.3, 1.0])
 def test_resistance_beyond_is_that_of_the_far_pressure(ratio):
-    """p = c |x|/h^2 by quadrature of h dp/dx between two rectangles; without an offset the logarithm alone."""
+    """p = c |x|/h^2 by quadrature of h dp/dx between two rectangles."""
     R_x, R_y, shear, times = 1.0, 1.0 / ratio, 0.7, 3.0
     c = 12.0 * shear / (3.0 + 2.0 * ratio)
     X, Y = 2.0, 3.0
     x = np.concatenate((np.full(2000, -X), np.linspace(-X, 0.0, 2000)))
     y = np.concatenate((np.linspace(0.0, Y, 2000), np.full(2000, Y)))
     rise = 0.5 * (x**2 / R_x + y**2 / R_y)
-    found = resistance_beyond(x, y, rise, R_x, R_y, shear, times)
-    assert found == pytest.approx(np.pi * c * math.sqrt(R_x * R_y) * math.log(times), rel=1e-5)
     offset = 0.4 * rise.min()
 
     def integrand(y, x):

@@ -121,9 +121,3 @@ def test_jacobian_is_the_derivative_of_residual_and_load(state):
             # deflection of the Jacobian in single precision: 1e-6
             assert np.abs(found - difference).max() <= 1e-5 * np.abs(difference).max()
             assert found[-1] == pytest.approx(difference[-1], rel=1e-6, abs=1e-9)
-    # the temperatures are a good part of it
-    v = np.append(np.where(state.p > 0.0, state.random(), 0.0), 0.0)
-    assert (
-        np.abs(times(system, v) - times(system._replace(warm=False), v)).max()
-        > 1e-3 * np.abs(times(system, v)).max()
-    )

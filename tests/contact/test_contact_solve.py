@@ -19,14 +19,8 @@ COARSE = options()
 
 def test_result_is_complete_and_repeats_to_the_bit():
     result = solve(conditions(srr=1.0), OIL, STEEL, COARSE)
-    n_y, n_x = result.y.size, result.x.size
-    assert (n_y, n_x) == (9, 65)
-    assert result.pressure.shape == result.film.shape == (n_y, n_x)
-    assert result.temperature.shape == (n_y, n_x, 9)
-    assert result.pressure.min() == 0.0
-    assert not result.pressure[-1].any()
-    assert not result.pressure[:, [0, -1]].any()
-    assert result.p_max == result.pressure.max()
+    assert (*result.pressure.shape, 9) == (*result.film.shape, 9) == result.temperature.shape == (9, 65, 9)
+    assert (result.pressure.min(), result.pressure.max()) == (0.0, result.p_max)
     assert 0.0 < result.h_m < result.h_c
     assert result.grid_film == pytest.approx(np.interp(0.0, result.x, result.film[0]), rel=1e-3)
     assert result.h_c == pytest.approx(result.grid_film * (1.0 + result.extrapolation[0]), rel=1e-12)
@@ -35,7 +29,6 @@ def test_result_is_complete_and_repeats_to_the_bit():
     assert walls[:, 0].mean() < walls[:, -1].mean()  # the faster body stays cooler
     assert 0.0 < result.temperature_rise_mean < result.temperature_rise_smooth <= result.temperature_rise
     assert 303.15 < result.mean_temperature < result.temperature.max()
-    assert min(result.seconds, result.iterations) > 0
     again = solve(conditions(srr=1.0), OIL, STEEL, COARSE)
     assert (again.h_c, again.traction_force) == (result.h_c, result.traction_force)
     cold = solved(conditions(), thermal=False)

@@ -94,8 +94,7 @@ def test_picture_and_command_line(name, results, native_fmu, tmp_path, monkeypat
 
 
 def test_servo_axis(results, synthetic_nut_map):
-    """Torque of the map with the axial load of the axis; heat is the work; past a reversal each element springs
-    back and slides after twice its travel."""
+    """Torque of the map with the axial load of the axis; heat is the work."""
     found = results("servo_axis")
     axis = found["axis"]
     assert (axis.lead, axis.preload) == (SCREW["lead"], SCREW["stiffness_preload"])
@@ -112,21 +111,6 @@ def test_servo_axis(results, synthetic_nut_map):
         heat = float(np.sum(run.heat_flow) * axis.step)
         assert np.all(run.heat_flow >= 0.0)
         assert heat == pytest.approx(float(np.sum(run.friction_torque[:-1] * np.diff(run.angle))), rel=2e-4)
-    turn = int(np.argmax(run.angle))
-    state = synthetic_nut_map.evaluate(axis.preload, run.speed, axis.oil_temperature, run.axial_load)
-    here = np.arange(400) + turn + int(np.argmax(run.speed[turn:] < 0.0))
-    coulomb = state.coulomb_torque[here[0]]
-    travel = 4.0 * coulomb / axis.presliding_stiffness  # to sliding the other way
-    back = np.cumsum(-run.speed[here]) * axis.step
-    yields = travel * (np.arange(ELEMENTS) + 0.5) / ELEMENTS
-    moved = np.minimum.outer(back, yields).mean(axis=1)
-    damped = axis.presliding_damping * np.diff(moved, prepend=0.0) / axis.step
-    expected = np.maximum(coulomb - axis.presliding_stiffness * moved - damped, -coulomb)
-    assert back[-1] > travel
-    # the Coulomb torque changes by 0.2 %
-    assert run.friction_torque[here] + state.viscous_torque[here] == pytest.approx(
-        expected, abs=5e-3 * coulomb
-    )
 
 
 def test_circular_test(results):

@@ -15,21 +15,24 @@ from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
 
 ROLLING = changed(load_parameters(), friction={"kinematics": "rolling_frame"})
 SCREW = ROLLING.screw
+SCREWS = sorted((Path(__file__).parents[1] / "data" / "screws").glob("*.toml"))
 LIMITING, TAU_0, BOUNDARY = 0.05, 5e6, 0.12
 
 
-def contacts_of(screw, load, viscosity, film=1e-7, share=0.0, limiting=LIMITING):
-    """Motion, axes (1, c, 2) and traction of one ball with Hertz pressure and a viscosity that rises with it."""
+def hertz_of(screw, raceway, load):
+    return ellipse(load, *reduced_radii(screw, screw.contact_angle, raceway), E_prime(screw))
+
+
+def contacts_of(screw, load, viscosity, film=1e-7, share=0.0, rise=1e-8):
+    """Motion, axes (1, c, 2) and traction of one ball with Hertz pressure p and a viscosity times exp(rise p)."""
     motion = contact_motion(screw, screw.contact_angle)
-    hertz = [
-        ellipse(load, *reduced_radii(screw, screw.contact_angle, r), E_prime(screw)) for r in motion.raceways
-    ]
+    loads = np.broadcast_to(load, len(motion.raceways))
+    hertz = [hertz_of(screw, raceway, q) for raceway, q in zip(motion.raceways, loads, strict=True)]
     axes = np.array([[[float(one.a), float(one.b)] for one in hertz]])
     pressure = np.array([[float(one.p_max) for one in hertz]])
-    local = pressure[..., None] * np.sqrt(1.0 - radial_nodes()[0] ** 2)
-    eta = viscosity * np.exp(1e-8 * local)
+    eta = viscosity * np.exp(rise * pressure[..., None] * np.sqrt(1.0 - radial_nodes()[0] ** 2))
     ones = np.ones_like(pressure)
-    return motion, axes, Traction(eta, pressure, film * ones, share * ones, TAU_0, limiting, BOUNDARY)
+    return motion, axes, Traction(eta, pressure, film * ones, share * ones, TAU_0, LIMITING, BOUNDARY)
 
 
 def potential(motion, axes, traction, speed, q):
@@ -99,33 +102,24 @@ def test_stress_is_the_slope_of_its_potential_and_never_above_its_limits():
                 assert f < 1.0 or stress[1] == pytest.approx(BOUNDARY * p, rel=1e-3)
 
 
-SCREWS = sorted((Path(__file__).parents[1] / "data" / "screws").glob("*.toml"))
-
-
 def test_equilibrium_of_any_ball_is_found():
     """Films of 1 nm to 10 um, viscosity 1e-3 to 1e13 Pa s, no to all load on asperities, diagonals loaded unlike."""
     for kind in ["double_nut", FOUR_POINT]:
         for file in SCREWS:
             screw = changed(load_parameters(file), screw={"preload_kind": kind}).screw
             rng = np.random.default_rng(7)
-            radius = radial_nodes()[0]
-            motion = contact_motion(screw, screw.contact_angle)
-            radii = [reduced_radii(screw, screw.contact_angle, raceway) for raceway in motion.raceways]
-            unit = [float(ellipse(1.0, *both, E_prime(screw)).p_max) for both in radii]
             for _ in range(40):
-                load = (10.0 ** rng.uniform(7.5, 9.4) / max(unit)) ** 3 * np.ones(len(radii))
+                pressure = 10.0 ** rng.uniform(7.5, 9.4)
+                load = np.full(
+                    4 if kind == FOUR_POINT else 2, (pressure / hertz_of(screw, "screw", 1.0).p_max) ** 3
+                )
                 if kind == FOUR_POINT:
                     load[1::2] *= rng.choice([1.0, rng.uniform(), 10.0 ** rng.uniform(-6.0, 0.0)])
-                hertz = [ellipse(q, *both, E_prime(screw)) for q, both in zip(load, radii, strict=True)]
-                axes = np.array([[[float(one.a), float(one.b)] for one in hertz]])
-                pressure = np.array([[float(one.p_max) for one in hertz]])
                 thin = 10.0 ** rng.uniform(-3.0, 0.5)
-                rise = np.log(10.0 ** rng.uniform(math.log10(thin), 13.0) / thin)
-                eta = thin * np.exp(rise * pressure[..., None] / pressure.max() * np.sqrt(1.0 - radius**2))
-                ones = np.ones_like(pressure)
+                rise = np.log(10.0 ** rng.uniform(math.log10(thin), 13.0) / thin) / pressure
                 share = rng.choice([0.0, 1.0, rng.uniform(), 10.0 ** rng.uniform(-8.0, 0.0)])
                 film = 10.0 ** rng.uniform(-9.0, -5.0)
-                traction = Traction(eta, pressure, film * ones, share * ones, TAU_0, LIMITING, BOUNDARY)
+                motion, axes, traction = contacts_of(screw, load, thin, film, share, rise)
                 found = ball_equilibrium(motion, 10.0 ** rng.uniform(-1.0, 2.8, size=1), axes, traction)
                 assert np.all(found.power >= 0.0)
                 assert found.steps[0] <= 120

@@ -4,17 +4,10 @@ import math
 
 import pytest
 from law_contacts import VG100
-from reference_screw import GD4008
 
-from ballscrew_tehl.friction import baselines
+from ballscrew_tehl.friction.baselines import jungnickel_torque
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import E_prime
-
-SCREW = GD4008.screw
-
-
-def jungnickel(preload=1000.0, rpm=100.0, temperature=303.0, parameters=VG100):
-    return baselines.jungnickel_torque(parameters, preload, rpm * RPM, temperature)
 
 
 def test_jungnickel_against_hand_calculation():
@@ -27,4 +20,4 @@ def test_jungnickel_against_hand_calculation():
     W, U = F_k / (E * r_b**2), 0.157 * 100.0 * math.pi / 30.0 * r_m / (2.0 * math.cos(lead) * E * r_b)
     expected = 2.0 * z * 9.16 * G**-0.2 * W**-0.516 * U**0.512 * F_k * r_m / math.cos(lead)
     # three digits of the viscosity
-    assert jungnickel() == pytest.approx(expected, rel=3e-3)
+    assert jungnickel_torque(VG100, 1000.0, 100.0 * RPM, 303.0) == pytest.approx(expected, rel=3e-3)

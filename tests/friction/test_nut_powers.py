@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from law_contacts import VG100, ClosedContacts
+from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from ballscrew_tehl.friction.mechanistic import (
@@ -35,6 +36,13 @@ def loads_at(force):
 
 def at(force, rpm, contacts, parameters=VG100):
     return nut_powers(parameters, loads_at(force), rpm * RPM, 303.0, contacts)
+
+
+def test_hysteresis_force_loses_the_stated_share_of_the_elastic_work():
+    """Of an ellipse: moment of the front half of the Hertz pressure."""
+    load, b, r_b = 32.955, 41.23e-6, 2.3815e-3
+    moment = quad(lambda x: 0.75 * load / b * (1 - (x / b) ** 2) * x, 0.0, b)[0]
+    assert hysteresis_force(load, b, r_b, 0.01) == pytest.approx(0.01 * moment / r_b, rel=1e-12)
 
 
 def test_torque_times_speed_is_the_power_of_the_parts():
@@ -103,7 +111,7 @@ def test_without_a_film_all_is_boundary_friction():
     nut = at(1000.0, 100.0, dry)
     assert nut.share == pytest.approx(1.0, abs=1e-7)
     assert nut.thrust_factor == pytest.approx(breakaway_factor(FRICTION), rel=1e-7)
-    other = VG100.model_copy(update={"lubricant": replace_oil(eyring_stress=1e7)})
+    other = changed(VG100, lubricant={"eyring_stress": 1e7})
     assert at(1000.0, 100.0, dry, other).shear == pytest.approx(nut.shear, rel=1e-9)
     half = changed(VG100, friction={"boundary_friction": 0.06})
     assert at(1000.0, 100.0, dry, half).shear == pytest.approx(0.5 * nut.shear, rel=1e-6)
@@ -125,10 +133,6 @@ def test_thrust_is_that_of_two_contacts_at_the_same_creep():
             expected = [transmitted((1.0 - f) * limit + f * boundary, creep) / (kappa * limit) for f in share]
             assert np.max(np.abs(thrust_factor(law, share) / expected - 1.0)) <= 1e-9
     assert thrust_factor(FRICTION, 1.0) == pytest.approx(1.100, abs=5e-4)
-
-
-def replace_oil(**values):
-    return VG100.lubricant.model_copy(update=values)
 
 
 def test_supply_only_takes_from_the_rolling_part():

@@ -308,10 +308,7 @@ def test_certificate_counts_its_points_by_region_and_leaves_out_those_without_so
     assert (found["points"], found["points_not_solved"]) == (36, 4)
     for k, name in enumerate(Deviation._fields):
         errors = 1e-6 * (k + 1) * kept[:, 0]
-        expected = {"mean": errors.mean(), "max": errors.max()}
-        expected |= {key: np.quantile(errors, q) for key, q in (("50", 0.5), ("99", 0.99), ("999", 0.999))}
-        for key, value in expected.items():
-            assert found[f"{name}_error_{key}"] == pytest.approx(value, rel=1e-12)
+        assert found[f"{name}_error_mean"] == pytest.approx(errors.mean(), rel=1e-12)
         assert found["each"][f"{name}_error"] == pytest.approx(errors, rel=1e-2)
     assert {name: region["points"] for name, region in found["regions"].items()} == {
         "preload alone": 18, "axial load": 18, "below the lowest speed": 2

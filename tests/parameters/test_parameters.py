@@ -43,29 +43,6 @@ def graded(**entries):
     return "\n".join([head, "[lubricant]", 'name = "mine"', *lines, "[friction]", tail])
 
 
-def test_packaged_screw_is_table_1_in_si():
-    screw, lub = GD4008.screw, GD4008.lubricant
-    assert GD4008.name == "GD4008-3"
-    assert (screw.nominal_radius, screw.ball_diameter, screw.lead) == (0.020, 4.763e-3, 0.008)
-    assert (screw.screw_raceway_radius, screw.nut_raceway_radius) == (2.477e-3, 2.477e-3)
-    assert screw.contact_angle == pytest.approx(math.pi / 4, rel=1e-15)
-    assert screw.lead_angle == pytest.approx(math.radians(3.64), rel=1e-15)
-    assert (screw.turns, screw.ball_count, screw.loaded_ball_count) == (3, 86, 72)
-    assert (screw.youngs_modulus, screw.poisson_ratio) == (205e9, 0.3)
-    assert (lub.viscosity, lub.reference_temperature) == (0.033, 303.0)
-    assert (lub.pressure_viscosity, lub.temperature_viscosity) == (1.85e-8, 0.032)
-    assert (lub.density, lub.density_temperature, lub.z_roelands) == (970.0, 6.5e-4, 0.58)
-    assert lub.roelands_pressure == 1 / 5.1e-9
-    assert (lub.specific_heat, lub.thermal_conductivity) == (1910.0, 0.14)
-    assert GD4008.solid.model_dump() == {
-        "density": 7870.0, "specific_heat": 450.0, "thermal_conductivity": 46.0,
-    }  # fmt: skip
-    assert (GD4008.friction.hysteresis_coefficient, GD4008.friction.sliding_coefficient) == (0.01, 0.15)
-    assert GD4008.published_speeds.reference_speed == pytest.approx(100 * math.pi, rel=1e-15)
-    assert GD4008.published_speeds.screw == (5.7561, 2.9926)
-    assert GD4008.published_speeds.nut == (0.0447, 3.0386)
-
-
 def test_example_screw_derives_its_viscosity_and_exponent(read):
     lub = read(EXAMPLE).lubricant
     # 100 mm2/s at 40 C times 890 kg/m3

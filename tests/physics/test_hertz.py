@@ -9,42 +9,17 @@ from scipy.integrate import quad
 from ballscrew_tehl.physics.hertz import E_prime, ellipse, ratio_of_axes, reduced_radii
 
 
-def contact(parameters, raceway, load):
-    screw = parameters.screw
-    return ellipse(load, *reduced_radii(screw, screw.contact_angle, raceway), E_prime(screw))
-
-
-def load_over_86(force):
-    """Ball load when 86 balls share an axial force at the unloaded contact angle."""
-    screw = GD4008.screw
-    return force / (86 * math.sin(screw.contact_angle) * math.cos(screw.lead_angle))
-
-
 def test_geometry_of_the_paper():
     assert E_prime(GD4008.screw) == pytest.approx(225.27e9, rel=3e-5)
-    for raceway, R_x, ratio, axes, compliance in [
-        ("screw", 2.18098e-3, 0.03531, 8.5712, 1.36266e-7),
-        ("nut", 2.58202e-3, 0.04180, 7.7331, 1.34121e-7),
+    for raceway, R_x, ratio, axes in [
+        ("screw", 2.18098e-3, 0.03531, 8.5712),
+        ("nut", 2.58202e-3, 0.04180, 7.7331),
     ]:
-        screw = GD4008.screw
-        x, y = reduced_radii(screw, screw.contact_angle, raceway)
+        x, y = reduced_radii(GD4008.screw, GD4008.screw.contact_angle, raceway)
         assert x == pytest.approx(R_x, abs=0.5e-8)
         assert y == pytest.approx(61.769e-3, abs=0.5e-6)
         assert x / y == pytest.approx(ratio, abs=0.5e-5)
         assert ratio_of_axes(x / y) == pytest.approx(axes, abs=0.5e-4)
-        assert contact(GD4008, raceway, 1.0).delta == pytest.approx(compliance, abs=0.5e-12)
-        assert contact(GD4008, raceway, 8.0).delta == pytest.approx(4 * compliance, rel=1e-5)
-
-
-def test_ellipse_of_the_paper():
-    for raceway, force, a, b, p_max, digits in [
-        ("screw", 2000.0, 353.40e-6, 41.23e-6, 1.0799e9, (0.005e-6, 0.005e-6, 0.00005e9)),
-        ("nut", 2000.0, 348.78e-6, 45.10e-6, 1.0003e9, (0.005e-6, 0.005e-6, 0.00005e9)),
-    ]:
-        c = contact(GD4008, raceway, load_over_86(force))
-        assert c.a == pytest.approx(a, abs=digits[0])
-        assert c.b == pytest.approx(b, abs=digits[1])
-        assert c.p_max == pytest.approx(p_max, abs=digits[2])
 
 
 @pytest.mark.parametrize("ratio", [1.0, 0.5, 0.035, 1e-4])
@@ -52,6 +27,7 @@ def test_deflection_reproduces_the_undeformed_paraboloid(ratio):
     """Hertz pressure deflects by delta - x^2/(2 R_x) - y^2/(2 R_y) inside the ellipse: Johnson Eq. 3.64."""
     R_x, modulus, load = 3e-3, 226e9, 40.0
     c = ellipse(load, R_x, R_x / ratio, modulus)
+    assert 2.0 / 3.0 * math.pi * c.a * c.b * c.p_max == pytest.approx(load, rel=1e-12)
     # w = (p_max a b/E*) int_0^inf [1 - x^2/(b^2+s) - y^2/(a^2+s)] ds/sqrt((a^2+s)(b^2+s)s) / 2, s = (b t)^2
 
     def term(power_a, power_b):

@@ -5,8 +5,6 @@ import math
 import numpy as np
 import pytest
 from closed_film import HamrockDowsonFilm
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from reference_screw import GD4008
 
 from ballscrew_tehl.friction.parts import spin_moment
@@ -46,23 +44,10 @@ def test_offset_lead_is_the_double_nut_of_the_same_turns_per_side():
 # --- oversize balls: the nut ---
 
 
-@given(preload=st.floats(1.0, 12000.0), share=st.floats(-5.0, 5.0))
-@settings(deadline=None, max_examples=20)
-def test_balance_of_both_sets_of_flanks(preload, share):
-    load = share * preload
-    state = double_nut_loads(SCREW, preload, load, 86)
-    assert state.force_b - state.force_a == pytest.approx(load, abs=1e-8 * (preload + abs(load)))
-    assert min(state.Q_a.min(), state.Q_b.min()) >= 0.0
-    mirrored = double_nut_loads(SCREW, preload, -load, 86)
-    assert (mirrored.force_a, mirrored.force_b) == pytest.approx(
-        (state.force_b, state.force_a), rel=1e-9, abs=1e-9
-    )
-    np.testing.assert_allclose(mirrored.Q_a, state.Q_b, rtol=1e-9, atol=1e-9)
-
-
 def test_chain_of_balls_obeys_the_recurrence():
     """d(k+1) - 2 d(k) + d(k-1) = K f(d(k)) with the net force of all balls, from the loads alone."""
-    state = double_nut_loads(SCREW, 2000.0, 3000.0, 86)
+    state, mirrored = (double_nut_loads(SCREW, 2000.0, load, 86) for load in (3000.0, -3000.0))
+    np.testing.assert_allclose(mirrored.Q_a, state.Q_b, rtol=1e-9, atol=1e-9)
     # of the groove centres: radial distance, which stays, and axial one without load
     apart = groove_distance(SCREW) + ball_oversize(SCREW, 2000.0, 86)
     x, y_0 = apart * math.cos(BETA), apart * math.sin(BETA)

@@ -183,23 +183,6 @@ def test_the_store_drops_the_least_recently_used_also_when_restored():
     assert store.state() == restored.state()
 
 
-def test_the_store_interpolates_its_points_and_gives_nothing_far_away():
-    store, generator = CorrectionStore(10, 0.02), np.random.default_rng(1)
-    points, values = generator.uniform(0.0, 1.5, (8, 3)), generator.normal(0.0, 0.01, (8, 5))
-    for point, value in zip(points, values, strict=True):
-        store.insert(point, value)
-    for point, value in zip(points, values, strict=True):
-        found = store.look_up(point)
-        assert found.values == pytest.approx(value.tolist(), abs=1e-12)
-        assert (found.deviation, found.distance) == pytest.approx((0.0, 0.0), abs=1e-6)
-    far, near = (store.look_up(place) for place in (np.array([40.0, 0, 0]), points[0] + [0.0, 0.3, 0.0]))
-    assert far.values == pytest.approx([0.0] * 5, abs=1e-12)
-    assert 0.0 < near.deviation < far.deviation < 0.03
-    assert near.distance < 0.31 < 38.0 < far.distance
-    with pytest.raises(ValueError, match="needs finite"):
-        store.insert(np.zeros(3), np.array([0.1, 0.2, math.nan, 0.3, 0.4]))
-
-
 # --- failures and refusals ---
 
 

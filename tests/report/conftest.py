@@ -6,31 +6,15 @@ from types import SimpleNamespace
 
 import pytest
 from html_page import Page
+from reference_screw import GD4008
 from synthetic_contacts import GRID, closed_build
 
 from ballscrew_tehl.cli.main import main
-from ballscrew_tehl.nut_map.file import save_map
+from ballscrew_tehl.nut_map.file import load_map, save_map
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.report import material
-
-#: certificate of the map of the other screw, as `map build` writes it
-CERTIFICATE = {
-    "points": 12,
-    "points_not_solved": 0,
-    **{
-        f"{name}_error_{key}": 0.001 * (5 * i + k)
-        for i, name in enumerate(("torque", "film", "temperature_rise"))
-        for k, key in enumerate(("mean", "50", "99", "999", "max"), start=1)
-    },
-    "regions": {
-        "preload alone": {
-            "points": 7, "torque_error_99": 0.011, "torque_error_max": 0.012, "film_error_99": 0.013,
-            "temperature_rise_error_99": 0.014,
-        }
-    },
-}  # fmt: skip
 
 
 def made(folder, *words):
@@ -63,7 +47,8 @@ def own_words(tmp_path_factory):
     wide = dataclasses.replace(
         GRID, speed=(100.0 * RPM, 6000.0 * RPM, 14), temperature=(10.0 + CELSIUS, 40.0 + CELSIUS, 7)
     )
-    save_map(folder / "my.nc", closed_build(load_parameters(folder / "my.toml"), wide), CERTIFICATE)
+    certificate = {k: v for k, v in load_map(None, GD4008).header["certificate"].items() if k != "each"}
+    save_map(folder / "my.nc", closed_build(load_parameters(folder / "my.toml"), wide), certificate)
     return "--screw", folder / "my.toml", "--map", folder / "my.nc"
 
 

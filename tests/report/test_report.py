@@ -22,7 +22,6 @@ from ballscrew_tehl.physics.load import double_nut_loads
 from ballscrew_tehl.physics.rating import dynamic_rating
 from ballscrew_tehl.report import claims, figures, material, paper_tables
 from ballscrew_tehl.report.claims import PACKAGED_CLAIMS, RULES, VERDICTS
-from ballscrew_tehl.report.page import element, page, paragraph, table
 
 pytestmark = pytest.mark.slow
 
@@ -59,11 +58,6 @@ def test_answer_identity_and_escaping(of_paper, of_own):
     assert "a &lt;b&gt; &amp; c" in of_own.text  # names of a file are text, not HTML
     assert (own["measured"], own["deviations"], own["claims"]) == (False, {}, {})
     assert not {"table2", "claims", "errata", "section5"} & set(of_own.page.tables)
-    assert element("p", "a<b", element("b", "&"), class_='"') == '<p class="&#34;">a&lt;b<b>&amp;</b></p>'
-    made = page(
-        "t <x>", [paragraph("&")], [("k", "n", table("i", "c", ("a",), [["<1>"]]))], element("i", "f")
-    )
-    assert Page(made).tables["i"] == [["a"], ["<1>"]]
 
 
 # --- the paper's screw ---

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from law_contacts import VG100
-from synthetic_map import make_map
+from synthetic_map import closed_form
 
 from ballscrew_tehl.calibration.measurements import packaged_measurements
 from ballscrew_tehl.friction.baselines import jungnickel_torque, zhou_torque
@@ -52,17 +52,9 @@ def test_closed_baseline_is_its_least_squares():
     assert zhou.torques[3] == float(zhou_torque(VG100.screw, 4000.0))
 
 
-@pytest.fixture(scope="module")
-def nut_map():
-    return make_map(law="mechanistic")
-
-
-@pytest.fixture(scope="module")
-def law(nut_map):
-    return Law(VG100, FrictionSet("mechanistic", "rolling_frame", "mechanistic", 1.0, 0.0048), nut_map, 303.0)
-
-
-def test_parts_add_up_to_the_torque(law):
+def test_parts_add_up_to_the_torque():
+    entry = FrictionSet("mechanistic", "rolling_frame", "mechanistic", 1.0, 0.0048)
+    law = Law(VG100, entry, closed_form("mechanistic"), 303.0)
     preload, speed = np.array([[600.0], [3000.0]]), np.array([5.0, 50.0, 200.0])
     parts = torque_parts(law, preload, speed)
     assert parts.shape == (len(PARTS), 2, 3)

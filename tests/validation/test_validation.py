@@ -1,9 +1,8 @@
 """The validation table: rows, mean deviations, recovered preload, text."""
 
-import itertools
-
 import pytest
 from reference_screw import published_rows
+from scipy.interpolate import make_interp_spline
 
 from ballscrew_tehl import load_map, load_screw
 from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE, NEEDED, is_measured, validation_tables
@@ -17,14 +16,9 @@ def measured_exactly(preload, speed, temperature):
         for row in published_rows("zhao2023/table4_torque_vs_speed.csv"):
             if abs(float(row["speed_rpm"]) - rpm) < 1e-6:
                 return float(row["measured_Nm"])
-    knots = [(0.0, 0.0)] + [
-        (float(row["preload_N"]), float(row["measured_Nm"]))
-        for row in published_rows("zhao2023/table2_torque_vs_preload.csv")
-    ]
-    for (x_0, y_0), (x_1, y_1) in itertools.pairwise(knots):
-        if preload <= x_1 or x_1 == knots[-1][0]:
-            return y_0 + (y_1 - y_0) * (preload - x_0) / (x_1 - x_0)
-    raise AssertionError(preload)
+    rows = published_rows("zhao2023/table2_torque_vs_preload.csv")
+    knots, torques = ([0.0, *(float(row[name]) for row in rows)] for name in ("preload_N", "measured_Nm"))
+    return float(make_interp_spline(knots, torques, k=1)(preload))
 
 
 @pytest.fixture(scope="module")
