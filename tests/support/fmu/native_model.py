@@ -102,14 +102,14 @@ def compiled_model(nut_map, model: FmuModel = FRICTION, sanitize: bool = False) 
     return _library(nut_map, model, SANITIZERS if sanitize else ())
 
 
-def c_host(nut_map, name: str, *options: str, runtime: bool = True) -> Path:
-    """Program of a C file of native/, linked with the runtime of both versions if `runtime`, beside the map.
+def c_host(nut_map, name: str, *options: str) -> Path:
+    """Program of a C file of native/, linked with the runtime of both versions, beside the map.
 
     Raises       FileNotFoundError: sanitizers, but no compiler of the system
     """
     if len(compiler()) > 1 and any("sanitize" in option for option in options):
         raise FileNotFoundError("no C compiler of the system: sanitizers not run")
-    sources = {n: text for n, text in runtime_sources(nut_map).items() if runtime or not n.endswith(".c")}
+    sources = runtime_sources(nut_map)
     sources |= {MAP_FILE: map_bytes(nut_map), f"{name}.c": (NATIVE_HOSTS / f"{name}.c").read_bytes()}
     return compile_once(sources, name, *options)
 
