@@ -86,11 +86,6 @@ def is_legal(version, name, kind, state, event_mode=False):
     return state in LEGAL[version][name] and name not in other
 
 
-def _moved(one):
-    """An input of each model: the speed is a state of the axis."""
-    return "motor_torque" if "motor_torque" in one.names else "speed"
-
-
 def arguments(one, name):
     """Valid arguments of a call, without the instance."""
     room, zero = ctypes.create_string_buffer(4096), c_size_t(0)
@@ -101,12 +96,6 @@ def arguments(one, name):
         return ()
     if name == "SetDebugLogging":
         return 1, zero, None
-    if name in ("GetReal", "SetReal"):
-        return one.vr(_moved(one)), c_size_t(1), doubles(3.0)
-    if name in ("GetFloat64", "SetFloat64"):
-        return one.vr(_moved(one)), c_size_t(1), doubles(3.0), c_size_t(1)
-    if name == "GetBoolean":
-        return one.vr("in_range"), c_size_t(1), room, c_size_t(1)
     if name in ("SetContinuousStates", "GetContinuousStates", "GetDerivatives",
                 "GetContinuousStateDerivatives", "GetNominalsOfContinuousStates"):  # fmt: skip
         return doubles(*[0.0] * max(one.states, 1)), c_size_t(one.states)
@@ -137,9 +126,10 @@ def arguments(one, name):
     if name.lower().startswith("deserialize"):
         content = one.serialize(one.save())
         return content, c_size_t(len(content)), byref(c_void_p())
-    if name in ("NewDiscreteStates", "CompletedIntegratorStep", "UpdateDiscreteStates"):
-        first = (room,) if name == "NewDiscreteStates" else (0, None, None)
-        return (None,) * 6 if name == "UpdateDiscreteStates" else first
+    if name == "NewDiscreteStates":
+        return (room,)
+    if name in ("CompletedIntegratorStep", "UpdateDiscreteStates"):
+        return (None,) * 6
     if name.startswith("GetNumberOf") and name != "GetNumberOfVariableDependencies":
         return (byref(c_size_t()),)
     if name == "GetNumberOfVariableDependencies":
@@ -148,4 +138,4 @@ def arguments(one, name):
         return c_uint(4), None, None, None, None, zero
     if name == "ActivateModelPartition":
         return c_uint(0), c_double(0.0)
-    return None, zero, None, zero, zero  # no variable of this type
+    return None, zero, None, zero, zero  # of no variable

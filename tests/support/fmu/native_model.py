@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -23,12 +22,11 @@ from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources
 from ballscrew_tehl.runtime.packed import SURFACES
 
 TOKEN = "{test}"
-# compiled programs and libraries of all sessions of this user, a day after their last use removed
+# compiled programs and libraries of all sessions of this user
 CACHE = Path(tempfile.gettempdir()) / f"ballscrew_native_{os.getuid() if hasattr(os, 'getuid') else ''}"
 FLAGS = tuple(os.environ.get("BALLSCREW_CFLAGS", "").split())  # in addition, e.g. "-O3 -ffp-contract=fast"
 SANITIZERS = ("-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 ROOM = 8192  # [bytes] more than a Model takes
-DAY = 86400.0  # [s]
 
 
 def compiler() -> list[str]:
@@ -61,10 +59,7 @@ def compile_once(sources: Mapping[str, bytes], name: str, *options: str) -> Path
     folder = CACHE / content.hexdigest()[:24]
     folder.mkdir(parents=True, exist_ok=True)
     with FileLock(folder / "lock"):
-        if (folder / "done").exists():
-            (folder / "done").touch()
-        else:
-            remove_old()
+        if not (folder / "done").exists():
             (folder / "fmi").mkdir(exist_ok=True)
             for file, text in sources.items():
                 (folder / file).write_bytes(text)
@@ -73,13 +68,6 @@ def compile_once(sources: Mapping[str, bytes], name: str, *options: str) -> Path
                 raise RuntimeError(run.stderr)
             (folder / "done").touch()
     return folder / name
-
-
-def remove_old() -> None:
-    """Remove from CACHE what was not used for a day."""
-    for done in CACHE.glob("*/done"):
-        if done.exists() and done.stat().st_mtime < time.time() - DAY:
-            shutil.rmtree(done.parent, ignore_errors=True)
 
 
 @functools.cache
