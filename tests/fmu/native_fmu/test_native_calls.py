@@ -76,19 +76,14 @@ def test_a_call_is_accepted_where_it_is_legal_and_refused_elsewhere(version, eve
 @both_versions
 def test_the_table_has_all_functions_of_the_standard_and_none_crashes_without_an_instance(version):
     found = {name.removeprefix(f"fmi{version}") for name in fmi_functions(version)}
-    apart = {n for n in found if n.startswith("Instantiate")} | {
-        "GetVersion",
-        "GetTypesPlatform",
-        "FreeInstance",
-    }
-    assert found - apart == set(LEGAL[version])
+    apart = {"GetVersion", "GetTypesPlatform", "FreeInstance"}
+    assert {n for n in found - apart if not n.startswith("Instantiate")} == set(LEGAL[version])
     with NativeInstance(version) as one:
-        given = {name: arguments(one, name) for name in LEGAL[version]}
         get_version = one.library[f"fmi{version}GetVersion"]
         get_version.restype = ctypes.c_char_p
         assert get_version() == {2: b"2.0", 3: b"3.0"}[version]
     for name in LEGAL[version]:
-        assert one.call(name, *given[name]) == ERROR
+        assert one.call(name, *(None,) * 6) == ERROR
     one.call("FreeInstance")  # does nothing
 
 
