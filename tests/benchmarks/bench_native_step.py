@@ -1,27 +1,23 @@
 """Costs of the native FMU from a C host.
 
-`python tests/benchmarks/bench_native_step.py` builds the library as it is delivered and the C host
-native/step_costs.c with -O2 and prints medians of many short runs, so that other work on the machine does not
-count. `--law mechanistic`: a map of that friction law in closed form.
+`python tests/benchmarks/bench_native_step.py` compiles the runtime with the C host native/step_costs.c
+by the compiler and options of a build, and prints medians of many short runs, so that other work
+on the machine does not count. `--law mechanistic`: a map of that friction law in closed form.
 """
 
 import argparse
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
 sys.path.insert(0, str(Path(__file__).parents[1] / "support" / "fmu"))
-from native_model import TOKEN, c_host
+import native_model
 from synthetic_map import LAWS, make_map
 
-from ballscrew_fmu.models import FRICTION
-from ballscrew_fmu.native_fmu.compile import build_libraries
-from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
-from ballscrew_fmu.native_fmu.sources import native_sources
+from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, find_compiler
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
@@ -31,18 +27,8 @@ REPETITIONS, CALLS = 1001, 300
 CASES = {
     "3 inputs, torque; a drive cycle": 0.12e-6, "4 inputs, torque; axial load varies": 0.3e-6,
     "3 inputs, all outputs": 1e-6, "4 inputs, all outputs": 1e-6,
-    "load library and map, instantiate, initialize": 3e-3,
+    "load the map, instantiate, initialize": 3e-3,
 }  # fmt: skip
-
-
-def host_command(folder: Path, nut_map) -> list[str]:
-    """Command of the C host; everything built in the folder."""
-    sources = native_sources(nut_map.header, 2, TOKEN)
-    library = build_libraries(sources, FRICTION.native_name, ["x86_64-linux"])
-    (folder / "native.so").write_bytes(library["x86_64-linux"])
-    (folder / MAP_FILE).write_bytes(map_bytes(nut_map))
-    host = c_host(nut_map, "step_costs", "-O2", runtime=False)
-    return [str(host), str(REPETITIONS), str(CALLS), str(folder / "native.so"), TOKEN, folder.as_uri()]
 
 
 def text_of(seconds: float) -> str:
@@ -54,8 +40,10 @@ def main() -> None:
     parser.add_argument("--law", choices=LAWS, default=FILM_SHEAR)
     law = parser.parse_args().law
     nut_map = load_map(None, load_parameters()) if law == FILM_SHEAR else make_map(law=law)
-    with tempfile.TemporaryDirectory() as scratch:
-        run = subprocess.run(host_command(Path(scratch), nut_map), capture_output=True, text=True, check=True)
+    native_model.compiler = lambda: [*find_compiler().command]
+    host = native_model.c_host(nut_map, "step_costs", *COMPILER_OPTIONS)
+    command = [host, str(REPETITIONS), str(CALLS), host.parent]
+    run = subprocess.run(command, capture_output=True, text=True, check=True)
     seconds = np.array([line.split() for line in run.stdout.splitlines()], float)
     print(f"{'case':47s} {'median':>9s} {'least':>9s}  target")
     for (case, target), median, least in zip(

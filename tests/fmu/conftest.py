@@ -8,6 +8,8 @@ import fmpy
 import pytest
 import stub_solver
 from filelock import FileLock
+from native_library import CS, NativeInstance
+from processes import RUNS_HERE
 from synthetic_map import closed_form
 
 from ballscrew_fmu.checks.reference import STEP, reference_results
@@ -63,6 +65,25 @@ def folder_of(built):
         return folder
 
     return functools.cache(unpack)
+
+
+@pytest.fixture(scope="session")
+def opened(folder_of):
+    """Function (version, kind, model, law) -> instance; python: of the FMU for Python hosts, FMI 2."""
+
+    def instance(version, kind=CS, model=FRICTION, law=FILM_SHEAR, **options):
+        options = {"model": model, "nut_map": closed_form(law)} | options
+        if version == "python":
+            if not RUNS_HERE:
+                pytest.skip("opens the library for x86_64 Linux")
+            folder = folder_of(model, "python", law)
+            (library,) = folder.glob(f"binaries/linux64/{model.name}.so")
+            token = fmpy.read_model_description(folder).guid
+            resources = (folder / "resources").as_uri()
+            options = {"library": library, "token": token, "resources": resources} | options
+        return NativeInstance(2 if version == "python" else version, kind, **options)
+
+    return instance
 
 
 @pytest.fixture(scope="session")

@@ -1,10 +1,12 @@
 """Commands in processes of their own."""
 
+import multiprocessing
 import os
 import platform
 import shlex
 import subprocess
 import sys
+from concurrent.futures import ProcessPoolExecutor
 
 from paths import ROOT
 
@@ -18,3 +20,9 @@ def output(*arguments, program=sys.executable, folder=ROOT, refused=False, **env
     report = f"{shlex.join(command)}\n{run.stdout[-2000:]}\n{run.stderr[-3000:]}"
     assert (run.returncode != 0) == refused, report
     return run.stdout
+
+
+def elsewhere(function, *arguments):
+    """Result of a function in a new process, which has another hash seed."""
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        return pool.submit(function, *arguments).result()

@@ -8,12 +8,11 @@ import math
 from pathlib import Path
 from xml.etree import ElementTree
 
-import fmpy
 import numpy as np
 import pytest
 import synthetic_map
 from fmu_checks import findings, members, unit_findings, variables_of
-from native_library import ME, OK, NativeInstance
+from native_library import CS, ME, OK
 from synthetic_map import LAWS, closed_form
 
 from ballscrew_fmu.description.about import about
@@ -197,26 +196,19 @@ def test_terminals(model):
 # --- dependencies: what a change of a value changes ---
 
 
-class Probe:
-    """An FMU in initialization mode: for Python hosts, or the runtime of FMI 3.0 in model exchange."""
+def prober(one):
+    """Function (start values, names) -> values by name in initialization mode."""
+    one.initialize()
+    fresh = one.save()
 
-    def __init__(self, folder_of, model, kind, law):
-        options = {"model": model, "nut_map": closed_form(law)}
-        if kind == "python":
-            folder = folder_of(model, kind, law)
-            (library,) = folder.glob(f"binaries/linux64/{model.name}.so")
-            token = fmpy.read_model_description(folder).guid
-            options |= {"library": library, "token": token, "resources": (folder / "resources").as_uri()}
-        self.one = NativeInstance(2, **options) if kind == "python" else NativeInstance(3, ME, **options)
-        self.one.initialize()
-        self.fresh = self.one.save()
-
-    def values(self, start, names):
-        self.one.restore(self.fresh)
+    def values(start, names):
+        one.restore(fresh)
         switches = {name: value for name, value in start.items() if isinstance(value, bool)}
-        assert self.one.set(**{name: value for name, value in start.items() if name not in switches}) == OK
-        assert all(self.one.set_boolean(*switch) == OK for switch in switches.items())
-        return dict(zip(names, self.one.get(*names), strict=True))
+        assert one.set(**{name: value for name, value in start.items() if name not in switches}) == OK
+        assert all(one.set_boolean(*switch) == OK for switch in switches.items())
+        return dict(zip(names, one.get(*names), strict=True))
+
+    return values
 
 
 def drawn(rng, name, row):
@@ -251,7 +243,7 @@ def close_motion(start):
 @pytest.mark.parametrize(
     ("model", "kind"), [case for case in CASES if case[1] != 2], ids=lambda x: getattr(x, "name", str(x))
 )
-def test_dependencies_are_those_that_a_change_of_a_value_shows(folder_of, model, kind, law):
+def test_dependencies_are_those_that_a_change_of_a_value_shows(opened, model, kind, law):
     structure = unknowns(described(model, kind, law))
     initially, running = structure["InitialUnknown"], structure["Output"] | structure.get("Derivative", {})
     indicators = structure.get("EventIndicator", {})
@@ -262,18 +254,18 @@ def test_dependencies_are_those_that_a_change_of_a_value_shows(folder_of, model,
     names = [*initially, *indicators]
     seen = {name: set() for name in names}
     rng = np.random.default_rng(3)
-    probe = Probe(folder_of, model, kind, law)
+    values = prober(opened(kind, CS if kind == "python" else ME, model, law))
     # nothing is declared in vain, where draws reach it: the tables of the others are the same
     exact = law == FILM_SHEAR and (model, kind) in ((FRICTION, "python"), (FRICTION, 3), (MONITOR, 3))
     for _ in range(2000 if exact and kind == 3 else 60 if law == FILM_SHEAR else 15):
         base = close_motion({name: drawn(rng, name, rows[name]) for name in settable})
         if rng.random() < 0.3:  # else presliding_side has no effect
             base |= dict.fromkeys(base.keys() & set(ELEMENT_STATES), 0.0)
-        before = probe.values(base, names)
+        before = values(base, names)
         for changed in settable:
             value = drawn(rng, changed, rows[changed])
             value = not base[changed] if rows[changed]["unit"] == "" else value
-            after = probe.values(base | {changed: value}, names)
+            after = values(base | {changed: value}, names)
             for name in names:
                 if not math.isclose(after[name], before[name], rel_tol=1e-12):
                     seen[name].add(changed)

@@ -10,7 +10,7 @@ import model_exchange
 import modelica_package
 import numpy as np
 import pytest
-from modelica_host import build, call
+from modelica_host import host
 from paths import FMU_SUPPORT
 from processes import RUNS_HERE
 from synthetic_map import LAWS, make_map
@@ -32,9 +32,10 @@ def test_functions_are_those_of_the_map_and_rates_their_differences(tmp_path, la
     compares the declarations with the header."""
     nut_map = make_map(law=law)
     package = modelica_package.assemble(nut_map, tmp_path / "package", ("x86_64-linux",))
-    program, map_file = build(tmp_path / "host", package), package / "Resources" / "Data" / "nut_map.bin"
+    call, map_file = host(tmp_path, package), package / "Resources" / "Data" / "nut_map.bin"
+    (screw,) = call("constructor", str(map_file).encode())
     defaults = tuple(nut_map.defaults)
-    assert call(program, map_file, [(name,) for name in DEFAULTS]) == [(value,) for value in defaults]
+    assert [call(name, screw) for name in DEFAULTS] == [(value,) for value in defaults]
     text, numbers = (package / "package.mo").read_text(), nut_map.header["screw"]
     assert f"nutStiffness(min=1) = {numbers['nut_stiffness']!r}" in text
     assert f"lead(min=0) = {numbers['lead']!r}" in text
@@ -50,18 +51,13 @@ def test_functions_are_those_of_the_map_and_rates_their_differences(tmp_path, la
         viscous_of, coulomb_of = (ratio, roughness), (coefficient, breakaway)
         along = np.array([300.0, 0.02 * at[1], 2.0, 80.0 * (at[3] != 0.0)])  # a kink without axial load
         ends = [at + h * along for h in (-1e-4, 1e-4)]
-        calls = [("covered", *at), ("films", *at), ("preslidingStiffness", at[0], *coulomb_of)]
-        for name, parameters in (("viscousTorque", viscous_of), ("coulombTorque", coulomb_of)):
-            calls += [(name, *x, *parameters) for x in (at, *ends)]
-        calls += [
-            ("viscousTorque_der", *at, *viscous_of, *along),
-            ("coulombTorque_der", *at, *coulomb_of, *along),
-        ]
-        (covered,), films, (stiffness,), *torques, (viscous_rate,), (coulomb_rate,) = call(
-            program, map_file, calls
-        )
+        (covered,), films = call("covered", screw, *at), call("films", screw, *at)
+        (stiffness,) = call("preslidingStiffness", screw, at[0], *coulomb_of)
+        viscous, low, high = (call("viscousTorque", screw, *x, *viscous_of)[0] for x in (at, *ends))
+        coulomb, below, above = (call("coulombTorque", screw, *x, *coulomb_of)[0] for x in (at, *ends))
+        (viscous_rate,) = call("viscousTorque_der", screw, *at, *viscous_of, *along)
+        (coulomb_rate,) = call("coulombTorque_der", screw, *at, *coulomb_of, *along)
         state = nut_map.evaluate(*at, *others)
-        (viscous,), (low,), (high,), (coulomb,), (below,), (above,) = torques
         assert viscous == pytest.approx(math.copysign(state.viscous_torque, at[1]), rel=1e-12, abs=0.0)
         assert coulomb == pytest.approx(state.coulomb_torque, rel=1e-12, abs=0.0)
         assert bool(covered) is bool(state.in_range)
@@ -75,14 +71,15 @@ def test_functions_are_those_of_the_map_and_rates_their_differences(tmp_path, la
     assert seen == {True, False}
     (tmp_path / "short.bin").write_bytes(map_file.read_bytes()[:-8])
     point = (2000.0, 0.0, 303.0, 0.0)
-    for file, rows, message in (
-        (tmp_path / "missing.bin", [], "missing.bin"),
-        (tmp_path / "short.bin", [], "short.bin"),
-        (map_file, [("covered", 2000.0, math.nan, 303.0, 0.0)], "speed = nan; needs a finite number"),
-        (map_file, [("coulombTorque", *point, -0.1, 1.0)], "net_sliding_coefficient = -0.1; needs"),
+    for name, given, message in (
+        ("constructor", (str(tmp_path / "missing.bin").encode(),), "missing.bin"),
+        ("constructor", (str(tmp_path / "short.bin").encode(),), "short.bin"),
+        ("covered", (screw, 2000.0, math.nan, 303.0, 0.0), "speed = nan; needs a finite number"),
+        ("coulombTorque", (screw, *point, -0.1, 1.0), "net_sliding_coefficient = -0.1; needs"),
     ):
-        with pytest.raises(RuntimeError, match=f"exit 3: BallScrewFriction: .*{re.escape(message)}"):
-            call(program, file, rows)
+        with pytest.raises(RuntimeError, match=f"BallScrewFriction: .*{re.escape(message)}"):
+            call(name, *given)
+    call("destructor", screw)
 
 
 # --- law and axes, compiled and run ---

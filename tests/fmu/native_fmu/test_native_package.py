@@ -10,9 +10,7 @@ import fmpy
 import pytest
 from fmu_checks import exports, findings, fmi_functions, machine_of, members
 from native_model import FLAGS
-from native_reference import REFERENCE, VALIDATION
-from paths import SUPPORT
-from processes import output
+from processes import elsewhere, output
 from synthetic_map import closed_form, make_map
 
 from ballscrew_fmu.archive import write_fmu
@@ -20,6 +18,7 @@ from ballscrew_fmu.checks.check import check
 from ballscrew_fmu.checks.replay import kind_of
 from ballscrew_fmu.native_fmu import compile as native_build
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, BuildError, build_libraries, universal_library
+from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.map_file import map_bytes
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_files
 from ballscrew_fmu.native_fmu.sources import (
@@ -29,8 +28,15 @@ from ballscrew_fmu.native_fmu.sources import (
     native_sources,
     variable_sources,
 )
+from ballscrew_fmu.pages.page import Validation
 
 pytestmark = pytest.mark.slow
+REFERENCE = Reference(
+    1e-3,
+    [{"preload": 2000.0, "speed": 10.0 * n, "temperature": 303.15, "axial_load": 0.0} for n in range(5)],
+    [{"friction_torque": 0.1 * n, "in_range": n < 4} for n in range(5)],
+)
+VALIDATION = Validation("<p>Table</p>", {"plot.png": b"\x89PNG"})
 VERSIONS = pytest.mark.parametrize("version", [2, 3])
 HOST = ("x86_64-windows" if sys.platform == "win32" else f"x86_64-{sys.platform}",)
 BUILT_FOR = {2: tuple(PLATFORMS), 3: ("x86_64-linux", "x86_64-windows")}
@@ -84,25 +90,15 @@ def test_members(native_fmus, synthetic_nut_map, tmp_path, version):
     assert (tmp_path / "same.fmu").read_bytes() == native_fmus[version].read_bytes()
 
 
-BUILD_AGAIN = """
-import sys
-sys.path[:0] = [sys.argv[1], sys.argv[1] + "/fmu"]
-from native_reference import REFERENCE, VALIDATION
-from synthetic_map import make_map
-from ballscrew_fmu.native_fmu.package import build_native_fmu
-build_native_fmu(make_map(), 3, sys.argv[2], REFERENCE, VALIDATION, sys.argv[3:])
-"""
-
-
-def test_another_process_and_folder_build_the_same_bytes(synthetic_nut_map, tmp_path):
+def test_another_process_and_folder_build_the_same_bytes(synthetic_nut_map, monkeypatch, tmp_path):
     """And another content has another token."""
-    other = tmp_path / "a folder with another name"
+    other, further = tmp_path / "a folder with another name", (REFERENCE, VALIDATION, HOST)
     other.mkdir()
-    here = build_native_fmu(synthetic_nut_map, 3, tmp_path / "here.fmu", REFERENCE, VALIDATION, HOST)
-    again = other / "again.fmu"
-    temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(other))
-    output("-c", BUILD_AGAIN, SUPPORT, again, *HOST, folder=other, **temporary)
-    assert again.read_bytes() == here.path.read_bytes()
+    here = build_native_fmu(synthetic_nut_map, 3, tmp_path / "here.fmu", *further)
+    for name in ("TMPDIR", "TEMP", "TMP"):
+        monkeypatch.setenv(name, str(other))
+    elsewhere(build_native_fmu, synthetic_nut_map, 3, other / "again.fmu", *further)
+    assert (other / "again.fmu").read_bytes() == here.path.read_bytes()
     contents = ((synthetic_nut_map, REFERENCE), (make_map(1.01), REFERENCE), (synthetic_nut_map, None))
     tokens = {token_of(native_files(nut_map, 3, of, VALIDATION, ())) for nut_map, of in contents}
     assert len({*tokens, here.guid}) == 4

@@ -1,25 +1,33 @@
-"""BallScrewFriction for Python hosts through fmpy: values, standstill, bad input, order of calls, saved states."""
+"""FMUs for Python hosts: values, start, bad input, damaged states, the monitor, the entry library.
+
+What it has in common with the native FMUs: tests/fmu/native_fmu.
+"""
 
 import math
+import shutil
+import zipfile
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
-from native_library import NativeInstance
+from fmu_checks import exports, fmi_functions
+from native_library import DISCARD, ERROR, ME, OK, WARNING, NativeInstance
+from paths import writable
+from processes import RUNS_HERE, output
 from synthetic_map import make_map
 
 from ballscrew_fmu.checks.reference import friction_results
 from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_fmu.models import MONITOR
+from ballscrew_fmu.python_fmu.entry_library import PLATFORMS
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_fmu.variables.friction import origin_text
-from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MECHANISTIC, sealed
 
-OK, WARNING, DISCARD, ERROR = 0, 1, 2, 3
-COULOMB = ("hysteresis_torque", "sliding_torque")
-WOUND = {"presliding_stiffness": 400.0, "presliding_damping": 0.5, "preload": 1500.0}
+pytestmark = pytest.mark.skipif(not RUNS_HERE, reason="opens the library for x86_64 Linux")
 
 
 def of_status(instance, status):
@@ -58,73 +66,22 @@ def test_the_elements_start_on_the_side_of_the_speed_or_as_set(unpacked, synthet
     coulomb = synthetic_nut_map.evaluate(2000.0, 4.0, 303.15).coulomb_torque
     for side, part in ((0.0, 1.0), (-1.0, -1.0), (0.25, 16.0 / 36.0)):
         with FmuInstance(unpacked, speed=4.0, presliding_side=side) as one:
-            assert sum(one.get(*COULOMB)) == pytest.approx(part * coulomb, rel=1e-12)
+            assert sum(one.get("hysteresis_torque", "sliding_torque")) == pytest.approx(
+                part * coulomb, rel=1e-12
+            )
             assert one.step(1e-9, speed=1e-6)
-            assert sum(one.get(*COULOMB)) == pytest.approx(part * coulomb, rel=1e-3)
-
-
-def test_an_input_outside_the_map_is_that_of_its_limit_and_reported_once(unpacked):
-    limits = {"preload": (1e9, 12000.0), "temperature": (0.0, 283.15), "speed": (400.0, 320.0)}
-    for name, (value, limit) in (limits | {"axial_load": (1e6, None)}).items():
-        with FmuInstance(unpacked, speed=30.0) as one, FmuInstance(unpacked, speed=30.0) as other:
-            for _ in range(2):
-                assert one.step(**{name: value})
-                assert one.get("in_range") is False
-            assert [text.split()[0] for text in of_status(one, WARNING)] == [name]
-            if limit:
-                assert other.step(**{name: limit})
-                assert one.get("friction_torque") == pytest.approx(other.get("friction_torque"), rel=1e-12)
-            content = one.slave.serializeFMUstate(one.slave.getFMUstate())
-            other.slave.setFMUstate(other.slave.deSerializeFMUstate(content))
-            assert other.step(**{name: value})  # what was reported belongs to the state
-            assert other.messages == []
-    with FmuInstance(unpacked, preload=0.0, temperature=0.0) as zeros:
-        assert zeros.step(0.0)
-        assert zeros.get("friction_torque", "power_loss", "in_range") == [0.0, 0.0, False]
-
-
-def test_a_step_that_is_too_long_for_presliding_is_reported_once(unpacked):
-    for factor, count in ((0.98, 0), (1.02, 1)):
-        with FmuInstance(unpacked, presliding_side=0.1) as one:
-            for speed in (0.0, 10.0, 0.0):  # at rest, elastic or not, or while it slides: no matter
-                one.step(1.0, speed=speed)
-            assert one.messages == []
-            for speed in (-0.1, 0.1, -0.1):
-                assert one.step(factor * DAMPING_TIME, speed=speed)
-            assert len(of_status(one, WARNING)) == count
-
-
-NUMBERS = ("preload", "speed", "temperature", "axial_load", "roughness_height", "net_sliding_coefficient")
-
-
-def test_a_bad_value_discards_the_step_and_changes_nothing(unpacked):
-    bad = [(name, value) for name in NUMBERS for value in (math.nan, math.inf, -math.inf, 1e40)]
-    bad += [(name, -1e-9) for name in (*NUMBERS[4:], "presliding_stiffness", "regularization_speed")]
-    bad += [("refine_tolerance", 0.0)]
-    with FmuInstance(unpacked, speed=0.01) as one, FmuInstance(unpacked, speed=0.01) as undisturbed:
-        for name, value in bad:
-            for each in (one, undisturbed):
-                assert each.step()
-            good, before = one.get(name), one.outputs()
-            assert one.step(**{name: value}) is False
-            assert one.outputs() == before
-            status, text = one.messages[-1]
-            assert (status, text.split("; needs a finite number")[0]) == (DISCARD, f"{name} = {value}")
-            assert one.step(**{name: good})
-            assert undisturbed.step()
-            assert one.outputs() == undisturbed.outputs()
-        for size in (-1e-3, math.nan, math.inf):
-            assert one.step(size) is False
-            assert "step size" in one.messages[-1][1]
-        assert one.outputs() == undisturbed.outputs()
+            assert sum(one.get("hysteresis_torque", "sliding_torque")) == pytest.approx(
+                part * coulomb, rel=1e-3
+            )
 
 
 def test_a_bad_start_value_can_be_replaced_also_from_a_saved_state(unpacked):
     """The elements then slides in the direction of the speed, as if the good value had been there at once. A fixed
     parameter can be replaced after a reset."""
-    with FmuInstance(unpacked, presliding_side=-1.1) as one:
-        assert one.step() is False
-        assert one.messages[-1] == (DISCARD, "presliding_side = -1.1; needs a finite number >= -1")
+    for name, value, limit in (("presliding_side", -1.1, ">= -1"), ("refine_tolerance", 0.0, "> 0")):
+        with FmuInstance(unpacked, **{name: value}) as one:
+            assert one.step() is False
+            assert one.messages[-1] == (DISCARD, f"{name} = {value}; needs a finite number {limit}")
     for restored in (False, True):
         with FmuInstance(unpacked, speed=math.nan) as one, FmuInstance(unpacked, speed=0.01) as good:
             assert one.messages == [(DISCARD, "speed = nan; needs a finite number")]
@@ -136,25 +93,6 @@ def test_a_bad_start_value_can_be_replaced_also_from_a_saved_state(unpacked):
                 one.time = 0.0
                 assert math.isnan(one.get("speed"))
             assert go_on(one, (0.01, 0.01)) == go_on(good, (0.01, 0.01))
-
-
-def test_outputs_follow_the_inputs_while_initializing_and_steps_afterwards(unpacked):
-    with FmuInstance(unpacked, initialize=False) as one:
-        assert one.step() is False
-        assert "exitInitializationMode" in one.messages[-1][1]
-        one.slave.setupExperiment(startTime=0.0)
-        one.slave.enterInitializationMode()
-        seen = []
-        for speed in (10.0, 20.0):
-            one.set(speed=speed)
-            seen.append(one.get("friction_torque"))
-        one.slave.exitInitializationMode()
-        one.set(speed=10.0)
-        assert one.get("friction_torque") == seen[1] > seen[0]
-        assert one.step(10.0)
-        assert one.get("friction_torque") == pytest.approx(seen[0], rel=1e-12)
-        one.slave.terminate()
-        assert one.step() is False
 
 
 def test_an_exception_is_logged_and_has_no_effect(unpacked):
@@ -172,31 +110,6 @@ def test_an_exception_is_logged_and_has_no_effect(unpacked):
 
 
 # --- saved states ---
-
-
-def test_a_state_is_complete_can_be_restored_repeatedly_and_continues_in_another_instance(unpacked):
-    """The elements are loaded at rest: inputs and outputs set afterwards do not reveal it."""
-    with FmuInstance(unpacked, **WOUND) as one, FmuInstance(unpacked, initialize=False) as other:
-        go_on(one, (0.2, 0.0))
-        assert one.get("hysteresis_torque") > 0.0
-        state = one.slave.getFMUstate()
-        content = one.slave.serializeFMUstate(state)
-        first = go_on(one)
-        one.set(preload=9000.0, roughness_height=0.0, presliding_stiffness=0.0, presliding=False)
-        one.step(1e-3)
-        for _ in range(2):
-            one.slave.setFMUstate(state)
-            assert go_on(one) == first
-        one.slave.freeFMUstate(state)
-        other.slave.setFMUstate(other.slave.deSerializeFMUstate(content))
-        assert other.slave.serializeFMUstate(other.slave.getFMUstate()) == content
-        other.time = one.time
-        assert go_on(other) == first
-        other.slave.reset()
-        other._initialize({})
-        other.time = 0.0
-        with FmuInstance(unpacked) as fresh:
-            assert go_on(other) == go_on(fresh)
 
 
 def refused(call, *arguments):
@@ -246,3 +159,142 @@ def test_friction_numbers_of_another_screw_are_reported_once(tmp_path):
             native.start().go()
             found = [message.text for message in native.opening if message.status == WARNING]
             assert [line.replace("%%", "%") for line in found] == [text]
+
+
+# --- the preload monitor ---
+# The preload of a torque: tests/runtime.
+
+
+@pytest.fixture
+def monitor(folder_of):
+    return lambda **start: FmuInstance(folder_of(MONITOR, "python"), **start)
+
+
+def test_sensitivity_and_interval(monitor):
+    with monitor(torque_uncertainty=0.01) as one:
+        preloads = []
+        for torque in (0.799, 0.801, 0.8):
+            one.step(torque=torque, speed=30.0)
+            preloads.append(one.get("preload"))
+        slope = 0.002 / (preloads[1] - preloads[0])
+        assert one.get("torque_sensitivity") == pytest.approx(slope, rel=1e-5)
+        assert one.get("preload_half_width") == pytest.approx(0.01 / slope, rel=1e-5)
+        one.step(law_uncertainty=0.03)
+        assert one.get("preload_half_width") == pytest.approx(math.hypot(0.01, 0.024) / slope, rel=1e-5)
+        preload, half = one.get("preload", "preload_half_width")
+        assert one.get("preload_low", "preload_high") == [preload - half, preload + half]
+        one.step(torque_uncertainty=1e6)
+        assert one.get("preload_half_width", "preload_low", "preload_high") == [12000.0, 0.0, 12000.0]
+
+
+def test_the_last_preload_in_range_is_held_at_rest_and_in_a_saved_state(monitor):
+    with monitor(initial_preload=1700.0, speed_min=2.0) as one, monitor() as other:
+        for step, torque, speed, preload in (
+            (1e-3, 5.0, 1.99, 1700.0),  # below speed_min
+            (1e-3, 0.8, -2.0, 0.0),  # against the motion: estimated, but not in range
+            (0.0, 1.6, 30.0, None),  # a step of size 0 holds nothing
+            (1e-3, 0.8, 0.0, 1700.0), (1e-3, -0.8, -2.0, None),
+        ):  # fmt: skip
+            one.step(step, torque=torque, speed=speed)
+            assert one.get("in_range") is (preload is None)
+            assert preload is None or one.get("preload") == preload
+        stored, content = one.get("preload"), one.slave.serializeFMUstate(one.slave.getFMUstate())
+        one.step(torque=500.0, speed=30.0)
+        assert one.get("preload", "in_range") == [12000.0, False]
+        for torque, speed in ((0.0, 0.0), (-0.7, 1.9), (3.0, -1e-9)):
+            one.step(torque=torque, speed=speed)
+            assert one.get("preload", "in_range") == [stored, False]
+            assert one.get("torque_sensitivity") > 0.0
+        one.step(torque=-1.0, speed=-30.0)
+        for each in (one, other):
+            each.slave.setFMUstate(each.slave.deSerializeFMUstate(content))
+            each.step(torque=1.0, speed=0.0)
+            assert each.get("preload") == stored
+
+
+# --- the entry library: what it refuses before pythonfmu is called ---
+
+FOLDER, _, SUFFIX = PLATFORMS["x86_64-linux"]
+EXCHANGE = ("Mode", "DiscreteStates", "IntegratorStep", "SetTime", "States", "GetDerivatives", "Indicators")
+
+
+@pytest.fixture(scope="module")
+def library(unpacked):
+    return Path(unpacked, "binaries", FOLDER, f"BallScrewFriction{SUFFIX}")
+
+
+REFUSED = [
+    ({"token": "{another}"}, "GUID is {another}, the resources have "),
+    ({"token": None}, "GUID is NULL, the resources have "),
+    ({"kind": ME}, "co-simulation only"),
+    ({"name": b" "}, "instance name is empty"),
+    ({"resources": None}, "location of the resources is NULL"),
+    ({"resources": "file:///no/such/folder"}, "no resources of this FMU in file:///no/such/folder"),
+    ({"resources": "file:///with%2520in/it"}, "without %%20"),  # pythonfmu would read it as a blank
+    ({"resources": "file:///latin%FC"}, "UTF-8"),
+    ({"resources": "file:///" + "x" * 5000}, "no resources of this FMU in "),
+]
+
+
+def test_what_would_end_the_host_or_belongs_to_another_fmu_is_refused(opened, library):
+    for arguments, reason in REFUSED:
+        one = opened("python", **arguments)
+        assert one.handle is None
+        ((status, category, text),) = one.messages
+        assert (status, category) == (ERROR, "logStatusError")
+        assert reason in text
+        assert opened("python", functions="NULL", **arguments).handle is None
+    needed = {name for name in fmi_functions(2) if not name.endswith(EXCHANGE)}
+    assert len(needed) > 25
+    assert exports(library, sorted(needed)) == []
+
+
+def test_impossible_steps_are_discarded_also_without_a_logger(opened):
+    with opened("python", functions="NULL").start() as silent, opened("python") as one:
+        for size in (-1e-3, math.nan, math.inf):
+            assert silent.step(0.0, size) == DISCARD  # logged to nobody
+        assert silent.step(0.0, 1e-3) == OK
+        one.initialize()
+        assert one.step(0.0, 1e-3) == DISCARD
+        assert "exitInitializationMode" in one.last
+
+
+def test_it_runs_below_any_path(fmu, tmp_path):
+    for name in ("a blank", "hash#", "percent%41", "plus+", "umlaut \u00fc", "is \u4e2d\u6587", "q?&;'"):
+        name = writable(name)
+        with zipfile.ZipFile(fmu) as archive:
+            archive.extractall(tmp_path / name)
+        with FmuInstance(tmp_path / name) as one:
+            assert one.step(speed=30.0)
+            assert one.get("friction_torque") > 0.0
+            one.slave.setFMUstate(one.slave.getFMUstate())
+            assert one.step(speed=1e6)
+            assert [text.split()[0] for _, text in one.messages] == ["speed"]
+
+
+NATIVE_HOST = """
+#include <dlfcn.h>
+#include <stdio.h>
+#include "fmi2FunctionTypes.h"
+
+static void logger(fmi2ComponentEnvironment e, fmi2String n, fmi2Status s, fmi2String c, fmi2String message, ...)
+{ (void)e, (void)n, (void)s, (void)c, (void)puts(message); }
+
+int main(int count, char **arguments)
+{
+    const fmi2CallbackFunctions functions = {logger, NULL, NULL, NULL, NULL};
+    fmi2InstantiateTYPE *make;
+    *(void **)&make = dlsym(dlopen(arguments[1], RTLD_NOW), "fmi2Instantiate");
+    return make("one", fmi2CoSimulation, arguments[2], arguments[3], &functions, 0, 1) == NULL ? 0 : count;
+}
+"""
+
+
+def test_in_a_host_without_python_it_says_so(library, unpacked, tmp_path):
+    compiler = shutil.which("cc") or pytest.skip("no C compiler of the system")
+    (tmp_path / "host.c").write_text(NATIVE_HOST)
+    headers = Path(fmpy.__file__).parent / "c-code"
+    output(f"-I{headers}", "host.c", "-o", "host", "-ldl", program=compiler, folder=tmp_path)
+    token, resources = fmpy.read_model_description(unpacked).guid, Path(unpacked, "resources").as_uri()
+    printed = output(library, token, resources, program=str(tmp_path / "host"))
+    assert "needs a host that runs Python" in printed

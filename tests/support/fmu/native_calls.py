@@ -1,73 +1,23 @@
 """Which call of the native FMUs is legal in which state, and valid arguments of each."""
 
+import csv
 import ctypes
 from ctypes import byref, c_double, c_size_t, c_uint, c_void_p
+from pathlib import Path
 
 from native_library import CS, DISCARD, ERROR, ME, doubles
 
 STATES = {CS: "instx", ME: "inectx"}
 
-# States in which a call is legal: i instantiated, n initialization mode, s step mode, e event mode,
-# c continuous-time mode, t terminated, x error. Read from the standards, independently of the tables in C. The only
-# addition is SetTime in event mode.
-LEGAL = {
-    2: {
-        "SetDebugLogging": "inscetx", "SetupExperiment": "i", "EnterInitializationMode": "i",
-        "ExitInitializationMode": "n", "Terminate": "sec", "Reset": "inscetx", "GetReal": "nsectx",
-        "GetInteger": "nsectx", "GetBoolean": "nsectx", "GetString": "nsectx", "SetReal": "insec",
-        "SetInteger": "inse", "SetBoolean": "inse", "SetString": "inse", "GetFMUstate": "insectx",
-        "SetFMUstate": "insectx", "FreeFMUstate": "insectx", "SerializedFMUstateSize": "insectx",
-        "SerializeFMUstate": "insectx", "DeSerializeFMUstate": "insectx",
-        "GetDirectionalDerivative": "nsectx",
-        "EnterEventMode": "ec", "NewDiscreteStates": "e", "EnterContinuousTimeMode": "e",
-        "CompletedIntegratorStep": "c", "SetTime": "ec", "SetContinuousStates": "c",
-        "GetEventIndicators": "nectx", "GetContinuousStates": "nectx", "GetDerivatives": "nectx",
-        "GetNominalsOfContinuousStates": "inectx",
-        "SetRealInputDerivatives": "ins", "GetRealOutputDerivatives": "stx", "DoStep": "s", "CancelStep": "",
-        "GetStatus": "st", "GetRealStatus": "st", "GetIntegerStatus": "st", "GetBooleanStatus": "st",
-        "GetStringStatus": "st",
-    },
-    3: {
-        "SetDebugLogging": "insectx", "EnterInitializationMode": "i", "ExitInitializationMode": "n",
-        "EnterEventMode": "c", "Terminate": "sec", "Reset": "insectx",
-        **{f"Get{t}": "nsectx" for t in ("Float32", "Float64", "Int8", "UInt8", "Int16", "UInt16", "Int32",
-                                         "UInt32", "Int64", "UInt64", "Boolean", "String", "Binary")},
-        **{f"Set{t}": "insec" for t in ("Float32", "Float64")},
-        **{f"Set{t}": "inse" for t in ("Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64",
-                                       "UInt64", "Boolean", "String", "Binary")},
-        **{name: "ne" for name in ("GetClock", "SetClock", "GetIntervalDecimal", "GetIntervalFraction",
-                                   "GetShiftDecimal", "GetShiftFraction", "SetIntervalDecimal",
-                                   "SetIntervalFraction", "SetShiftDecimal", "SetShiftFraction",
-                                   "EvaluateDiscreteStates")},
-        "GetNumberOfVariableDependencies": "insectx", "GetVariableDependencies": "insectx",
-        "GetFMUState": "insectx", "SetFMUState": "insectx", "FreeFMUState": "insectx",
-        "SerializedFMUStateSize": "insectx", "SerializeFMUState": "insectx", "DeserializeFMUState": "insectx",
-        "GetDirectionalDerivative": "nsectx", "GetAdjointDerivative": "nsectx",
-        "EnterConfigurationMode": "ise", "ExitConfigurationMode": "", "UpdateDiscreteStates": "e",
-        "EnterContinuousTimeMode": "e", "CompletedIntegratorStep": "c", "SetTime": "ec",
-        "SetContinuousStates": "c", "GetContinuousStateDerivatives": "nectx", "GetEventIndicators": "nectx",
-        "GetContinuousStates": "nectx", "GetNominalsOfContinuousStates": "nectx",
-        "GetNumberOfEventIndicators": "inectx", "GetNumberOfContinuousStates": "inectx",
-        "EnterStepMode": "e", "GetOutputDerivatives": "stx", "DoStep": "s", "ActivateModelPartition": "",
-    },
-}  # fmt: skip
-CS_ONLY = {
-    "SetRealInputDerivatives", "GetRealOutputDerivatives", "DoStep", "GetStatus", "GetRealStatus",
-    "GetIntegerStatus", "GetBooleanStatus", "GetStringStatus", "GetOutputDerivatives", "EnterStepMode",
-}  # fmt: skip
-ME_ONLY = {
-    "EnterEventMode", "NewDiscreteStates", "UpdateDiscreteStates", "EnterContinuousTimeMode",
-    "CompletedIntegratorStep", "SetTime", "SetContinuousStates", "GetEventIndicators", "GetContinuousStates",
-    "GetDerivatives", "GetContinuousStateDerivatives", "GetNominalsOfContinuousStates",
-    "GetNumberOfEventIndicators", "GetNumberOfContinuousStates",
-}  # fmt: skip
-# legal calls that the FMU does not support
+# legal_calls.csv: states in which a call is legal, i instantiated, n initialization mode, s step mode, e event mode,
+# c continuous-time mode, t terminated, x error; the one kind that has it; the status of a legal call that the FMU does
+# not support. Read from the standards, independently of the tables in C. The only addition is SetTime in event mode.
+with Path(__file__).with_name("legal_calls.csv").open(encoding="ascii") as file:
+    _ROWS = list(csv.DictReader(file))
+LEGAL = {v: {row["call"]: row for row in _ROWS if str(v) in row["versions"]} for v in (2, 3)}
 UNSUPPORTED = {
-    "SetRealInputDerivatives": ERROR, "GetRealOutputDerivatives": ERROR, "GetOutputDerivatives": ERROR,
-    "GetNumberOfVariableDependencies": ERROR, "GetVariableDependencies": ERROR,
-    "EnterConfigurationMode": ERROR, "EvaluateDiscreteStates": ERROR, "GetStatus": DISCARD,
-    "GetIntegerStatus": DISCARD, "GetBooleanStatus": DISCARD, "GetStringStatus": DISCARD,
-}  # fmt: skip
+    row["call"]: ERROR if row["unsupported"] == "error" else DISCARD for row in _ROWS if row["unsupported"]
+}
 NO_ARGUMENTS = {
     "EnterInitializationMode", "ExitInitializationMode", "Terminate", "Reset", "EnterEventMode",
     "EnterContinuousTimeMode", "CancelStep", "EnterConfigurationMode", "ExitConfigurationMode",
@@ -82,13 +32,8 @@ LEGAL_WITH_EVENTS = {"EnterEventMode": "s", "UpdateDiscreteStates": "e"}
 def is_legal(version, name, kind, state, event_mode=False):
     if event_mode and name in LEGAL_WITH_EVENTS:
         return state in LEGAL_WITH_EVENTS[name]
-    other = CS_ONLY if kind == ME else ME_ONLY
-    return state in LEGAL[version][name] and name not in other
-
-
-def _moved(one):
-    """An input of each model: the speed is a state of the axis."""
-    return "motor_torque" if "motor_torque" in one.names else "speed"
+    row = LEGAL[version][name]
+    return state in row["states"] and row["kind"] in ("", kind)
 
 
 def arguments(one, name):
@@ -101,12 +46,6 @@ def arguments(one, name):
         return ()
     if name == "SetDebugLogging":
         return 1, zero, None
-    if name in ("GetReal", "SetReal"):
-        return one.vr(_moved(one)), c_size_t(1), doubles(3.0)
-    if name in ("GetFloat64", "SetFloat64"):
-        return one.vr(_moved(one)), c_size_t(1), doubles(3.0), c_size_t(1)
-    if name == "GetBoolean":
-        return one.vr("in_range"), c_size_t(1), room, c_size_t(1)
     if name in ("SetContinuousStates", "GetContinuousStates", "GetDerivatives",
                 "GetContinuousStateDerivatives", "GetNominalsOfContinuousStates"):  # fmt: skip
         return doubles(*[0.0] * max(one.states, 1)), c_size_t(one.states)
@@ -137,9 +76,10 @@ def arguments(one, name):
     if name.lower().startswith("deserialize"):
         content = one.serialize(one.save())
         return content, c_size_t(len(content)), byref(c_void_p())
-    if name in ("NewDiscreteStates", "CompletedIntegratorStep", "UpdateDiscreteStates"):
-        first = (room,) if name == "NewDiscreteStates" else (0, None, None)
-        return (None,) * 6 if name == "UpdateDiscreteStates" else first
+    if name == "NewDiscreteStates":
+        return (room,)
+    if name in ("CompletedIntegratorStep", "UpdateDiscreteStates"):
+        return (None,) * 6
     if name.startswith("GetNumberOf") and name != "GetNumberOfVariableDependencies":
         return (byref(c_size_t()),)
     if name == "GetNumberOfVariableDependencies":
@@ -148,4 +88,4 @@ def arguments(one, name):
         return c_uint(4), None, None, None, None, zero
     if name == "ActivateModelPartition":
         return c_uint(0), c_double(0.0)
-    return None, zero, None, zero, zero  # no variable of this type
+    return None, zero, None, zero, zero  # of no variable

@@ -22,7 +22,7 @@ from native_model import TOKEN, compiled_model
 from synthetic_map import closed_form
 
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.variables.friction import ELEMENT_STATES, FIRST_REFERENCE, native_variables
+from ballscrew_fmu.variables.friction import FIRST_REFERENCE, native_variables
 from ballscrew_tehl.runtime.constants import ELEMENTS
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
@@ -85,10 +85,19 @@ class NativeInstance:
         library, variables = library or compiled_model(nut_map, model, sanitize), table(nut_map.header)
         self.names = {v.name: n for n, v in enumerate(variables, FIRST_REFERENCE)}
         self.output = next(v.name for v in variables if v.causality == "output")
+        self._shown = [
+            v.name for v in variables if v.causality in ("output", "local") and v.unit and not v.indicates
+        ]
         self.indicators = sum(v.indicates for v in variables)
         self.states = sum(v.derivative_of is not None and v.derivative_of != "" for v in variables)
         self.library = ctypes.CDLL(str(library))
-        self.version, self.kind, self.time, self.event_mode = version, kind, 0.0, event_mode
+        self.version, self.kind, self.model, self.time, self.event_mode = (
+            version,
+            kind,
+            model,
+            0.0,
+            event_mode,
+        )
         self.messages: list[Message] = []
         folder = (str(library.parent) if resources == "" else resources) or None
         place, key = (None if text is None else text.encode() for text in (folder, token))
@@ -185,10 +194,8 @@ class NativeInstance:
         return bool(value[0])
 
     def outputs(self) -> list[float]:
-        return [
-            *self.get(*OUTPUTS, *ELEMENT_STATES, *(f"{name}_rate" for name in ELEMENT_STATES)),
-            self.in_range(),
-        ]
+        """Outputs, elements and their rates."""
+        return [*self.get(*self._shown), self.in_range()]
 
     # instantiation to reset
 

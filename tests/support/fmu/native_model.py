@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -23,12 +22,11 @@ from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources
 from ballscrew_tehl.runtime.packed import SURFACES
 
 TOKEN = "{test}"
-# compiled programs and libraries of all sessions of this user, a day after their last use removed
+# compiled programs and libraries of all sessions of this user
 CACHE = Path(tempfile.gettempdir()) / f"ballscrew_native_{os.getuid() if hasattr(os, 'getuid') else ''}"
 FLAGS = tuple(os.environ.get("BALLSCREW_CFLAGS", "").split())  # in addition, e.g. "-O3 -ffp-contract=fast"
 SANITIZERS = ("-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 ROOM = 8192  # [bytes] more than a Model takes
-DAY = 86400.0  # [s]
 
 
 def compiler() -> list[str]:
@@ -61,10 +59,7 @@ def compile_once(sources: Mapping[str, bytes], name: str, *options: str) -> Path
     folder = CACHE / content.hexdigest()[:24]
     folder.mkdir(parents=True, exist_ok=True)
     with FileLock(folder / "lock"):
-        if (folder / "done").exists():
-            (folder / "done").touch()
-        else:
-            remove_old()
+        if not (folder / "done").exists():
             (folder / "fmi").mkdir(exist_ok=True)
             for file, text in sources.items():
                 (folder / file).write_bytes(text)
@@ -73,13 +68,6 @@ def compile_once(sources: Mapping[str, bytes], name: str, *options: str) -> Path
                 raise RuntimeError(run.stderr)
             (folder / "done").touch()
     return folder / name
-
-
-def remove_old() -> None:
-    """Remove from CACHE what was not used for a day."""
-    for done in CACHE.glob("*/done"):
-        if done.exists() and done.stat().st_mtime < time.time() - DAY:
-            shutil.rmtree(done.parent, ignore_errors=True)
 
 
 @functools.cache
@@ -102,14 +90,14 @@ def compiled_model(nut_map, model: FmuModel = FRICTION, sanitize: bool = False) 
     return _library(nut_map, model, SANITIZERS if sanitize else ())
 
 
-def c_host(nut_map, name: str, *options: str, runtime: bool = True) -> Path:
-    """Program of a C file of native/, linked with the runtime of both versions if `runtime`, beside the map.
+def c_host(nut_map, name: str, *options: str) -> Path:
+    """Program of a C file of native/, linked with the runtime of both versions, beside the map.
 
     Raises       FileNotFoundError: sanitizers, but no compiler of the system
     """
     if len(compiler()) > 1 and any("sanitize" in option for option in options):
         raise FileNotFoundError("no C compiler of the system: sanitizers not run")
-    sources = {n: text for n, text in runtime_sources(nut_map).items() if runtime or not n.endswith(".c")}
+    sources = runtime_sources(nut_map)
     sources |= {MAP_FILE: map_bytes(nut_map), f"{name}.c": (NATIVE_HOSTS / f"{name}.c").read_bytes()}
     return compile_once(sources, name, *options)
 
