@@ -459,7 +459,7 @@ FORWARD(BEGIN, GetRealStatus, (fmi2Component c, const fmi2StatusKind s, fmi2Real
 
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String chosen[])
 {
-    bool errors = nCategories == 0;
+    bool all = nCategories == 0, errors = false;
 
     BEGIN
     if (nCategories > 0 && chosen == NULL) {
@@ -474,10 +474,12 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nC
             return fail(entry, "fmi2SetDebugLogging", "log category %.80s is unknown",
                         chosen[i] != NULL ? chosen[i] : "NULL");
         }
-        errors = errors || known == 0 || known == fmi2Error;
+        all = all || known == 0;
+        errors = errors || known == fmi2Error;
     }
-    entry->logs_errors = loggingOn != fmi2False && errors;
-    return entry->calls.SetDebugLogging(entry->slave, loggingOn, nCategories, chosen);
+    entry->logs_errors = loggingOn != fmi2False && (all || errors);
+    /* pythonfmu compares names: to it "logAll" is a category that no message has, and no category at all is all */
+    return entry->calls.SetDebugLogging(entry->slave, loggingOn, all ? 0 : nCategories, chosen);
 }
 
 fmi2Status fmi2Reset(fmi2Component c)
@@ -555,8 +557,19 @@ FORWARD(BEGIN_STATE("fmi2GetFMUstate", FMUstate == NULL), GetFMUstate, (fmi2Comp
         FMUstate)
 FORWARD(BEGIN_STATE("fmi2SerializedFMUstateSize", FMUstate == NULL || size == NULL), SerializedFMUstateSize,
         (fmi2Component c, fmi2FMUstate FMUstate, size_t *size), FMUstate, size)
-FORWARD(BEGIN_STATE("fmi2SerializeFMUstate", FMUstate == NULL || bytes == NULL), SerializeFMUstate,
-        (fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte bytes[], size_t size), FMUstate, bytes, size)
+
+/* pythonfmu fills the whole length, whatever room there is. */
+fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte bytes[], size_t size)
+{
+    const char *const call = "fmi2SerializeFMUstate";
+    size_t length = 0;
+
+    BEGIN_STATE(call, FMUstate == NULL || bytes == NULL)
+    if (entry->calls.SerializedFMUstateSize(entry->slave, FMUstate, &length) != fmi2OK || size != length) {
+        return fail(entry, call, "room for %lu bytes; the state has another size", (unsigned long)size);
+    }
+    return entry->calls.SerializeFMUstate(entry->slave, FMUstate, bytes, size);
+}
 
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 {
