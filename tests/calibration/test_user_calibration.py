@@ -176,7 +176,10 @@ def test_few_points_are_one_line(capsys, tmp_path, measured):
     lines, path = (tmp_path / measured()).read_text().splitlines(), tmp_path / "few.csv"
     path.write_text("\n".join([HEAD, lines[1], lines[3], lines[5]]))
     line = refused(capsys, "calibrate", str(path), "--map", MAP)
-    assert "3 usable rows at 3 operating points; the 3 parameters of three_parameter need at least 4" in line
+    assert (
+        "usable rows: 3, different operating points: 3; the 3 parameters of three_parameter need at least 4"
+        in line
+    )
 
 
 @pytest.mark.slow

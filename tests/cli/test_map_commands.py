@@ -117,7 +117,7 @@ def test_interrupted_build_continues_and_a_second_one_is_refused(solved, tmp_pat
     monkeypatch.setattr(certificate, "deviation_at", row)
     code, out, err = run(capsys, *words)
     assert code == 0
-    assert out.endswith(f"ballscrew build --map {tmp_path / 'map.nc'}\n")
+    assert out.endswith(f"ballscrew build --map {tmp_path / 'map.nc'} --output {tmp_path / 'map_fmus'}\n")
     assert "the certificate holds" in err or "a poor map" in err
     assert len(solved) == 4 * 28 - 20
     assert all("map.nc.contacts: another build is writing it" in line for line in refusals)

@@ -44,7 +44,7 @@ class UnknownUnitError(ValueError):
 
 
 class Quantity(NamedTuple):
-    """A quantity of a measured point: accepted names of its column, units, whether it is required."""
+    """A quantity of a measured point: accepted names of its column (English, German), units, whether it is required."""
 
     names: tuple[str, ...]
     units: Units
@@ -52,11 +52,13 @@ class Quantity(NamedTuple):
 
 
 QUANTITIES: dict[str, Quantity] = {
-    "preload": Quantity(("preload",), FORCE, True),
-    "speed": Quantity(("speed",), SPEED, True),
-    "torque": Quantity(("torque", "friction_torque", "measured_torque", "measured"), TORQUE, True),
-    "temperature": Quantity(("temperature", "oil_temperature"), KELVIN),
-    "axial_load": Quantity(("axial_load",), FORCE),
+    "preload": Quantity(("preload", "vorspannung"), FORCE, True),
+    "speed": Quantity(("speed", "drehzahl"), SPEED, True),
+    "torque": Quantity(
+        ("torque", "friction_torque", "measured_torque", "measured", "drehmoment", "reibmoment"), TORQUE, True
+    ),
+    "temperature": Quantity(("temperature", "oil_temperature", "temperatur", "\u00f6ltemperatur"), KELVIN),
+    "axial_load": Quantity(("axial_load", "axiallast"), FORCE),
     "torque_uncertainty": Quantity(
         ("torque_uncertainty", "torque_error", "uncertainty"), TORQUE | {PERCENT: (1e-2, 0.0)}
     ),

@@ -135,8 +135,14 @@ def _check_count(points: list[Measurement], name: str) -> list[str]:
         need = f"the {count} parameters of {name} need" if count > 1 else f"the parameter of {name} needs"
         fits = name in SMALLER and len(points) == count and len(distinct) >= count - 1
         raise ValueError(
-            f"{len(points)} usable rows at {len(distinct)} operating points; {need} at least {count + 1} rows at "
-            f"{count} operating points: measure more" + (f", or fit --set {SMALLER[name]}" if fits else "")
+            f"usable rows: {len(points)}, different operating points: {len(distinct)}; {need} at least {count + 1} "
+            f"rows at {count} operating point{'s' * (count > 1)}: measure more"
+            + (
+                ", or give the only one as --torque-nm and its operating point"
+                if count == len(points) == 1
+                else ""
+            )
+            + (f", or fit --set {SMALLER[name]}" if fits else "")
         )
     notes = []
     if len(points) - count < FEW_DEGREES:

@@ -237,9 +237,11 @@ function comparePoints() {
   const mean = (value) => rows.reduce((sum, row) => sum + value(row), 0) / rows.length;
   const largest = Math.max(...rows.map((row) => Math.abs(row.share)));
   const beyond = rows.filter((row) => row.outside).length;
+  const ratio = Math.exp(mean((row) => -Math.log1p(row.share)));
   element("deviation").textContent = !rows.length ? "" : [
-    `${state.source}: ${rows.length} point${rows.length > 1 ? "s" : ""}: mean deviation ${(100 * mean((row) => Math.abs(row.share))).toFixed(2)} %, with its sign ${(100 * mean((row) => row.share)).toFixed(2)} %, largest ${(100 * largest).toFixed(1)} %`,
+    `${state.source}: ${rows.length} point${rows.length > 1 ? "s" : ""}: mean deviation (computed over measured, minus 1) ${(100 * mean((row) => Math.abs(row.share))).toFixed(2)} %, with its sign ${(100 * mean((row) => row.share)).toFixed(2)} %, largest ${(100 * largest).toFixed(1)} %`,
     interval ? `; ${rows.filter((row) => row.held).length} inside the interval` : "", beyond ? `; ${beyond} outside the map` : "",
+    ratio > 10 || ratio < 0.1 ? `; measured over computed: ${format(ratio, 2)}, is the unit right?` : "",
     rows.length > 300 ? "; the address of this page does not have them (more than 300)" : "", ". In the plot above: filled at its preload (2 %), temperature (1 K) and axial load, hollow at others.",
   ].join("");
   element("forget").hidden = !rows.length;

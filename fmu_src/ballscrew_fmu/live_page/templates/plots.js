@@ -45,8 +45,9 @@ const PLOTS = [
   { id: "efficiency", over: "axial_load", y: "efficiency [%]", range: () => [0, 100], lines: shares, marks: shares },
 ];
 
-const series = ({ label, name, more }) => ({
-  label, stroke: () => colour(name), width: 2, dash: DASHES[name], points: { show: false }, pxAlign: 0, value: (_, y) => format(y), ...more,
+const withUnit = (x, unit) => (format(x) === "-" || !unit ? format(x) : `${format(x)} ${unit}`);
+const series = ({ label, name, more }, unit) => ({
+  label, stroke: () => colour(name), width: 2, dash: DASHES[name], points: { show: false }, pxAlign: 0, value: (_, y) => withUnit(y, more?.scale ? "" : unit), ...more,
 });
 const dots = (label, name, filled) => ({
   label, stroke: () => colour(name), paths: () => null, value: () => "",
@@ -72,7 +73,7 @@ function makePlot({ id, over, y, right, range, measured, lines, marks }, state) 
       ...(right ? [axis(right, { scale: right, side: 1, grid: { show: false } })] : []),
     ],
     series: [
-      { label: label.toLowerCase(), value: (_, v) => format(v) }, ...lines.map(series),
+      { label: label.toLowerCase(), value: (_, v) => withUnit(v, unit) }, ...lines.map((one) => series(one, y.match(/\[(.*)\]/)[1])),
       ...marks.map((one, n) => dots(marks.length > 1 ? `${one.label} here` : "operating point", "--mark", !n)),
       ...(measured ? [dots("measured here", "--ink", true), dots("measured elsewhere", "--soft", false)] : []),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
@@ -51,13 +52,17 @@ def run_calibrate(args: Namespace) -> int:
                 {(found.kinematics, found.name): found},
                 "Fitted by ballscrew calibrate",
             )
-        say(f"written: {args.output}")
+        where = "".join(
+            f"--{key} {shlex.quote(getattr(args, key))} " for key in ("screw", "map") if getattr(args, key)
+        )
+        say(f"written: {args.output}; next: ballscrew page {where}--friction {shlex.quote(args.output)}")
     if args.json:
         entry = vars(found) | {"calibration": fitted.data}
         print_results([{f"{found.kinematics}.{found.name}": entry}], True, False)
         return 0
     print(fitted.text)
-    print("For the screw file:\n" + "\n".join(_screw_file_lines(found)))
+    if not args.output:
+        print("For the screw file:\n" + "\n".join(_screw_file_lines(found)))
     return 0
 
 

@@ -103,12 +103,14 @@ def _ending(result: Mapping[str, Any]) -> str:
     for name in TARGETS:
         values = (100.0 * result[f"{name}_error_{key}"] for key in ERRORS)
         rows.append([name.replace("_", " "), *(f"{value:.2g}" for value in values)])
-    page, file = (
-        shlex.quote(str(name)) for name in (Path(result["file"]).with_suffix(".html"), result["file"])
+    path = Path(result["file"])
+    file, page, fmus = (
+        shlex.quote(str(name))
+        for name in (path, path.with_suffix(".html"), path.with_name(f"{path.stem}_fmus"))
     )
     return (
         f"{table(rows)}\nmore of it: ballscrew map info {file}\nnext: ballscrew page --map {file} --output {page}\n"
-        f"      ballscrew build --map {file}"
+        f"      ballscrew build --map {file} --output {fmus}"
     )
 
 

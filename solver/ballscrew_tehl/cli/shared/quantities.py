@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any, NamedTuple
 
 from ...parameters.units import CELSIUS
@@ -54,6 +55,8 @@ class Quantity(NamedTuple):
             celsius = number - CELSIUS
             kelvin = self.name.endswith("_c") and self.min_ <= celsius <= self.max_
             hint = f" degrees Celsius; is {value} K = {celsius:.6g} C meant?" if kelvin else ""
+            if re.fullmatch(r"[+-]?\d+,\d+", str(value)):
+                hint = f", with a decimal point: {value.replace(',', '.')}"
             raise ValueError(f"{where} = {value}; allowed: {self.allowed}{hint}")
         return number
 
