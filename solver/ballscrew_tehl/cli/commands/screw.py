@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import textwrap
 from argparse import Namespace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...mechanics import CATALOGUE_SHARE, LoadedScrew, efficiency, loaded_screw, screw_constants
@@ -15,7 +17,7 @@ from ..shared.chosen import chosen_of, say_outside
 from ..shared.files import check_output, written
 from ..shared.points import read_points
 from ..shared.quantities import SCREW_POINT, SPEED, TEMPERATURE
-from ..shared.results import print_results, say
+from ..shared.results import print_results, say, width
 
 if TYPE_CHECKING:
     from ...parameters.template import CatalogueSizes
@@ -161,10 +163,10 @@ def run_init(args: Namespace) -> int:
     if args.json:
         print(json.dumps({"file": args.file}))
     else:
-        check = (
-            "check the lines marked `assumed` and the oil"
-            if args.diameter_mm
-            else "enter the values of your screw and oil"
-        )
+        lines = Path(args.file).read_text(encoding="utf-8").splitlines()
+        assumed = [line.partition("#")[0].strip() for line in lines if "# assumed: " in line]
+        check = "check what is assumed and the oil" if assumed else "enter the values of your screw and oil"
         print(f"{args.file}: {check}; the first lines explain the next steps")
+        if assumed:
+            print(textwrap.fill(f"assumed: {'; '.join(assumed)}", width()))
     return 0
