@@ -239,6 +239,9 @@ def test_bad_points_are_named_with_their_place(capsys, folder):
         (folder / "points.csv").write_text(text)
         command = "contact" if text.startswith("moes") else "torque"
         assert line in refused(capsys, command, "--points", "points.csv")
+    (folder / "points.csv").write_text(f"{NUMBERS}1,2,3\n")
+    said = refused(capsys, "torque", "--points", "points.csv", "--speed-rpm", "5")
+    assert "--speed-rpm = 5, points.csv has this column in all rows" in said
 
 
 TABLES = [

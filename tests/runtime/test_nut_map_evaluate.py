@@ -65,6 +65,10 @@ def test_extremes_come_from_the_nut_and_the_raceway_that_carry_them(nut_map):
     assert state.lambda_ratio == pytest.approx(g[5] / height, rel=1e-9)
 
 
+def test_whole_numbers_are_numbers(nut_map):
+    assert nut_map.evaluate(1000, 50, 303) == nut_map.evaluate(1000.0, 50.0, 303.0)
+
+
 def test_scalars_and_arrays_give_the_same_numbers(nut_map):
     rng, n, seen = np.random.default_rng(3), 200, set()
     preload = rng.uniform(-10.0, 14000.0, n)

@@ -1,7 +1,8 @@
 """One HTML file that computes in a browser, offline: core and friction of the native FMU as WebAssembly, map, plots.
 
 The interval of a torque needs the balls, so that the page has a table of it (nut_map.interval.interval_table): ends
-within some tenths of a percent of the torque without axial load, some percent with one. Plots by uPlot, which is in the
+mostly within some tenths of a percent of the torque without axial load, within some percent with one, with oversize
+balls 16 %. Plots by uPlot, which is in the
 folder uplot with its licence.
 """
 

@@ -4,6 +4,7 @@ Same sources and same ziglang give the same bytes. A binary contains no path, da
 runs in the folder of the sources with relative file names.
 """
 
+import contextlib
 import importlib.util
 import os
 import platform as machine
@@ -183,9 +184,26 @@ def _compiled(
         return (folder / library).read_bytes()
 
 
+def _with_cache() -> dict[str, str]:
+    """Environment of the compiler, with a folder for the cache of zig that can be written.
+
+    Without one zig fails, or never ends. ZIG_GLOBAL_CACHE_DIR, if set, is kept.
+    """
+    environment = dict(os.environ)
+    if os.name == "posix" and "ZIG_GLOBAL_CACHE_DIR" not in environment:
+        cache = Path(environment.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "zig")
+        with contextlib.suppress(OSError):
+            cache.mkdir(parents=True, exist_ok=True)
+        if not os.access(cache, os.W_OK):
+            environment["ZIG_GLOBAL_CACHE_DIR"] = f"{tempfile.gettempdir()}/ballscrew_zig_{os.getuid()}"
+    return environment
+
+
 def _run(command: Sequence[str], folder: Path, what: str) -> str:
     try:
-        run = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=TIME_LIMIT)
+        run = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, timeout=TIME_LIMIT, env=_with_cache()
+        )
     except subprocess.TimeoutExpired as error:
         raise BuildError(f"{what}: the compiler did not end within {TIME_LIMIT:g} s") from error
     except OSError as error:

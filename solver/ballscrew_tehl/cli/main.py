@@ -58,7 +58,10 @@ def main(
         if remedy is None:
             raise
         return ended(2, f"error: {remedy}")
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemError) as err:
+        # an interrupt inside compiled code comes as a SystemError
+        if not isinstance(err, KeyboardInterrupt) and not isinstance(err.__cause__, KeyboardInterrupt):
+            raise
         return ended(INTERRUPTED, "; ".join(filter(None, ("interrupted", args.interrupted))))
     except BrokenPipeError:
         # the reader of a pipe (head, less) has exited: no error message, also not from the interpreter's own flush

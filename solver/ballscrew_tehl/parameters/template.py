@@ -251,7 +251,9 @@ def write_template(
             parameters, assumed = catalogue_parameters(sizes, parameters)
         except ValidationError as err:
             shown = ", ".join(f"{name} = {value:g}" for name, value in sizes._asdict().items() if value)
-            raise ValueError(f"{shown}: {err.errors()[0]['msg']}: no screw has these sizes") from err
+            problem = err.errors()[0]
+            where = "".join(f"{part}: " for part in problem["loc"])
+            raise ValueError(f"{shown}: {where}{problem['msg']}: no screw has these sizes") from err
     text = screw_template(parameters, assumed)
     try:
         handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")

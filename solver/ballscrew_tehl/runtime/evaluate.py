@@ -114,7 +114,7 @@ class NutMap:
         given = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height, breakaway_factor)
         arguments = self.checked_arguments(preload, speed, temperature, axial_load, *given)
         self._refuse_celsius(float(np.min(arguments[2], initial=math.inf)))
-        if isinstance(arguments[0], (float, int)):
+        if isinstance(arguments[0], float):
             return self.evaluate_point(*arguments)
         return self._evaluate_array(*arguments)
 
@@ -136,7 +136,7 @@ class NutMap:
             for name, value in zip(_ARGUMENTS, arguments, strict=True):
                 if not math.isfinite(value) or (value < 0.0 and name in _NOT_NEGATIVE):
                     raise _bad_argument(name, value)
-            return arguments
+            return [float(a) for a in arguments]
         columns = [np.asarray(a, dtype=np.float64) for a in arguments]
         for name, column in zip(_ARGUMENTS, columns, strict=True):
             bad = ~np.isfinite(column) | ((column < 0.0) & (name in _NOT_NEGATIVE))

@@ -44,6 +44,7 @@ globalThis.document = {{ getElementById: (id) => ({{ textContent: texts[id] }}) 
 const wait = () => (globalThis.live ? console.log(JSON.stringify({COMPUTED})) : setTimeout(wait, 10));
 wait();
 """
+ROW = "preload [N],speed [r/min],torque [N.m],temperature [degC]"
 GOOD = "preload [kN]; speed [1/min]; temperature [K]; torque [N mm]\n1,0; 1000; 303,15; 619,6\n2;100;303,15;1e3\n"
 
 
@@ -204,6 +205,8 @@ def test_range_files_dark_and_paper(opened, pages, tmp_path):
     for bad, line in (
         ("preload [N], speed [r/min]\n1,2", "no column torque"),
         (f"{GOOD}3;x;1;1", "line 4: speed = 'x'"),
+        (f"{ROW},temperature [K]\n1,1,1,30,303", "several columns temperature"),
+        (f"{ROW}\n1,1,1,-400", "point 1: oil temperature -400 degC; allowed: -73.15 to 200 degC"),
     ):
         file.write_text(bad)
         page.set_input_files("#file", file)

@@ -49,7 +49,7 @@ async function openModel() {
     values[place.preload] = at.preload;
     values[place.speed] = at.speed * RPM;
     values[place.temperature] = at.temperature + CELSIUS;
-    values[place.axial_load] = at.axial_load;
+    values[place.axial_load] = at.axial_load ?? 0;
     c.page_point();
     return found;
   };
@@ -166,7 +166,7 @@ function headline(v) {
   if (!interval) return [torque, about.meaning];
   if (!state.preload) return [torque, v.friction_torque ? "no interval at preload 0" : "no preload, so no torque and no interval"];
   const ends = [v.torque_low, v.torque_high].sort((a, b) => a - b);
-  return [torque, `interval ${format(ends[0], 3)} to ${format(ends[1], 3)} N m, ${about.meaning}`];
+  return [torque, `interval ${format(ends[0], 3)} to ${format(ends[1], 3)} N m, ${about.meaning}${state.axial_load ? "; approximate under an axial load" : ""}`];
 }
 
 // Fills the results. Returns a sentence about them.
@@ -251,8 +251,13 @@ async function takeFile(file) {
   try {
     if (file.size > 2e6) throw new Error("more than 2 MB");
     const points = readPoints(decoded(new Uint8Array(await file.arrayBuffer())), about.units, state.temperature + CELSIUS);
+    const shown = points.map((p) => ({ ...p, speed: p.speed / RPM, temperature: p.temperature - CELSIUS }));
+    shown.forEach((point, n) => {
+      const key = INPUTS.find((one) => !allowed(one, point[one])), { label, least, most, unit } = about.inputs[key] ?? {};
+      if (key) throw new Error(`point ${n + 1}: ${label.toLowerCase()} ${format(point[key])} ${unit}; allowed: ${least ?? "any"} to ${most ?? "any"} ${unit}`);
+    });
     element("bad-file").hidden = true;
-    change({ points: points.map((p) => ({ ...p, speed: p.speed / RPM, temperature: p.temperature - CELSIUS })), source: file.name });
+    change({ points: shown, source: file.name });
     if (points[0].assumed) element("deviation").textContent += ` No column temperature: ${format(state.temperature)} degC taken.`;
   } catch (error) {
     const kept = state.points.length ? ` The points shown are the earlier ones, of ${state.source}.` : "";

@@ -24,9 +24,9 @@ function readPoints(text, units, temperature) {
   const separator = [";", "\t", ","].find((mark) => rows[0].text.includes(mark)) ?? ",";
   const cells = (row) => row.text.split(separator).map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
   const columns = cells(rows[0]).map((heading) => columnOf(heading, units));
-  for (const key of ["preload", "speed", "torque"]) {
+  for (const key of Object.keys(units)) {
     const found = columns.filter((column) => column?.key === key).length;
-    if (found !== 1) throw new Error(`${found ? "several columns" : "no column"} ${key}; needs one, as in preload [N], speed [r/min], torque [N.m]`);
+    if (found > 1 || (!found && ["preload", "speed", "torque"].includes(key))) throw new Error(`${found ? "several columns" : "no column"} ${key}; needs one, as in preload [N], speed [r/min], torque [N.m]`);
   }
   if (rows.length > 2001) throw new Error(`${rows.length - 1} points; at most 2000`);
   const fields = rows.map(cells), numbers = fields.slice(1).flatMap((row) => row.filter((_, n) => columns[n]));

@@ -59,6 +59,12 @@ def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[st
                     f"in a column or by {quantity.option}"
                 )
         points.append(point)
+    for quantity in quantities:
+        if quantity.name in common and all(row.get(quantity.name) for row in rows):
+            raise ValueError(
+                f"{quantity.option} = {common[quantity.name]:g}, {args.points} has this column in all rows; remedy: "
+                "remove one"
+            )
     return points
 
 
