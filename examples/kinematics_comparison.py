@@ -16,7 +16,7 @@ import numpy as np
 from fmu_command import run_and_plot
 
 from ballscrew_tehl.contact import UnconvergedContactError, ball_conditions, solve
-from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.file import changed, load_screw
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 
@@ -41,7 +41,7 @@ def main(speeds: Sequence[float] = SPEEDS) -> dict[str, np.ndarray]:
                  the ball along, heat [W]; cases in the order of CASES, raceways screw, nut
     Raises       UnconvergedContactError
     """
-    parameters = load_parameters()
+    parameters = load_screw()
     rows = []
     for kinematics in CASES.values():
         variant = changed(parameters, friction={"kinematics": kinematics})

@@ -26,6 +26,7 @@ import numpy as np
 from fmu_command import plain, run_and_plot
 from matplotlib.figure import Figure
 
+from ballscrew_tehl import load_screw
 from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.calibration.measurements import Measurement
 from ballscrew_tehl.calibration.one_point import calibrate_point
@@ -36,7 +37,6 @@ from ballscrew_tehl.nut_map.atlas_only import AtlasContacts
 from ballscrew_tehl.nut_map.contact_map import MapContacts
 from ballscrew_tehl.nut_map.file import VG100, load_contact_map, load_map, packaged_map
 from ballscrew_tehl.nut_map.interval import map_interval
-from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
@@ -57,7 +57,7 @@ def scatter(torque: np.ndarray) -> float:
 
 def monitored(torque: np.ndarray) -> dict[str, Any]:
     """One screw: outputs of the monitor for each reading; low, high: of the change, law_low, law_high: with the law."""
-    parameters, file = load_parameters(PACKAGED_VG100), packaged_map(VG100)
+    parameters, file = load_screw(PACKAGED_VG100), packaged_map(VG100)
     contacts = load_contact_map(file, parameters)
     point = Measurement(SCREW_PRELOAD, SPEED, TEMPERATURE, float(torque[0]))
     fitted = calibrate_point(point, parameters, MapContacts(contacts)).friction_set

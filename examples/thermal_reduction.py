@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 from fmu_command import run_and_plot
 
+from ballscrew_tehl import load_screw
 from ballscrew_tehl.contact import (
     ContactConditions,
     ContactResult,
@@ -29,7 +30,6 @@ from ballscrew_tehl.contact import (
     ball_conditions,
     solve,
 )
-from ballscrew_tehl.parameters.file import load_parameters
 from ballscrew_tehl.parameters.oil import LubricantParameters
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.film import thermal_load_parameter, wilson_sheu
@@ -50,7 +50,7 @@ def main(speeds: Sequence[float] = SPEEDS, ratios: Sequence[float] = RATIOS) -> 
                  largest_deviation: (speed,), of its magnitude
     Raises       UnconvergedContactError
     """
-    parameters = load_parameters()
+    parameters = load_screw()
     oil = parameters.lubricant
     rows = []
     for rpm in speeds:
@@ -81,7 +81,7 @@ def main(speeds: Sequence[float] = SPEEDS, ratios: Sequence[float] = RATIOS) -> 
 
 
 def _solved(conditions: ContactConditions, thermal: bool = True) -> ContactResult:
-    parameters = load_parameters()
+    parameters = load_screw()
     options = SolverOptions(thermal=thermal)
     solution = solve(conditions, parameters.lubricant, parameters.solid, options)
     if not solution.converged:

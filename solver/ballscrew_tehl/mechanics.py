@@ -104,8 +104,8 @@ def efficiency(screw: ScrewParameters, axial_load: float, torque: float) -> Effi
     """Efficiency both ways under an axial load [N] with a friction torque [N.m], magnitude; None without axial load.
 
     Example
-        >>> from ballscrew_tehl.parameters.file import load_parameters
-        >>> [round(value, 3) for value in efficiency(load_parameters().screw, 5000.0, 0.5)]
+        >>> from ballscrew_tehl.parameters.file import load_screw
+        >>> [round(value, 3) for value in efficiency(load_screw().screw, 5000.0, 0.5)]
         [0.927, 0.921]
     """
     useful = abs(axial_load) * screw.lead / (2.0 * math.pi)

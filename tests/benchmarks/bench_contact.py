@@ -38,7 +38,7 @@ from ballscrew_tehl.contact import (
     solve_for_map,
 )
 from ballscrew_tehl.nut_map.grid import contact_range, map_grid
-from ballscrew_tehl.parameters.file import Parameters, changed, load_parameters
+from ballscrew_tehl.parameters.file import Parameters, changed, load_screw
 from ballscrew_tehl.physics.hertz import RACEWAYS
 
 HERE = Path(__file__).parents[2]
@@ -47,7 +47,7 @@ CIRCLES = {"circle M 36": 36.0, "circle M 200": 200.0}
 Request, Figures = dict[str, Any], dict[str, Any]
 
 #: parameters of a screw file, None = packaged
-screw_of = lru_cache(maxsize=None)(load_parameters)
+screw_of = lru_cache(maxsize=None)(load_screw)
 
 
 def drawn(screw: str | None, u: np.ndarray, kinematics: str | None) -> Request:

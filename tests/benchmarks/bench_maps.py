@@ -24,7 +24,7 @@ import pandas as pd
 
 from ballscrew_tehl.cli.main import main as command
 from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 
 SCREWS = Path(__file__).parents[1] / "data" / "screws"
@@ -49,7 +49,7 @@ def built(screw: Path, path: Path, options: list[str]) -> dict[str, Any]:
         row |= {"seconds": time.perf_counter() - begun, "core_seconds": core_time() - used}
         if code:
             return row | {"code": code}
-    header = load_map(path, load_parameters(screw)).header
+    header = load_map(path, load_screw(screw)).header
     certificate = header["certificate"]
     row |= {name: header[name] for name in ("contacts", "contacts_not_solved", "range_cut")}
     row |= {name: certificate[name] for name in ("points", "points_not_solved")}

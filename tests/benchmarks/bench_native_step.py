@@ -19,7 +19,7 @@ from synthetic_map import LAWS, make_map
 
 from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, find_compiler
 from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 REPETITIONS, CALLS = 1001, 300
@@ -39,7 +39,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--law", choices=LAWS, default=FILM_SHEAR)
     law = parser.parse_args().law
-    nut_map = load_map(None, load_parameters()) if law == FILM_SHEAR else make_map(law=law)
+    nut_map = load_map(None, load_screw()) if law == FILM_SHEAR else make_map(law=law)
     native_model.compiler = lambda: [*find_compiler().command]
     host = native_model.c_host(nut_map, "step_costs", *COMPILER_OPTIONS)
     command = [host, str(REPETITIONS), str(CALLS), host.parent]

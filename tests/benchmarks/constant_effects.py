@@ -38,7 +38,7 @@ from ballscrew_tehl.contact.film import reynolds
 from ballscrew_tehl.nut_map.atlas import STEEL
 from ballscrew_tehl.nut_map.atlas_contacts import atlas_points, contact_of
 from ballscrew_tehl.nut_map.grid import contact_range, map_grid
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 
 #: units, physics, ranges that are refused, tables and quadratures: they steer nothing
 MODULES_ASIDE = ("moes", "film.oil", "half_space.line_table", "half_space.walls", "one_thread", "result")
@@ -109,7 +109,7 @@ def solved(every: int) -> tuple[list[Any], int, float]:
         if p.name in ATLAS
     ]
     for file in sorted((ROOT / "tests/data/screws").glob("*.toml")):
-        own = load_parameters(file)
+        own = load_screw(file)
         range_ = contact_range(own, map_grid(own))
         third = range_.load[1] / 3.0, range_.speed[1] / 3.0, sum(range_.temperature) / 2.0
         at = ball_conditions(own, "nut", *third)

@@ -13,7 +13,7 @@ from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.friction.mechanistic import nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets
 from ballscrew_tehl.nut_map.file import packaged_map
-from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.file import changed, load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ballscrew_tehl.physics.load import nut_loads
 
@@ -47,7 +47,7 @@ def test_packaged_number_is_that_of_its_screw_and_carried_over_to_others():
     assert packaged.errors["mean"] <= 0.06
     assert packaged.errors["max"] <= 0.155
     assert np.max([found["mean"] for found in packaged.leave_one_table_out.values()]) <= 0.125
-    screw = load_parameters(PACKAGED_DATA / "example_25x10.toml")
+    screw = load_screw(PACKAGED_DATA / "example_25x10.toml")
     for other in (screw, changed(VG100, lubricant={"iso_vg": 68})):
         found = default_friction_set(other)
         assert found.values == packaged.values

@@ -18,7 +18,7 @@ from ballscrew_tehl.friction.sets import default_friction_set, write_friction_se
 from ballscrew_tehl.nut_map import trend
 from ballscrew_tehl.nut_map.file import VG100, load_contact_map, load_map, packaged_map
 from ballscrew_tehl.nut_map.interval import map_interval
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.load import double_nut_loads
@@ -26,7 +26,7 @@ from ballscrew_tehl.physics.load import double_nut_loads
 GOLDEN = json.loads(Path(__file__).with_name("golden.json").read_text(encoding="ascii"))
 POINT = ("--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30")
 SI = (2000.0, 1000.0 * RPM, 30.0 + CELSIUS)
-LAW = load_parameters(PACKAGED_VG100)
+LAW = load_screw(PACKAGED_VG100)
 MECHANISTIC = ("--friction", "mechanistic")
 
 

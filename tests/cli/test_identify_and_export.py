@@ -9,7 +9,7 @@ from command_line import answer, run
 from servo_log import CONSTANT, GAIN, GUIDES, MASS, PIECES, main
 
 from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 
 MAP = ("--screw", PACKAGED_VG100, "--map", packaged_map(VG100))
@@ -75,7 +75,7 @@ def test_from_a_log_to_preload_change_and_calibration(capsys, logs, tmp_path):
 
 
 def test_exports_hold_the_map(capsys, tmp_path):
-    nut_map = load_map(packaged_map(VG100), load_parameters(PACKAGED_VG100))
+    nut_map = load_map(packaged_map(VG100), load_screw(PACKAGED_VG100))
     path = tmp_path / "table.json"
     answer(
         capsys, "export", *MAP, "--format", "json", "--output", path, "--preload-n", "2000", "--points", "5"

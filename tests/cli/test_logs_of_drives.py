@@ -6,7 +6,7 @@ from command_line import answer, refused
 from servo_log import CONSTANT, INERTIA, screw_log
 
 from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 
 AXIS = ("--torque-constant-nm-a", CONSTANT, "--lead-mm", "8")
@@ -62,7 +62,7 @@ REFUSED = {
 
 @pytest.fixture(scope="module")
 def signals():
-    nut_map = load_map(packaged_map(VG100), load_parameters(PACKAGED_VG100))
+    nut_map = load_map(packaged_map(VG100), load_screw(PACKAGED_VG100))
     time, angle, current = screw_log(nut_map, 1800.0, 1, speeds=(150, 600, 1500))
     return {"t": time, "x": np.degrees(angle), "i": current}
 

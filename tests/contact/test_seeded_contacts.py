@@ -9,7 +9,7 @@ import pytest
 from paths import ROOT
 
 from ballscrew_tehl.contact import ContactConditions, SolverOptions, solve
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 
 LINES = (Path(__file__).parent / "data" / "seeded_contacts.csv").read_text(encoding="utf-8").splitlines()
 ROWS = list(csv.DictReader(line for line in LINES if not line.startswith("#")))
@@ -21,7 +21,7 @@ WIDER = {"h_c": 1.0, "h_m": 2.0, "rolling_loss": 4.0, "core_pressure": 4.0, "cor
 
 def contact(row):
     name = row["screw"]
-    parameters = load_parameters(None if name == "gd4008" else ROOT / f"tests/data/screws/{name}.toml")
+    parameters = load_screw(None if name == "gd4008" else ROOT / f"tests/data/screws/{name}.toml")
     return ContactConditions(*(float(row[key]) for key in GIVEN)), parameters.lubricant, parameters.solid
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ballscrew_tehl.nut_map.grid import COLDEST, HOTTEST, contact_range, map_grid
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.ball_law import contact_angle_at_ball_load
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
@@ -23,7 +23,7 @@ ROUNDED = 1.0 / 1.1
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_range_follows_from_screw_and_oil_and_holds_its_ball_loads(path):
     assert path.read_text(encoding="utf-8").startswith("# EXAMPLE, not a product: ")
-    parameters = load_parameters(path)
+    parameters = load_screw(path)
     diameter, lead = map(int, re.findall(r"\d+", path.stem))
     screw, grid = parameters.screw, map_grid(parameters)
     assert screw.lead == pytest.approx(1e-3 * lead, rel=1e-12)

@@ -9,11 +9,11 @@ from scipy.optimize import minimize
 
 from ballscrew_tehl.friction.ball_equilibrium import Traction, ball_equilibrium, radial_nodes
 from ballscrew_tehl.friction.equilibrium_kernels import AROUND, CONVERGED_AT, SMOOTHED, limit, shear_stress
-from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_parameters
+from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_screw
 from ballscrew_tehl.physics.ball_motion import contact_motion
 from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
 
-ROLLING = changed(load_parameters(), friction={"kinematics": "rolling_frame"})
+ROLLING = changed(load_screw(), friction={"kinematics": "rolling_frame"})
 SCREW = ROLLING.screw
 SCREWS = sorted((Path(__file__).parents[1] / "data" / "screws").glob("*.toml"))
 LIMITING, TAU_0, BOUNDARY = 0.05, 5e6, 0.12
@@ -106,7 +106,7 @@ def test_equilibrium_of_any_ball_is_found():
     """Films of 1 nm to 10 um, viscosity 1e-3 to 1e13 Pa s, no to all load on asperities, diagonals loaded unlike."""
     for kind in ["double_nut", FOUR_POINT]:
         for file in SCREWS:
-            screw = changed(load_parameters(file), screw={"preload_kind": kind}).screw
+            screw = changed(load_screw(file), screw={"preload_kind": kind}).screw
             rng = np.random.default_rng(7)
             for _ in range(40):
                 pressure = 10.0 ** rng.uniform(7.5, 9.4)

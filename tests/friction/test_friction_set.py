@@ -19,12 +19,12 @@ from ballscrew_tehl.friction.sets import (
     load_friction_sets,
     write_friction_sets,
 )
-from ballscrew_tehl.parameters.file import changed, graded_oil, load_parameters
+from ballscrew_tehl.parameters.file import changed, graded_oil, load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ballscrew_tehl.runtime.packed import MapError
 
-LAW = load_parameters(PACKAGED_VG100)
-OTHER = load_parameters(PACKAGED_DATA / "example_25x10.toml")
+LAW = load_screw(PACKAGED_VG100)
+OTHER = load_screw(PACKAGED_DATA / "example_25x10.toml")
 OTHER_OIL = GD4008.model_copy(update={"lubricant": graded_oil(68, 95.0)})
 
 FULL = FrictionSet(

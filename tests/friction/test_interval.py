@@ -20,13 +20,13 @@ from ballscrew_tehl.friction.interval import (
 )
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
 from ballscrew_tehl.friction.sets import default_friction_set
-from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.file import changed, load_screw
 from ballscrew_tehl.parameters.friction_constants import BOUNDED
 from ballscrew_tehl.parameters.identity import parameters_hash
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.parameters.units import RPM
 
-LAW = load_parameters(PACKAGED_DATA / "gd4008_vg100.toml")
+LAW = load_screw(PACKAGED_DATA / "gd4008_vg100.toml")
 FREE = default_friction_set(changed(LAW, friction={"ball_thrust": BOUNDED["ball_thrust"].value}))
 FITTED = dataclasses.replace(
     FREE, net_sliding_coefficient=0.0116, parameters_hash=parameters_hash(LAW),

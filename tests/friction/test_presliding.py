@@ -3,11 +3,11 @@
 import pytest
 
 from ballscrew_tehl.friction.presliding import TRAVEL, ball_travel, contact_half_width, presliding_angle
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.runtime.constants import ELEMENTS
 from ballscrew_tehl.runtime.standstill import RELAXED, element_limits, presliding_step
 
-SCREW = load_parameters().screw
+SCREW = load_screw().screw
 
 
 def test_a_ball_has_the_travel_when_all_elements_slide():

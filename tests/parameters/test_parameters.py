@@ -6,7 +6,7 @@ from importlib import resources
 import pytest
 from reference_screw import GD4008
 
-from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.file import changed, load_screw
 from ballscrew_tehl.parameters.identity import parameters_hash
 from ballscrew_tehl.parameters.template import example_parameters
 from ballscrew_tehl.parameters.toml import ParameterError
@@ -23,7 +23,7 @@ def read(tmp_path):
     def from_text(text):
         path = tmp_path / "screw.toml"
         path.write_text(text, encoding="utf-8")
-        return load_parameters(path)
+        return load_screw(path)
 
     return from_text
 

@@ -6,7 +6,7 @@ import pytest
 from reference_screw import GD4008
 
 from ballscrew_tehl.cli import main as cli
-from ballscrew_tehl.parameters.file import TABLES, changed, load_parameters
+from ballscrew_tehl.parameters.file import TABLES, changed, load_screw
 from ballscrew_tehl.parameters.identity import parameters_hash
 from ballscrew_tehl.parameters.screw import Parameters
 from ballscrew_tehl.parameters.template import example_parameters, screw_template
@@ -40,14 +40,14 @@ def test_template_gives_the_same_screw_again(tmp_path):
     for parameters in [example_parameters(), example_parameters("iso_vg"), GD4008, OWN, flooded]:
         path = tmp_path / "screw.toml"
         path.write_text(screw_template(parameters))
-        assert_same(load_parameters(path), parameters)
+        assert_same(load_screw(path), parameters)
 
 
 def test_init_writes_a_grease(tmp_path):
     """Base oil by its grade; NLGI grade stated; the map depends on the oil only."""
     path = tmp_path / "greased.toml"
     assert cli.main(["init", str(path), "--lubricant", "grease"]) == 0
-    greased, oiled = load_parameters(path), example_parameters("iso_vg")
+    greased, oiled = load_screw(path), example_parameters("iso_vg")
     assert_same(greased, example_parameters(lubricant="grease"))
     assert (greased.lubricant.nlgi, oiled.lubricant.nlgi) == ("2", None)
     assert "thickener are not modelled" in path.read_text()
@@ -59,7 +59,7 @@ def test_init_fills_in_a_catalogue_screw(tmp_path, capsys):
     path = tmp_path / "mine.toml"
     sizes = ["--diameter-mm", "32", "--lead-mm", "10", "--turns", "2.5"]
     assert cli.main(["init", str(path), *sizes]) == 0
-    screw, text = load_parameters(path).screw, path.read_text()
+    screw, text = load_screw(path).screw, path.read_text()
     assert (screw.lead, screw.turns, screw.ball_diameter) == (0.010, 2.5, 6.35e-3)
     assert screw.loaded_ball_count == int(
         2.5 * math.hypot(2.0 * math.pi * screw.nominal_radius, 0.010) / 6.35e-3

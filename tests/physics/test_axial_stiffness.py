@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from ballscrew_tehl.parameters.file import FOUR_POINT, load_parameters
+from ballscrew_tehl.parameters.file import FOUR_POINT, load_screw
 from ballscrew_tehl.physics.axial_stiffness import (
     axial_deflection,
     contact_stiffness,
@@ -17,7 +17,7 @@ from ballscrew_tehl.physics.ball_chain import ball_oversize
 from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
 from ballscrew_tehl.physics.load import double_nut_loads
 
-SCREW = load_parameters().screw
+SCREW = load_screw().screw
 K = contact_stiffness(SCREW)
 STIFF = {"screw_section_area": 1e3, "nut_section_area": 1e3, "spacer_section_area": 1e3}  # [m^2] rigid bodies
 BETA = SCREW.contact_angle

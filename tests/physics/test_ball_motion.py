@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_parameters
+from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_screw
 from ballscrew_tehl.physics.ball_motion import contact_motion, neighbour_sliding
 from ballscrew_tehl.physics.hertz import ellipse, reduced_radii
 from ballscrew_tehl.physics.kinematics import cage_speed, entrainment_speed
 
-ROLLING = changed(load_parameters(), friction={"kinematics": "rolling_frame"})
+ROLLING = changed(load_screw(), friction={"kinematics": "rolling_frame"})
 SCREW = ROLLING.screw
 
 

@@ -6,7 +6,7 @@ from importlib import resources
 import numpy as np
 import pytest
 
-from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.file import changed, load_screw
 from ballscrew_tehl.physics.lubricant import (
     eta0,
     pressure_viscosity,
@@ -23,8 +23,8 @@ def oil(law, **values):
     """Lubricant parameters with one viscosity law."""
     if law == "astm_d341":
         with resources.as_file(resources.files("ballscrew_tehl") / "data" / "example_25x10.toml") as path:
-            return changed(load_parameters(path), lubricant=values).lubricant
-    return changed(load_parameters(), lubricant={"viscosity_law": law, **values}).lubricant
+            return changed(load_screw(path), lubricant=values).lubricant
+    return changed(load_screw(), lubricant={"viscosity_law": law, **values}).lubricant
 
 
 def test_roelands_printed_is_equation_7():

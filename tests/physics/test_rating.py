@@ -2,16 +2,16 @@
 
 import math
 
-from ballscrew_tehl.parameters.file import changed, load_parameters
+from ballscrew_tehl.parameters.file import changed, load_screw
 from ballscrew_tehl.physics.load import double_nut_loads
 from ballscrew_tehl.physics.rating import STATIC_PRESSURE, ball_pressure, dynamic_rating, life, static_rating
 
-SCREW = load_parameters().screw
+SCREW = load_screw().screw
 
 
 def test_static_rating_is_the_force_at_its_pressure():
     """Against the loads of the whole nut without stretch of the bodies, which makes them equal."""
-    stiff = changed(load_parameters(), screw={"screw_section_area": 10.0, "nut_section_area": 10.0}).screw
+    stiff = changed(load_screw(), screw={"screw_section_area": 10.0, "nut_section_area": 10.0}).screw
     loads = double_nut_loads(stiff, static_rating(stiff), 0.0, stiff.loaded_ball_count)
     assert abs(ball_pressure(stiff, float(loads.Q_a.max())) / STATIC_PRESSURE - 1.0) <= 1e-4
 
@@ -29,6 +29,6 @@ def test_life_of_one_nut_and_of_two():
 def test_both_ratings_grow_with_size_as_their_formulas():
     """All lengths doubled: areas, and with them static forces, fourfold; the dynamic rating by 2^1.8."""
     names = ("nominal_radius", "ball_diameter", "screw_raceway_radius", "nut_raceway_radius", "lead")
-    large = changed(load_parameters(), screw={name: 2.0 * getattr(SCREW, name) for name in names}).screw
+    large = changed(load_screw(), screw={name: 2.0 * getattr(SCREW, name) for name in names}).screw
     assert abs(static_rating(large) / static_rating(SCREW) / 4.0 - 1.0) <= 1e-9
     assert abs(dynamic_rating(large) / dynamic_rating(SCREW) / 2.0**1.8 - 1.0) <= 1e-9

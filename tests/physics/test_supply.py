@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import dblquad
 
 from ballscrew_tehl.contact import SolverOptions, ball_conditions, solve
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import ellipse
@@ -64,7 +64,7 @@ def test_in_thick_films_the_load_acts_within_a_third_of_the_supply():
 @pytest.mark.parametrize("load", [17.0, 100.0])
 def test_factor_is_that_of_contacts_solved_with_the_short_inlet(load):
     """Thermal, GD4008-3 with VG 100 at 500 r/min; found 1 % (17 N) and 1.3 % (100 N) at 6 b, 1 and 0 % at 10 b."""
-    own = load_parameters(PACKAGED_VG100)
+    own = load_screw(PACKAGED_VG100)
     at = ball_conditions(own, "screw", load, 500.0 * RPM, 303.0)
     hertz = ellipse(load, at.R_x, at.R_y, at.E_prime)
     flooded = solve(at, own.lubricant, own.solid)

@@ -29,7 +29,7 @@ from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_fmu.variables.friction import fmu_variables
 from ballscrew_tehl.cli.parser import build_parser
 from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
@@ -95,7 +95,7 @@ def clone(tmp_path_factory):
     folder = tmp_path_factory.mktemp("docs") / "clone"
     hidden = shutil.ignore_patterns(".*", "dist", "build", "*.egg-info", "__pycache__", "*.png")
     shutil.copytree(ROOT, folder, ignore=hidden)
-    dist, screw = folder / "dist", load_map(None, load_parameters())
+    dist, screw = folder / "dist", load_map(None, load_screw())
     dist.mkdir()
     for version, model in ((2, FRICTION), (3, FRICTION), (2, TRANSMISSION), (2, AXIS)):
         target = dist / native_file_name(version, model)
@@ -189,7 +189,7 @@ def test_commands_links_and_paths_in_the_prose_exist():
 
 def test_tables_of_variables_are_those_of_the_fmu():
     text = (ROOT / "docs" / "import_the_fmu.md").read_text(encoding="utf-8")
-    table = {v.name: v for v in fmu_variables(load_map(None, load_parameters()).header)}
+    table = {v.name: v for v in fmu_variables(load_map(None, load_screw()).header)}
     assert set(re.findall(r"`(\w+)`", text)) & table.keys() == table.keys()
     rows = re.findall(r"^\| ((?:`\w+`(?:, )?)+) \| ([^|]+) \| ([^|]+) \|", text, re.MULTILINE)
     assert len(rows) > 12

@@ -11,7 +11,7 @@ from synthetic_contacts import GRID, closed_build
 
 from ballscrew_tehl.cli.main import main
 from ballscrew_tehl.nut_map.file import load_map, save_map
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.report import material
@@ -48,7 +48,7 @@ def own_words(tmp_path_factory):
         GRID, speed=(100.0 * RPM, 6000.0 * RPM, 14), temperature=(10.0 + CELSIUS, 40.0 + CELSIUS, 7)
     )
     certificate = {k: v for k, v in load_map(None, GD4008).header["certificate"].items() if k != "each"}
-    save_map(folder / "my.nc", closed_build(load_parameters(folder / "my.toml"), wide), certificate)
+    save_map(folder / "my.nc", closed_build(load_screw(folder / "my.toml"), wide), certificate)
     return "--screw", folder / "my.toml", "--map", folder / "my.nc"
 
 

@@ -14,7 +14,7 @@ from reference_screw import GD4008
 from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets
 from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.kinematics import surface_speeds
@@ -89,7 +89,7 @@ def test_lines_and_parts_are_values_of_the_map(of_paper):
                 state = found.picture.nut_map.evaluate(*map(float, place(lines, lines.x[k], row)))
                 assert lines.torque[i, k] == pytest.approx(sum(state[:3]), rel=1e-9)
                 assert state.in_range
-    own = load_parameters(PACKAGED_VG100)
+    own = load_screw(PACKAGED_VG100)
     law = material.Friction(default_friction_set(own), load_map(None, own))
     for one in (found, dataclasses.replace(found, parameters=own, frictions=(law,))):
         speed, preload = one.lines.over_speed.x, figures.middle(one.lines.over_speed.rows)

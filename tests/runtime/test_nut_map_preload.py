@@ -7,7 +7,7 @@ import pytest
 from synthetic_map import LAWS, MECHANISTIC, closed_form
 
 from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.runtime.constants import LEAST_ELASTICITY
 from ballscrew_tehl.runtime.over_preload import OverPreload
@@ -129,7 +129,7 @@ def test_preload_is_not_in_range_with_a_separated_nut(nut_map):
 def test_torque_rises_with_preload_over_the_packaged_maps(file):
     """Elasticity d ln torque/d ln preload without axial load, by differences 3.5 % of preload apart; else no fall.
     The shear of the mechanistic law rises less; in the lowest cell of its map the splines swing."""
-    nut_map = load_map(None, load_parameters(file))
+    nut_map = load_map(None, load_screw(file))
     axis, speeds, temperatures = nut_map.force, nut_map.speed, nut_map.temperature
     lowest, rises = (0.1, 0.5) if file is None else (4.0, 0.05)
     preload = np.geomspace(lowest * axis.lo, axis.hi, 200)[:, None, None]

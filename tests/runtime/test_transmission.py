@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from synthetic_map import LAWS, make_map
 
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.physics import axial_stiffness as closed
 from ballscrew_tehl.runtime.constants import ELEMENTS
 from ballscrew_tehl.runtime.standstill import Elements
@@ -18,7 +18,7 @@ from ballscrew_tehl.runtime.transmission import (
     transmission_step,
 )
 
-SCREW = load_parameters().screw
+SCREW = load_screw().screw
 K = closed.contact_stiffness(SCREW)
 RATIO = SCREW.lead / (2.0 * math.pi)
 S_REF = closed.axial_stiffness(K, 1500.0)

@@ -4,9 +4,9 @@ import csv
 
 from paths import PUBLISHED
 
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 
-GD4008 = load_parameters()
+GD4008 = load_screw()
 
 
 def published_rows(name: str) -> list[dict[str, str]]:

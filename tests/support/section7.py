@@ -8,13 +8,13 @@ from closed_film import HamrockDowsonFilm
 from ballscrew_tehl.calibration.fit import TorqueBasis
 from ballscrew_tehl.calibration.measurements import Measurement, packaged_measurements
 from ballscrew_tehl.friction.torque import NutSums, nut_sums
-from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_parameters
+from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_screw
 
 TEMPERATURE = 303.0
 RPM = math.pi / 30.0
 BETA = math.radians(45.0)
 #: balls on four flanks keep the contact angle without load
-SCREW = changed(load_parameters(), screw={"preload_kind": FOUR_POINT})
+SCREW = changed(load_screw(), screw={"preload_kind": FOUR_POINT})
 FILM = HamrockDowsonFilm(SCREW)
 MEASURED = packaged_measurements(TEMPERATURE)
 

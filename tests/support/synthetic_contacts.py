@@ -22,7 +22,7 @@ from ballscrew_tehl.nut_map.contact_map import core_formula, thick_rolling_formu
 from ballscrew_tehl.nut_map.contacts import CORE, FILMS, MAPPED, QUANTITIES, RISES, VISCOUS
 from ballscrew_tehl.nut_map.file import STORED
 from ballscrew_tehl.nut_map.grid import BuiltMap, MapGrid
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.ball_formula import film_formula
@@ -30,7 +30,7 @@ from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, sealed
 
-LAW = load_parameters(PACKAGED_VG100)
+LAW = load_screw(PACKAGED_VG100)
 # without the atlas, which is that of solved contacts
 GRID = MapGrid(
     force=(400.0, 12000.0, 7), speed=(100.0 * RPM, 1000.0 * RPM, 6), temperature=(293.15, 313.15, 4),

@@ -30,7 +30,7 @@ from ballscrew_tehl.friction.interval import MEANING
 from ballscrew_tehl.nut_map import trend
 from ballscrew_tehl.nut_map.contacts import MIN_FILM
 from ballscrew_tehl.nut_map.interval import TABLE_NODES
-from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters, load_parameters
+from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters, load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.ball_formula import THICKEST_FILM
 from ballscrew_tehl.report.material import PRELOAD_WORDS
@@ -193,7 +193,7 @@ def _no_interval(mean: float | None) -> str:
 
 def _published(parameters: Parameters) -> list[dict[str, float]]:
     """Measured points that are packaged, in the units of the fields; none of another screw."""
-    if parameters.screw != load_parameters().screw:
+    if parameters.screw != load_screw().screw:
         return []
     return [
         {

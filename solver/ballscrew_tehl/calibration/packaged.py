@@ -28,7 +28,7 @@ from ..friction.sets import (
     write_friction_sets,
 )
 from ..friction.torque import UNLOADED, FilmModel, NutSums, nut_forces, nut_sums
-from ..parameters.file import Parameters, changed, load_parameters
+from ..parameters.file import Parameters, changed, load_screw
 from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_VG100
 from ..physics.load import nut_loads
@@ -265,7 +265,7 @@ def calibrate_packaged(
     Returns      (kinematics, name) -> FrictionSet
     Source       measurements: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Tables 2 and 4
     """
-    screw = load_parameters() if parameters is None else parameters
+    screw = load_screw() if parameters is None else parameters
     temperature = screw.lubricant.reference_temperature
     measurements = packaged_measurements(temperature)
     published = changed(screw, friction={"kinematics": "published"})
@@ -273,7 +273,7 @@ def calibrate_packaged(
         (published, name, f"{screw.screw.ball_count} balls per nut", "")
         for name in ("two_parameter", "three_parameter")
     ]
-    own = load_parameters(PACKAGED_VG100)
+    own = load_screw(PACKAGED_VG100)
     balls = f"{own.screw.loaded_ball_count} load-carrying balls per nut"
     fits.append((own, MECHANISTIC, balls, f"{own.lubricant.name}, "))
     sets = {} if only is None else load_friction_sets()

@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..parameters.file import Parameters, load_parameters
+from ..parameters.file import Parameters, load_screw
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_VG100
@@ -138,7 +138,7 @@ def fit_of(friction_set: FrictionSet, parameters: Parameters) -> Fit | None:
     if friction_set.calibrated_at and packaged is not None:
         return Fit(value, value, packaged.errors["leave_one_out_mean"])
     ours = packaged is not None and packaged.net_sliding_coefficient == value
-    if ours and law_constants(parameters) != law_constants(load_parameters(PACKAGED_VG100)):
+    if ours and law_constants(parameters) != law_constants(load_screw(PACKAGED_VG100)):
         return None
     limits, half = friction_set.limits.get(FITTED_COEFFICIENT), friction_set.intervals.get(FITTED_COEFFICIENT)
     left_out = friction_set.errors.get("leave_one_out_mean", 0.0)

@@ -42,8 +42,8 @@ def presliding_angle(screw: ScrewParameters, force: float) -> float:
     Raises       ValueError: negative or not finite
     Source       travel of a ball: De Moerlooze & Al-Bender, Adv. Tribol. 2008, 561280 (balls in V-grooved tracks)
     Example
-        >>> from ballscrew_tehl.parameters.file import load_parameters
-        >>> f"{1e3 * presliding_angle(load_parameters().screw, 2000.0):.1f} mrad"
+        >>> from ballscrew_tehl.parameters.file import load_screw
+        >>> f"{1e3 * presliding_angle(load_screw().screw, 2000.0):.1f} mrad"
         '7.5 mrad'
     """
     return 0.5 * TRAVEL * contact_half_width(screw, force) / ball_travel(screw, 1.0)

@@ -20,7 +20,7 @@ from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.origin import carried_over, refuse_other_fit
 from ..friction.presliding import presliding_angle
 from ..friction.sets import FrictionSet, default_friction_set
-from ..parameters.file import Parameters, ScrewParameters, load_parameters
+from ..parameters.file import Parameters, ScrewParameters, load_screw
 from ..parameters.identity import (
     SCREW_FILE,
     differences,
@@ -294,7 +294,7 @@ def parameters_for(path: Path | str | None, parameters: Parameters | None) -> Pa
     Raises       ValueError: something else is given, such as the name of a screw file; as screw_of_map
     """
     if parameters is None:
-        return load_parameters() if path is None else screw_of_map(path)
+        return load_screw() if path is None else screw_of_map(path)
     if not isinstance(parameters, Parameters):
         raise ValueError(f"parameters = {parameters!r}; needs what load_screw(FILE) returns")
     return parameters

@@ -110,13 +110,13 @@ def compile_kernels(executor: Executor, progress: Progress | None = None) -> Non
 def _compile() -> None:
     """Solve a contact of each raceway and the equilibrium of its ball."""
     from ..friction.sets import default_friction_set
-    from ..parameters.file import load_parameters
+    from ..parameters.file import load_screw
     from ..parameters.packaged_data import PACKAGED_VG100
     from ..refinement.direct import mean_ball_state
 
     # it says that it compiles
     logging.getLogger("ballscrew_tehl.contact").setLevel(logging.ERROR)
-    parameters = load_parameters(PACKAGED_VG100)
+    parameters = load_screw(PACKAGED_VG100)
     mean_ball_state(parameters, default_friction_set(parameters), 2000.0, 50.0, 303.15)
 
 

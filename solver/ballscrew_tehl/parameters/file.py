@@ -29,7 +29,7 @@ from .toml import Entry, ParameterError, check_tables, key_forms, message, read_
 __all__ = [
     "FOUR_POINT", "FrictionParameters", "LubricantParameters", "ParameterError", "Parameters",
     "PublishedSpeeds", "ScrewParameters", "SolidParameters", "changed", "graded_oil",
-    "kinematic_viscosity_d341", "load_parameters", "load_screw", "parameters_json",
+    "kinematic_viscosity_d341", "load_screw", "parameters_json",
 ]  # fmt: skip
 
 #: file of the default screw, in the package's data
@@ -135,10 +135,6 @@ def load_screw(path: Path | str | None = None) -> Parameters:
     return _build(str(path), read_toml(Path(path)))
 
 
-#: its name inside the package
-load_parameters = load_screw
-
-
 def graded_oil(iso_vg: int, viscosity_index: float, density_15c: float | None = None) -> LubricantParameters:
     """A mineral oil by its ISO viscosity grade and viscosity index; assumptions: module mineral_oil.
 
@@ -165,7 +161,7 @@ def changed(parameters: Parameters, **tables: dict[str, Any]) -> Parameters:
     Parameters   tables : table name -> field -> value; another kinematics comes with the default set of its law
     Raises       pydantic.ValidationError (a ValueError)
     Example
-        >>> changed(load_parameters(), lubricant={"viscosity": 0.1}).lubricant.viscosity
+        >>> changed(load_screw(), lubricant={"viscosity": 0.1}).lubricant.viscosity
         0.1
     """
     data = parameters.model_dump(exclude_unset=True)

@@ -12,7 +12,7 @@ from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from pydantic import ValidationError
 
-from .file import TABLES, LubricantParameters, Parameters, ScrewParameters, graded_oil, load_parameters
+from .file import TABLES, LubricantParameters, Parameters, ScrewParameters, graded_oil, load_screw
 from .packaged_data import PACKAGED_DATA
 from .toml import UNITS
 
@@ -83,7 +83,7 @@ def example_parameters(oil: str = "viscosities", lubricant: str = "oil") -> Para
                  lubricant : "oil", or "grease" = its base oil by grade, NLGI grade
     Raises       ValueError: another word
     """
-    example = load_parameters(PACKAGED_DATA / EXAMPLE)
+    example = load_screw(PACKAGED_DATA / EXAMPLE)
     if lubricant not in LUBRICANTS:
         raise ValueError(f"lubricant = {lubricant!r}; allowed: {', '.join(LUBRICANTS)}")
     if lubricant == "grease":

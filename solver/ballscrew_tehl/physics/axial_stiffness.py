@@ -30,8 +30,8 @@ def contact_stiffness(screw: ScrewParameters, contact_angle: float | None = None
                  that with an angle that follows the load, at the angle without load 3.7 %
     Source       Hertz, both contacts of a ball in series: Q = (sb d/C)^(3/2), F = n sb Q, sb = sin(beta) cos(lambda)
     Example
-        >>> from ballscrew_tehl.parameters.file import load_parameters
-        >>> round(contact_stiffness(load_parameters().screw) / 1e11, 2)
+        >>> from ballscrew_tehl.parameters.file import load_screw
+        >>> round(contact_stiffness(load_screw().screw) / 1e11, 2)
         2.14
     """
     beta = screw.contact_angle if contact_angle is None else contact_angle

@@ -38,8 +38,8 @@ def E_prime(screw: ScrewParameters) -> float:
     """Reduced modulus 2/sum((1-nu^2)/E) [Pa]; ball and raceway are of the same steel.
 
     Example
-        >>> from ballscrew_tehl.parameters.file import load_parameters
-        >>> round(E_prime(load_parameters().screw) / 1e9, 2)
+        >>> from ballscrew_tehl.parameters.file import load_screw
+        >>> round(E_prime(load_screw().screw) / 1e9, 2)
         225.27
     """
     return screw.youngs_modulus / (1.0 - screw.poisson_ratio**2)

@@ -15,7 +15,7 @@ from ..nut_map.contact_map import Array
 from ..nut_map.contacts import ROLLING_FRAME
 from ..nut_map.file import load_contact_map, load_map
 from ..nut_map.plot import MapPicture, map_picture
-from ..parameters.file import Parameters, changed, load_parameters
+from ..parameters.file import Parameters, changed, load_screw
 from ..physics.hertz import RACEWAYS
 from ..physics.kinematics import KINEMATICS
 from ..physics.load import DoubleNutLoads, double_nut_loads, separation_load
@@ -123,7 +123,7 @@ class Material:
 
 def is_measured_screw(parameters: Parameters) -> bool:
     """Whether screw, steel, oil and surface speeds are those of the paper."""
-    own = load_parameters()
+    own = load_screw()
     tables = ("screw", "solid", "lubricant", "published_speeds")
     return all(getattr(parameters, name) == getattr(own, name) for name in tables)
 

@@ -4,7 +4,7 @@ import math
 import time
 
 from ..contact import ContactConditions, SolverOptions, reference_oil, solve
-from ..parameters.file import load_parameters
+from ..parameters.file import load_screw
 from ..parameters.oil import ROELANDS_LN
 
 # case ti_006 of https://github.com/vachekivan495-design/PINN-EHL-Reproducibility (data: CC BY 4.0): steel on glass,
@@ -21,7 +21,7 @@ def circle_rows() -> list[dict[str, float]]:
     """The published row, then this solver on the same domain and on its default one; CPU times, converged or not."""
     z = ALPHA * P_ROELANDS / (math.log(ETA0) + ROELANDS_LN)
     given = {"viscosity": ETA0, "pressure_viscosity": ALPHA, "roelands_pressure": P_ROELANDS, "z_roelands": z}
-    oil, solid = reference_oil("roelands").model_copy(update=given), load_parameters().solid
+    oil, solid = reference_oil("roelands").model_copy(update=given), load_screw().solid
     at = ContactConditions(LOAD, RADIUS, RADIUS, SPEED, SPEED, oil.reference_temperature, E_PRIME)
     rows: list[dict[str, float]] = [MULTIGRID]
     same = SolverOptions(thermal=False, x_in=-4.0, x_out=2.0, y_max=3.0)

@@ -23,7 +23,7 @@ from ..friction.mechanistic import nuts_powers
 from ..friction.sets import default_friction_set
 from ..nut_map.atlas_only import AtlasContacts
 from ..nut_map.workers import Progress
-from ..parameters.file import Parameters, graded_oil, load_parameters
+from ..parameters.file import Parameters, graded_oil, load_screw
 from ..parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ..parameters.units import CELSIUS, RPM
 from ..physics.lubricant import eta0
@@ -91,7 +91,7 @@ SCREW_TEMPERATURES = (20.0, 30.0)
 
 def rig_screw(diameter: float, ball: float, iso_vg: int) -> Parameters:
     """A double nut of a nominal diameter with balls of a diameter [mm] and the grooves and angle of the GD4008-3."""
-    like, radius, d = load_parameters(PACKAGED_VG100), 0.5e-3 * diameter, 1e-3 * ball
+    like, radius, d = load_screw(PACKAGED_VG100), 0.5e-3 * diameter, 1e-3 * ball
     grooves = {
         name: getattr(like.screw, name) / like.screw.ball_diameter * d
         for name in ("screw_raceway_radius", "nut_raceway_radius")

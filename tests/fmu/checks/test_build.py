@@ -18,7 +18,7 @@ from ballscrew_fmu.checks import check, reference
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, this_platform
 from ballscrew_fmu.python_fmu import entry_library
 from ballscrew_tehl.friction.sets import FrictionSet, write_friction_sets
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 
 pytestmark = pytest.mark.slow
 
@@ -58,7 +58,7 @@ def script():
 
 @pytest.fixture
 def with_synthetic_map(monkeypatch, synthetic_nut_map):
-    monkeypatch.setattr(build, "read_inputs", lambda *_: build.Inputs(load_parameters(), synthetic_nut_map))
+    monkeypatch.setattr(build, "read_inputs", lambda *_: build.Inputs(load_screw(), synthetic_nut_map))
 
 
 @pytest.fixture

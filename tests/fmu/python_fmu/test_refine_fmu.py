@@ -13,7 +13,7 @@ from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_fmu.python_fmu.slave_base import CHECKSUM
 from ballscrew_fmu.python_fmu.solver_cache import installed, solver_name
 from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import load_parameters
+from ballscrew_tehl.parameters.file import load_screw
 
 pytestmark = pytest.mark.slow
 
@@ -177,7 +177,7 @@ print(json.dumps([remark, str(root), refinement.state() is not None, sorted(own)
 
 def test_the_packaged_solver_is_complete_and_its_packages_are_named_when_missing(tmp_path):
     """Its numbers: tests/refinement. Here: all its modules are there and are imported from the cache alone."""
-    fmu = build_fmu(load_map(None, load_parameters()), tmp_path / "BallScrewFriction.fmu").path
+    fmu = build_fmu(load_map(None, load_screw()), tmp_path / "BallScrewFriction.fmu").path
     folder = fmpy.extract(str(fmu), unzipdir=str(tmp_path / "unpacked"))
     plain, refined, ((status, message),) = of_process(REFINED_RUN, tmp_path, folder, "scipy")
     assert (refined, status) == (plain, ERROR)

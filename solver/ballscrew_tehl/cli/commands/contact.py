@@ -164,10 +164,10 @@ def _by_moes(contact: dict[str, Any], options: Any) -> dict[str, Any]:
 
 def _by_dimensions(contact: dict[str, Any], options: Any, screw_file: str | None) -> dict[str, Any]:
     from ...contact import ContactConditions, solve
-    from ...parameters.file import changed, load_parameters
+    from ...parameters.file import changed, load_screw
     from ...physics.hertz import E_prime
 
-    parameters = load_parameters(screw_file)
+    parameters = load_screw(screw_file)
     load, R_x, R_y, u_1, u_2, temperature = (contact[name] for name in DIMENSIONS)
     conditions = ContactConditions(load, R_x, R_y, u_1, u_2, temperature, E_prime(parameters.screw))
     oil = parameters.lubricant

@@ -9,7 +9,7 @@ import numpy as np
 
 from ... import __version__
 from ...parameters import mineral_oil as oil_grade
-from ...parameters.file import LubricantParameters, graded_oil, load_parameters
+from ...parameters.file import LubricantParameters, graded_oil, load_screw
 from ...parameters.units import CELSIUS
 from ...physics import lubricant
 from ..shared.results import print_results, table
@@ -25,7 +25,7 @@ def _oil_of(args: Namespace) -> LubricantParameters:
     if args.screw is not None:
         if any(given):
             raise ValueError("--screw; allowed: alone, or --iso-vg with --viscosity-index: give one oil")
-        return load_parameters(args.screw).lubricant
+        return load_screw(args.screw).lubricant
     if not all(given[:2]):
         raise ValueError("--iso-vg, --viscosity-index (missing); allowed: both, or --screw FILE.toml")
     return graded_oil(*grade, args.density_15c_kg_m3)

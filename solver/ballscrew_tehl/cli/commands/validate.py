@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from ... import __version__
 from ...friction.origin import other_sets, with_set
 from ...friction.sets import MECHANISTIC, FrictionSet, default_friction_set
-from ...parameters.file import Parameters, load_parameters
+from ...parameters.file import Parameters, load_screw
 from ...parameters.packaged_data import PACKAGED_VG100
 from ..shared.chosen import Chosen, chosen_of, screw_of
 from ..shared.files import check_output, written
@@ -54,7 +54,7 @@ def _laws(args: Namespace, chosen: Chosen) -> list[_Law]:
         for entry in other_sets(chosen.friction_set, chosen.parameters)
     ]
     if not (args.screw or args.map) and chosen.friction_set.name != MECHANISTIC:
-        own = load_parameters(PACKAGED_VG100)
+        own = load_screw(PACKAGED_VG100)
         wanted.append((default_friction_set(own), own, None))
     with progress_bar(QUIET) as progress:
         # the film of another set is summed over the balls when its map is read

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...friction.origin import CATALOGUE_DIFFERS, refuse_other_fit, with_set, without_overrides
 from ...friction.sets import FrictionSet, default_friction_set, friction_set_of_file, load_friction_sets
-from ...parameters.file import Parameters, changed, load_parameters
+from ...parameters.file import Parameters, changed, load_screw
 from ...parameters.packaged_data import PACKAGED_VG100
 from ...parameters.screw import LAW_SETS
 from ...runtime.packed import MECHANISTIC
@@ -30,7 +30,7 @@ def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
 
         parameters = screw_of_map(args.map)
     else:
-        parameters = load_parameters(default if args.screw is None else args.screw)
+        parameters = load_screw(default if args.screw is None else args.screw)
     if args.kinematics in (None, parameters.friction.kinematics):
         return parameters
     if args.kinematics == "published" and parameters.published_speeds is None:
