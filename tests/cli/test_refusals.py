@@ -312,12 +312,15 @@ def test_a_disk_that_fills_or_ctrl_c_during_the_work_leaves_nothing(folder, caps
     before = sorted(folder.iterdir())
     calibrate = "calibrate", "measured.csv", "--map", packaged_map("published")
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    compiled = SystemError("a compiled function returned a result with an exception set")
+    compiled.__cause__ = SystemError("again")
+    compiled.__cause__.__cause__ = KeyboardInterrupt()
     for words in (
         ("init", "new/x.toml"),
         ("map", "plot", "--output", "new/folder/x.png"),
         (*calibrate, "--output", "x.toml"),
     ):
-        for event in (full, KeyboardInterrupt()):
+        for event in (full, KeyboardInterrupt(), compiled):
             for function in ("replace", "link"):
                 monkeypatch.setattr(os, function, Mock(side_effect=event))
             if event is full:

@@ -59,8 +59,11 @@ def main(
             raise
         return ended(2, f"error: {remedy}")
     except (KeyboardInterrupt, SystemError) as err:
-        # an interrupt inside compiled code comes as a SystemError
-        if not isinstance(err, KeyboardInterrupt) and not isinstance(err.__cause__, KeyboardInterrupt):
+        # an interrupt inside compiled code comes as the cause of a SystemError, or as that of its cause
+        cause: BaseException | None = err
+        while cause is not None and not isinstance(cause, KeyboardInterrupt):
+            cause = cause.__cause__
+        if cause is None:
             raise
         return ended(INTERRUPTED, "; ".join(filter(None, ("interrupted", args.interrupted))))
     except BrokenPipeError:
