@@ -187,15 +187,16 @@ def _compiled(
 def _with_cache() -> dict[str, str]:
     """Environment of the compiler, with a folder for the cache of zig that can be written.
 
-    Without one zig fails, or never ends. ZIG_GLOBAL_CACHE_DIR, if set, is kept.
+    Without one, or without HOME, zig fails or never ends. ZIG_GLOBAL_CACHE_DIR, if set, is kept.
     """
     environment = dict(os.environ)
     if os.name == "posix" and "ZIG_GLOBAL_CACHE_DIR" not in environment:
         cache = Path(environment.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "zig")
         with contextlib.suppress(OSError):
             cache.mkdir(parents=True, exist_ok=True)
-        if not os.access(cache, os.W_OK):
-            environment["ZIG_GLOBAL_CACHE_DIR"] = f"{tempfile.gettempdir()}/ballscrew_zig_{os.getuid()}"
+        usable = os.access(cache, os.W_OK)
+        own = str(cache) if usable else f"{tempfile.gettempdir()}/ballscrew_zig_{os.getuid()}"
+        environment["ZIG_GLOBAL_CACHE_DIR"] = own
     return environment
 
 

@@ -197,7 +197,11 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     if not path.exists():
         raise MapError(f"{path}: no such map file: build it with {BUILD_MAP}")
     damaged = f"{path}: not a readable map file ({{}}): build one with {BUILD_MAP}"
-    if not is_map_file(path):
+    try:
+        known = is_map_file(path)
+    except OSError as error:
+        raise MapError(damaged.format(error.strerror)) from error
+    if not known:
         raise MapError(damaged.format("a folder" if path.is_dir() else "of another kind"))
     try:
         with netcdf_file(path, "r", mmap=False) as file:

@@ -330,11 +330,15 @@ function listen() {
     const field = element(key), slider = element(`${key}-slider`);
     const slide = (n) => change({ [key]: valueAt(about.inputs[key], n) }, slider);
     field.addEventListener("input", () => takeText(key, field));
-    field.addEventListener("keydown", (event) => { // by the steps of the slider
+    field.addEventListener("keydown", (event) => { // to the next other value of the slider
       const step = { ArrowUp: 1, ArrowDown: -1 }[event.key];
       if (!step) return;
       event.preventDefault();
-      slide((slider.value = Math.round(place(about.inputs[key], state[key])) + step));
+      for (let n = Math.round(place(about.inputs[key], state[key])); n >= 0 && n <= 200; n += step) {
+        if ((valueAt(about.inputs[key], n) - state[key]) * step <= 0) continue;
+        slider.value = n;
+        return slide(n);
+      }
     });
     slider.addEventListener("input", () => slide(Number(slider.value)));
   }

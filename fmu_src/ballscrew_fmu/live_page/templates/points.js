@@ -22,7 +22,8 @@ function readPoints(text, units, temperature) {
     .filter(({ text }) => /[^\s;,]/.test(text) && !/^(\s*#|sep=)/.test(text));
   if (rows.length < 2) throw new Error("needs a line of headings and a line for each point");
   const separator = [";", "\t", ","].find((mark) => rows[0].text.includes(mark)) ?? ",";
-  const cells = (row) => row.text.split(separator).map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
+  const outsideQuotes = new RegExp(`${separator}(?=(?:[^"]*"[^"]*")*[^"]*$)`);
+  const cells = (row) => row.text.split(outsideQuotes).map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
   const columns = cells(rows[0]).map((heading) => columnOf(heading, units));
   for (const key of Object.keys(units)) {
     const found = columns.filter((column) => column?.key === key).length;

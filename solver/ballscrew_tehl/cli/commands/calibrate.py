@@ -52,10 +52,12 @@ def run_calibrate(args: Namespace) -> int:
                 {(found.kinematics, found.name): found},
                 "Fitted by ballscrew calibrate",
             )
-        where = "".join(
+        where = [
             f"--{key} {shlex.quote(getattr(args, key))} " for key in ("screw", "map") if getattr(args, key)
-        )
-        say(f"written: {args.output}; next: ballscrew page {where}--friction {shlex.quote(args.output)}")
+        ]
+        # --kinematics alone fits with another oil than a file of the mechanistic law is read with
+        follows = f"; next: ballscrew page {''.join(where)}--friction {shlex.quote(args.output)}"
+        say(f"written: {args.output}{follows if where or not args.kinematics else ''}")
     if args.json:
         entry = vars(found) | {"calibration": fitted.data}
         print_results([{f"{found.kinematics}.{found.name}": entry}], True, False)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from datetime import timedelta
 from typing import TYPE_CHECKING
+
+from .results import say
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -78,7 +79,7 @@ def _lines() -> Progress:
             left = seconds * (total - finished) / max(finished - before, 1)
             clock = f", {_clock(left)} left" if before < finished < total else ""
             clock = f" in {_clock(seconds)}" if finished == total else clock
-            print(f"{what}: {finished} of {total}{clock}", file=sys.stderr, flush=True)
+            say(f"{what}: {finished} of {total}{clock}")
 
     return line
 
