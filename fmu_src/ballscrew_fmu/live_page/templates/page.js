@@ -334,7 +334,7 @@ function listen() {
       const step = { ArrowUp: 1, ArrowDown: -1 }[event.key];
       if (!step) return;
       event.preventDefault();
-      for (let n = Math.round(place(about.inputs[key], state[key])); n >= 0 && n <= 200; n += step) {
+      for (let n = Math.min(200, Math.round(place(about.inputs[key], state[key]))); n >= 0 && n <= 200; n += step) {
         if ((valueAt(about.inputs[key], n) - state[key]) * step <= 0) continue;
         slider.value = n;
         return slide(n);
