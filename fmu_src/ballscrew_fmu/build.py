@@ -85,7 +85,7 @@ def build(
         advance("compiling the live page")
         page = inputs.live_page() if compiler.crosses else ""
         for model in MODELS:
-            advance(f"compiling and packing {model.name}; the first time some minutes")
+            advance(f"compiling and packing {model.name}")
             fmu = build_fmu(nut_map, Path(scratch) / f"{model.name}.fmu", model=model, live_page=page).path
             advance(f"checking {model.name}")
             built.append((fmu, _checked(fmu, parameters, nut_map, model)))
