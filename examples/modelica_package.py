@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Assembles the Modelica package BallScrewFriction: package.mo, the map of a screw and its C library.
 
-    python examples/modelica_package.py [--screw my.toml --map my_map.nc] [--output dist/modelica]
+    python examples/modelica_package.py [--screw my.toml] [--output dist/modelica]
 
 The package has a rotational friction component with flanges of the Modelica Standard Library 4.0 (ScrewFriction), the
 screw between shaft and nut (ScrewTransmission), and an axis with each (Examples). Torques come from the C functions of
@@ -121,7 +121,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--screw", metavar="FILE.toml", help="screw file; default: that in the map, or the packaged GD4008-3"
     )
-    parser.add_argument("--map", metavar="FILE", help="map of this screw; default: the packaged one")
+    parser.add_argument("--map", metavar="FILE", help="map of this screw; default: made from the screw file")
     parser.add_argument(
         "--output", type=Path, default=OUTPUT, help="folder to write to; default: %(default)s"
     )

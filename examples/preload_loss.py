@@ -26,16 +26,14 @@ import numpy as np
 from fmu_command import plain, run_and_plot
 from matplotlib.figure import Figure
 
-from ballscrew_tehl import load_screw
+from ballscrew_tehl import load_map, load_screw
+from ballscrew_tehl.atlas.ball_contacts import BallContacts
 from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.calibration.measurements import Measurement
 from ballscrew_tehl.calibration.one_point import calibrate_point
 from ballscrew_tehl.friction.interval import DEVIATIONS
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
 from ballscrew_tehl.friction.torque import preload_from_torque
-from ballscrew_tehl.nut_map.atlas_only import AtlasContacts
-from ballscrew_tehl.nut_map.contact_map import MapContacts
-from ballscrew_tehl.nut_map.file import VG100, load_contact_map, load_map, packaged_map
 from ballscrew_tehl.nut_map.interval import map_interval
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
@@ -57,13 +55,12 @@ def scatter(torque: np.ndarray) -> float:
 
 def monitored(torque: np.ndarray) -> dict[str, Any]:
     """One screw: outputs of the monitor for each reading; low, high: of the change, law_low, law_high: with the law."""
-    parameters, file = load_screw(PACKAGED_VG100), packaged_map(VG100)
-    contacts = load_contact_map(file, parameters)
+    parameters = load_screw(PACKAGED_VG100)
     point = Measurement(SCREW_PRELOAD, SPEED, TEMPERATURE, float(torque[0]))
-    fitted = calibrate_point(point, parameters, MapContacts(contacts)).friction_set
-    nut_map = load_map(file, parameters, fitted)
+    fitted = calibrate_point(point, parameters, BallContacts(parameters)).friction_set
+    nut_map = load_map(None, parameters, fitted)
     low, high = map_interval(
-        parameters, contacts, nut_map.header["axes"], fitted, SCREW_PRELOAD, SPEED, TEMPERATURE
+        parameters, nut_map.header["axes"], fitted, SCREW_PRELOAD, SPEED, TEMPERATURE
     ).relative
     noise = DEVIATIONS * math.sqrt(2.0) * scatter(torque)
     found: dict[str, list[float]] = {"preload": [], "low": [], "high": [], "law_low": [], "law_high": []}
@@ -90,7 +87,7 @@ def other_screws(torque: np.ndarray) -> list[float]:
     found = []
     for other in OTHERS:
         parameters = rig_screw(*other)
-        contacts = AtlasContacts(parameters)
+        contacts = BallContacts(parameters)
         point = Measurement(SCREW_PRELOAD, SPEED, TEMPERATURE, float(torque[0]))
         number = calibrate_point(point, parameters, contacts).friction_set.net_sliding_coefficient
 

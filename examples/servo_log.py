@@ -15,7 +15,8 @@ import numpy as np
 from fmu_command import plain, run_and_plot
 from matplotlib.figure import Figure
 
-from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
+from ballscrew_tehl import load_map
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 
@@ -97,7 +98,7 @@ def main(folder: Path | str = ".", screw: NutMap | None = None) -> dict[str, tup
     Parameters   screw : map of the GD4008-3 with the friction of its axis; None = the packaged one, VG 100
     Returns      time [s], motion [m] or [deg], voltage [V] or current [A] by name of the log
     """
-    screw = screw or load_map(packaged_map(VG100))
+    screw = screw or load_map(PACKAGED_VG100)
     emps = emps_log(noise=1e-7, voltage_noise=0.03, delay=2)
     write_log(Path(folder) / "emps.csv", "time [s],position [m],voltage [V]", *emps)
     logs = {"emps": emps}

@@ -19,7 +19,7 @@ from ballscrew_fmu.pages.validation import validation_report
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.cli.shared.chosen import chosen_of
 from ballscrew_tehl.friction.sets import FrictionSet
-from ballscrew_tehl.nut_map.file import load_contact_map, load_map
+from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.nut_map.interval import interval_table
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.runtime.evaluate import NutMap
@@ -29,12 +29,11 @@ Advance = Callable[[str], None]  # called with the name of the next step
 
 
 class Inputs(NamedTuple):
-    """What FMUs and live page are made of; friction_set and map_file are those of the interval, which needs both."""
+    """What FMUs and live page are made of; friction_set: that of the interval, None = without."""
 
     parameters: Parameters
     nut_map: NutMap
     friction_set: FrictionSet | None = None
-    map_file: str | None = None
 
     def live_page(self) -> str:
         """The live page; with the interval of the mechanistic law, some seconds.
@@ -43,10 +42,7 @@ class Inputs(NamedTuple):
         """
         ends = None
         if self.friction_set is not None and self.nut_map.law == MECHANISTIC:
-            contact_map = load_contact_map(self.map_file, self.parameters)
-            ends = interval_table(
-                self.parameters, contact_map, self.nut_map.header["axes"], self.friction_set
-            )
+            ends = interval_table(self.parameters, self.nut_map.header["axes"], self.friction_set)
         return live_page(self.parameters, self.nut_map, ends)
 
 
@@ -61,7 +57,7 @@ def read_inputs(
     """
     chosen = chosen_of(Namespace(screw=screw, map=map_file, kinematics=kinematics, friction=friction))
     nut_map = load_map(map_file, chosen.parameters, chosen.of_file)
-    return Inputs(chosen.parameters, nut_map, chosen.friction_set, map_file)
+    return Inputs(chosen.parameters, nut_map, chosen.friction_set)
 
 
 def build(

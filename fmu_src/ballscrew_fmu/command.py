@@ -16,7 +16,7 @@ BUILD = Command("build and check the FMUs of a screw from its map", f"{RUNS}:run
     option("--output", "folder for the FMUs; default: %(default)s", "FOLDER", default="dist"),
     switch("--python-only", "only the FMUs for Python hosts"),
     switch("--embed-map", "native FMUs that open no file, of 15 MB each, for real-time targets"),
-), (*INPUTS, JSON), "--map my_map.nc --friction friction.toml --output my_fmus",
+), (*INPUTS, JSON), "--map my_map.npz --friction friction.toml --output my_fmus",
     "Friction, preload monitor, transmission and axis, for Python hosts and native: C compiled with ziglang for Linux, "
     "Windows and macOS (the first time some minutes), without it for this machine only. Each FMU is validated by fmpy "
     "and replayed against the map; FMUs are delivered only if all checks pass. Same input, same bytes. Exit codes: 0 "
@@ -31,7 +31,7 @@ FMU_COMMANDS = {
                     "dist/BallScrewFriction.fmu"),
     "page": Command("the FMU in one HTML page that computes in any browser", f"{RUNS}:run_page", (
         option("--output", f"{OUTPUT}; default: %(default)s", "FILE.html", default="live.html"),
-    ), (*INPUTS, JSON), "--map my_map.nc --output my.html",
+    ), (*INPUTS, JSON), "--map my_map.npz --output my.html",
         "Torque over speed with its interval and parts, film, axial force of each nut, efficiency, and measured points "
         "from a CSV file over them. It contains the C code of the FMU as WebAssembly, and the map; no network. "
         "Every FMU has it as documentation/live.html."),
@@ -42,7 +42,7 @@ EXAMPLES = Command("the example scripts: list them, or copy them into a folder",
     "They find the FMUs in the folder dist beside theirs, where `ballscrew build` puts them.")
 PACK = Command("write a map as nut_map.bin, for a native FMU that is built", f"{RUNS}:run_pack", (
     option("--output", f"{OUTPUT}; default: %(default)s", "FILE.bin", default="nut_map.bin"),
-), (*INPUTS, JSON), "--map my_map.nc --output nut_map.bin",
+), (*INPUTS, JSON), "--map my_map.npz --output nut_map.bin",
     "Put in place of the file of this name in the resources of a native FMU of the same law, it gives the friction of "
     "this screw without a build. Start values, limits and dependencies stay those of the FMU: set the parameters that "
     "are printed.")

@@ -164,7 +164,7 @@ def run_report(args: Namespace) -> int:
 
     def live(chosen: Chosen, nut_map: NutMap) -> Html | None:
         try:
-            inputs = build.Inputs(chosen.parameters, nut_map, chosen.friction_set, args.map)
+            inputs = build.Inputs(chosen.parameters, nut_map, chosen.friction_set)
             return live_frame(inputs.live_page())
         except BuildError as error:
             say(f"the report has no live page: {error}")

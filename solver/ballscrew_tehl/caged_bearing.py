@@ -14,10 +14,11 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
+from .atlas.ball_contacts import BallContacts
+from .atlas.contact_atlas import OutsideAtlasError
 from .friction.interval import torque_interval
 from .friction.mechanistic import ContactValues, nuts_powers
 from .friction.sets import FrictionSet
-from .nut_map.atlas_only import AtlasContacts
 from .parameters.file import (
     FrictionParameters,
     LubricantParameters,
@@ -126,7 +127,7 @@ def bearing(
                  iso_vg, viscosity_index : of a mineral oil;  oil : in place of both
                  friction : constants of the law by their name in the table friction of a screw file, SI, such as
                  supply_length (math.inf = flooded); what is given counts as known in the interval
-                 solved : solve each contact, some tenths of a second, in place of the packaged atlas
+                 solved : solve each contact, some tenths of a second, in place of the atlas
     Returns      Bearing, with torque(axial_load, speed, temperature)
     Raises       ValueError: out of range
     Validity     not modelled: the cage and its friction, seals, churning; the centrifugal load of the balls; radial
@@ -177,7 +178,15 @@ def bearing(
         name=f"bearing {1e3 * D:g} mm, {balls} balls of {1e3 * d:g} mm", screw=screw, solid=WALLS,
         lubricant=graded_oil(iso_vg, viscosity_index) if oil is None else oil, friction=law,
     )  # fmt: skip
-    return Bearing(parameters, (DirectContacts if solved else AtlasContacts)(parameters))
+    return Bearing(parameters, DirectContacts(parameters) if solved else _contacts(parameters))
+
+
+def _contacts(parameters: Parameters) -> ContactValues:
+    """Contacts from the atlas, or solved if it does not hold this oil or these grooves."""
+    try:
+        return BallContacts(parameters)
+    except OutsideAtlasError:
+        return DirectContacts(parameters)
 
 
 def _needs(valid: bool, name: str, value: object, unit: str, allowed: str, remedy: str) -> None:

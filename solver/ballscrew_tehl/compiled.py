@@ -24,7 +24,7 @@ import numba
 PACKAGE = Path(__file__).parent
 #: modules with kernels and with constants that kernels take from elsewhere, below the package
 SOURCES = (
-    "compiled.py", "contact/film", "contact/half_space", "friction/equilibrium_kernels.py",
+    "compiled.py", "contact/film", "contact/half_space",
     "parameters/oil.py",
 )  # fmt: skip
 KEPT_DAYS = 30.0

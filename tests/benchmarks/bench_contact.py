@@ -17,7 +17,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -37,7 +37,7 @@ from ballscrew_tehl.contact import (
     solve,
     solve_for_map,
 )
-from ballscrew_tehl.nut_map.grid import contact_range, map_grid
+from ballscrew_tehl.nut_map.grid import ball_range, map_grid
 from ballscrew_tehl.parameters.file import Parameters, changed, load_screw
 from ballscrew_tehl.physics.hertz import RACEWAYS
 
@@ -55,8 +55,9 @@ def drawn(screw: str | None, u: np.ndarray, kinematics: str | None) -> Request:
     parameters: Parameters = screw_of(screw)
     if kinematics is not None:
         parameters = changed(parameters, friction={"kinematics": kinematics})
-    range_ = contact_range(parameters, map_grid(parameters))
-    ends = np.array([(range_.preloaded, range_.load[1]), range_.speed])
+    grid = map_grid(parameters)
+    range_ = ball_range(parameters, replace(grid, force=grid.preload))
+    ends = np.array([range_.load, range_.speed])
     load, speed = (ends[:, 0] * (ends[:, 1] / ends[:, 0]) ** u[:2]).tolist()
     temperature = float(np.interp(u[2], (0.0, 1.0), range_.temperature))
     at = ball_conditions(parameters, RACEWAYS[int(u[3] >= 0.5)], load, speed, temperature)
@@ -81,7 +82,7 @@ def requests(contacts: int, seed: int) -> dict[str, list[Request]]:
 def materials(request: Request) -> tuple[ContactConditions, Any, Any]:
     parameters, law = screw_of(request.get("screw")), request["law"]
     oil = parameters.lubricant if law is None else reference_oil(law)
-    return ContactConditions(**request["conditions"]), oil, parameters.solid
+    return ContactConditions(**request["conditions"]), oil, parameters.solids
 
 
 def timed(request: Request) -> Figures:

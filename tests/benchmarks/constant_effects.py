@@ -29,15 +29,15 @@ from rich.progress import track
 from scipy.stats import qmc
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
+sys.path.insert(0, str(Path(__file__).parents[2] / "solver"))
+from atlas_builder.screws import contact_pool
 from paths import ROOT
 from robustness import isothermal, thermal
 
 from ballscrew_tehl import contact
 from ballscrew_tehl.contact import ball_conditions, solve_for_map
 from ballscrew_tehl.contact.film import reynolds
-from ballscrew_tehl.nut_map.atlas import STEEL
-from ballscrew_tehl.nut_map.atlas_contacts import atlas_points, contact_of
-from ballscrew_tehl.nut_map.grid import contact_range, map_grid
+from ballscrew_tehl.nut_map.grid import ball_range, map_grid
 from ballscrew_tehl.parameters.file import load_screw
 
 #: units, physics, ranges that are refused, tables and quadratures: they steer nothing
@@ -46,14 +46,11 @@ NAMES_ASIDE = (
     "TINY", "INLET_SHAPE", "TARGET_LOAD", "FASTEST", "MOST_NODES", "LEAST_FACTOR", "MOST_FACTOR", "RANGES",
     "SMOOTHED_OVER", "SMOOTHED_HERTZ", "THICKEST",
 )  # fmt: skip
-#: points of robustness.py without and with heat, and of the atlas: some at random, and those of 700 that took damping,
-#: pseudo time, held approaches, cold starts on the whole grid, doubled nodes, or most steps
+#: points of robustness.py without and with heat: some at random, and those of 700 that took damping, pseudo time, held
+#: approaches, cold starts on the whole grid, doubled nodes, or most steps; contacts of random screws
 ISOTHERMAL = (15, 17, 23, 47, 59, 68, 79, 87, 96, 121, 159, 184)
 THERMAL = (0, 5, 21, 22, 30, 44, 60, 77, 90, 93, 122, 125)
-ATLAS = (
-    "all 100", "all 500", "fast 100", "hot 200", "hot 871", "hot 553", "all 625", "hot 287", "all 984",
-    "transition 1456", "transition 360", "transition 854", "hot 413", "fast 294", "transition 302",
-)  # fmt: skip
+RANDOM = 15
 
 
 def modules() -> dict[str, ModuleType]:
@@ -103,17 +100,13 @@ def solved(every: int) -> tuple[list[Any], int, float]:
     cube = qmc.Sobol(5, seed=1).random_base2(11)
     jobs: list[Any] = [lambda k=k: isothermal(cube[k])[1] for k in ISOTHERMAL]
     jobs += [lambda k=k: thermal(cube[k], 1.0)[1] for k in THERMAL]
-    jobs += [
-        lambda p=p: solve_for_map(*contact_of(p.values), STEEL, True)
-        for p in atlas_points()
-        if p.name in ATLAS
-    ]
+    jobs += [lambda c=c: solve_for_map(*c, True) for c in contact_pool(1, RANDOM, 1)]
     for file in sorted((ROOT / "tests/data/screws").glob("*.toml")):
         own = load_screw(file)
-        range_ = contact_range(own, map_grid(own))
+        range_ = ball_range(own, map_grid(own))
         third = range_.load[1] / 3.0, range_.speed[1] / 3.0, sum(range_.temperature) / 2.0
         at = ball_conditions(own, "nut", *third)
-        jobs.append(lambda at=at, own=own: solve_for_map(at, own.lubricant, own.solid, True))
+        jobs.append(lambda at=at, own=own: solve_for_map(at, own.lubricant, own.solids, True))
     products, linear_step = 0, reynolds._linear_step
 
     def counted(*args: Any) -> Any:

@@ -31,14 +31,14 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a scrip
 from reference_screw import GD4008
 
 from ballscrew_tehl.contact import ContactResult, SolverOptions, ball_conditions, solve, solve_moes
-from ballscrew_tehl.nut_map.grid import MapGrid, contact_range
+from ballscrew_tehl.nut_map.grid import MapGrid, ball_range
 from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 
 QUANTILES = [0.5, 0.9, 0.99]
 KINEMATICS = ("published", "rolling_frame")
-RANGE = contact_range(GD4008, MapGrid())
+RANGE = ball_range(GD4008, replace(MapGrid(), force=MapGrid().preload))
 
 
 def isothermal(u: np.ndarray, refine: float = 1.0) -> tuple[str, ContactResult]:
@@ -51,7 +51,7 @@ def isothermal(u: np.ndarray, refine: float = 1.0) -> tuple[str, ContactResult]:
 
 def thermal(u: np.ndarray, layers: float, refine: float = 1.0) -> tuple[str, ContactResult]:
     """One point of the unit cube as a contact of the packaged screw; load and speed over their logarithms."""
-    ends = np.array([(RANGE.preloaded, RANGE.load[1]), RANGE.speed])
+    ends = np.array([RANGE.load, RANGE.speed])
     load, speed = (ends[:, 0] * (ends[:, 1] / ends[:, 0]) ** u[:2]).tolist()
     temperature = float(np.interp(u[2], (0.0, 1.0), RANGE.temperature))
     raceway, kinematics = RACEWAYS[int(u[3] >= 0.5)], KINEMATICS[int(u[4] >= 0.5)]
@@ -59,7 +59,7 @@ def thermal(u: np.ndarray, layers: float, refine: float = 1.0) -> tuple[str, Con
     options = replace(options, n_z=2 * round(0.5 * layers * options.n_z)).refined(refine)
     conditions = ball_conditions(parameters, raceway, load, speed, temperature)
     name = f"{kinematics} {raceway} {load:.4g} N {speed / RPM:.4g} r/min {temperature:.2f} K"
-    return name, solve(conditions, parameters.lubricant, parameters.solid, options)
+    return name, solve(conditions, parameters.lubricant, parameters.solids, options)
 
 
 def outcome(number: int, u: np.ndarray, heated: bool, layers: float, refine: float) -> dict[str, Any]:

@@ -12,12 +12,13 @@ from reference_screw import GD4008
 from section7 import MEASURED
 
 from ballscrew_tehl.calibration.diagnostics import SPLIT
+from ballscrew_tehl.calibration.measured import MapFilm
 from ballscrew_tehl.calibration.measurements import PACKAGED_TORQUE, Measurement
 from ballscrew_tehl.calibration.packaged import torque_basis
-from ballscrew_tehl.friction.sets import friction_set_of_file, load_friction_sets
+from ballscrew_tehl.friction.origin import with_set
+from ballscrew_tehl.friction.sets import default_friction_set, friction_set_of_file, load_friction_sets
 from ballscrew_tehl.friction.torque import double_nut_torque
-from ballscrew_tehl.nut_map.contact_map import SolvedFilm
-from ballscrew_tehl.nut_map.file import load_contact_map, load_map, packaged_map
+from ballscrew_tehl.nut_map.file import load_map, packaged_map
 from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.packed import MapError
@@ -35,8 +36,8 @@ POINTS = [
 
 @pytest.fixture(scope="module")
 def films():
-    contact_map = load_contact_map(None, GD4008)
-    return {name: SolvedFilm(contact_map, name == "solved_thermal") for name in ("solved", "solved_thermal")}
+    maps = [load_map(None, with_set(GD4008, name)) for name in ("two_parameter", "three_parameter")]
+    return {each.header["film_model"]: MapFilm(each, GD4008) for each in maps}
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +88,16 @@ def test_torque_basis_under_axial_load_is_the_double_nut(films):
     step = np.array([0.0, 0.0, 1e-5 * values[2]])
     numeric = (basis.errors(values + step) - basis.errors(values - step)) / (2.0 * step[2])
     np.testing.assert_allclose(basis.jacobian(values)[:, 2], numeric, rtol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["two_parameter", "three_parameter"])
+def test_films_of_a_map_give_its_torques(films, name):
+    """Balls around the mean one of a nut: the square of the spread of their loads is left out."""
+    parameters = with_set(GD4008, name)
+    nut_map, friction = load_map(None, parameters), default_friction_set(parameters)
+    for point in ((200.0, 1.0, 290.0, 0.0), (2000.0, 50.0, 303.0, 3000.0), (9000.0, 300.0, 330.0, -1500.0)):
+        found = double_nut_torque(parameters, friction, films[friction.film_model], *point)
+        assert found.viscous == pytest.approx(float(nut_map.evaluate(*point).viscous_torque), rel=1e-3)
 
 
 def test_known_parameters_lie_in_their_limits(capsys, measured):

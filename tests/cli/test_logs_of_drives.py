@@ -47,7 +47,7 @@ REFUSED = {
     "ms for s": (axes("ms", "deg", "A"), "txi", SAME, (), 'time in s, 1000 times: --column "time=time [s]"'),
     "mm for m": (axes("s", "mm", "A"), "txi", (1, 2e-5, 1), (), "position in m, 1000 times"),
     "mA for A": (axes("s", "deg", "mA"), "txi", SAME, (), "current in A, 1000 times"),
-    "A for mA": (PLAIN, "txi", (1, 1, 500), MAP, "158.507); likely current in mA, 0.001 times"),
+    "A for mA": (PLAIN, "txi", (1, 1, 500), MAP, "); likely current in mA, 0.001 times"),
     "rad for deg": (axes("s", "rad", "A"), "txi", (1, 0.25, 1), MAP, "(plausible: 5 to 18000); likely position in deg"),
     "constant": (PLAIN, "txi", SAME, (*MAP, AXIS[0], "800"), "'current [A]' and --torque-constant"),
     "not mapped": ("t_ms,phi,Iq", "txi", SAME, (), 'or --column "QUANTITY=HEADING [UNIT]" for others'),

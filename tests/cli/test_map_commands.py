@@ -1,180 +1,130 @@
-"""The command `map build`: its range, its plan, a family of screws, an interrupt, its certificate."""
+"""The command `map build`: its range, what it says, a family of screws; screws without a map and outside the atlas."""
 
-import itertools
-import math
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
-
-import numpy as np
 import pytest
 from command_line import answer, refused, run
-from reference_screw import GD4008
-from synthetic_contacts import closed_contact
+from synthetic_contacts import GRID, LAW
 
-from ballscrew_tehl.cli.commands import map_build
-from ballscrew_tehl.cli.main import INTERRUPTED
-from ballscrew_tehl.nut_map import build, certificate
-from ballscrew_tehl.nut_map.certificate import BELOW_SPEED, WHOLE, Deviation, region_points
+from ballscrew_tehl.atlas.contact_atlas import load_atlas
+from ballscrew_tehl.nut_map import grid as limits
 from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.nut_map.grid import MapGrid, map_grid
+from ballscrew_tehl.nut_map.grid import map_grid
 from ballscrew_tehl.parameters.identity import map_parameters_json
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 
-SCREW = (PACKAGED_DATA / "gd4008.toml").read_text(encoding="utf-8")
-#: few nodes and contacts; the range is that of the command
-SMALL = MapGrid(
-    force=(1.0, 2.0, 9), speed=(1.0, 2.0, 9), temperature=(300.0, 310.0, 7), preload=(1.0, 2.0, 7),
-    contact_first=28, contact_batch=8, contact_max=44, contact_largest=100.0, atlas=False,
-)  # fmt: skip
-NARROW = ("--preload-n", "500", "4000", "--speed-rpm", "100", "1000", "--temperature-c", "20", "40")
-WORST = ("--tolerance", "0.1", "--count", "1")
+SCREW = PACKAGED_VG100.read_text(encoding="utf-8")
+POINT = ("--preload-n", "2000", "--speed-rpm", "300", "--temperature-c", "30")
+TABLE = "preload_min_N = 300.0\npreload_max_N = 9000.0\nspeed_min_rpm = 50.0\nspeed_max_rpm = 800.0"
 
 
-@contextmanager
-def thread(workers, dask):
-    with ThreadPoolExecutor(1) as pool:
-        yield pool
+@pytest.fixture(autouse=True)
+def few_nodes(monkeypatch):
+    """Few nodes; the range is that of the command."""
+    monkeypatch.setattr(limits, "MapGrid", lambda: GRID)
 
 
-def deviation(nut_map, parameters, point):
-    """Different deviations in every place of the result."""
-    share = (point[0] % 7.0) / 7.0
-    return Deviation(0.01 * share, 0.1 * share, share)
-
-
-@pytest.fixture
-def solved(monkeypatch):
-    """Contacts in closed form, solved in one thread, collected here; of a screw named "bad" none converges."""
-    found = []
-
-    def solve(parameters, *place):
-        found.append(place)
-        values = closed_contact(parameters, *place)
-        return dict.fromkeys(values, math.nan) if parameters.name == "bad" else values
-
-    monkeypatch.setattr(build, "_solve_contact", solve)
-    monkeypatch.setattr(map_build, "MapGrid", lambda: SMALL)
-    monkeypatch.setattr(map_build, "build_executor", thread)
-    monkeypatch.setattr(certificate, "deviation_at", deviation)
-    return found
-
-
-def built(capsys, path, *options):
-    """The map of a build with a certificate of one point, and its log."""
-    _, err = answer(capsys, "map", "build", "--output", path, *WORST, *options)
-    return load_map(path, GD4008), err
+def screw_file(path, *tables, old="", new=""):
+    """The screw of the law with one entry replaced and more tables."""
+    assert old in SCREW
+    path.write_text("\n".join([SCREW.replace(old, new, 1), *tables]), encoding="utf-8")
+    return path
 
 
 def ends(nut_map, name):
     return pytest.approx(nut_map.header["axes"][name][:2], rel=1e-12)
 
 
-@pytest.mark.slow
-def test_range_of_the_screw_its_table_and_the_options(solved, tmp_path, capsys):
-    """--tolerance chooses the number of contacts, here the least and the largest."""
-    whole, _ = built(capsys, tmp_path / "whole.nc")
-    assert whole.header["contacts"] == 4 * 28
-    grid = map_grid(GD4008)
+def test_range_of_the_screw_its_table_and_the_options(tmp_path, capsys):
+    path = tmp_path / "a" / "map.npz"
+    code, out, err = run(capsys, "map", "build", "--screw", PACKAGED_VG100, "--output", path)
+    assert code == 0
+    assert out.endswith(f"ballscrew build --map {path} --output {path.with_name('map_fmus')}\n")
+    assert (
+        "GD4008-3, kinematics rolling_frame: preload 120 to 12000 N (up to 2.1 GPa), speed 5 to 6000 r/min"
+        in err
+    )
+    whole, grid = load_map(path, LAW), map_grid(LAW)
     for name in ("preload", "speed", "temperature"):
         assert getattr(grid, name)[:2] == ends(whole, name), name
-    table = "preload_min_N = 300.0\npreload_max_N = 3000.0\nspeed_min_rpm = 50.0\nspeed_max_rpm = 800.0"
-    screw = tmp_path / "screw.toml"
-    screw.write_text(f"{SCREW}\n[map]\n{table}\n", encoding="utf-8")
-    words = "--screw", screw, "--speed-rpm", "100", "1000", "--temperature-c", "20", "40"
-    own, _ = built(capsys, tmp_path / "own.nc", *words, "--tolerance", "1e-5")
-    assert own.header["contacts"] == 4 * 44
-    assert ends(own, "preload") == (300.0, 3000.0)
+    screw = screw_file(tmp_path / "own.toml", "[map]", TABLE)
+    words = "--screw", screw, "--output", path, "--speed-rpm", "100", "1000", "--temperature-c", "20", "40"
+    said, _ = answer(capsys, "map", "build", *words)
+    own = load_map(path, LAW)
+    assert ends(own, "preload") == (300.0, 9000.0)
     assert ends(own, "speed") == (100.0 * RPM, 1000.0 * RPM)
     assert ends(own, "temperature") == (20.0 + CELSIUS, 40.0 + CELSIUS)
-    # an axial load relieves one nut
-    assert own.header["axes"]["force"][0] < 0.2 * 300.0
     # another range belongs to the same screw
-    assert own.header["parameters_json"] == map_parameters_json(GD4008)
+    assert own.header["parameters_json"] == map_parameters_json(LAW)
+    assert (said["file"], said["file_hash"]) == (str(path), own.header["file_hash"])
+    assert said["atlas_fraction"] == own.header["atlas_fraction"]
+    assert said["torque_error_max"] == load_atlas().header["certificate"]["torque_error_max"]
 
 
-@pytest.mark.slow
-def test_interrupted_build_continues_and_a_second_one_is_refused(solved, tmp_path, monkeypatch, capsys):
-    refusals = []
-    words = "map", "build", "--output", tmp_path / "map.nc", *NARROW, *WORST
-    left = iter(range(20))
-
-    def interrupted(*arguments):
-        if next(left, None) is None:
-            raise KeyboardInterrupt
-        return closed_contact(*arguments)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(build, "_solve_contact", interrupted)
-        assert run(capsys, *words)[0] == INTERRUPTED
-    assert [file.name for file in tmp_path.iterdir()] == ["map.nc.contacts"]
-
-    def row(*arguments):
-        """With contacts and certificate in one thread, the second command runs within the first one."""
-        refusals.append(refused(capsys, *words))
-        return deviation(*arguments)
-
-    monkeypatch.setattr(certificate, "deviation_at", row)
-    code, out, err = run(capsys, *words)
-    assert code == 0
-    assert out.endswith(f"ballscrew build --map {tmp_path / 'map.nc'} --output {tmp_path / 'map_fmus'}\n")
-    assert "the certificate holds" in err or "a poor map" in err
-    assert len(solved) == 4 * 28 - 20
-    assert all("map.nc.contacts: another build is writing it" in line for line in refusals)
-    assert refusals
-    assert [file.name for file in tmp_path.iterdir()] == ["map.nc"]
+def test_family_gets_a_map_for_every_screw(tmp_path, capsys):
+    """Into the folder of the screws; one that the atlas does not hold ends it before the first map."""
+    for name in "ab":
+        screw_file(tmp_path / f"{name}.toml")
+    found, _ = answer(capsys, "map", "build", "--family", tmp_path)
+    assert [one["file"] for one in found] == [str(tmp_path / name) for name in ("a.npz", "b.npz")]
+    assert load_map(tmp_path / "a.npz").header == load_map(tmp_path / "b.npz").header
+    assert run(capsys, "map", "build", "--family", tmp_path, "--output", tmp_path / "maps")[0] == 0
+    assert sorted(path.name for path in (tmp_path / "maps").iterdir()) == ["a.npz", "b.npz"]
 
 
-@pytest.mark.slow
-def test_contacts_that_do_not_converge_are_said(solved, tmp_path, monkeypatch, capsys):
-    numbers = itertools.count()
-
-    def partly(failed, of):
-        def solve(*arguments):
-            values = closed_contact(*arguments)
-            return dict.fromkeys(values, math.nan) if next(numbers) % of < failed else values
-
-        monkeypatch.setattr(build, "_solve_contact", solve)
-
-    partly(3, 5)
-    code, _, err = run(capsys, "map", "build", "--output", tmp_path / "none.nc", *NARROW, *WORST)
-    assert code == 1
-    assert "56 contacts of the range did not converge" in err.splitlines()[-1]
-    assert not (tmp_path / "none.nc").exists()
+def test_a_screw_without_a_map_answers_as_with_one(tmp_path, capsys):
+    """Its map is made in memory; a film that is no part of the atlas is solved by --direct alone."""
+    screw, path = (
+        screw_file(tmp_path / "own.toml", old="lead_mm = 8.0", new="lead_mm = 10.0"),
+        tmp_path / "own.npz",
+    )
+    screw.write_text(screw.read_text().replace("lead_angle", "# lead_angle"))
+    assert run(capsys, "map", "build", "--screw", screw, "--output", path)[0] == 0
+    for words in (("torque", *POINT), ("preload", "--torque-nm", "0.8", *POINT[2:])):
+        found, _ = answer(capsys, *words, "--screw", screw)
+        assert found == answer(capsys, *words, "--map", path)[0]
+        assert found["torque_low_nm" if words[0] == "torque" else "preload_low_n"] > 0.0
 
 
-@pytest.mark.slow
-def test_family_gets_a_map_for_every_screw_that_converges(solved, tmp_path, capsys):
-    folder = tmp_path / "screws"
-    folder.mkdir()
-    for name in "abc":
-        text = SCREW.replace('"GD4008-3"', '"bad"' if name == "b" else '"GD4008-3"')
-        (folder / f"{name}.toml").write_text(text, encoding="utf-8")
-    words = "map", "build", "--family", folder, *NARROW, *WORST
-    found, err = answer(capsys, *words)
-    assert [one["file"] for one in found] == [str(folder / name) for name in ("a.nc", "c.nc")]
-    assert "2 of 3 maps built; not converged: b.nc: 56 of 56 contacts of the range" in err.splitlines()[-1]
-    # what was solved of the second one is kept
-    names = [path.name for path in sorted(folder.iterdir())]
-    assert names == ["a.nc", "a.toml", "b.nc.contacts", "b.toml", "c.nc", "c.toml"]
-    # bad input of the last screw before the first contact
-    (folder / "z.toml").write_text(SCREW, encoding="utf-8")
-    (folder / "z.nc.contacts").write_text("notes\n", encoding="ascii")
-    count = len(solved)
-    assert "z.nc.contacts: not a file of solved contacts: remove or rename it" in refused(capsys, *words)
-    assert len(solved) == count
+OUTSIDE = (
+    (
+        "screw_raceway_radius_mm = 2.477",
+        "screw_raceway_radius_mm = 7.0",
+        "radius_ratio",
+        "the groove over the ball",
+    ),
+    (
+        "youngs_modulus_GPa = 205.0",
+        "youngs_modulus_GPa = 290.0",
+        "E'",
+        "318.7 GPa; the atlas of contacts holds 200 to",
+    ),
+    (
+        "[lubricant]",
+        '[lubricant]\nrheology = "eyring"',
+        "rheology",
+        "eyring; the atlas of contacts holds newtonian",
+    ),
+    (
+        "thermal_conductivity_W_mK = 46.0",
+        "thermal_conductivity_W_mK = 6.0",
+        "wall",
+        "effusivity of the bodies over",
+    ),
+)
 
 
-@pytest.mark.slow
-def test_certificate_is_the_statistics_of_its_points(solved, tmp_path, capsys):
-    """Mean, quantiles, largest; one point below the lowest speed."""
-    narrow_map, _ = built(capsys, tmp_path / "map.nc", *NARROW, "--count", "7")
-    regions, stored = region_points(narrow_map, GD4008, 7), narrow_map.header["certificate"]
-    points = [point for name in WHOLE for point in regions[name].tolist()]
-    for k, name in enumerate(Deviation._fields):
-        column = [deviation(None, None, point)[k] for point in points]
-        expected = np.mean(column), *np.quantile(column, (0.5, 0.99, 0.999)), np.max(column)
-        found = [stored[f"{name}_error_{key}"] for key in ("mean", "50", "99", "999", "max")]
-        assert found == pytest.approx(expected, rel=1e-6)
-    assert stored["each"]["preload"] == pytest.approx([point[0] for point in points], rel=1e-5)
-    assert stored["regions"][BELOW_SPEED]["points"] == 1
+def test_a_screw_or_oil_outside_the_atlas_is_refused_with_its_number(tmp_path, capsys):
+    for old, new, group, words in OUTSIDE:
+        screw = screw_file(tmp_path / "own.toml", old=old, new=new)
+        for command in (("map", "build", "--output", tmp_path / "x.npz"), ("torque", *POINT)):
+            line = refused(capsys, *command, "--screw", screw)
+            assert f"{group} = " in line
+            assert words in line
+            assert line.endswith("remedy: ballscrew torque --direct, which solves the contacts")
+    assert [path.name for path in tmp_path.iterdir()] == ["own.toml"]
+    # the law of the paper is that of the packaged screw alone
+    other = PACKAGED_DATA.joinpath("gd4008.toml").read_text(encoding="utf-8")
+    screw.write_text(other.replace("ball_diameter_mm = 4.763", "ball_diameter_mm = 4.7"), encoding="utf-8")
+    line = refused(capsys, "torque", *POINT, "--screw", screw)
+    assert "kinematics = published; the atlas of contacts holds rolling_frame" in line
+    assert "--direct" in line

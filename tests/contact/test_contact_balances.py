@@ -53,7 +53,7 @@ def test_pressure_carries_the_load_and_no_mass_is_lost(case):
     # tolerance of the solver 1e-4; tiny negative pressures of the cavitated part are reported as zero
     assert carried(solution) == pytest.approx(solution.conditions.load, rel=1e-4)
     problem = ContactProblem(
-        solution.conditions, reference_oil(law), STEEL, options(thermal=False), solution.choice
+        solution.conditions, reference_oil(law), (STEEL, STEEL), options(thermal=False), solution.choice
     )
     out, p = outflow(solution, problem, problem.isothermal_film)
     assert np.count_nonzero(p > 1e-5) > 250
@@ -70,7 +70,7 @@ def test_balances_of_a_hot_contact(name):
     at = HOT_CASES[name]
     solution = solved(at, tolerance=1e-6)
     assert carried(solution) == pytest.approx(at.load, rel=1e-4)
-    problem = ContactProblem(at, OIL, STEEL, options(), solution.choice)
+    problem = ContactProblem(at, OIL, (STEEL, STEEL), options(), solution.choice)
     it = problem.start(solution.state)
     problem.update_flow(it, solution.temperature)
     out, p = outflow(solution, problem, WarmFilm(problem, solution.temperature, it.flow, it.heat))

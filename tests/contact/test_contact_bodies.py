@@ -12,6 +12,7 @@ from ballscrew_tehl.contact.half_space.dry import dry_contact
 from ballscrew_tehl.contact.half_space.grid import Grid
 from ballscrew_tehl.contact.half_space.walls import wall_operator
 from ballscrew_tehl.contact.problem import ContactProblem
+from ballscrew_tehl.parameters.screw import NITRIDE
 
 K = STEEL.thermal_conductivity
 CHI = K / (STEEL.density * STEEL.specific_heat)
@@ -60,15 +61,19 @@ def test_moving_band_standing_square_and_reversed_source():
 def test_walls_of_a_contact_have_the_speed_of_their_own_body():
     """Uniform flux over the Hertz ellipse of a fast contact: the strip along the middle line near its trailing edge.
 
-    46 W/(m K), 7870 kg/m3, 450 J/(kg K) are the printed numbers of the steel.
+    46 W/(m K), 7870 kg/m3, 450 J/(kg K) are the printed numbers of the steel, 28, 3240, 700 those of a ceramic ball.
     """
     at = conditions(u_e=60.0, srr=0.2)
-    problem = ContactProblem(at, OIL, STEEL, options(n_x=257, n_y=33))
+    problem = ContactProblem(at, OIL, (STEEL, NITRIDE), options(n_x=257, n_y=33))
     grid, b = problem.geometry.grid, problem.scales.hertz.b
     inside = (grid.x**2 + grid.y[:, None] ** 2 <= 1.0).astype(float)
-    for wall, speed in zip(wall_operators(problem), (at.u_1, at.u_2), strict=True):
+    walls = wall_operators(problem)
+    for wall, u, k_rho_c in (
+        (walls[0], at.u_1, 46.0 * 7870.0 * 450.0),
+        (walls[1], at.u_2, 28.0 * 3240.0 * 700.0),
+    ):
         found = np.interp(0.9, grid.x, wall(FLUX * inside)[0])
-        strip = 2.0 * FLUX * np.sqrt(1.9 * b / (np.pi * 46.0 * 7870.0 * 450.0 * speed))
+        strip = 2.0 * FLUX * np.sqrt(1.9 * b / (np.pi * k_rho_c * u))
         assert found == pytest.approx(strip, rel=0.01)
         # the increments of the iteration, in single precision
         np.testing.assert_allclose(wall.rough(inside), wall(inside), atol=1e-5 * wall(inside).max())

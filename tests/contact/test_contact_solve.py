@@ -11,7 +11,13 @@ import threadpoolctl
 from contact_cases import LONG, OIL, STEEL, conditions, moes, options, solved
 
 from ballscrew_tehl import compiled
-from ballscrew_tehl.contact import ContactConditions, SolverOptions, one_thread, solve, solve_moes
+from ballscrew_tehl.contact import ContactConditions, SolverOptions, one_thread, solution, solve, solve_moes
+from ballscrew_tehl.contact.coupled import solve_coupled
+from ballscrew_tehl.contact.film import reynolds
+from ballscrew_tehl.contact.integrals import contact_integrals
+from ballscrew_tehl.contact.problem import ContactProblem
+from ballscrew_tehl.contact.solution import solution_of
+from ballscrew_tehl.parameters.file import graded_oil
 from ballscrew_tehl.physics.film import nijenbanning_venner_moes
 
 COARSE = options()
@@ -90,6 +96,52 @@ def test_missing_convergence_has_its_reason():
         hot = solve(conditions(srr=1.0), OIL, STEEL, replace(COARSE, max_thermal=most))
         assert not hot.converged
         assert f"{most} thermal iterations" in hot.reason
+
+
+def test_bodies_far_apart_do_not_count_as_a_solution(monkeypatch):
+    """36 mm apart, every step keeps pressure and load: once converged, to a film of 1 m in place of 1.1 um."""
+    u = 1.996316033584953
+    at = ContactConditions(18.3686652372, 2.70979887e-3, 28.0741526e-3, u, u, 289.76286, 226.373626e9)
+    problem = ContactProblem(at, graded_oil(68, 108.5195), (STEEL, STEEL), options(n_y=17))
+
+    def reached():
+        start = problem.start(problem.geometry.start(36e-3 / 100 / problem.scales.h_unit))
+        return solve_coupled(problem, start, None, 3e-5, 20, damped=True)
+
+    it = reached()
+    film = problem.central_film(it) * problem.scales.h_unit
+    assert not it.converged or film == pytest.approx(1.087e-6, rel=0.01)
+    monkeypatch.setattr(reynolds, "GAP_TOLERANCE", math.inf)
+    it = reached()
+    assert it.converged
+    refused = solution_of(problem, it, (0.0, 0.0))
+    assert not refused.converged
+    assert refused.reason.startswith("no solution: its film is 3")
+
+
+def test_negative_loss_or_film_and_core_far_from_their_formulas_are_no_solution(monkeypatch):
+    """Those of a good solution, by bounds moved past them."""
+
+    def turned(*arguments):
+        found = contact_integrals(*arguments)
+        return found | {"rolling_loss": -found["rolling_loss"]}
+
+    for name, value, reason in (
+        ("contact_integrals", turned, "rolling loss is -"),
+        ("MOST_FILM", 0.3, "times its formula"), ("LEAST_FILM", 3.0, "times its formula"),
+        ("CORE", (2.0, 3.0), "times its estimate"), ("CORE", (0.0, 0.01), "times its estimate"),
+    ):  # fmt: skip
+        with monkeypatch.context() as patch:
+            patch.setattr(solution, name, value)
+            found = solve(conditions(), OIL, STEEL, COARSE)
+        assert not found.converged
+        assert reason in found.reason
+    # thicker than the gap of round bodies is a parabola, a contact has a film and no loss
+    monkeypatch.setattr(solution, "contact_integrals", turned)
+    monkeypatch.setattr(solution, "THICK", 1e-9)
+    found = solve(conditions(), OIL, STEEL, COARSE)
+    assert found.converged
+    assert math.isnan(found.rolling_loss)
 
 
 # --- asymptotic branch and other ways to a solution ------------------------------------------------------------------

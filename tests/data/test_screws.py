@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ballscrew_tehl.nut_map.grid import COLDEST, HOTTEST, contact_range, map_grid
+from ballscrew_tehl.nut_map.grid import COLDEST, HOTTEST, ball_range, map_grid
 from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.ball_law import contact_angle_at_ball_load
@@ -41,7 +41,7 @@ def test_range_follows_from_screw_and_oil_and_holds_its_ball_loads(path):
     assert 2e-3 <= viscosity[0] < viscosity[1] <= 2.0
     assert cold == COLDEST or float(eta0(parameters.lubricant, cold - 1.0)) > 2.0
     assert hot == HOTTEST or float(eta0(parameters.lubricant, hot + 1.0)) < 2e-3
-    low, high = contact_range(parameters, grid).load
+    low, high = ball_range(parameters, grid).load
     for force in (*grid.force[:2], *grid.preload[:2]):
         loads = nut_loads(screw, force, screw.loaded_ball_count)
         assert low <= loads.min() <= loads.max() <= high

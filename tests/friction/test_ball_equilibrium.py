@@ -7,10 +7,18 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from ballscrew_tehl.friction.ball_equilibrium import Traction, ball_equilibrium, radial_nodes
-from ballscrew_tehl.friction.equilibrium_kernels import AROUND, CONVERGED_AT, SMOOTHED, limit, shear_stress
+from ballscrew_tehl.friction.ball_equilibrium import (
+    AROUND,
+    CHUNK,
+    CONVERGED_AT,
+    SMOOTHED,
+    Traction,
+    ball_equilibrium,
+    radial_nodes,
+    shear_stress,
+)
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_screw
-from ballscrew_tehl.physics.ball_motion import contact_motion
+from ballscrew_tehl.physics.ball_motion import ContactMotion, contact_motion
 from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
 
 ROLLING = changed(load_screw(), friction={"kinematics": "rolling_frame"})
@@ -80,49 +88,69 @@ def test_equilibrium_is_the_least_potential(viscosity, share, kind):
 
 
 def test_stress_is_the_slope_of_its_potential_and_never_above_its_limits():
-    film, p = 2e-7, 8e8
+    film, p, step = 2e-7, 8e8, 1e-5
+    v = np.geomspace(1e-7, 1.0, 15)[:, None] * (1.0 + step * np.array([-1.0, 0.0, 1.0]))
     for eta in (1e-3, 1e2, 1e7):
         for f in (0.0, 0.4, 1.0):
-            for v in np.geomspace(1e-7, 1.0, 15):
-                potential, stress, bend = np.array(
-                    [
-                        shear_stress(
-                            v * s, eta / (film * TAU_0), TAU_0, *limit(p, TAU_0, LIMITING), BOUNDARY * p, f, 1e-9
-                        )
-                        for s in (1 - 1e-5, 1, 1 + 1e-5)
-                    ]
-                ).T  # fmt: skip
-                stress *= v * np.array([1 - 1e-5, 1, 1 + 1e-5])
-                slope = (potential[2] - potential[0]) / (2e-5 * v)
-                assert abs(slope / stress[1] - 1.0) <= 1e-6 or abs(slope - stress[1]) <= 1e-4 * LIMITING * p
-                rise = (stress[2] - stress[0]) / (2e-5 * v)
-                # at the limit what the smoothing leaves is below the rounding of the difference
-                assert abs(rise - bend[1]) <= 1e-5 * max(abs(rise), stress[1] / v)
-                assert stress[1] <= ((1.0 - f) * LIMITING + f * BOUNDARY) * p * (1.0 + 1e-12)
-                assert f < 1.0 or stress[1] == pytest.approx(BOUNDARY * p, rel=1e-3)
+            found = shear_stress(v, eta / (film * TAU_0), TAU_0, LIMITING * p, BOUNDARY * p, f, 1e-9)
+            stress = found.ratio * v
+            at, wide = stress[:, 1], v[:, 2] - v[:, 0]
+            slope, rise = ((values[:, 2] - values[:, 0]) / wide for values in (found.potential, stress))
+            assert np.all((abs(slope / at - 1.0) <= 1e-6) | (abs(slope - at) <= 1e-4 * LIMITING * p))
+            # at the limit what the smoothing leaves is below the rounding of the difference
+            assert np.all(abs(rise - found.slope[:, 1]) <= 1e-5 * np.maximum(abs(rise), at / v[:, 1]))
+            assert np.all(at <= ((1.0 - f) * LIMITING + f * BOUNDARY) * p * (1.0 + 1e-12))
+            assert f < 1.0 or at == pytest.approx(BOUNDARY * p, rel=1e-3)
 
 
-def test_equilibrium_of_any_ball_is_found():
-    """Films of 1 nm to 10 um, viscosity 1e-3 to 1e13 Pa s, no to all load on asperities, diagonals loaded unlike."""
-    for kind in ["double_nut", FOUR_POINT]:
-        for file in SCREWS:
-            screw = changed(load_screw(file), screw={"preload_kind": kind}).screw
-            rng = np.random.default_rng(7)
-            for _ in range(40):
-                pressure = 10.0 ** rng.uniform(7.5, 9.4)
-                load = np.full(
-                    4 if kind == FOUR_POINT else 2, (pressure / hertz_of(screw, "screw", 1.0).p_max) ** 3
-                )
-                if kind == FOUR_POINT:
-                    load[1::2] *= rng.choice([1.0, rng.uniform(), 10.0 ** rng.uniform(-6.0, 0.0)])
-                thin = 10.0 ** rng.uniform(-3.0, 0.5)
-                rise = np.log(10.0 ** rng.uniform(math.log10(thin), 13.0) / thin) / pressure
-                share = rng.choice([0.0, 1.0, rng.uniform(), 10.0 ** rng.uniform(-8.0, 0.0)])
-                film = 10.0 ** rng.uniform(-9.0, -5.0)
-                motion, axes, traction = contacts_of(screw, load, thin, film, share, rise)
-                found = ball_equilibrium(motion, 10.0 ** rng.uniform(-1.0, 2.8, size=1), axes, traction)
-                assert np.all(found.power >= 0.0)
-                assert found.steps[0] <= 120
+def any_balls(kind):
+    """Balls of all screws side by side: films of 1 nm to 10 um, viscosity 1e-3 to 1e13 Pa s, no to all load on
+    asperities, diagonals loaded unlike."""
+    rng, balls = np.random.default_rng(7), []
+    for file in SCREWS:
+        screw = changed(load_screw(file), screw={"preload_kind": kind}).screw
+        for _ in range(40):
+            pressure = 10.0 ** rng.uniform(7.5, 9.4)
+            load = np.full(
+                4 if kind == FOUR_POINT else 2, (pressure / hertz_of(screw, "screw", 1.0).p_max) ** 3
+            )
+            if kind == FOUR_POINT:
+                load[1::2] *= rng.choice([1.0, rng.uniform(), 10.0 ** rng.uniform(-6.0, 0.0)])
+            thin = 10.0 ** rng.uniform(-3.0, 0.5)
+            rise = np.log(10.0 ** rng.uniform(math.log10(thin), 13.0) / thin) / pressure
+            share = rng.choice([0.0, 1.0, rng.uniform(), 10.0 ** rng.uniform(-8.0, 0.0)])
+            balls.append(contacts_of(screw, load, thin, 10.0 ** rng.uniform(-9.0, -5.0), share, rise))
+    motions, axes, tractions = zip(*balls, strict=True)
+    motion = ContactMotion(
+        motions[0].raceways, *(np.stack(parts) for parts in list(zip(*motions, strict=True))[1:])
+    )
+    parts = (np.concatenate(part) for part in list(zip(*tractions, strict=True))[:4])
+    return (
+        motion,
+        10.0 ** rng.uniform(-1.0, 2.8, len(balls)),
+        np.concatenate(axes),
+        Traction(*parts, *tractions[0][4:]),
+    )
+
+
+@pytest.mark.parametrize("kind", ["double_nut", FOUR_POINT])
+def test_equilibrium_of_any_ball_is_found_alone_beside_others_and_from_near(kind):
+    motion, speed, axes, traction = any_balls(kind)
+    assert len(speed) > CHUNK
+    found = ball_equilibrium(motion, speed, axes, traction)
+    assert np.all(found.power >= 0.0)
+    assert found.steps.max() <= 120
+    warm = ball_equilibrium(motion, speed, axes, traction, 1.01 * found.motion)
+    total = found.power.sum(axis=1)
+    # the potential is known to 1e-10, and the power is of first order: as close as the smoothing leaves it
+    assert np.max(np.abs(warm.power.sum(axis=1) / total - 1.0)) <= 2e-6
+    for k in range(0, len(speed), 29):
+        own = ContactMotion(motion.raceways, *(part[k] for part in motion[1:]))
+        alone = ball_equilibrium(own, speed[k : k + 1], axes[k : k + 1], traction.take(np.s_[k : k + 1]))
+        np.testing.assert_allclose(alone.power[0], found.power[k], rtol=1e-8, atol=1e-8 * total[k])
+        assert alone.motion[0] == pytest.approx(
+            found.motion[k], rel=1e-6, abs=1e-8 * np.abs(found.motion[k]).max()
+        )
 
 
 def test_what_cannot_be_found_is_reported():

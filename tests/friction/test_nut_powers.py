@@ -59,7 +59,7 @@ def test_torque_times_speed_is_the_power_of_the_parts():
             found = contacts.values(raceway, balls, np.array([[speed]]), np.array([303.0]))
             R_x, R_y = reduced_radii(SCREW, angle, raceway)
             b = ellipse(balls, R_x, R_y, E_prime(SCREW)).b
-            loss, film = (found[name][:, 0, 0] for name in ("rolling_loss", "thermal_central_film"))
+            loss, film = (found[name][:, 0, 0] for name in ("rolling_loss", "central_film"))
             factor = supply_factor(FRICTION.supply_length, balls, loss, u_e, viscosity, film, b, R_x, R_y)
             power += factor[-1] * loss[:-1].sum()
             of_each += ((factor - factor[-1]) * loss)[:-1].sum()

@@ -35,7 +35,7 @@ from ballscrew_tehl.identification.preload import (
     without,
 )
 from ballscrew_tehl.identification.signals import Drive, Section, Signals, signals_of
-from ballscrew_tehl.nut_map.file import VG100, load_contact_map, load_map, packaged_map
+from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
 from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 
@@ -50,9 +50,7 @@ def emps():
 @pytest.fixture(scope="module")
 def law():
     parameters = load_screw(PACKAGED_VG100)
-    path = packaged_map(VG100)
-    contacts = load_contact_map(path, parameters)
-    return Law(parameters, load_map(path, parameters), default_friction_set(parameters), contacts)
+    return Law(parameters, load_map(packaged_map(VG100), parameters), default_friction_set(parameters))
 
 
 def of_emps(_, position, voltage, **given):

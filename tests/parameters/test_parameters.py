@@ -6,10 +6,14 @@ from importlib import resources
 import pytest
 from reference_screw import GD4008
 
+from ballscrew_tehl.friction.sets import load_friction_sets
 from ballscrew_tehl.parameters.file import changed, load_screw
 from ballscrew_tehl.parameters.identity import parameters_hash
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.parameters.screw import NITRIDE
 from ballscrew_tehl.parameters.template import example_parameters
 from ballscrew_tehl.parameters.toml import ParameterError
+from ballscrew_tehl.physics.hertz import E_prime
 from ballscrew_tehl.physics.rating import computed_dynamic_rating, dynamic_rating
 
 PACKAGED = (resources.files("ballscrew_tehl") / "data" / "gd4008.toml").read_text(encoding="utf-8")
@@ -103,6 +107,7 @@ viscosity_Pas = 0.033 =>  => lubricant.viscosity_Pas = (missing)
 kinematics = "published" => kinematics = "rolling_frame" => friction.set = 'three_parameter'; mechanistic with
 sliding_coefficient = 0.15  => sliding_coefficient = 1.5  => friction.sliding_coefficient = 1.5; <= 1; mu_s as printed
 sliding_coefficient = 0.15  => spin_split = 0.5  => friction.spin_split = 0.5; nearest:
+lead_mm = 8.0 => lead_mm = 8.0@ball_material = "glass" => screw.ball_material = 'glass'; 'silicon_nitride'
 +iso_vg = 69 => => lubricant.iso_vg = 69; 46, 68, 100
 +viscosity_index = None => => lubricant.viscosity_index = (missing); iso_vg needs it
 +iso_vg = None => => lubricant.iso_vg = (missing); viscosity_index needs it
@@ -160,6 +165,39 @@ def test_lead_angle_follows_and_a_rating_is_not_of_the_map(read):
     assert parameters_hash(rated) == parameters_hash(GD4008) != parameters_hash(found)
     assert dynamic_rating(rated.screw) == 30e3
     assert computed_dynamic_rating(rated.screw) == dynamic_rating(GD4008.screw)
+
+
+def test_balls_of_silicon_nitride(read):
+    """ISO 26602: 310 GPa, 0.26; each side adds (1 - nu^2)/E. The same by its numbers is the same screw."""
+    text = edited(
+        "youngs_modulus_GPa = 205.0", 'youngs_modulus_GPa = 205.0\nball_material = "silicon_nitride"'
+    )
+    hybrid = read(text)
+    assert E_prime(hybrid.screw) == pytest.approx(2.0 / (0.91 / 205e9 + 0.9324 / 310e9), rel=1e-12)
+    assert hybrid.solids == (GD4008.solid, NITRIDE)
+    numbers = {"ball_youngs_modulus": 310e9, "ball_poisson_ratio": 0.26}
+    same = changed(GD4008, screw=numbers, ball=NITRIDE.model_dump())
+    assert parameters_hash(same) == parameters_hash(hybrid)
+    heavy = read(
+        text
+        + "\n[ball]\ndensity_kg_m3 = 6000.0\nspecific_heat_J_kgK = 400.0\nthermal_conductivity_W_mK = 2.5"
+    )
+    assert heavy.solids[1].density == 6000.0
+    stiff = changed(GD4008, screw={"ball_youngs_modulus": 210e9})
+    others = [GD4008, hybrid, heavy, stiff, changed(hybrid, screw={"ball_youngs_modulus": 300e9})]
+    assert len({parameters_hash(each) for each in others}) == len(others)
+
+
+def test_steel_balls_are_the_screws_that_the_packaged_sets_were_fitted_to():
+    assert GD4008.solids == (GD4008.solid, GD4008.solid)
+    as_bodies = changed(
+        GD4008, screw={"ball_material": "steel", "ball_youngs_modulus": 205e9}, ball=GD4008.solid.model_dump()
+    )
+    for screw in (GD4008, as_bodies, load_screw(PACKAGED_VG100)):
+        sets = [
+            entry for entry in load_friction_sets().values() if entry.kinematics == screw.friction.kinematics
+        ]
+        assert {entry.parameters_hash for entry in sets} == {parameters_hash(screw)}
 
 
 def test_roughness_height_is_the_composite_of_both_surfaces(read):

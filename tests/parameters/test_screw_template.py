@@ -37,7 +37,8 @@ OWN = changed(
 
 def test_template_gives_the_same_screw_again(tmp_path):
     flooded = changed(GD4008, friction={"supply_length": math.inf})
-    for parameters in [example_parameters(), example_parameters("iso_vg"), GD4008, OWN, flooded]:
+    hybrid = changed(GD4008, screw={"ball_material": "silicon_nitride"})
+    for parameters in [example_parameters(), example_parameters("iso_vg"), GD4008, OWN, flooded, hybrid]:
         path = tmp_path / "screw.toml"
         path.write_text(screw_template(parameters))
         assert_same(load_screw(path), parameters)

@@ -76,9 +76,6 @@ def shell(text: str, folder: Path) -> str:
     for command in commands(text):
         if MINUTES.search(command):
             known(command)
-            if "map build --screw my.toml --output my_map.nc #" in command:
-                shutil.copy(folder / "small" / "screw_20x5.toml", folder / "my.toml")
-                shutil.copy(folder / "small" / "map_20x5.nc", folder / "my_map.nc")
         else:  # `! command`: one that must fail
             refused = command.startswith("! ")
             command = command.removeprefix("! ")

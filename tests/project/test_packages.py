@@ -38,6 +38,7 @@ def test_archives_are_complete_and_the_wheel_alone_works(tmp_path):
         names = set(archive.namelist())
         archive.extractall(tmp_path / "site")
     assert {"ballscrew_tehl/py.typed", "ballscrew_fmu/py.typed", "ballscrew_tehl/data/gd4008.toml"} <= names
+    assert not any("atlas_builder" in name for name in names)
     assert any(name.startswith("ballscrew_fmu/native/core/") and name.endswith(".h") for name in names)
     elsewhere.mkdir()
     printed = output("-c", USE, folder=elsewhere, PYTHONPATH=str(tmp_path / "site"))

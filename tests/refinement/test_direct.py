@@ -5,16 +5,23 @@ import pytest
 from reference_screw import GD4008
 from synthetic_contacts import LAW, ClosedFilm, closed_ball
 
+from ballscrew_tehl.atlas.groups import closed_forms
 from ballscrew_tehl.friction.mechanistic import mean_load, nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.friction.torque import double_nut_torque, nut_forces
-from ballscrew_tehl.nut_map.contacts import film_parameters
 from ballscrew_tehl.parameters.file import changed
-from ballscrew_tehl.physics.ball_formula import minimum_rolling_loss, rolling_formula
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.load import nut_loads
+from ballscrew_tehl.physics.rating import ball_pressure
 from ballscrew_tehl.refinement import direct
-from ballscrew_tehl.refinement.direct import DirectContacts, DirectFilm, direct_extremes
+from ballscrew_tehl.refinement.direct import (
+    DirectContacts,
+    DirectFilm,
+    direct_extremes,
+    rolling_contacts,
+    rolling_parameters,
+    solved_contact,
+)
 
 SCREW = GD4008.screw
 CASES = ((0.0, 1), (1500.0, 2), (-9000.0, 1))  # axial load, nuts that differ
@@ -58,7 +65,7 @@ def test_extremes_and_torque_are_those_of_all_balls_of_both_nuts(solves):
         ("three_parameter", "two_parameter", "three_parameter"), CASES, strict=True
     ):
         parameters, point = changed(GD4008, friction={"set": set_}), (2000.0, 50.0, 303.0, axial)
-        rolling, friction = film_parameters(parameters), default_friction_set(parameters)
+        rolling, friction = rolling_parameters(parameters), default_friction_set(parameters)
         forces = {f for f in nut_forces(rolling, 2000.0, axial) if f > 0.0}
         loads = np.concatenate([nut_loads(SCREW, f, SCREW.loaded_ball_count) for f in forces])
         balls = {r: [closed_ball(rolling, r, float(q), 50.0, 303.0, True) for q in loads] for r in RACEWAYS}
@@ -68,7 +75,7 @@ def test_extremes_and_torque_are_those_of_all_balls_of_both_nuts(solves):
             "film_thickness_central_screw": min(ball.h_c for ball in balls["screw"]),
             "film_thickness_central_nut": min(ball.h_c for ball in balls["nut"]),
             "film_temperature_rise": max(ball.temperature_rise_mean for ball in everything),
-            "contact_pressure_max": max(ball.hertz.p_max for ball in everything),
+            "contact_pressure_max": ball_pressure(SCREW, float(loads.max())),
             "ball_load_max": loads.max(),
         }
         assert direct_extremes(rolling, 2000.0, axial, 50.0, 303.0) == pytest.approx(expected, rel=1e-8)
@@ -87,7 +94,7 @@ def test_extremes_and_torque_are_those_of_all_balls_of_both_nuts(solves):
 
 
 def test_mechanistic_law_takes_the_mean_ball_of_each_nut(solves):
-    """Torque from contacts that it solves itself; the loss of the other balls as its closed formula, with its floor."""
+    """Torque from contacts that it solves itself; the loss of the other balls as its closed form."""
     friction, contacts = default_friction_set(LAW), DirectContacts(LAW)
     ratio, net, _ = friction.values
     at = np.array([[50.0]]), np.array([303.0])
@@ -98,22 +105,36 @@ def test_mechanistic_law_takes_the_mean_ball_of_each_nut(solves):
             solves.clear()
             torque += nut_powers(LAW, loads, 50.0, 303.0, contacts).torque(ratio, net)
             assert len(solves) <= len(RACEWAYS)
-            mean = closed_ball(LAW, "nut", mean_load(loads), 50.0, 303.0, True)
+            mean = mean_load(loads)
+            ball = closed_ball(LAW, "nut", mean, 50.0, 303.0, True)
+            found = contacts.values("nut", loads, *at)
             for name, value in (
-                ("thermal_central_film", mean.h_c),
-                ("core_pressure", mean.core_pressure),
-                ("mean_rise", mean.mean_temperature - 303.0),
+                ("central_film", ball.h_c),
+                ("core_pressure", ball.core_pressure),
+                ("mean_rise", ball.mean_temperature - 303.0),
             ):
-                np.testing.assert_allclose(contacts.value("nut", name, loads, *at), value, rtol=1e-9)
-            formula = rolling_formula(LAW, "nut", loads, 50.0, 303.0)
-            share = mean.rolling_loss / rolling_formula(
-                LAW, "nut", np.array(mean.conditions.load), 50.0, 303.0
-            )
-            loss = np.maximum(share * formula, minimum_rolling_loss(LAW, "nut", loads, 50.0, 303.0))
-            np.testing.assert_allclose(
-                contacts.value("nut", "rolling_loss", loads, *at)[:, 0, 0], loss, rtol=1e-9
-            )
+                np.testing.assert_allclose(found[name], np.full((loads.size, 1, 1), value), rtol=1e-9)
+            balls = rolling_contacts(LAW, "nut", np.append(loads, mean), 50.0, 303.0)
+            closed = closed_forms(balls).values["rolling_loss"]
+            loss = ball.rolling_loss * closed[:-1] / closed[-1]
+            np.testing.assert_allclose(found["rolling_loss"][:, 0, 0], loss, rtol=1e-9)
         solves.clear()
-        found = direct.mean_ball_state(LAW, friction, 2000.0, 50.0, 303.0, axial)
+        state = direct.mean_ball_state(LAW, friction, 2000.0, 50.0, 303.0, axial)
         assert len(solves) == len(RACEWAYS) * nuts
-        assert found.friction_torque == pytest.approx(float(np.squeeze(torque)), rel=1e-9)
+        assert state.friction_torque == pytest.approx(float(np.squeeze(torque)), rel=1e-9)
+
+
+def test_films_too_thick_for_a_parabolic_gap_are_closed_forms(solves):
+    """Of rolling balls above 0.15 R_x; between sliding ones all are solved."""
+    at = 600.0, 283.15
+    for load, solved in ((0.3, 0), (30.0, 1)):
+        contact = rolling_contacts(LAW, "nut", np.array([load]), *at)
+        closed = {name: float(np.squeeze(value)) for name, value in closed_forms(contact).values.items()}
+        assert (closed["central_film"] < 0.15 * contact.R_x[0]) == solved
+        found = solved_contact(LAW, "nut", load, *at)
+        assert len(solves) == solved
+        if not solved:
+            assert found["minimum_film"] == found["central_film"] == closed["central_film"]
+            assert found["rolling_loss"] == closed["rolling_loss"]
+    solved_contact(GD4008, "nut", 0.3, *at)
+    assert len(solves) == 2

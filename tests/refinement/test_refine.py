@@ -14,10 +14,11 @@ from synthetic_map import make_map
 
 from ballscrew_tehl.contact import UnconvergedContactError
 from ballscrew_tehl.friction.mechanistic import nut_powers
-from ballscrew_tehl.friction.sets import FrictionSet
+from ballscrew_tehl.friction.origin import with_set
+from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.identity import SCREW_FILE, map_parameters, screw_file_json
+from ballscrew_tehl.parameters.identity import map_parameters
 from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.refinement import direct
 from ballscrew_tehl.refinement.corrections import UNSOLVABLE_RADIUS, CorrectionStore
@@ -26,24 +27,24 @@ from ballscrew_tehl.refinement.refine import REACH, Refinement
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import sealed
 
-FITTED, POINT = (7.0, 0.005, 3e-8), (2000.0, 40.0, 303.15)
+POINT = (2000.0, 40.0, 303.15)
 
 
-def moved(nut_map, size=0.03, parameters=GD4008, certificate=(), **more):
-    """The map with torques and films wrong by `size` and more, smoothly over all axes."""
+def moved(nut_map, size=0.03, certificate=()):
+    """The map with torques and films wrong by `size`, smoothly over all axes."""
     arrays = dict(nut_map.arrays)
     force, speed, temperature, _ = (np.arange(n) for n in arrays["coefficients"].shape)
     wave = np.cos(0.9 * force)[:, None, None] + np.sin(0.8 * speed)[:, None] + 0.3 * np.cos(0.7 * temperature)
     error = size * (1.5 + 0.5 * wave)
     arrays["coefficients"] = arrays["coefficients"] + error[..., None] * np.repeat([1, 1, -1, 1, -1], 2)
-    header = {k: v for k, v in nut_map.header.items() if k not in ("content_hash", "format_version")} | more
-    header |= {SCREW_FILE: screw_file_json(parameters), "certificate": dict(certificate)}
+    header = {k: v for k, v in nut_map.header.items() if k not in ("content_hash", "format_version")}
+    header["certificate"] = dict(certificate)
     return NutMap(sealed(header, arrays), arrays)
 
 
 @pytest.fixture(scope="module")
 def wrong():
-    return moved(nut_map_of(small_map(), "solved_thermal", *FITTED))
+    return moved(nut_map_of(small_map()))
 
 
 @pytest.fixture(autouse=True)
@@ -53,9 +54,11 @@ def closed_contacts(request, monkeypatch):
         monkeypatch.setattr(direct, "solve_ball", closed_ball)
 
 
-def direct_torque(film, *point):
-    friction_set = FrictionSet("any", "published", film, *FITTED)
-    return double_nut_torque(GD4008, friction_set, ClosedFilm(GD4008, film == "solved_thermal"), *point).total
+def direct_torque(name, *point):
+    friction_set = default_friction_set(with_set(GD4008, name))
+    return double_nut_torque(
+        GD4008, friction_set, ClosedFilm(GD4008, name == "three_parameter"), *point
+    ).total
 
 
 def rolling_torque(force, *at):
@@ -68,26 +71,24 @@ def rolling_torque(force, *at):
 # --- values ---
 
 
-@pytest.mark.parametrize("film", ["solved", "solved_thermal"])
-def test_refined_torque_is_the_direct_one_and_the_rest_that_of_the_map(film):
+@pytest.mark.parametrize("name", ["two_parameter", "three_parameter"])
+def test_refined_torque_is_the_direct_one_and_the_rest_that_of_the_map(name):
     """Films that are shown are of another kinematics: not corrected. 3e-5: residual of the contacts at their points."""
-    wrong = moved(nut_map_of(small_map(), film, *FITTED))
+    wrong = moved(nut_map_of(small_map(), name))
     for point in (POINT, (5000.0, 90.0, 298.0, 3000.0), (700.0, 12.0, 310.0, -200.0), (9000.0, 60.0, 305.0)):
-        refinement, expected = Refinement(wrong), direct_torque(film, *point)
+        refinement, expected = Refinement(wrong), direct_torque(name, *point)
         plain, found = wrong.evaluate(*point), refinement.evaluate(*point)
         assert abs(plain.friction_torque / expected - 1.0) > 3e-3
         assert found.friction_torque == pytest.approx(expected, rel=3e-5)
         assert 2 <= len(refinement) <= 4
-        for name in found._fields:
-            if "viscous" not in name:
-                assert getattr(found, name) == getattr(plain, name)
+        for field in found._fields:
+            if "viscous" not in field:
+                assert getattr(found, field) == getattr(plain, field)
 
 
 def test_mechanistic_law_is_refined_with_films_and_rise():
     """Rolling part by the mean ball; films of extreme balls, up to 30 % heavier, within the change of the error."""
-    built = law_map()
-    right = nut_map_of(built, "mechanistic", 1.0, 0.01, 2e-7)
-    nut_map = moved(right, parameters=LAW, law="mechanistic", mechanistic=built.header["mechanistic"])
+    nut_map = moved(nut_map_of(law_map()))
     plain, found = nut_map.evaluate(*POINT), Refinement(nut_map, LAW).evaluate(*POINT)
     rolling = rolling_torque(*POINT)
     assert abs(plain.viscous_torque / rolling - 1.0) > 3e-3
@@ -114,7 +115,7 @@ def run_of(refinement, count=300, back=False):
 
 def test_torque_along_a_run_is_direct_within_the_tolerance_from_few_solves():
     """A certificate with too small errors loses its weight after a few solves."""
-    plain_map = nut_map_of(small_map(), "solved_thermal", *FITTED)
+    plain_map = nut_map_of(small_map())
     for certificate in ({}, {"torque_error_max": 1e-3}):
         wrong = moved(plain_map, certificate=certificate)
         refinement = Refinement(wrong, tolerance=2e-3)
@@ -124,7 +125,7 @@ def test_torque_along_a_run_is_direct_within_the_tolerance_from_few_solves():
         assert solved < 100
         points = zip(speeds[::6], loads[::6], strict=True)
         error = np.abs(
-            found[::6] / [direct_torque("solved_thermal", 2000.0, w, 303.15, a) for w, a in points] - 1.0
+            found[::6] / [direct_torque("three_parameter", 2000.0, w, 303.15, a) for w, a in points] - 1.0
         )
         assert np.mean(error <= 2e-3) >= 0.95
         assert error.max() <= 6e-3
@@ -234,4 +235,4 @@ def test_refined_torque_is_that_of_contacts_solved_directly():
     refinement, rolling = Refinement(nut_map, tolerance=1e-4), rolling_torque(*at)
     assert refinement.evaluate(*at).viscous_torque == pytest.approx(rolling, rel=1e-4)
     assert len(refinement) == 2
-    assert nut_map.evaluate(*at).viscous_torque == pytest.approx(rolling, rel=0.02)
+    assert nut_map.evaluate(*at).viscous_torque == pytest.approx(rolling, rel=0.03)

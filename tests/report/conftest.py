@@ -1,4 +1,4 @@
-"""Two reports, built once: of the paper's screw with solved contacts, of another screw with a closed-form map."""
+"""Two reports, built once: of the paper's screw with solved contacts, of another screw from a small map."""
 
 import dataclasses
 import json
@@ -6,11 +6,11 @@ from types import SimpleNamespace
 
 import pytest
 from html_page import Page
-from reference_screw import GD4008
-from synthetic_contacts import GRID, closed_build
+from synthetic_contacts import GRID
 
 from ballscrew_tehl.cli.main import main
-from ballscrew_tehl.nut_map.file import load_map, save_map
+from ballscrew_tehl.nut_map.build import build_map
+from ballscrew_tehl.nut_map.file import save_map
 from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
@@ -40,16 +40,18 @@ def of_paper(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def own_words(tmp_path_factory):
-    """--screw and --map of another screw, up to films so thick that the supply of oil decides."""
+    """--screw and --map of another screw, up to films so thick that the supply of grease decides."""
     folder = tmp_path_factory.mktemp("own_map")
     text = (PACKAGED_DATA / "example_25x10.toml").read_text(encoding="utf-8")
-    (folder / "my.toml").write_text(text.replace('"example 25x10"', '"a <b> & c"'), encoding="utf-8")
+    text = text.replace('"example 25x10"', '"a <b> & c"').replace(
+        "[friction]", "[friction]\nreplenishment_constant = 6e-8"
+    )
+    (folder / "my.toml").write_text(text, encoding="utf-8")
     wide = dataclasses.replace(
         GRID, speed=(100.0 * RPM, 6000.0 * RPM, 14), temperature=(10.0 + CELSIUS, 40.0 + CELSIUS, 7)
     )
-    certificate = {k: v for k, v in load_map(None, GD4008).header["certificate"].items() if k != "each"}
-    save_map(folder / "my.nc", closed_build(load_screw(folder / "my.toml"), wide), certificate)
-    return "--screw", folder / "my.toml", "--map", folder / "my.nc"
+    save_map(folder / "my.npz", build_map(load_screw(folder / "my.toml"), wide))
+    return "--screw", folder / "my.toml", "--map", folder / "my.npz"
 
 
 @pytest.fixture(scope="session")

@@ -18,9 +18,6 @@ class ClosedContacts:
     def __init__(self, film=2e-7):
         self.film = film
 
-    def value(self, raceway, name, load, speed, temperature):
-        return self.values(raceway, load, speed, temperature)[name]
-
     def values(self, raceway, load, speed, temperature):
         """All of mechanistic.QUANTITIES by name."""
         q, n = np.asarray(load)[:, None, None] / 20.0, np.asarray(speed) / 10.0
@@ -30,7 +27,7 @@ class ClosedContacts:
         like = np.ones(np.broadcast_shapes(q.shape, n.shape, warm.shape))
         side = 1.0 if raceway == "screw" else 1.2
         return {
-            "thermal_central_film": self.film * side * q**-0.07 * n**0.67 * warm**0.6 * like,
+            "central_film": self.film * side * q**-0.07 * n**0.67 * warm**0.6 * like,
             "rolling_loss": 0.0018 * side * q**0.4 * n**1.62 * warm**0.6 * like,
             "core_pressure": hertz.p_max[:, None, None] * like,
             "core_area": np.pi * (hertz.a * hertz.b)[:, None, None] * like,

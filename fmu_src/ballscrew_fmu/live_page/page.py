@@ -28,11 +28,10 @@ from ballscrew_tehl.cli.commands.torque import OF_A_NUT
 from ballscrew_tehl.cli.shared.quantities import TORQUE_POINT
 from ballscrew_tehl.friction.interval import MEANING
 from ballscrew_tehl.nut_map import trend
-from ballscrew_tehl.nut_map.contacts import MIN_FILM
 from ballscrew_tehl.nut_map.interval import TABLE_NODES
 from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters, load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
-from ballscrew_tehl.physics.ball_formula import THICKEST_FILM
+from ballscrew_tehl.physics.ball_formula import MIN_FILM, THICKEST_FILM
 from ballscrew_tehl.report.material import PRELOAD_WORDS
 from ballscrew_tehl.report.page import Html, environment
 from ballscrew_tehl.runtime.evaluate import NutMap

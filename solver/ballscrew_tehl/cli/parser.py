@@ -34,7 +34,6 @@ from .shared.quantities import (
 
 KINEMATICS = ("published", "rolling_frame")
 SET_NAMES = ("two_parameter", "three_parameter", "mechanistic")
-CERTIFIED = ("torque", "film", "temperature_rise")
 DROP_KINDS = ("impossible", "outside", "outliers")
 OILS = ("viscosities", "iso_vg")
 LUBRICANTS = ("oil", "grease")
@@ -42,8 +41,8 @@ LOSS_NAMES = ("least_squares", "soft_l1")
 EXPORT_FORMATS = ("twincat", "csv", "modelica", "matlab", "json")
 RHEOLOGIES = ("newtonian", "eyring", "carreau", "limiting_shear_stress")
 LAWS = ("barus", "roelands")
-#: points of a certificate: of a build, of a check
-POINTS, CHECK_POINTS = 48, 4
+#: points of a check
+CHECK_POINTS = 4
 
 #: flag or name of an argument, settings of argparse
 Option = tuple[str, dict[str, Any]]
@@ -104,7 +103,7 @@ SCREW = option("--screw", "screw file; default: that in the map, or the packaged
 SCREW_ALONE = option("--screw", "screw file; default: the packaged GD4008-3", "FILE.toml")
 KINEMATIC = _choice("--kinematics", KINEMATICS, "published or rolling_frame: speeds and law; default: by the screw",
                     metavar="LAW")
-MAP_FILE = option("--map", "map file, which holds its screw; default: the packaged map", "FILE.nc")
+MAP_FILE = option("--map", "map file, which holds its screw; default: packaged or made in memory", "FILE.npz")
 FRICTION = option("--friction", "two_parameter, three_parameter, mechanistic, or a file of calibrate", "NAME|FILE")
 INPUTS = (SCREW, MAP_FILE, FRICTION, KINEMATIC)
 OF_SCREW, OF_MAP = (SCREW, KINEMATIC, JSON), (*INPUTS, JSON)
@@ -114,12 +113,9 @@ ROWS = (
     option("--output", "the answers with all columns, in place of a table", "FILE.csv"),
 )
 # without a default, which would take the place of --map
-GIVEN_MAP = (option("map", "map file, also as --map; default: the packaged map", "FILE.nc", nargs="?",
+GIVEN_MAP = (option("map", "map file, also as --map; default: the packaged map", "FILE.npz", nargs="?",
                     default=argparse.SUPPRESS), option("--map", argparse.SUPPRESS))
-WORKERS = (
-    _numbers("--workers", "processes; default: one per core", kind=int),
-    option("--dask", "solve on a Dask cluster: tcp://HOST:PORT of its scheduler", "ADDRESS"),
-)
+WORKERS = _numbers("--workers", "processes; default: one per core", kind=int)
 PLOT = option("--plot", "draw the result", "FILE.png")
 
 
@@ -128,26 +124,23 @@ def _count(default: int, what: str = "points compared with direct solves (+5 %% 
 
 
 MAP_ACTIONS = {
-    "build": Command("solve the contacts of a screw and write its map", _command("map_build:run_map_build"), (
-        option("--output", OUTPUT, "FILE.nc"),
+    "build": Command("sum the contacts of the atlas over a nut, write the map", _command("map_build:run_map_build"), (
+        option("--output", OUTPUT, "FILE.npz"),
         *(_numbers(f"--{name}", f"range of the map [{unit}]", ("LO", "HI"), nargs=2)
           for name, unit in (("preload-n", "N"), ("speed-rpm", "r/min"), ("temperature-c", "C"))),
-        _numbers("--tolerance", "mean error of a film whose contact is left out; default: 0.0015", "E"),
         option("--family", "a map for every *.toml in this folder; --output: folder", "FOLDER"),
-        _count(POINTS),
-    ), (*WORKERS, SCREW_ALONE, KINEMATIC, JSON), "--screw my.toml --output my_map.nc",
+    ), (SCREW_ALONE, KINEMATIC, JSON), "--screw my.toml --output my_map.npz",
         "Ranges: by these options, else table [map] of the screw file, else what the screw and its oil allow. The map "
-        "holds its screw, oil, and errors against direct solves.",
-        interrupted="the same command again continues it"),
+        "holds its screw and oil, and the errors of the atlas against direct solves. No command needs the file: with "
+        "--screw alone they make the map in memory."),
     "check": Command("compare a map with direct solves", _command("map_file:run_map_check"),
-                     (*GIVEN_MAP, _count(CHECK_POINTS)), OF_SCREW, "my_map.nc"),
+                     (*GIVEN_MAP, _count(CHECK_POINTS), WORKERS), OF_SCREW, "my_map.npz"),
     "info": Command("axes, parameters, version and certificate of a map", _command("map_file:run_map_info"),
-                    GIVEN_MAP, OF_SCREW, "my_map.nc"),
-    "plot": Command("draw torque, film, temperature rise and errors of a map", _command("map_file:run_map_plot"), (
+                    GIVEN_MAP, OF_SCREW, "my_map.npz"),
+    "plot": Command("draw torque, film and temperature rise of a map", _command("map_file:run_map_plot"), (
         *GIVEN_MAP,
         option("--output", OUTPUT, "FILE.png", required=True),
-        _choice("--error", CERTIFIED, "error that colours the points; default: torque", default=CERTIFIED[0]),
-    ), OF_SCREW, "my_map.nc --output my_map.png"),
+    ), OF_SCREW, "my_map.npz --output my_map.png"),
 }
 PAPER = {
     "validate": Command("the model compared with measured torques and published models",
@@ -174,10 +167,6 @@ PAPER = {
     ), (*ROWS, SCREW_ALONE, JSON), "--moes 20 5 --radius-ratio 1 --law barus",
         "By its dimensions, thermal unless --isothermal, with oil and steel of --screw; or by its Moes numbers: "
         "--moes, --radius-ratio, --law. The default domain is wide enough not to starve."),
-    "atlas": Command("solve the contacts of the atlas that maps begin with", _command("map_build:run_map_atlas"), (
-        option("--output", OUTPUT, "FILE.npz", required=True),
-        _count(1000, "random contacts that it is compared with"),
-    ), (*WORKERS, JSON), "--output atlas.npz", interrupted=MAP_ACTIONS["build"].interrupted),
 }
 COMMANDS = {
     "init": Command("write a commented screw file to fill in", _command("screw:run_init"), (
@@ -205,9 +194,9 @@ COMMANDS = {
     "map": Command("build, check, describe or draw a map", actions=MAP_ACTIONS),
     "torque": Command("friction torque with its parts, films and interval", _command("torque:run_torque"), (
         *_of(TORQUE_POINT), switch("--direct", "solve the contacts instead of reading the map"),
-    ), (*ROWS, *OF_MAP), "--preload-n 2000 --speed-rpm 1000 --temperature-c 30 --map my_map.nc"),
+    ), (*ROWS, *OF_MAP), "--preload-n 2000 --speed-rpm 1000 --temperature-c 30 --map my_map.npz"),
     "preload": Command("preload behind a measured friction torque", _command("preload:run_preload"), _of(PRELOAD_POINT),
-                       (*ROWS, *OF_MAP), "--torque-nm 0.8 --speed-rpm 100 --temperature-c 30 --map my_map.nc"),
+                       (*ROWS, *OF_MAP), "--torque-nm 0.8 --speed-rpm 100 --temperature-c 30 --map my_map.npz"),
     "identify": Command("inertia, offset, friction and preload from a log of a drive",
                         _command("identify:run_identify"), (
         option("log", "log of an axis that moves both ways", "LOG.csv"),
@@ -219,7 +208,7 @@ COMMANDS = {
         PLOT,
         option("--measurements", "write points for calibrate, with their standard errors", "FILE.csv"),
         option("--output", "write what --json prints, for export --identified", "FILE.json"),
-    ), OF_MAP, "log.csv --torque-constant-nm-a 0.8 --map my_map.nc",
+    ), OF_MAP, "log.csv --torque-constant-nm-a 0.8 --map my_map.npz",
         "Columns with units: time [s], position [mm] or speed [r/min], current [A], torque [N.m], force [N] or "
         "voltage [V]."),
     "calibrate": Command("fit the friction parameters to measured torques", _command("calibrate:run_calibrate"), (
@@ -231,11 +220,10 @@ COMMANDS = {
         _choice("--loss", LOSS_NAMES, "default: least_squares"),
         _choice("--drop", DROP_KINDS, "rows to leave out (repeat it for several)", action="append", default=[]),
         switch("--packaged", "refit the packaged sets to the paper's tables"),
-    ), (SCREW, MAP_FILE, KINEMATIC, JSON), "measurements.csv --map my_map.nc --output friction.toml",
+    ), (SCREW, MAP_FILE, KINEMATIC, JSON), "measurements.csv --map my_map.npz --output friction.toml",
         "Columns by headings with units: preload [N], speed [r/min], temperature [degC], torque [N.m]; optional "
         "axial_load, torque_uncertainty or weight, table, comment. Or one torque, measured or of a catalogue: the four "
-        "options of a point. Without a map every point is solved. Prints errors, 95 % intervals, outliers and what "
-        "the data do not identify."),
+        "options of a point. Prints errors, 95 % intervals, outliers and what the data do not identify."),
     "export": Command("friction of a map or a log as a table for a controller or a tool",
                       _command("export:run_export"), (
         _choice("--format", EXPORT_FORMATS, "twincat: list frict_comp; modelica: CombiTable1Ds",
@@ -246,21 +234,20 @@ COMMANDS = {
         option("--speed-rpm", "range of the screw's speed; default: of map or log", ("LO", "HI"), nargs=2),
         *_of((LEAD, TORQUE_CONSTANT, RATIO, CURRENT_UNIT)),
         _numbers("--points", "most entries of a list (20), speeds of a table (40)", kind=int),
-    ), OF_MAP, "--map my_map.nc --format csv --output friction.csv",
+    ), OF_MAP, "--map my_map.npz --format csv --output friction.csv",
         "Torque over speed, preload and temperature with its interval; units and signs are in the file. Defaults: 5 % "
         "of the dynamic rating, reference temperature of the oil, whole range of speed. Options of motor and lead: of "
         "twincat, which is over the velocity of the axis. With --identified each direction by itself, in a list the "
         "mean."),
     "report": Command("one HTML page on a screw: torques, films, a contact, the map", _command("report:run_report"), (
         option("--output", OUTPUT, "FILE.html", required=True), *_of(REPORT_POINT),
-    ), OF_MAP, "--map my_map.nc --output my_report.html",
+    ), OF_MAP, "--map my_map.npz --output my_report.html",
         "One page without external files; without screw and map about the measured screw of the paper. Default of the "
         "point: 5 % of the dynamic rating, 1000 r/min, reference temperature of the oil."),
 }
 #: python -m ballscrew_tehl, with every name at its old place
 SOLVER = Command("Friction torque of preloaded ball screws.", actions={
     **COMMANDS, "catalogue": COMMANDS["screw"], "validate": PAPER["validate"], "contact": PAPER["contact"],
-    "map": COMMANDS["map"]._replace(actions={**MAP_ACTIONS, "atlas": PAPER["atlas"]}),
 })
 # fmt: on
 

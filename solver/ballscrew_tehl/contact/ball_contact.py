@@ -9,14 +9,17 @@ from ..physics.ball_law import contact_angle_at_ball_load
 from ..physics.hertz import E_prime, reduced_radii
 from ..physics.kinematics import surface_speeds
 from .conditions import ContactConditions, SolverOptions, number, scales_of
+from .problem import Solids
 from .result import ContactResult
 from .solver import solve
 
-#: nodes along rolling of the contacts of a map; the film is extrapolated from these and half of them
+#: nodes along rolling of a direct solve; the film is extrapolated from these and half of them
 MAP_NODES = 97
 #: nodes where a rigid contact becomes a flattened one, and Moes M and least L of it: on 97 nodes the pressure spike,
 #: a few spacings wide there, moved films by 1.5 % and one rolling loss by 7 % in nine contacts, on 129 by 0.5 %
 SPIKE_NODES, SPIKE_M, SPIKE_L = 129, (15.0, 80.0), 15.0
+#: nodes of the last attempt
+MORE_NODES = 193
 
 
 class UnconvergedContactError(ArithmeticError):
@@ -44,17 +47,17 @@ def ball_conditions(
 
 
 def map_nodes(conditions: ContactConditions, oil: LubricantParameters) -> int:
-    """Nodes along rolling that a contact of a map takes."""
+    """Nodes along rolling that a direct solve takes."""
     scales = scales_of(conditions, oil)
     sharp = SPIKE_M[0] <= scales.M <= SPIKE_M[1] and scales.L >= SPIKE_L
     return SPIKE_NODES if sharp else MAP_NODES
 
 
 def solve_for_map(
-    conditions: ContactConditions, oil: LubricantParameters, solid: SolidParameters, thermal: bool
+    conditions: ContactConditions, oil: LubricantParameters, solid: SolidParameters | Solids, thermal: bool
 ) -> ContactResult:
-    """Solve a contact of a map, on SPIKE_NODES where it does not converge on fewer; the last solve."""
-    for n_x in sorted({map_nodes(conditions, oil), SPIKE_NODES}):
+    """Solve a contact of a ball, on SPIKE_NODES or MORE_NODES where it does not converge on fewer; the last solve."""
+    for n_x in sorted({map_nodes(conditions, oil), SPIKE_NODES, MORE_NODES}):
         result = solve(conditions, oil, solid, SolverOptions(thermal=thermal, n_x=n_x), warn=False)
         if result.converged:
             break
@@ -69,7 +72,7 @@ def solve_ball(
     Raises       UnconvergedContactError: names the contact and the reason
     """
     conditions = ball_conditions(parameters, raceway, load, speed, temperature)
-    result = solve_for_map(conditions, parameters.lubricant, parameters.solid, thermal)
+    result = solve_for_map(conditions, parameters.lubricant, parameters.solids, thermal)
     if result.converged:
         return result
     raise UnconvergedContactError(

@@ -391,14 +391,14 @@ class EnergyEquation:
 
 
 def wall_operators(problem: ContactProblem) -> tuple[LineConvolution, LineConvolution]:
-    """Heat flux to surface temperature, of body 1 (z = 0) and body 2 (z = h); one operator where speeds are equal."""
-    c, solid = problem.conditions, problem.solid
-    chi = solid.thermal_conductivity / (solid.density * solid.specific_heat)
+    """Heat flux to surface temperature, of body 1 (z = 0) and body 2 (z = h); one operator where both are alike."""
+    c = problem.conditions
+    shape = problem.choice, c.R_x / c.R_y, problem.scales.hertz.b
     wall_a, wall_b = (
         _operator_of_wall(
-            problem.choice, c.R_x / c.R_y, problem.scales.hertz.b, speed, solid.thermal_conductivity, chi
+            *shape, speed, s.thermal_conductivity, s.thermal_conductivity / (s.density * s.specific_heat)
         )
-        for speed in (c.u_1, c.u_2)
+        for speed, s in zip((c.u_1, c.u_2), problem.solids, strict=True)
     )
     return wall_a, wall_b
 

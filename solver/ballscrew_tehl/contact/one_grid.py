@@ -38,7 +38,7 @@ def solve_cold(problem: ContactProblem) -> ContactSolution:
     coarse_choice = problem.choice.halved()
     if coarse_choice is None:
         return solution_of(problem, solve_from(problem, None, None, options.tolerance), (math.nan, math.nan))
-    coarse = ContactProblem(problem.given, problem.oil, problem.solid, options, coarse_choice)
+    coarse = ContactProblem(problem.given, problem.oil, problem.solids, options, coarse_choice)
     first, rest = _solve_coarse(coarse)
     if first.converged:
         it = solve_from(problem, *prolonged(coarse, first, problem), options.tolerance, first.damped)
@@ -61,7 +61,7 @@ def _solve_coarse(coarse: ContactProblem) -> tuple[Iteration, float]:
     Half the layers and half the extent come first: the beginning costs less, and the difference tells their error.
     """
     if coarse.options.thermal:
-        rough = ContactProblem(coarse.given, coarse.oil, coarse.solid, _half(coarse.options), coarse.choice)
+        rough = ContactProblem(coarse.given, coarse.oil, coarse.solids, _half(coarse.options), coarse.choice)
         before = solve_from(rough, None, None, COARSE_TOLERANCE)
         if before.converged:
             start = prolonged(rough, before, coarse)

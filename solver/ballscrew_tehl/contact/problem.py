@@ -17,6 +17,8 @@ from .film.reynolds import FLOOR_SHARE, Film, GridChoice, NewtonHistory, Reynold
 from .film.transport import HeatTransport
 from .half_space.grid import Array
 
+#: materials of body 1 (raceway) and body 2 (ball)
+Solids = tuple[SolidParameters, SolidParameters]
 #: least gap, as a share of the present film, in flow and energy equation while an iterate overlaps
 LEAST_GAP_SHARE = 0.1
 
@@ -83,7 +85,7 @@ class ContactProblem:
         self,
         conditions: ContactConditions,
         oil: LubricantParameters,
-        solid: SolidParameters,
+        solids: Solids,
         options: SolverOptions,
         choice: GridChoice | None = None,
     ) -> None:
@@ -91,7 +93,7 @@ class ContactProblem:
         if conditions.u_e < 0.0:
             # reversed rolling is the mirror image
             conditions = replace(conditions, u_1=-conditions.u_1, u_2=-conditions.u_2)
-        self.conditions, self.oil, self.solid, self.options = conditions, oil, solid, options
+        self.conditions, self.oil, self.solids, self.options = conditions, oil, solids, options
         self.scales = scales_of(conditions, oil)
         film = self.scales.warm_film if options.thermal else self.scales.film_estimate
         self.choice = choice or expected_grid(conditions, self.scales, film, options)

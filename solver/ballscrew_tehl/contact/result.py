@@ -47,8 +47,9 @@ class ContactResult:
     the surfaces of both bodies along rolling [N]; sliding_heat: of the traction [W]; shear_heat: by sliding and by the
     pressure flow, compression_heat [W], both on the grid; rolling_resistance: integral of h dp/dx dA [N], of a flooded
     contact to x = -R_x and y = +-R_x, with resistance_beyond: the part of it outside the grid; rolling_loss: u_e times
-    that, what pure rolling costs [W]. core_pressure [Pa], core_area [m2]: of the Hertz-shaped pressure with the same
-    integrals of p^2 and p^3, for the shear of the film. heat_balance: of a thermal solve.
+    that, what pure rolling costs [W], NaN where a film above 0.15 R_x leaves none. core_pressure [Pa], core_area [m2]:
+    of the Hertz-shaped pressure with the same integrals of p^2 and p^3, for the shear of the film. heat_balance: of a
+    thermal solve.
     Fields on the half plane y >= 0: x (n_x,) [b] along the entrainment, y (n_y,) [a]; pressure [Pa] and film [m]
     (n_y, n_x), temperature (n_y, n_x, n_z+1) [K] from body 1 to body 2, None without heat.
     """

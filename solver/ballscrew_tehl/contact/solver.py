@@ -16,7 +16,7 @@ from .conditions import DEFAULT_OPTIONS, ContactConditions, SolverOptions, scale
 from .film import energy
 from .one_grid import solve_cold
 from .one_thread import one_thread
-from .problem import ContactProblem
+from .problem import ContactProblem, Solids
 from .result import ContactResult
 from .solution import ContactSolution
 
@@ -30,15 +30,15 @@ WORTH_TRYING = 0.8
 def solve(
     conditions: ContactConditions,
     oil: LubricantParameters,
-    solid: SolidParameters,
+    solid: SolidParameters | Solids,
     options: SolverOptions = DEFAULT_OPTIONS,
     warn: bool = True,
 ) -> ContactResult:
     """Solve one contact.
 
-    Parameters   conditions: operating point;  oil, solid: materials (both bodies of `solid`), with the rheology that
-                 the oil names;  warn: log a film that is thick compared with the bodies (a map has light balls that an
-                 axial load relieves)
+    Parameters   conditions: operating point;  oil, solid: materials, with the rheology that the oil names; a pair of
+                 solids = body 1 (raceway) and body 2 (ball), one = both;  warn: log a film that is thick compared with
+                 the bodies (a map has light balls that an axial load relieves)
     Returns      ContactResult; check `converged` and `reason` before using it
     Raises       ValueError: conditions out of range; oil or solid of another kind
     Validity     steady, smooth; flooded, or with a meniscus at options.x_in. Resolved while the inlet length holds
@@ -57,8 +57,13 @@ def solve(
         >>> found.converged, f"{1e6 * found.h_c:.2f} um"
         (True, '0.16 um')
     """
-    kinds = (conditions, ContactConditions), (oil, LubricantParameters), (solid, SolidParameters)
-    for name, (value, kind) in zip(("conditions", "oil", "solid"), kinds, strict=True):
+    solids = solid if isinstance(solid, tuple) and len(solid) == 2 else (solid, solid)
+    kinds = (
+        (conditions, ContactConditions),
+        (oil, LubricantParameters),
+        *((one, SolidParameters) for one in solids),
+    )
+    for name, (value, kind) in zip(("conditions", "oil", "solid", "solid"), kinds, strict=True):
         if not isinstance(value, kind):
             raise ValueError(f"{name} = {value!r}; needs {kind.__name__}, as in the example of help(solve)")
     if warn:
@@ -67,7 +72,7 @@ def solve(
     begun = time.perf_counter()
     # a diverging iterate is detected by values that are not finite
     with one_thread(), np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        solution = _solved(conditions, oil, solid, options)
+        solution = _solved(conditions, oil, solids, options)
     return replace(solution, seconds=time.perf_counter() - begun)
 
 
@@ -83,19 +88,20 @@ def _warn_of_thick(c: ContactConditions, oil: LubricantParameters) -> None:
 
 
 def _solved(
-    conditions: ContactConditions, oil: LubricantParameters, solid: SolidParameters, options: SolverOptions
+    conditions: ContactConditions, oil: LubricantParameters, solids: Solids, options: SolverOptions
 ) -> ContactSolution:
     """On the grid of the options, on one of twice the nodes along rolling, or by the asymptotic branch."""
     if expected_resolved(conditions, oil, options, WORTH_TRYING):
-        solution = solve_cold(ContactProblem(conditions, oil, solid, options))
-        if solution.usable:
+        solution = solve_cold(ContactProblem(conditions, oil, solids, options))
+        # what does not converge here does not on twice the nodes either, in minutes
+        if solution.usable or not solution.converged:
             return solution
     finer = replace(options, n_x=2 * options.n_x - 1)
-    solution = solve_cold(ContactProblem(conditions, oil, solid, finer))
+    solution = solve_cold(ContactProblem(conditions, oil, solids, finer))
     if solution.converged and not solution.usable:
 
         def isothermal(at: ContactConditions) -> ContactSolution:
-            return solve_cold(ContactProblem(at, oil, solid, replace(finer, thermal=False)))
+            return solve_cold(ContactProblem(at, oil, solids, replace(finer, thermal=False)))
 
         solution = anchored(solution, oil, finer, isothermal)
     return solution

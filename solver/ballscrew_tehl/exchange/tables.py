@@ -12,7 +12,6 @@ from ..parameters.file import Parameters
 
 if TYPE_CHECKING:
     from ..friction.sets import FrictionSet
-    from ..nut_map.contact_map import ContactMap
     from ..runtime.evaluate import NutMap
 
 Array = NDArray[np.float64]
@@ -55,13 +54,13 @@ def curve_speeds(low: float, high: float, count: int) -> Array:
 
 
 def friction_table(
-    nut_map: NutMap, parameters: Parameters, friction_set: FrictionSet, contact_map: ContactMap | None,
+    nut_map: NutMap, parameters: Parameters, friction_set: FrictionSet, interval: bool,
     speed: Array, preload: Array, temperature: Array,
     progress: Callable[[int, int, str], None] = lambda finished, total, what: None,
 ) -> FrictionTable:  # fmt: skip
     """Table of a map.
 
-    Parameters   contact_map : for the interval, None = none
+    Parameters   interval : with the ends of the interval, of the mechanistic law
     Raises       ValueError: a point outside the map;  ArithmeticError: as map_interval
     """
     from ..nut_map.interval import map_interval
@@ -85,7 +84,7 @@ def friction_table(
         "map": str(nut_map.header["file_hash"]),
     }
     low_ends = high_ends = None
-    if contact_map is not None:
+    if interval:
         at = np.exp(np.linspace(np.log(speed[0]), np.log(speed[-1]), INTERVALS))
         ends = np.ones((2, *torque.shape))
         total = len(preload) * len(temperature)
@@ -93,8 +92,7 @@ def friction_table(
             for k, kelvin in enumerate(temperature):
                 progress(j * len(temperature) + k, total, "intervals")
                 found = [
-                    map_interval(parameters, contact_map, axes, friction_set, float(force), x, float(kelvin))
-                    for x in at
+                    map_interval(parameters, axes, friction_set, float(force), x, float(kelvin)) for x in at
                 ]
                 about.setdefault("low and high", found[INTERVALS // 2].meaning)
                 for side in (0, 1):

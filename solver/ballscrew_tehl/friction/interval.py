@@ -304,10 +304,10 @@ class _Remembered:
 
     def __init__(self, contacts: ContactValues) -> None:
         self.name, self._contacts = contacts.name, contacts
-        self._found: dict[tuple[str, str, bytes], Array] = {}
+        self._found: dict[tuple[str, bytes], Mapping[str, Array]] = {}
 
-    def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
-        key = raceway, name, load.tobytes()
+    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> Mapping[str, Array]:
+        key = raceway, load.tobytes()
         if key not in self._found:
-            self._found[key] = self._contacts.value(*key[:2], load, speed, temperature)
+            self._found[key] = self._contacts.values(raceway, load, speed, temperature)
         return self._found[key]

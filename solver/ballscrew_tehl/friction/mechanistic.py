@@ -37,6 +37,7 @@ from ..physics.load import nut_loads
 from ..physics.lubricant import ambient_density, eta0, viscosity
 from ..physics.rolling_resistance import replenishment_factor
 from ..physics.supply import FLOODED, supply_factor
+from .ball_equilibrium import Traction, ball_equilibrium, radial_nodes
 from .torque import TorqueParts, check_motion, hysteresis_sum
 
 #: SKF's geometry constant of single-row angular contact, and ball diameter over D - d of such bearings
@@ -45,20 +46,17 @@ K_Z, BALL_OVER_SECTION = 4.4, 0.3
 SHEAR_EXPONENT = 4.0 / 3.0
 #: sharpness of the bend with which the half-width of the core stays below R_x: of cores below R_x/4 it takes 0.1 %
 BLUNT = 4.0
-#: quantities of a solved contact that the law takes, see nut_map.contacts
-QUANTITIES = ("rolling_loss", "thermal_central_film", "core_pressure", "core_area", "mean_rise")
+#: quantities of a contact that the law takes, see atlas.groups.QUANTITIES
+QUANTITIES = ("rolling_loss", "central_film", "core_pressure", "core_area", "mean_rise")
 
 
 class ContactValues(Protocol):
-    """Solved contacts of the balls: from a map, or solved at each call."""
+    """Contacts of the balls: from the atlas, or solved at each call."""
 
     name: str
 
-    def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
-        """One of QUANTITIES at ball loads (n,) [N], speeds (s, 1) [rad/s], temperatures (t,) [K]: (n, s, t), SI.
-
-        The rolling loss is at least physics.ball_formula.minimum_rolling_loss.
-        """
+    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> Mapping[str, Array]:
+        """QUANTITIES at ball loads (n,) [N], speeds (s, 1) [rad/s], temperatures (t,) [K]: (n, s, t), SI."""
         ...
 
 
@@ -130,9 +128,9 @@ def _supplied(
     load: float,
     speed: Array,
     temperature: Array,
-    contacts: ContactValues,
+    mean: Mapping[str, Array],
 ) -> Any:
-    """Rolling loss of a ball with the oil supply of the file over the flooded one (s, t).
+    """Rolling loss of a ball with the oil supply of the file over the flooded one (s, t); mean: contacts of the ball.
 
     Source       physics.supply, or SKF's replenishment: d, D of the angular contact bearing with this ball and pitch
                  diameter, whose section D - d is the ball diameter over 0.3 (assumption: geometry of bearings)
@@ -148,10 +146,7 @@ def _supplied(
         )  # fmt: skip
     R_x, R_y = reduced_radii(screw, float(contact_angle_at_ball_load(screw, load)), raceway)
     b = ellipse(load, R_x, R_y, E_prime(screw)).b
-    loss, film = (
-        contacts.value(raceway, name, np.array([load]), speed[:, :1], temperature[0])[0]
-        for name in ("rolling_loss", "thermal_central_film")
-    )
+    loss, film = mean["rolling_loss"][0], mean["central_film"][0]
     u_e = entrainment_speed(screw, speed)
     return supply_factor(friction.supply_length, load, loss, u_e, inlet, film, b, R_x, R_y)
 
@@ -202,37 +197,98 @@ def nut_powers(
                  does its oil supply: the loads of one nut differ by some percent. Oversize balls: a ball has one motion
                  between all its flanks, and of its shear those of this nut count
     """
-    loads = np.asarray(loads, dtype=float)
-    others = loads if opposed is None else np.asarray(opposed, dtype=float)
-    check_motion(np.append(loads, others), speed)
-    loads = loads[loads > 0.0]
+    (found,) = powers_of_nuts(parameters, [(loads, opposed)], speed, temperature, contacts)
+    return found
+
+
+def powers_of_nuts(
+    parameters: Parameters,
+    nuts: Sequence[tuple[Array, Array | None]],
+    speed: Any,
+    temperature: Any,
+    contacts: ContactValues,
+) -> list[NutPowers]:
+    """nut_powers of several nuts, loads and opposed of each, whose balls are brought into equilibrium side by side."""
     speed, temperature = np.broadcast_arrays(
         np.atleast_2d(np.asarray(speed, float)), np.atleast_2d(np.asarray(temperature, float))
     )
-    if loads.size == 0:
-        return UNLOADED_POWERS
-    screw, friction = parameters.screw, parameters.friction
-    mean = mean_load(loads)
-    means = [mean]
+    loaded: list[tuple[int, Array, _MeanBall]] = []
+    for k, (loads, opposed) in enumerate(nuts):
+        loads = np.asarray(loads, dtype=float)
+        others = loads if opposed is None else np.asarray(opposed, dtype=float)
+        check_motion(np.append(loads, others), speed)
+        if np.any(loads > 0.0):
+            own = loads[loads > 0.0]
+            loaded.append((k, own, _mean_ball(parameters, own, others, speed, temperature, contacts)))
+    shears = _shear(parameters, [ball for _, _, ball in loaded], speed) if loaded else []
+    found = [UNLOADED_POWERS] * len(nuts)
+    for (k, loads, ball), shear in zip(loaded, shears, strict=True):
+        found[k] = _powers(parameters, loads, ball, shear, speed, temperature, contacts)
+    return found
+
+
+class _MeanBall(NamedTuple):
+    """Ball with the mean_load of a nut: its load [N], contacts by raceway, motion, columns of its loaded diagonals."""
+
+    load: float
+    contacts: Mapping[str, Mapping[str, Array]]
+    motion: ContactMotion
+    columns: Sequence[Mapping[str, Mapping[str, Array]]]
+
+
+def _mean_ball(
+    parameters: Parameters,
+    loads: Array,
+    others: Array,
+    speed: Array,
+    temperature: Array,
+    contacts: ContactValues,
+) -> _MeanBall:
+    screw = parameters.screw
+    means = [mean_load(loads)]
     if screw.preload_kind == FOUR_POINT and np.any(others > 0.0):
         means.append(mean_load(others[others > 0.0]))
+    found = [
+        {
+            raceway: contacts.values(raceway, np.array([load]), speed[:, :1], temperature[0])
+            for raceway in RACEWAYS
+        }
+        for load in means
+    ]
+    motion = contact_motion(screw, [float(contact_angle_at_ball_load(screw, load)) for load in means])
+    columns = [
+        _columns(parameters, load, speed, temperature, of) for load, of in zip(means, found, strict=True)
+    ]
+    return _MeanBall(means[0], found[0], motion, columns)
+
+
+def _powers(
+    parameters: Parameters,
+    loads: Array,
+    ball: _MeanBall,
+    shear: Array,
+    speed: Array,
+    temperature: Array,
+    contacts: ContactValues,
+) -> NutPowers:
+    """Powers of a nut with the shear power of its mean ball [W] (s, t)."""
+    screw, friction = parameters.screw, parameters.friction
     rolling = {
-        raceway: rolling_torque(parameters, raceway, loads, speed, temperature, contacts)
+        raceway: rolling_torque(
+            parameters, raceway, loads, speed, temperature, contacts, ball.contacts[raceway]
+        )
         for raceway in RACEWAYS
     }
-    columns = [_columns(parameters, load, speed, temperature, contacts) for load in means]
-    motion = contact_motion(screw, [float(contact_angle_at_ball_load(screw, load)) for load in means])
-    shear = _shear(parameters, motion, speed, columns) * np.sum((loads / mean) ** SHEAR_EXPONENT) / speed
-    share = np.mean([columns[0][raceway]["share"] for raceway in RACEWAYS], axis=0).reshape(speed.shape)
+    slid = shear * np.sum((loads / ball.load) ** SHEAR_EXPONENT) / speed
+    share = np.mean([ball.columns[0][raceway]["share"] for raceway in RACEWAYS], axis=0).reshape(speed.shape)
     thrust = thrust_factor(friction, share)
     u = float(entrainment_speed(screw, 1.0))
-    single = speed.size == 1
     screw_side, nut_side, sheared, raised, on_asperities = (
-        float(part[0, 0]) if single else part
-        for part in (rolling["screw"], rolling["nut"], shear, thrust, share)
+        float(part[0, 0]) if speed.size == 1 else part
+        for part in (rolling["screw"], rolling["nut"], slid, thrust, share)
     )
     hysteresis = u * hysteresis_sum(parameters, loads)
-    ball_ball = u * neighbour_sliding(screw, motion) * float(loads.sum())
+    ball_ball = u * neighbour_sliding(screw, ball.motion) * float(loads.sum())
     return NutPowers(screw_side, nut_side, sheared, raised, hysteresis, ball_ball, on_asperities)
 
 
@@ -243,10 +299,14 @@ def rolling_torque(
     speed: Array,
     temperature: Array,
     contacts: ContactValues,
+    mean: Mapping[str, Array],
 ) -> Array:
-    """Rolling torque of one raceway of a nut (s, t) [N.m]; loads (n,) > 0; speed, temperature (s, t)."""
-    lost = contacts.value(raceway, "rolling_loss", loads, speed[:, :1], temperature[0]).sum(axis=0)
-    supplied = _supplied(parameters, raceway, mean_load(loads), speed, temperature, contacts)
+    """Rolling torque of one raceway of a nut (s, t) [N.m]; loads (n,) > 0; speed, temperature (s, t).
+
+    mean: contacts of the ball with their mean_load
+    """
+    lost = contacts.values(raceway, loads, speed[:, :1], temperature[0])["rolling_loss"].sum(axis=0)
+    supplied = _supplied(parameters, raceway, mean_load(loads), speed, temperature, mean)
     return np.asarray(supplied * lost / speed)
 
 
@@ -260,24 +320,22 @@ def core_half_width(of_area: Array, R_x: float) -> Array:
 
 
 def _columns(
-    parameters: Parameters, load: float, speed: Array, temperature: Array, contacts: ContactValues
+    parameters: Parameters,
+    load: float,
+    speed: Array,
+    temperature: Array,
+    found_by: Mapping[str, Mapping[str, Array]],
 ) -> dict[str, dict[str, Array]]:
     """What the shear of both raceways follows from at one ball load, by raceway; points of (s, t) in one column."""
-    # imports numba, which what only reads a map does without
-    from .ball_equilibrium import radial_nodes
-
     screw, oil = parameters.screw, parameters.lubricant
     angle = float(contact_angle_at_ball_load(screw, load))
     friction, radius = parameters.friction, radial_nodes()[0]
     columns: dict[str, dict[str, Array]] = {}
     for raceway in RACEWAYS:
         found = {
-            name: np.broadcast_to(
-                contacts.value(raceway, name, np.array([load]), speed[:, :1], temperature[0])[0], speed.shape
-            ).ravel()
-            for name in QUANTITIES[1:]
+            name: np.broadcast_to(found_by[raceway][name][0], speed.shape).ravel() for name in QUANTITIES[1:]
         }
-        pressure, film = found["core_pressure"], found["thermal_central_film"]
+        pressure, film = found["core_pressure"], found["central_film"]
         # as long across rolling as the Hertz ellipse, the core loses its width in front
         R_x, R_y = (float(R) for R in reduced_radii(screw, angle, raceway))
         a = float(ellipse(load, R_x, R_y, E_prime(screw)).a)
@@ -293,27 +351,40 @@ def _columns(
     return columns
 
 
-def _shear(
-    parameters: Parameters,
-    motion: ContactMotion,
-    speed: Array,
-    columns: Sequence[Mapping[str, Mapping[str, Array]]],
-) -> Array:
-    """Shear power (s, t) [W] of the mean ball in the contacts of the first of its loaded diagonals.
+def _shear(parameters: Parameters, balls: Sequence[_MeanBall], speed: Array) -> list[Array]:
+    """Shear power (s, t) [W] of mean balls in the contacts of the first of their loaded diagonals.
 
-    Parameters   motion : of the contacts;  columns : of each of the diagonals, one or two, see _columns
+    All balls at one temperature side by side, each from its motion at the temperature before.
     """
-    from .ball_equilibrium import Traction, ball_equilibrium
-
     friction = parameters.friction
-    contacts = [diagonal[raceway] for raceway in RACEWAYS for diagonal in columns]
-    column = {name: np.stack([one[name] for one in contacts], axis=1) for name in contacts[0]}
+    diagonals = [len(ball.columns) for ball in balls]
+    count, (speeds, temperatures) = max(diagonals), speed.shape
+    if min(diagonals) < count:
+        return [_shear(parameters, [ball], speed)[0] for ball in balls]
+    of_balls = []
+    for ball in balls:
+        contacts = [diagonal[raceway] for raceway in RACEWAYS for diagonal in ball.columns]
+        of_balls.append({name: np.stack([one[name] for one in contacts], axis=1) for name in contacts[0]})
+    # (ball and speed, temperature, contact, ...)
+    column = {
+        name: np.concatenate([of[name].reshape(speeds, temperatures, *of[name].shape[1:]) for of in of_balls])
+        for name in of_balls[0]
+    }
+    motion = ContactMotion(
+        balls[0].motion.raceways,
+        *(np.repeat([ball.motion[k] for ball in balls], speeds, axis=0) for k in (1, 2, 3)),
+    )
+    each, near, before = np.tile(speed[:, 0], len(balls)), None, None
+    power = np.empty((len(each), temperatures))
     traction = Traction(
         column["viscosity"], column["pressure"], column["film"], column["share"], parameters.lubricant.eyring_stress,
         friction.limiting_shear_coefficient, friction.boundary_friction,
     )  # fmt: skip
-    balls = ball_equilibrium(motion, speed.ravel(), column["axes"], traction)
-    return np.asarray(balls.power[:, :: len(columns)].sum(axis=1).reshape(speed.shape))
+    for t in range(temperatures):
+        found = ball_equilibrium(motion, each, column["axes"][:, t], traction.take(np.s_[:, t]), near)
+        power[:, t] = found.power[:, ::count].sum(axis=1)
+        near, before = found.motion if before is None else 2.0 * found.motion - before, found.motion
+    return list(power.reshape(len(balls), speeds, temperatures))
 
 
 def nuts_powers(

@@ -17,12 +17,12 @@ from scipy.optimize import minimize_scalar
 from ..friction.sets import FrictionSet
 from ..parameters.file import Parameters
 from ..parameters.units import RPM
+from ..runtime.packed import MECHANISTIC
 from .directions import LIMIT, both_ways
 from .dynamics import Identified
 from .log_file import Array
 
 if TYPE_CHECKING:
-    from ..nut_map.contact_map import ContactMap
     from ..runtime.evaluate import NutMap
 
 #: relative error of the law's shape over speed that is allowed for
@@ -43,12 +43,11 @@ class ScrewFriction(NamedTuple):
 
 
 class Law(NamedTuple):
-    """Map of a screw with its friction set; contact_map: None where the set has no interval."""
+    """Map of a screw with its friction set."""
 
     parameters: Parameters
     nut_map: NutMap
     friction_set: FrictionSet
-    contact_map: ContactMap | None
 
     def torque(self, preload: float, speed: Array | float, temperature: float) -> Array:
         """[N.m]"""
@@ -210,15 +209,16 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
         preload,
         (1.0, 1.0),
     )
-    if law.contact_map is not None:
+    if law.nut_map.law == MECHANISTIC:
         torque = float(law.torque(preload, speed, temperature))
-        at = law.parameters, law.contact_map
-        ends = preload_interval(*at, law.nut_map, law.friction_set, torque, preload, speed, temperature)
+        ends = preload_interval(
+            law.parameters, law.nut_map, law.friction_set, torque, preload, speed, temperature
+        )
         low, high, meaning = ends.low, ends.high, f"law {ends.meaning}; 95 % of the log added in quadrature"
         if ends.at_edge:
             meaning += f"; the {' and '.join(ends.at_edge)} end is that of the map"
         axes = law.nut_map.header["axes"]
-        factor = map_interval(*at, axes, law.friction_set, preload, speed, temperature).relative
+        factor = map_interval(law.parameters, axes, law.friction_set, preload, speed, temperature).relative
     wide = [
         math.exp(math.copysign(math.hypot(math.log(end / preload), own), sign))
         for end, sign in ((low, -1.0), (high, 1.0))

@@ -1,17 +1,13 @@
-"""The map file: netCDF, self-describing, with the parameters it was built for and a hash of its content.
-
-Written through xarray; read by scipy's netCDF reader, which is imported faster. Nothing is unpickled.
-"""
+"""The map file: .npz with a header, the parameters it was built for and a hash of its content; and maps in memory."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
+import zipfile
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -31,169 +27,73 @@ from ..parameters.identity import (
 )
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.axial_stiffness import axial_stiffness, contact_stiffness
-from ..physics.ball_law import loaded_contact_angle
-from ..physics.hertz import RACEWAYS
+from ..physics.ball_law import Array, loaded_contact_angle
+from ..physics.kinematics import ROLLING_FRAME
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import (
     DEFAULTS,
     FILM_SHEAR,
-    FORCE_CURVES,
     MECHANISTIC,
-    SURFACES,
     TORQUE_CURVES,
-    TORQUE_SURFACES,
     MapError,
+    content_hash,
+    npz_bytes,
+    read_npz,
     sealed,
 )
 from ..whole_file import whole_file
-from .contacts import (
-    BUILD_MAP,
-    POINTS,
-    QUANTITIES,
-    ROLLING_FRAME,
-    VISCOUS,
-    Array,
-    ContactRange,
-    SolvedContacts,
-)
+from .built import VISCOUS, BuiltMap, Progress
 from .interval import BAND, band, band_numbers, band_point
 
-if TYPE_CHECKING:
-    from .contact_map import ContactMap
-    from .grid import BuiltMap
-
-#: dimensions, values and attributes of a variable of the file
-Variable = tuple[tuple[str, ...], Array, dict[str, str]]
-
-#: another one also if the coordinates and formulas change that the kriging of a header holds for (contact_map)
-FILE_FORMAT = 8
-#: first bytes of a netCDF file that scipy writes
-MAGIC = b"CDF"
+FILE_FORMAT = 9
+#: the command that messages advise
+BUILD_MAP = "ballscrew map build --screw FILE.toml --output MAP.npz"
 #: name of the packaged map of the mechanistic set
 VG100 = "vg100"
-#: dimensions of the arrays of a file, but for VISCOUS, and what they hold
-KNOTS = ("force_knot", "speed_knot", "temperature_knot")
-STORED = {
-    "extreme_coefficients": (
-        (*KNOTS, "extreme_column"),
-        "the same for the load-carrying balls: " + ", ".join(SURFACES[FILM_SHEAR][TORQUE_SURFACES:]),
-    ),
-    "force_coefficients": (
-        ("force_knot", "force_column"),
-        "the same over force alone: " + ", ".join(FORCE_CURVES),
-    ),
-    "separation_coefficients": (
-        ("preload_knot", "side"),
-        "the same: ln of separation load over preload, axial load > 0 and < 0",
-    ),
-    "sharing_coefficients": (
-        ("preload_knot", "share_knot", "side"),
-        "the same: (force of the relieved nut over preload)^(2/3) over axial load/separation load",
-    ),
-}
+#: arrays of a file beside those of VISCOUS
+STORED = ("extreme_coefficients", "force_coefficients", "separation_coefficients", "sharing_coefficients")
 
 
 def packaged_map(name: str) -> Path:
     """File of a packaged map of the GD4008-3: "published", or VG100 with the oil of the mechanistic set."""
-    return PACKAGED_DATA / f"map_gd4008_{name}.nc"
-
-
-def _file_hash(header: str, variables: Mapping[str, Array]) -> str:
-    digest = hashlib.sha256(header.encode())
-    for name in sorted(variables):
-        array = np.ascontiguousarray(variables[name], dtype="<f8")
-        digest.update(f"{name}{array.shape}".encode())
-        digest.update(array.tobytes())
-    return digest.hexdigest()
+    return PACKAGED_DATA / f"map_gd4008_{name}.npz"
 
 
 def is_map_file(path: Path) -> bool:
     """Whether a file begins like a map of any format, which a new map may replace."""
-    if not path.is_file():
-        return False
-    with path.open("rb") as file:
-        return file.read(len(MAGIC)) == MAGIC
+    return path.is_file() and zipfile.is_zipfile(path)
 
 
-def save_map(path: Path | str, built: BuiltMap, certificate: Mapping[str, Any]) -> str:
-    """Write a map to a temporary file next to `path` and rename it; returns the content hash.
-
-    certificate: deviation of the map from direct solves (certificate.deviation_from_direct), stored unchanged
-    """
-    import xarray as xr
-
-    contact_map = built.contact_map
-    text = json.dumps(_header(built, certificate), sort_keys=True)
-    variables = _spline_variables(built.arrays) | _contact_variables(contact_map)
-    digest = _file_hash(text, {name: array for name, (_, array, _) in variables.items()})
-    attributes = {
-        "title": f"Nut map of {contact_map.parameters.name}, kinematics {built.header['kinematics']}",
-        "source": f"ballscrew_tehl {built.header['version']}, thermal EHL solves of single balls",
-        "format_version": FILE_FORMAT, "content_hash": digest, "header": text,
-    }  # fmt: skip
+def save_map(path: Path | str, built: BuiltMap) -> str:
+    """Write a map to a temporary file next to `path` and rename it; returns the content hash."""
+    header = _sealed(built)
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     try:
         with whole_file(path) as temporary:
-            xr.Dataset(variables, attrs=attributes).to_netcdf(
-                temporary, engine="scipy", format="NETCDF3_64BIT"
-            )
+            temporary.write_bytes(npz_bytes(header, built.arrays))
     except OSError as error:
         # a failed write, as on a full disk, names no file
         raise OSError(error.errno, error.strerror, str(path)) from error
-    return digest
+    return str(header["file_hash"])
 
 
-def _header(built: BuiltMap, certificate: Mapping[str, Any]) -> dict[str, Any]:
-    contact_map, parameters = built.contact_map, built.contact_map.parameters
-    return dict(
+def _sealed(built: BuiltMap) -> dict[str, Any]:
+    """Header of the file of a map, with its hash."""
+    header = dict(
         built.header,
-        certificate=dict(certificate),
-        contact_range=asdict(contact_map.range),
-        contact_cell=list(contact_map.cell),
-        kriging={
-            raceway: {name: model.kriging(name).hyper.tolist() for name in model.interpolated}
-            for raceway, model in contact_map.models.items()
-        },
-        parameters_json=map_parameters_json(parameters),
-        parameters_hash=parameters_hash(parameters),
-        screw_file=screw_file_json(parameters),
+        file_format=FILE_FORMAT,
+        parameters_json=map_parameters_json(built.parameters),
+        parameters_hash=parameters_hash(built.parameters),
+        screw_file=screw_file_json(built.parameters),
     )
-
-
-def _spline_variables(arrays: Mapping[str, Array]) -> dict[str, Variable]:
-    """B-spline coefficients of the nut."""
-    variables: dict[str, Variable] = {}
-    for name, array in arrays.items():
-        if name in STORED:
-            dimensions, text = STORED[name]
-        else:
-            law = MECHANISTIC if name == f"{VISCOUS}{MECHANISTIC}" else FILM_SHEAR
-            dimensions = (*KNOTS, "viscous_column")
-            text = "uniform cubic B-spline coefficients of ln values of one nut: " + ", ".join(
-                SURFACES[law][:TORQUE_SURFACES]
-            )
-        variables[name] = dimensions, array, {"long_name": text}
-    return variables
-
-
-def _contact_variables(contact_map: ContactMap) -> dict[str, Variable]:
-    """Solved contacts by raceway."""
-    variables: dict[str, Variable] = {}
-    for raceway in RACEWAYS:
-        contacts, dimensions = contact_map.contacts[raceway], (f"{raceway}_contact",)
-        columns = dict(zip(POINTS, contacts.points.T, strict=True)) | dict(contacts.values)
-        for name, unit in (POINTS | QUANTITIES).items():
-            long_name = f"{name.replace('_', ' ')} of a solved contact of one ball on the {raceway} raceway"
-            attributes = {"units": unit, "long_name": long_name}
-            variables[f"{raceway}_contact_{name}"] = dimensions, columns[name], attributes
-    return variables
+    # as it is read again
+    header = json.loads(json.dumps(header))
+    return dict(header, file_hash=content_hash(header, built.arrays))
 
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     """Header and variables of a file, checked against its own hash."""
-    from scipy.io import netcdf_file
-
     if not path.exists():
         raise MapError(f"{path}: no such map file: build it with {BUILD_MAP}")
     damaged = f"{path}: not a readable map file ({{}}): build one with {BUILD_MAP}"
@@ -204,19 +104,15 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     if not known:
         raise MapError(damaged.format("a folder" if path.is_dir() else "of another kind"))
     try:
-        with netcdf_file(path, "r", mmap=False) as file:
-            attributes = {name: getattr(file, name) for name in ("format_version", "content_hash", "header")}
-            variables = {
-                name: np.array(variable[...], dtype=np.float64) for name, variable in file.variables.items()
-            }
-        found = int(attributes["format_version"])
-        text, digest = attributes["header"].decode(), attributes["content_hash"].decode()
-        header = json.loads(text) if found == FILE_FORMAT else {}
-    except Exception as error:  # damaged netCDF fails in many ways
+        header, variables = read_npz(path)
+    except (MapError, OSError) as error:
         raise MapError(damaged.format("cut short or damaged")) from error
-    if found != FILE_FORMAT:
-        raise MapError(f"{path}: map file format {found}; expected {FILE_FORMAT}: build it with {BUILD_MAP}")
-    actual = _file_hash(text, variables)
+    if header.get("file_format") != FILE_FORMAT:
+        raise MapError(
+            f"{path}: map file format {header.get('file_format')}; expected {FILE_FORMAT}: build it with {BUILD_MAP}"
+        )
+    digest = str(header.pop("file_hash", ""))
+    actual = content_hash(header, variables)
     if actual != digest:
         raise MapError(
             f"{path}: content hash {actual[:12]}; expected {digest[:12]}: the file was changed or damaged"
@@ -235,31 +131,15 @@ class OtherParametersError(MapError):
         return ": ".join(self.args)
 
 
-def _refuse_other_parameters(
-    path: Path, header: Mapping[str, Any], parameters: Parameters, packaged: bool
-) -> None:
-    """packaged : no map was given, so that the packaged one was tried.
-
-    Raises       OtherParametersError
-    """
+def _refuse_other_parameters(path: Path, header: Mapping[str, Any], parameters: Parameters) -> None:
+    """Raises OtherParametersError."""
     found = differences(header["parameters_json"], map_parameters_json(parameters))
-    if found is None:
-        return
-    theirs, ours = found
-    if packaged:
+    if found is not None:
+        theirs, ours = found
         raise OtherParametersError(
-            f"no packaged map fits {ours}; {path.name} is of {theirs}",
-            f"build one ({BUILD_MAP}) and give it with --map, or solve points with ballscrew torque --direct",
+            f"{path}: this map is of {theirs}; the screw file is of {ours}",
+            "without --map a map of the screw file is made",
         )
-    raise OtherParametersError(
-        f"{path}: this map is of {theirs}; the screw file is of {ours}",
-        f"{BUILD_MAP} makes its own (about 70 s)",
-    )
-
-
-def _path_for(path: Path | str | None, parameters: Parameters) -> Path:
-    rolling = parameters.friction.kinematics == ROLLING_FRAME
-    return packaged_map(VG100 if rolling else "published") if path is None else Path(path)
 
 
 def _provenance(friction: FrictionSet, parameters: Parameters, axes: Mapping[str, Any]) -> dict[str, Any]:
@@ -308,48 +188,88 @@ def load_map(
     path: Path | str | None = None,
     parameters: Parameters | None = None,
     friction_set: FrictionSet | None = None,
+    progress: Progress | None = None,
 ) -> NutMap:
     """Nut map of a screw, with the film model and the default friction parameters of its friction set.
 
-    Parameters   path : map file; None = the packaged map of the parameters' kinematics
-                 parameters : screw and oil, with which those of the file are compared; None = those of the file, and
+    Parameters   path : map file, or a screw file *.toml, whose map is made in memory in some seconds; None = the
+                 packaged map of the parameters, else one made in memory
+                 parameters : screw and oil, with which those of a map file are compared; None = those of the file, and
                  without a file the packaged GD4008-3
                  friction_set : None = the packaged set that the parameters select, with their overrides
+                 progress : called while a map is made
     Returns      NutMap, whose evaluate(preload [N], speed [rad/s], temperature [K]) gives torque, films and extremes
-    Raises       MapError (a ValueError): missing, damaged, of another format or of other parameters
+    Raises       MapError (a ValueError): missing, damaged, of another format or of other parameters;
+                 OutsideAtlasError (a ValueError): a screw or oil that the atlas does not hold
     Example      the packaged screw at 2000 N, 1000 r/min, 30 C
         >>> state = load_map().evaluate(preload=2000.0, speed=104.7, temperature=303.15)
         >>> f"{state.friction_torque:.2f} N m"
         '1.32 N m'
     """
+    if path is not None and Path(path).suffix == ".toml":
+        path, parameters = None, load_screw(path) if parameters is None else parameters
     parameters = parameters_for(path, parameters)
-    packaged, path = path is None, _path_for(path, parameters)
-    header, variables = _read(path)
-    _refuse_other_parameters(path, header, parameters, packaged)
+    header, variables = _map_of(parameters, progress) if path is None else _read(Path(path))
+    if path is not None:
+        _refuse_other_parameters(Path(path), header, parameters)
     header[SCREW_FILE] = screw_file_json(parameters)
     if friction_set is not None:
         refuse_other_fit(friction_set, parameters)
-    friction = friction_set or default_friction_set(parameters)
+    return _with_friction(header, variables, parameters, friction_set or default_friction_set(parameters))
+
+
+def packaged_map_of(parameters: Parameters) -> tuple[dict[str, Any], dict[str, Array]] | None:
+    """Header and arrays of the packaged map of a screw; None: there is none, or its file asks for another range."""
+    rolling = parameters.friction.kinematics == ROLLING_FRAME
+    header, variables = _read(packaged_map(VG100 if rolling else "published"))
+    other = differences(header["parameters_json"], map_parameters_json(parameters))
+    return None if other or parameters.map != type(parameters.map)() else (header, variables)
+
+
+def _map_of(parameters: Parameters, progress: Progress | None) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Header and arrays of the packaged map of a screw, or of one that is built now over the range of its file."""
+    found = packaged_map_of(parameters)
+    if found is not None:
+        return found
+    from .build import build_map
+    from .grid import screw_grid
+
+    built = build_map(parameters, screw_grid(parameters), progress)
+    return _sealed(built), built.arrays
+
+
+def nut_map_of(built: BuiltMap) -> NutMap:
+    """A map that was built, with the default friction parameters of its screw, without a file."""
+    return _with_friction(
+        _sealed(built), dict(built.arrays), built.parameters, default_friction_set(built.parameters)
+    )
+
+
+def _with_friction(
+    header: dict[str, Any], variables: dict[str, Array], parameters: Parameters, friction: FrictionSet
+) -> NutMap:
+    """The map of a file with the numbers of a friction set, and the film that it takes."""
     film = friction.film_model
     if f"{VISCOUS}{film}" not in variables:
         known = ", ".join(name.removeprefix(VISCOUS) for name in variables if name.startswith(VISCOUS))
         raise MapError(
-            f"{path}: friction set {friction.name} needs the film {film}; the map of the kinematics "
-            f"{header['kinematics']} holds {known}: choose another set"
+            f"friction set {friction.name} needs the film {film}; the map of the kinematics {header['kinematics']} "
+            f"holds {known}: choose another set"
         )
     if film == MECHANISTIC:
         _sum_for_constants(header, variables, parameters)
-        header[BAND] = _band(header, variables, parameters, friction)
+        header[BAND] = dict(
+            band(parameters, header["axes"], friction),
+            fitted=band_numbers(parameters, friction)["fit"] is not None,
+        )
     viscous = variables[f"{VISCOUS}{film}"], variables["extreme_coefficients"]
     arrays = {"coefficients": np.concatenate(viscous, axis=-1)}
     arrays |= {name: variables[name] for name in STORED if name != "extreme_coefficients"}
-    defaults = dict(zip(DEFAULTS, _defaults(friction, parameters), strict=True))
-    law = MECHANISTIC if film == MECHANISTIC else FILM_SHEAR
     header = dict(
         header,
         film_model=film,
-        law=law,
-        defaults=defaults,
+        law=MECHANISTIC if film == MECHANISTIC else FILM_SHEAR,
+        defaults=dict(zip(DEFAULTS, _defaults(friction, parameters), strict=True)),
         friction=_provenance(friction, parameters, header["axes"]),
         presliding_angle=presliding_angle(parameters.screw, 1.0),
     )
@@ -387,53 +307,9 @@ def _sum_for_constants(header: dict[str, Any], variables: dict[str, Array], para
         return
     from .build import mechanistic_coefficients
 
-    surfaces, curves = mechanistic_coefficients(
-        parameters, _contact_map(header, variables, parameters), header
-    )
+    surfaces, curves = mechanistic_coefficients(parameters, header["axes"])
     variables[f"{VISCOUS}{MECHANISTIC}"] = surfaces
     # pressure and load of the last two columns do not depend on the law
     stored = variables["force_coefficients"][:, TORQUE_CURVES:]
     variables["force_coefficients"] = np.concatenate([curves, stored], axis=-1)
     header[MECHANISTIC] = constants
-
-
-def _band(
-    header: Mapping[str, Any], variables: Mapping[str, Array], parameters: Parameters, friction: FrictionSet
-) -> dict[str, Any]:
-    """Band of the torque at the point of the header: of the file if it is for these numbers, or anew (0.1 s)."""
-    stored = header[BAND]
-    if stored["numbers"] != band_numbers(parameters, friction):
-        stored = band(parameters, _contact_map(header, variables, parameters), header["axes"], friction)
-    return dict(stored, fitted=stored["numbers"]["fit"] is not None)
-
-
-def load_contact_map(path: Path | str | None, parameters: Parameters) -> ContactMap:
-    """Contact samples of a map file; arguments and errors as load_map."""
-    packaged, path = path is None, _path_for(path, parameters)
-    header, variables = _read(path)
-    _refuse_other_parameters(path, header, parameters, packaged)
-    return _contact_map(header, variables, parameters)
-
-
-def _contact_map(
-    header: Mapping[str, Any], variables: Mapping[str, Array], parameters: Parameters
-) -> ContactMap:
-    from .contact_map import ContactMap
-
-    ends = header["contact_range"]
-    load, speed, temperature = (
-        (float(low), float(high)) for low, high in (ends[name] for name in ("load", "speed", "temperature"))
-    )
-    range_ = ContactRange(load, speed, temperature, float(ends["preloaded"]))
-    contacts = {
-        raceway: SolvedContacts(
-            np.stack([variables[f"{raceway}_contact_{name}"] for name in POINTS], axis=1),
-            {name: variables[f"{raceway}_contact_{name}"] for name in QUANTITIES},
-        )
-        for raceway in RACEWAYS
-    }
-    hyper = {
-        raceway: {name: np.array(values) for name, values in by_name.items()}
-        for raceway, by_name in header["kriging"].items()
-    }
-    return ContactMap(parameters, range_, contacts, hyper, header["atlas"])

@@ -1,23 +1,22 @@
-"""Range and nodes of a map, from what the screw and its oil allow, and the map before it is stored."""
+"""Range and nodes of a map, from what the screw and its oil allow."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
 
+from ..atlas.ball_contacts import BallRange
 from ..parameters.file import LubricantParameters, Parameters, ScrewParameters
 from ..parameters.screw import WIDEST_ENDS
 from ..parameters.units import CELSIUS, RPM, SHOWN
+from ..physics.ball_law import Array
 from ..physics.load import nut_loads
 from ..physics.lubricant import eta0
 from ..physics.rating import ball_pressure
-from .contact_map import ContactMap
-from .contacts import Array, ContactRange
 
 LOAD_MARGIN = 0.02  # beyond the ball loads at the ends of the map; at 0 rounding puts them outside
 #: largest Hertz pressure of a map [Pa]: half of the 4.2 GPa that define the static rating C0a (ISO 76, ISO 3408-5), so
@@ -35,10 +34,6 @@ THINNEST_OIL, THICKEST_OIL = 2e-3, 2.0
 MIN_SPAN = 10.0
 #: force [N] between which the limit of pressure is sought
 MIN_FORCE, LARGEST_FORCE = 1.0, WIDEST_ENDS["preload"][1]
-#: share of the distance from the far end of an axis to a contact, at which a cut range ends short of it
-BACK = 0.98
-#: least share of an axis that a cut may leave
-MIN_SHARE = 0.25
 #: viscosities at ambient pressure [Pa s] of any map: thinner oils do not thicken with pressure by the law of Roelands
 #: (ln eta0 > -9.67); largest pressure [Pa]: of the static rating
 WIDEST_VISCOSITY = 1e-4, 1e4
@@ -53,10 +48,6 @@ class MapGrid:
 
     force of one nut [N], speed [rad/s], temperature [K], preload [N]: lowest, highest, nodes; the force goes lower than
     the preload, for an axial load relieves one nut; share: nodes of the axial load from 0 to the separation load.
-    Contacts of each raceway: where the packaged atlas holds the thermal films of the screw, the difference from it is
-    interpolated, of contact_check to twice as many of them, else from contact_first to contact_max. As many again
-    follow, at most contact_batch at a time, until the mean weighted error of what is left out is below
-    contact_tolerance and the largest below contact_largest (sampling.py). atlas: whether it is used.
     """
 
     force: tuple[float, float, int] = (12.0, 12000.0, 31)
@@ -64,13 +55,6 @@ class MapGrid:
     temperature: tuple[float, float, int] = (283.15, 353.15, 21)
     preload: tuple[float, float, int] = (120.0, 12000.0, 13)
     share_nodes: int = 21
-    contact_check: int = 32
-    contact_first: int = 128
-    contact_batch: int = 32
-    contact_max: int = 256
-    contact_tolerance: float = 1.5e-3
-    contact_largest: float = 0.02
-    atlas: bool = True
 
 
 def largest_pressure(screw: ScrewParameters, force: float) -> float:
@@ -140,7 +124,7 @@ def map_grid(
     Parameters   preload [N], speed [rad/s], temperature [K]: lowest and highest; None = from the screw: preload to
                  force_at_pressure, speed to SPEED_FACTOR_LIMIT over the diameter of the ball centre circle, both
                  rounded down to two digits; temperature_range
-                 base: nodes and tolerances; None = the default
+                 base: nodes; None = the default
     Raises       ValueError: ends beyond WIDEST_ENDS or in the wrong order, too high a pressure, an oil too thick or
                  too thin, no range in the parameters
     """
@@ -162,6 +146,20 @@ def map_grid(
         temperature=(*temperature, base.temperature[2]),
         preload=(*preload, base.preload[2]),
     )
+
+
+def screw_grid(parameters: Parameters, given: Mapping[str, float] | None = None) -> MapGrid:
+    """Range of the map of a screw.
+
+    Parameters   given : ends by the names of the table [map] of a screw file, SI, before those of the file
+    """
+    ends = parameters.map.model_dump() | dict(given or {})
+
+    def of(name: str) -> tuple[float, float] | None:
+        low, high = ends[f"{name}_min"], ends[f"{name}_max"]
+        return None if low is None or high is None else (low, high)
+
+    return map_grid(parameters, of("preload"), of("speed"), of("temperature"))
 
 
 def _refuse_ends(parameters: Parameters, ends: Mapping[str, tuple[float, float]]) -> None:
@@ -191,60 +189,11 @@ def _refuse_ends(parameters: Parameters, ends: Mapping[str, tuple[float, float]]
         )
 
 
-def contact_range(parameters: Parameters, grid: MapGrid) -> ContactRange:
+def ball_range(parameters: Parameters, grid: MapGrid) -> BallRange:
     """Range that holds every ball load of a nut from the lowest to the highest force."""
     screw = parameters.screw
     lightest = float(nut_loads(screw, grid.force[0], screw.ball_count).min())
     heaviest = float(nut_loads(screw, grid.force[1], screw.loaded_ball_count).max())
-    return ContactRange(
-        ((1.0 - LOAD_MARGIN) * lightest, (1.0 + LOAD_MARGIN) * heaviest),
-        grid.speed[:2],
-        grid.temperature[:2],
-        (1.0 - LOAD_MARGIN) * float(nut_loads(screw, grid.preload[0], screw.ball_count).min()),
+    return BallRange(
+        ((1.0 - LOAD_MARGIN) * lightest, (1.0 + LOAD_MARGIN) * heaviest), grid.speed[:2], grid.temperature[:2]
     )
-
-
-def narrowed(parameters: Parameters, grid: MapGrid, points: Array) -> tuple[MapGrid, str]:
-    """The range without some contacts (n, 3) of load, speed and temperature, and what was cut from it.
-
-    One end of one axis moves past all of them: that which leaves the largest share of the range. A contact counts as
-    part of the preloads whose heaviest ball it is.
-    """
-    screw = parameters.screw
-    forces = np.geomspace(*grid.force[:2], 200)
-    heaviest = np.array([float(nut_loads(screw, float(f), screw.loaded_ball_count).max()) for f in forces])
-    preload = np.exp(np.interp(np.log(points[:, 0]), np.log(heaviest), np.log(forces)))
-    found: list[tuple[float, MapGrid, str]] = []
-    for name, values in (("preload", preload), ("speed", points[:, 1]), ("temperature", points[:, 2])):
-        shown, (low, high, nodes) = SHOWN[name], getattr(grid, name)
-        place = (lambda v: v) if name == "temperature" else math.log
-        below, above = float(values.min()), float(values.max())
-        for end, before, ends in (
-            ("highest", high, (low, low + BACK * (below - low))),
-            ("lowest", low, (high - BACK * (high - above), high)),
-        ):
-            if not low <= ends[0] < ends[1] <= high:
-                continue
-            share = (place(ends[1]) - place(ends[0])) / (place(high) - place(low))
-            changes: dict[str, Any] = {name: (*ends, nodes)}
-            if name == "preload":
-                changes["force"] = (grid.force[0], min(ends[1], grid.force[1]), grid.force[2])
-            after = ends[1] if end == "highest" else ends[0]
-            what = f"{end} {name} {shown.of(after):.4g} {shown.unit} instead of {shown.of(before):.4g} {shown.unit}"
-            found.append((share, replace(grid, **changes), what))
-    share, grid, what = max(found, key=lambda cut: cut[0], default=(0.0, grid, ""))
-    if not share >= MIN_SHARE:
-        raise ArithmeticError(
-            "contacts that do not converge lie throughout the range: give a narrower one by --preload-n, --speed-rpm, "
-            "--temperature-c"
-        )
-    return grid, what
-
-
-@dataclass(frozen=True)
-class BuiltMap:
-    """A whole map before it is stored: header without friction defaults, spline arrays, contacts of its kinematics."""
-
-    header: dict[str, Any]
-    arrays: dict[str, Array]
-    contact_map: ContactMap

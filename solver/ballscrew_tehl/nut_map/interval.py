@@ -1,4 +1,4 @@
-"""Interval of the torque of a map by the mechanistic law, from its solved contacts."""
+"""Interval of the torque of a map by the mechanistic law, from the contacts of the atlas."""
 
 from __future__ import annotations
 
@@ -8,22 +8,20 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..atlas.ball_contacts import BallContacts
 from ..friction.interval import TorqueInterval, fit_of, interval_ends, torque_interval, unknown_constants
 from ..friction.mechanistic import law_constants
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, preload_from_torque
 from ..mechanics import catalogue_preload
 from ..parameters.file import Parameters, ScrewParameters
+from ..physics.ball_law import Array
 from ..runtime.bspline import fit
 from ..runtime.packed import POINT
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap
-    from .contact_map import ContactMap
-
-Array = NDArray[np.float64]
 
 #: key of a header
 BAND = "mechanistic_interval"
@@ -37,7 +35,6 @@ TABLE_NODES = 17, 17, 13
 
 def map_interval(
     parameters: Parameters,
-    contact_map: ContactMap,
     axes: Mapping[str, Any],
     friction_set: FrictionSet,
     preload: float,
@@ -52,14 +49,12 @@ def map_interval(
     Parameters   axes : of the header;  preload [N] > 0, speed [rad/s], temperature [K], axial_load [N]
     Raises       ArithmeticError: equilibrium of a ball not found
     """
-    from .contact_map import MapContacts
-
     forces = nut_forces(parameters, nearest(axes, "force", preload), axial_load)
     at = {name: nearest(axes, name, value) for name, value in friction_set.calibrated_at.items()}
     return torque_interval(
         parameters,
         [nearest(axes, "force", force) if force > 0.0 else 0.0 for force in forces],
-        MapContacts(contact_map),
+        BallContacts(parameters),
         nearest(axes, "speed", abs(speed)),
         nearest(axes, "temperature", temperature),
         replace(friction_set, calibrated_at=at),
@@ -68,7 +63,6 @@ def map_interval(
 
 def interval_table(
     parameters: Parameters,
-    contact_map: ContactMap,
     axes: Mapping[str, Any],
     friction_set: FrictionSet,
     nodes: tuple[int, int, int] = TABLE_NODES,
@@ -80,12 +74,14 @@ def interval_table(
                  these nodes
     Raises       ArithmeticError: equilibrium of a ball not found
     """
-    from .contact_map import MapContacts
+    from .grid import MapGrid, ball_range
 
     (light, heavy), (slow, fast), (cold, hot) = (axes[name][:2] for name in ("force", "speed", "temperature"))
     speeds, temperatures = np.geomspace(slow, fast, nodes[1]), np.linspace(cold, hot, nodes[2])
     at = {name: nearest(axes, name, value) for name, value in friction_set.calibrated_at.items()}
-    here = MapContacts(contact_map), speeds[:, None], temperatures
+    force, speed, temperature = (tuple(axes[name]) for name in ("force", "speed", "temperature"))
+    grid = MapGrid(force, speed, temperature)
+    here = BallContacts(parameters, ball_range(parameters, grid)), speeds[:, None], temperatures
     set_here = replace(friction_set, calibrated_at=at)
     ends = [
         interval_ends(parameters, [force] * 2, *here, set_here)
@@ -112,7 +108,6 @@ class PreloadInterval(NamedTuple):
 
 def preload_interval(
     parameters: Parameters,
-    contact_map: ContactMap,
     nut_map: NutMap,
     friction_set: FrictionSet,
     torque: float,
@@ -131,7 +126,7 @@ def preload_interval(
     lowest, highest = axes["preload"][0], min(axes["force"][1], axes["preload"][1])
 
     def interval(preload: float) -> TorqueInterval:
-        return map_interval(parameters, contact_map, axes, friction_set, preload, *at)
+        return map_interval(parameters, axes, friction_set, preload, *at)
 
     def end(preload: float, which: int) -> float:
         return interval(preload).relative[which] * float(nut_map.evaluate(preload, *at).friction_torque)
@@ -164,12 +159,10 @@ def band_point(axes: Mapping[str, Any], screw: ScrewParameters) -> tuple[float, 
     )
 
 
-def band(
-    parameters: Parameters, contact_map: ContactMap, axes: Mapping[str, Any], friction_set: FrictionSet
-) -> dict[str, Any]:
+def band(parameters: Parameters, axes: Mapping[str, Any], friction_set: FrictionSet) -> dict[str, Any]:
     """Entry mechanistic_interval of a header: point (SI), ends over the torque, the numbers that it is true of."""
     point = band_point(axes, parameters.screw)
-    low, high = map_interval(parameters, contact_map, axes, friction_set, *point).relative
+    low, high = map_interval(parameters, axes, friction_set, *point).relative
     return {
         **dict(zip(POINT, point, strict=False)),
         "low": low,

@@ -14,9 +14,8 @@ import numpy as np
 
 from ..friction.torque import nut_forces
 from ..parameters.file import FOUR_POINT, Parameters
-from ..physics.ball_formula import THICKEST_FILM
+from ..physics.ball_formula import MIN_FILM, THICKEST_FILM
 from ..runtime.evaluate import NutMap
-from .contacts import MIN_FILM
 
 #: film ratio above which a film counts as thick
 THICK = 3.0
@@ -109,7 +108,4 @@ def too_thin(film: float) -> str:
     """One line if a minimum film [m], not that at rest, is below MIN_FILM, where oil is no continuum; or ""."""
     if film >= MIN_FILM or film == 0.0:
         return ""
-    return (
-        f"minimum film {1e9 * film:.2g} nm, below {1e9 * MIN_FILM:g} nm: oil is no continuum there, a "
-        "map solves no contact with a central film below it"
-    )
+    return f"minimum film {1e9 * film:.2g} nm, below {1e9 * MIN_FILM:g} nm: oil is no continuum there"

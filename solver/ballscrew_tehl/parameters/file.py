@@ -38,6 +38,7 @@ PACKAGED = "gd4008.toml"
 TABLES: dict[str, type[Table]] = {
     "screw": ScrewParameters,
     "solid": SolidParameters,
+    "ball": SolidParameters,
     "lubricant": LubricantParameters,
     "friction": FrictionParameters,
     "published_speeds": PublishedSpeeds,

@@ -35,12 +35,14 @@ NOT_IN_MAP = (
 #: other ways to give parameters; the values that follow from them are part of the identity instead
 GIVEN_BY = {
     "lubricant": ("iso_vg", "viscosity_index", "density_15c", "nlgi"),
-    "screw": ("return_ball_count", "dynamic_rating"),
+    "screw": ("return_ball_count", "dynamic_rating", "ball_material"),
 }
 #: key of the header of a map
 SCREW_FILE = "screw_file"
 #: fields added after the first maps; they enter only where they differ from this
 LATER = {"screw": {"preload_kind": "double_nut"}}
+#: fields that enter only where they differ from the one whose value is their default
+BESIDE = {"ball_youngs_modulus": "youngs_modulus", "ball_poisson_ratio": "poisson_ratio"}
 #: fields by which screws and oils are told apart first; most that a message names
 FIRST, NAMED = ("lead", "ball_diameter", "nominal_radius", "viscosity"), 3
 #: relative difference of parameters that conversion of units makes
@@ -65,6 +67,11 @@ def map_parameters_json(parameters: Parameters) -> str:
         for name, value in defaults.items():
             if content[table][name] == value:
                 del content[table][name]
+    for name, other in BESIDE.items():
+        if content["screw"][name] == content["screw"][other]:
+            del content["screw"][name]
+    if content["ball"] in (None, content["solid"]):
+        del content["ball"]
     if content["lubricant"]["rheology"] == "newtonian":
         for name in RHEOLOGY:
             content["lubricant"].pop(name, None)

@@ -19,6 +19,8 @@ from .units import COLDEST, HOTTEST, RPM
 
 #: preload kind whose balls touch four flanks
 FOUR_POINT = "single_nut_oversize_ball"
+#: hot-pressed silicon nitride of bearing balls (ISO 26602): Young's modulus [Pa], Poisson's ratio
+NITRIDE_MODULUS, NITRIDE_POISSON = 310e9, 0.26
 
 
 class ScrewParameters(Table):
@@ -74,8 +76,20 @@ class ScrewParameters(Table):
         gt=0,
         le=1e8,
     )
-    youngs_modulus: float = quantity("pressure", "Young's modulus of balls, screw and nut", ge=1e9, le=1e12)
-    poisson_ratio: float = Field(ge=0, lt=0.5, description="Poisson's ratio of balls, screw and nut")
+    youngs_modulus: float = quantity("pressure", "Young's modulus of screw and nut", ge=1e9, le=1e12)
+    poisson_ratio: float = Field(ge=0, lt=0.5, description="Poisson's ratio of screw and nut")
+    ball_material: Literal["steel", "silicon_nitride"] = Field(
+        default="steel", description="steel: as screw and nut; silicon_nitride: hybrid"
+    )
+    ball_youngs_modulus: float = quantity(
+        "pressure", "Young's modulus of the balls; default: by ball_material",
+        default_factory=lambda d: d["youngs_modulus"] if d["ball_material"] == "steel" else NITRIDE_MODULUS,
+        ge=1e9, le=1e12,
+    )  # fmt: skip
+    ball_poisson_ratio: float = Field(
+        default_factory=lambda d: d["poisson_ratio"] if d["ball_material"] == "steel" else NITRIDE_POISSON,
+        ge=0, lt=0.5, description="Poisson's ratio of the balls; default: by ball_material",
+    )  # fmt: skip
     screw_section_area: float = quantity(
         "area",
         "section of the screw; default: a full rod of 0.9 nominal radii",
@@ -147,11 +161,15 @@ def _touching_balls(screw: dict[str, Any]) -> int:
 
 
 class SolidParameters(Table):
-    """Thermal data of balls, screw and nut."""
+    """Thermal data of screw and nut, or of the balls."""
 
-    density: float = quantity("density", "density of the steel", ge=100, le=3e4)
+    density: float = quantity("density", "density of the solid", ge=100, le=3e4)
     specific_heat: float = quantity("specific_heat", "specific heat capacity", ge=10, le=1e4)
     thermal_conductivity: float = quantity("thermal_conductivity", "thermal conductivity", gt=0, le=1e3)
+
+
+#: thermal data of NITRIDE_MODULUS
+NITRIDE = SolidParameters(density=3240.0, specific_heat=700.0, thermal_conductivity=28.0)
 
 
 FrictionSetName = Literal["three_parameter", "two_parameter", "mechanistic"]
@@ -286,10 +304,18 @@ class Parameters(Table):
     name: str = Field(min_length=1, description="name of the screw")
     screw: ScrewParameters
     solid: SolidParameters
+    ball: SolidParameters | None = Field(
+        default_factory=lambda d: None if d["screw"].ball_material == "steel" else NITRIDE
+    )
     lubricant: LubricantParameters
     friction: FrictionParameters = FrictionParameters()
     published_speeds: PublishedSpeeds | None = None
     map: MapParameters = MapParameters()
+
+    @property
+    def solids(self) -> tuple[SolidParameters, SolidParameters]:
+        """Thermal data of the bodies and of the balls; without a table `ball` those of the bodies."""
+        return self.solid, self.ball or self.solid
 
     @model_validator(mode="after")
     def _speeds_are_known(self) -> Parameters:

@@ -69,10 +69,9 @@ _HEAD = """\
 # Every key ends with its unit, one of
 #   {units}
 # A key after # may be omitted and then has the value shown. Next steps:
-#   ballscrew torque --screw THIS.toml --preload-n 1000 --speed-rpm 500 --temperature-c 30 --direct
-#   ballscrew map build --screw THIS.toml --output my_map.nc
-#   ballscrew page --map my_map.nc --output my.html
-#   ballscrew build --map my_map.nc
+#   ballscrew torque --screw THIS.toml --preload-n 1000 --speed-rpm 500 --temperature-c 30
+#   ballscrew page --screw THIS.toml --output my.html
+#   ballscrew build --screw THIS.toml --output my_fmus
 """
 
 

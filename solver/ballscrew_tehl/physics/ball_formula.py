@@ -11,8 +11,6 @@ from .ball_law import Array, contact_angle_at_ball_load
 from .film import central_film_estimate, moes_groups
 from .hertz import E_prime, ball_ellipse, reduced_radii
 from .kinematics import surface_speeds
-from .lubricant import eta0
-from .rolling_resistance import biboulet_houpert_point, rolling_power
 
 
 def moes_groups_of(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Any:
@@ -23,10 +21,9 @@ def moes_groups_of(parameters: Parameters, raceway: str, load: Array, speed: Any
     return moes_groups(parameters.lubricant, load, u_e, R_x, E_prime(screw), temperature), R_x, R_y
 
 
-#: rolling loss over rolling_formula below which it counts as that. The ratio falls with the film over the radius: 0.4
-#: at 3 %, 0.1 at 10 %, negative beyond, where the parabolic gap and the end of the oil at R_x mean nothing any more
-LEAST_ROLLING = 0.1
-#: film over the ball radius at which that floor is reached
+#: film [m] below which oil is no continuum
+MIN_FILM = 1e-9
+#: film over the ball radius above which a film is beyond lubrication theory
 THICKEST_FILM = 0.1
 
 
@@ -36,21 +33,3 @@ def film_formula(parameters: Parameters, raceway: str, load: Array, speed: Any, 
     # the pressure that compresses the oil varies little with the contact angle: that of the drawing
     p_max = ball_ellipse(parameters.screw, parameters.screw.contact_angle, raceway, load).p_max
     return np.asarray(central_film_estimate(parameters.lubricant, groups, R_x, R_y, p_max, temperature))
-
-
-def rolling_formula(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
-    """Closed formula of the rolling loss without heating that the samples are divided by [W]; broadcast."""
-    screw = parameters.screw
-    # the loss varies little with the contact angle: that of the drawing
-    R_x, R_y = (float(r) for r in reduced_radii(screw, screw.contact_angle, raceway))
-    u_e = surface_speeds(parameters, raceway, speed).u_e
-    viscosity = eta0(parameters.lubricant, temperature)
-    force = biboulet_houpert_point(load, u_e, R_x, R_y, E_prime(screw), viscosity)
-    return np.asarray(rolling_power(force, u_e))
-
-
-def minimum_rolling_loss(
-    parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any
-) -> Array:
-    """Floor of the rolling loss that friction takes of a contact [W]: LEAST_ROLLING of rolling_formula; broadcast."""
-    return LEAST_ROLLING * rolling_formula(parameters, raceway, load, speed, temperature)

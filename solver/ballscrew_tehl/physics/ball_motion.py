@@ -28,6 +28,7 @@ class ContactMotion(NamedTuple):
 
     raceways: of each contact; matrix (c, 3, 4): slip along x, along y [m], spin [1] per (w_c, w_b along e_r, e_t, e_b);
     offset (c, 3): the same per screw speed; differential (c,): Heathcote's slip along x over y^2 and screw speed [1/m].
+    Of several balls: with an axis (n,) in front of all three.
     """
 
     raceways: tuple[str, ...]
@@ -81,12 +82,13 @@ def contact_motion(screw: ScrewParameters, contact_angle: float | Sequence[float
 
 
 def rolling_motion(motion: ContactMotion) -> Array:
-    """Motion (4,) per screw speed that slides least at the middle of the contacts, in the sense of least squares.
+    """Motion (..., 4) per screw speed that slides least at the middle of the contacts, in the sense of least squares.
 
     Spin is left free: it would outweigh the slip. Of the spins of a ball between two contacts, that with the least w_b.
     """
-    slip = motion.matrix[:, :2].reshape(-1, 4), -motion.offset[:, :2].reshape(-1)
-    return np.asarray(np.linalg.lstsq(*slip, rcond=None)[0])
+    shape = motion.matrix.shape[:-3]
+    slip = motion.matrix[..., :2, :].reshape(*shape, -1, 4)
+    return np.asarray(-(np.linalg.pinv(slip) @ motion.offset[..., :2].reshape(*shape, -1, 1))[..., 0])
 
 
 def neighbour_sliding(screw: ScrewParameters, motion: ContactMotion) -> float:

@@ -35,14 +35,15 @@ def raceway_sign(raceway: str) -> int:
 
 
 def E_prime(screw: ScrewParameters) -> float:
-    """Reduced modulus 2/sum((1-nu^2)/E) [Pa]; ball and raceway are of the same steel.
+    """Reduced modulus 2/sum((1-nu^2)/E) [Pa] of ball and raceway.
 
     Example
         >>> from ballscrew_tehl.parameters.file import load_screw
         >>> round(E_prime(load_screw().screw) / 1e9, 2)
         225.27
     """
-    return screw.youngs_modulus / (1.0 - screw.poisson_ratio**2)
+    compliance = (1.0 - screw.poisson_ratio**2) / screw.youngs_modulus
+    return 2.0 / (compliance + (1.0 - screw.ball_poisson_ratio**2) / screw.ball_youngs_modulus)
 
 
 def reduced_radii(screw: ScrewParameters, contact_angle: Any, raceway: str) -> tuple[Any, Any]:
@@ -107,11 +108,11 @@ def _unit_contact(R_x: float, R_y: float, modulus: float) -> HertzContact:
     return HertzContact(a, a / k, p_max, float(3.0 * ellipkm1(q) / (math.pi * a * modulus)))
 
 
-def ellipse(load: Any, R_x: float, R_y: float, E_prime: float) -> HertzContact:
+def ellipse(load: Any, R_x: Any, R_y: Any, E_prime: float) -> HertzContact:
     """Ellipse, maximum pressure and approach of an elliptical Hertz contact.
 
-    Parameters   load : float or array [N], >= 0;  R_x, R_y : float [m], 0 < R_x <= R_y;  E_prime : float [Pa]
-    Returns      HertzContact(a, b, p_max, delta), each shaped like load
+    Parameters   load : float or array [N], >= 0;  R_x, R_y : float or array [m], 0 < R_x <= R_y;  E_prime : float [Pa]
+    Returns      HertzContact(a, b, p_max, delta), broadcast
     Raises       ValueError: R_x above R_y
     Validity     elastic half-spaces, a much below the radii
     Source       Johnson, Contact Mechanics 1985, Eqs. 4.24-4.28 with E* = E_prime/2:
@@ -120,8 +121,13 @@ def ellipse(load: Any, R_x: float, R_y: float, E_prime: float) -> HertzContact:
         >>> round(float(ellipse(100.0, 5e-3, 5e-3, 226e9).p_max) / 1e6, 1)
         2146.0
     """
-    unit = _unit_contact(float(R_x), float(R_y), float(E_prime))
     root = np.cbrt(load)
+    if np.ndim(R_x) == np.ndim(R_y) == 0:
+        unit = _unit_contact(float(R_x), float(R_y), float(E_prime))
+    else:
+        shapes = np.broadcast(R_x, R_y)
+        units = np.array([_unit_contact(float(x), float(y), float(E_prime)) for x, y in shapes])
+        unit = HertzContact(*(column.reshape(shapes.shape) for column in units.T))
     return HertzContact(unit.a * root, unit.b * root, unit.p_max * root, unit.delta * root**2)
 
 

@@ -16,6 +16,9 @@ import numpy as np
 from ..parameters.file import Parameters, ScrewParameters
 from .hertz import raceway_sign
 
+#: kinematics whose films are shown, also of a map of the published one, whose speeds cannot be physical
+ROLLING_FRAME = "rolling_frame"
+
 
 class SurfaceSpeeds(NamedTuple):
     """Speeds of one contact [m/s]: u_1 raceway, u_2 ball, u_e their mean; srr = (u_1-u_2)/u_e."""

@@ -30,11 +30,11 @@ def rolling_power(force: Any, u_e: Any) -> Any:
     return 2.0 * np.asarray(u_e) * force
 
 
-def biboulet_houpert_point(load: Any, u_e: Any, R_x: float, R_y: float, E_prime: float, eta0: Any) -> Any:
+def biboulet_houpert_point(load: Any, u_e: Any, R_x: Any, R_y: Any, E_prime: float, eta0: Any) -> Any:
     """Rolling resistance of an elliptical contact, rigid isoviscous to elastic, fully flooded.
 
-    Parameters   load [N], u_e [m/s], eta0 [Pa s] : float or array, > 0;  R_x, R_y : float [m], 0 < R_x <= R_y, along
-                 and across rolling;  E_prime : float [Pa]
+    Parameters   load [N], u_e [m/s], eta0 [Pa s] : float or array, > 0;  R_x, R_y : float or array [m], 0 < R_x <= R_y,
+                 along and across rolling;  E_prime : float [Pa]
     Returns      force on one surface [N], broadcast; of the transition M = beta^(1/4) kappa W (2U)^(-3/4)
     Validity     isothermal, Newtonian, Barus, oil to x = -R_x (rigid) or about -10 b (elastic) and far to the sides;
                  L 4 to 16, M 0.2 to 800, b/a 1/60 to 1.  The rigid limit is -13 to +24 % off a direct solution of

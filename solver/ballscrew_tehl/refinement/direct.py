@@ -10,19 +10,51 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..contact import ContactResult, solve_ball
+from ..atlas.groups import QUANTITIES, closed_forms, rolling_contacts, unmodelled
+from ..contact import solve_ball
 from ..friction.mechanistic import mean_load, nuts_powers, rolling_torque
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
-from ..parameters.file import Parameters, ScrewParameters
-from ..physics.ball_formula import film_formula, minimum_rolling_loss, rolling_formula
-from ..physics.ball_law import Array
-from ..physics.hertz import RACEWAYS
+from ..parameters.file import Parameters, ScrewParameters, changed
+from ..physics.ball_formula import film_formula
+from ..physics.ball_law import Array, contact_angle_at_ball_load
+from ..physics.hertz import RACEWAYS, ball_ellipse
+from ..physics.kinematics import ROLLING_FRAME
 from ..physics.load import EQUAL_LOADS, load_nodes, nut_loads
 from ..runtime.packed import MECHANISTIC
 
 #: nodes per unit of ln(load) of a nut, each of which is a solve
 NODES_PER_LN = 4.0
+#: film over R_x by its closed form, above which a rolling contact is not solved: the gap of round bodies is no parabola
+#: there, and the oil ends at R_x. Its quantities are their closed forms
+THICKEST = 0.15
+
+
+def rolling_parameters(parameters: Parameters) -> Parameters:
+    """Parameters of the contacts whose films and rises are shown: those of rolling balls, see ROLLING_FRAME."""
+    if parameters.friction.kinematics == ROLLING_FRAME:
+        return parameters
+    return changed(parameters, friction={"kinematics": ROLLING_FRAME, "set": MECHANISTIC})
+
+
+def solved_contact(
+    parameters: Parameters, raceway: str, load: float, speed: float, temperature: float
+) -> dict[str, float]:
+    """QUANTITIES of a ball by a thermal solve, or by the closed forms where its film is too thick for one.
+
+    Raises       UnconvergedContactError: names the contact and the reason
+    """
+    if parameters.friction.kinematics == ROLLING_FRAME:
+        contact = rolling_contacts(parameters, raceway, np.array([load]), speed, temperature)
+        closed = unmodelled(dict.fromkeys(QUANTITIES, np.zeros(1)), closed_forms(contact).values)
+        if float(closed["central_film"][0]) > THICKEST * float(contact.R_x[0]):
+            return {name: float(value[0]) for name, value in closed.items()}
+    found = solve_ball(parameters, raceway, load, speed, temperature, thermal=True)
+    values = (
+        found.h_c, found.h_m, found.temperature_rise_mean, found.mean_temperature - temperature, found.rolling_loss,
+        found.core_pressure, found.core_area,
+    )  # fmt: skip
+    return {name: float(value) for name, value in zip(QUANTITIES, values, strict=True)}
 
 
 class DirectFilm:
@@ -71,18 +103,17 @@ def direct_extremes(
     heaviest, lightest = float(loads.max()), float(loads[loads > 0.0].min())
     # film falls and heating rises with load: the ends of the range hold the extremes
     solved = {
-        raceway: [
-            solve_ball(parameters, raceway, q, speed, temperature, thermal=True) for q in {heaviest, lightest}
-        ]
+        raceway: [solved_contact(parameters, raceway, q, speed, temperature) for q in {heaviest, lightest}]
         for raceway in RACEWAYS
     }
-    everything = [solution for pair in solved.values() for solution in pair]
+    everything = [contact for pair in solved.values() for contact in pair]
+    angle = float(contact_angle_at_ball_load(screw, heaviest))
     return {
-        "film_thickness_min": min(s.h_m for s in everything),
-        "film_thickness_central_screw": min(s.h_c for s in solved["screw"]),
-        "film_thickness_central_nut": min(s.h_c for s in solved["nut"]),
-        "film_temperature_rise": max(s.temperature_rise_mean for s in everything),
-        "contact_pressure_max": max(s.hertz.p_max for s in everything),
+        "film_thickness_min": min(s["minimum_film"] for s in everything),
+        "film_thickness_central_screw": min(s["central_film"] for s in solved["screw"]),
+        "film_thickness_central_nut": min(s["central_film"] for s in solved["nut"]),
+        "film_temperature_rise": max(s["temperature_rise"] for s in everything),
+        "contact_pressure_max": max(float(ball_ellipse(screw, angle, r, heaviest).p_max) for r in RACEWAYS),
         "ball_load_max": heaviest,
     }
 
@@ -137,16 +168,18 @@ class NutContacts:
         screw = self.parameters.screw
         loads = _ball_loads(screw, force, self._count)
         load = mean_load(loads)
-        hot = solve_ball(self.parameters, raceway, load, speed, temperature, thermal=True)
-        extremes = hot.h_m, hot.h_c, hot.temperature_rise_mean
+        hot = solved_contact(self.parameters, raceway, load, speed, temperature)
+        extremes = hot["minimum_film"], hot["central_film"], hot["temperature_rise"]
         if self.film == MECHANISTIC:
-            contacts = MeanBallContacts(self.parameters, {raceway: [hot]})
+            contacts = MeanBallContacts(self.parameters, {raceway: [(load, hot)]})
             at = np.array([[speed]]), np.array([[temperature]])
-            rolling = rolling_torque(self.parameters, raceway, loads, *at, contacts)
-            return RacewayValues(float(rolling[0, 0]), hot.h_c, *extremes)
-        isothermal = self.film == "solved"
-        own = solve_ball(self.parameters, raceway, load, speed, temperature, False) if isothermal else hot
-        film = _PowerFilm(load, {name: (own.h_c, slope) for name in RACEWAYS})
+            mean = contacts.values(raceway, np.array([load]), *at)
+            rolling = rolling_torque(self.parameters, raceway, loads, *at, contacts, mean)
+            return RacewayValues(float(rolling[0, 0]), hot["central_film"], *extremes)
+        own = hot["central_film"]
+        if self.film == "solved":
+            own = solve_ball(self.parameters, raceway, load, speed, temperature, False).h_c
+        film = _PowerFilm(load, {name: (own, slope) for name in RACEWAYS})
         sums = nut_sums(self.parameters, loads, speed, temperature, film)._asdict()
         return RacewayValues(sums[f"viscous_{raceway}"], sums[f"film_{raceway}"], *extremes)
 
@@ -173,39 +206,31 @@ class DirectState(NamedTuple):
     film_temperature_rise: float  # [K] largest over the balls
 
 
+#: load of a ball [N] and QUANTITIES of its contact
+Solved = tuple[float, Mapping[str, float]]
+
+
 class MeanBallContacts:
-    """Contacts of the mechanistic law from solutions of mean balls on each raceway (mechanistic.ContactValues).
+    """Contacts of the mechanistic law from those of mean balls on each raceway (mechanistic.ContactValues).
 
     Of several, the one whose load is nearest to the mean load.
-    The rolling loss of the others by its closed formula; the law takes nothing else of them.
+    The rolling loss of the others by its closed form; the law takes nothing else of them.
     """
 
     name = MECHANISTIC
 
-    def __init__(self, parameters: Parameters, solved: Mapping[str, Sequence[ContactResult]]) -> None:
+    def __init__(self, parameters: Parameters, solved: Mapping[str, Sequence[Solved]]) -> None:
         self.parameters, self.solved = parameters, solved
 
-    def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
-        """A quantity (n, 1, 1) at ball loads (n,), a speed (1, 1) and a temperature (1,): those of the solution."""
-        wanted, at = mean_load(load), (float(speed[0, 0]), float(temperature[0]))
-        mean = min(self.solved[raceway], key=lambda one: abs(math.log(one.conditions.load / wanted)))
-        values = {
-            "thermal_central_film": mean.h_c,
-            "rolling_loss": mean.rolling_loss,
-            "core_pressure": mean.core_pressure,
-            "core_area": mean.core_area,
-            "mean_rise": mean.mean_temperature - mean.conditions.temperature,
-        }
-        found = np.full(load.shape, values[name])
-        if name == "rolling_loss":
-            own, others = (
-                rolling_formula(self.parameters, raceway, loads, *at)
-                for loads in (np.array(mean.conditions.load), load)
-            )
-            found = np.maximum(
-                found / own * others, minimum_rolling_loss(self.parameters, raceway, load, *at)
-            )
-        return found[:, None, None]
+    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
+        """Quantities (n, 1, 1) at ball loads (n,), a speed (1, 1) and a temperature (1,): those of the solution."""
+        wanted, at = mean_load(load), (float(speed.flat[0]), float(temperature.flat[0]))
+        mean, contact = min(self.solved[raceway], key=lambda one: abs(math.log(one[0] / wanted)))
+        found = {name: np.full((load.size, 1, 1), value) for name, value in contact.items()}
+        loads = np.append(mean, load)
+        closed = closed_forms(rolling_contacts(self.parameters, raceway, loads, *at)).values["rolling_loss"]
+        found["rolling_loss"] = contact["rolling_loss"] * (closed[1:] / closed[0])[:, None, None]
+        return found
 
 
 class DirectContacts:
@@ -215,20 +240,20 @@ class DirectContacts:
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
-        self._solved: dict[tuple[str, float, float, float], ContactResult] = {}
+        self._solved: dict[tuple[str, float, float, float], dict[str, float]] = {}
 
-    def value(self, raceway: str, name: str, load: Array, speed: Array, temperature: Array) -> Array:
-        """A quantity (n, 1, 1) at the ball loads (n,) of a nut, or at their mean_load alone, at a single point.
+    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
+        """Quantities (n, 1, 1) at the ball loads (n,) of a nut, or at their mean_load alone, at a single point.
 
         Raises       UnconvergedContactError: a contact that did not converge
         """
         # the mean of many loads and that of their mean differ by rounding
         mean = float(f"{mean_load(load):.12g}")
-        key = raceway, mean, float(speed[0, 0]), float(temperature[0])
+        key = raceway, mean, float(speed.flat[0]), float(temperature.flat[0])
         if key not in self._solved:
-            self._solved[key] = solve_ball(self.parameters, *key, thermal=True)
-        contacts = MeanBallContacts(self.parameters, {raceway: [self._solved[key]]})
-        return contacts.value(raceway, name, load, speed, temperature)
+            self._solved[key] = solved_contact(self.parameters, *key)
+        contacts = MeanBallContacts(self.parameters, {raceway: [(mean, self._solved[key])]})
+        return contacts.values(raceway, load, speed, temperature)
 
 
 def mean_ball_state(
@@ -256,7 +281,7 @@ def mean_ball_state(
     mechanistic, thermal = friction_set.film_model == MECHANISTIC, friction_set.film_model != "solved"
     shared = thermal and films in (None, parameters)
     torque, rise = 0.0, 0.0
-    means: dict[str, list[ContactResult]] = {name: [] for name in RACEWAYS}
+    means: dict[str, list[Solved]] = {name: [] for name in RACEWAYS}
     thinnest = dict.fromkeys(RACEWAYS, math.inf)
     forces = nut_forces(parameters, preload, axial_load)
     for force, times in Counter(force for force in forces if force > 0.0).items():
@@ -266,13 +291,17 @@ def mean_ball_state(
         balls = np.array([carrying.min(), mean, carrying.max()])
         wide, slopes = math.log(balls[2] / balls[0]), {}
         for raceway in RACEWAYS:
-            own = solve_ball(parameters, raceway, mean, *at, thermal)
-            hot = own if shared else solve_ball(films or parameters, raceway, mean, *at, thermal=True)
+            hot = solved_contact(films or parameters, raceway, mean, *at)
+            own = hot["central_film"]
+            if not shared:
+                own = solve_ball(parameters, raceway, mean, *at, thermal).h_c
             light, middle, heavy = film_formula(parameters, raceway, balls, *at)
-            means[raceway].append(own)
-            slopes[raceway] = own.h_c, math.log(heavy / light) / wide if wide > EQUAL_LOADS else 0.0
-            thinnest[raceway] = min(thinnest[raceway], hot.h_c * float(min(light, heavy) / middle))
-            rise = max(rise, hot.temperature_rise_mean)
+            means[raceway].append((mean, hot))
+            slopes[raceway] = own, math.log(heavy / light) / wide if wide > EQUAL_LOADS else 0.0
+            thinnest[raceway] = min(
+                thinnest[raceway], hot["central_film"] * float(min(light, heavy) / middle)
+            )
+            rise = max(rise, hot["temperature_rise"])
         if not mechanistic:
             sums = nut_sums(parameters, loads, *at, _PowerFilm(mean, slopes))
             torque += times * sums.torque(*friction_set.values).total

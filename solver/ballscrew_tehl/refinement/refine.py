@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 #: contacts that are stored, both raceways together, least recently used ones dropped: a look-up takes time with its
 #: square
 CAPACITY = 256
+#: cells along each axis of a map: ln(force), ln(speed), temperature. Lengths over which errors of the map are alike
+CELLS = 5.0
 #: distance [cells] beyond which a solved point is not used: larger, fewer solves and larger errors between points
 REACH = 1.0
 #: relative correction that is expected of a map without certificate, and the least one of a map with: larger, more
@@ -112,7 +114,11 @@ class Refinement:
         self.solves: deque[Solve] = deque(maxlen=CAPACITY)
         self._contacts = NutContacts(parameters or map_parameters(nut_map.header), film)
         self._report = report or _logged
-        self._cell = np.array(nut_map.header["contact_cell"], dtype=float)
+        force, speed, temperature = (
+            nut_map.header["axes"][name][:2] for name in ("force", "speed", "temperature")
+        )
+        spans = math.log(force[1] / force[0]), math.log(speed[1] / speed[0]), temperature[1] - temperature[0]
+        self._cell = np.array(spans) / CELLS
         expected = _expected_correction(nut_map.header)
         self._known = [CorrectionStore(CAPACITY // 2, expected) for _ in RACEWAYS]
 

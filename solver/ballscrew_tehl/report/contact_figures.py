@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..nut_map.contact_map import Array
+from ..physics.ball_law import Array
 from ..physics.hertz import RACEWAYS
 from .figures import COLOURS, LINE, SMALL, drawn, finish
 

@@ -12,13 +12,13 @@ from ..friction.interval import DEVIATIONS, SCATTER_DEVIATION
 from ..friction.interval import MEANING as OF_CONSTANTS
 from ..friction.sets import FrictionSet
 from ..mechanics import catalogue_preload
-from ..nut_map.contact_map import Array, ContactMap
+from ..nut_map.built import Progress
 from ..nut_map.interval import map_interval, nearest
 from ..nut_map.trend import Trend, unphysical_trend
-from ..nut_map.workers import Progress
 from ..parameters.file import Parameters
 from ..parameters.identity import parameters_hash
 from ..parameters.units import CELSIUS, RPM, SHOWN
+from ..physics.ball_law import Array
 from ..runtime.evaluate import NutMap
 from ..runtime.nut_law import DoubleNutState
 from ..runtime.packed import MECHANISTIC
@@ -159,7 +159,6 @@ def operating_point(
 def torque_lines(
     parameters: Parameters,
     friction: Friction,
-    contact_map: ContactMap,
     point: OperatingPoint,
     measured: bool,
     progress: Progress,
@@ -185,7 +184,7 @@ def torque_lines(
     preload = point.preload
     places = np.unique([*np.geomspace(slowest, top, INTERVALS), *speeds[speeds < top]])
     total = len(places) * (len(preloads) + len(temperatures))
-    interval = _Intervals(parameters, friction, contact_map, measured, places, progress, total)
+    interval = _Intervals(parameters, friction, measured, places, progress, total)
 
     def lines(x: Array, rows: Array, fixed: float, at: Any, with_interval: bool) -> Lines:
         places = at(x, rows[:, None])
@@ -213,7 +212,6 @@ class _Intervals:
         self,
         parameters: Parameters,
         friction: Friction,
-        contact_map: ContactMap,
         measured: bool,
         places: Array,
         progress: Progress,
@@ -221,7 +219,7 @@ class _Intervals:
     ) -> None:
         self.mechanistic = friction.nut_map.law == MECHANISTIC
         self._measured, self._places = measured, places
-        self._of = parameters, contact_map, friction.nut_map.header["axes"], friction.entry
+        self._of = parameters, friction.nut_map.header["axes"], friction.entry
         self._friction, self._progress = friction, progress
         self._done, self._total = 0, total
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..friction.origin import carried_over
-from ..nut_map.contacts import MIN_FILM
 from ..nut_map.trend import MIN_FORCE_RATIO
 from ..parameters.file import FOUR_POINT
 from ..parameters.units import SHOWN
-from ..physics.ball_formula import THICKEST_FILM
+from ..physics.ball_formula import MIN_FILM, THICKEST_FILM
 from ..runtime.packed import MECHANISTIC
 from .material import Material
 from .page import Html, table
@@ -33,25 +32,11 @@ def axes(material: Material) -> Html:
 def limits(material: Material) -> Html:
     """What of the map and of this page is not interpolated between solved contacts, or carries a mark."""
     header = material.picture.nut_map.header
-    samples = material.picture.contact_map.contacts.values()
-    unsolved = sum(int((~found.good).sum()) for found in samples)
-    solved = sum(int(found.good.sum()) for found in samples)
-    asymptotic = float(
-        np.mean(np.concatenate([found.values["asymptotic"][found.good] > 0.0 for found in samples]))
-    )
     rows = [
         ("beyond the range", "values at its edge are given and marked as out of range (in_range false)"),
-        (
-            "contacts solved, not solved",
-            f"{solved}, {unsolved}; those not solved are interpolated from the others",
-        ),
-        ("on the asymptotic branch", f"{_percent(asymptotic)} of the contacts, extrapolated over the load"),
-    ]
-    if header.get("atlas"):
-        rows.append(("inside the atlas of contacts", f"{_percent(header['atlas_share'])} of the contacts; beyond it "
-                     "the atlas is extrapolated and corrected by the solved ones"))  # fmt: skip
-    if header.get("range_cut"):
-        rows.append(("range cut", str(header["range_cut"])))
+        ("inside the atlas of contacts", f"{100.0 * header['atlas_fraction']:.4g} % of the contacts; beyond it they "
+         "keep their ratio to the closed forms"),
+    ]  # fmt: skip
     rows += _marks(material)
     if material.parameters.screw.preload_kind == FOUR_POINT and material.chosen.nut_map.law == MECHANISTIC:
         rows.append(
@@ -87,14 +72,14 @@ def _marks(material: Material) -> list[tuple[str, str]]:
     rows = [("dashed lines of torque", ", ".join(found) or "none")]
     thin = float(np.mean(state.film_thickness_min < MIN_FILM))
     if thin > 0.0:
-        rows.append(("films below a nanometre", f"{_percent(thin)} of the lines of the film; not solved, they continue "
-                     "the films above"))  # fmt: skip
+        rows.append(("films below a nanometre", f"{_percent(thin)} of the lines of the film, thinner than "
+                     "the contacts of the atlas"))  # fmt: skip
     thick = THICKEST_FILM * 0.5 * material.parameters.screw.ball_diameter
     central = np.maximum(state.film_thickness_central_screw, state.film_thickness_central_nut)
     share = float(np.mean(central > thick))
     if share > 0.0:
         rows.append(("films above a tenth of the ball radius", f"{_percent(share)} of the lines of the film; the "
-                     "rolling loss is its lower bound there"))  # fmt: skip
+                     "rolling loss is a closed form there"))  # fmt: skip
     beyond = float(np.mean(np.isnan(material.screw.driving[:, 1:])))
     if beyond > 0.0:
         rows.append(("efficiency", f"not drawn at {_percent(beyond)} of its loads, where the force of a nut leaves "

@@ -11,13 +11,12 @@ import numpy as np
 
 from ..friction.origin import other_sets, with_set
 from ..friction.sets import FrictionSet, default_friction_set
-from ..nut_map.contact_map import Array
-from ..nut_map.contacts import ROLLING_FRAME
-from ..nut_map.file import load_contact_map, load_map
+from ..nut_map.file import load_map
 from ..nut_map.plot import MapPicture, map_picture
 from ..parameters.file import Parameters, changed, load_screw
+from ..physics.ball_law import Array
 from ..physics.hertz import RACEWAYS
-from ..physics.kinematics import KINEMATICS
+from ..physics.kinematics import KINEMATICS, ROLLING_FRAME
 from ..physics.load import DoubleNutLoads, double_nut_loads, separation_load
 from ..validation.section5 import LOAD, PRELOAD, SPEED
 from ..validation.tables import ValidationTable, validation_tables
@@ -144,15 +143,14 @@ def gather(
     Raises       MapError (a ValueError): map missing, damaged or of another screw; ValueError: point outside the map
     """
     frictions = friction_sets(parameters, map_file, friction_set)
-    contact_map = load_contact_map(map_file, parameters)
     chosen = frictions[0]
-    picture = map_picture(chosen.nut_map, contact_map)
+    picture = map_picture(chosen.nut_map, parameters)
     tables = {f.entry.name: validation_tables(f.torque) for f in frictions} if measured else {}
     axes = chosen.nut_map.header["axes"]
     point = operating_point(parameters, axes, picture.temperature, given)
     if measured:
         point = point._replace(preload=PRELOAD)
-    lines = torque_lines(parameters, chosen, contact_map, point, measured, progress)
+    lines = torque_lines(parameters, chosen, point, measured, progress)
     balls = ball_loads(parameters, point.preload)
     if measured:
         top = float(picture.speed[-1])
@@ -216,7 +214,7 @@ def solved_contacts(
         progress(len(found), len(pairs), CONTACT_STEP)
         variant = changed(parameters, friction={"kinematics": name})
         conditions = ball_conditions(variant, raceway, *point)
-        found.append(SolvedContact(name, raceway, solve(conditions, variant.lubricant, variant.solid)))
+        found.append(SolvedContact(name, raceway, solve(conditions, variant.lubricant, variant.solids)))
     progress(len(pairs), len(pairs), CONTACT_STEP)
     return tuple(found)
 

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..mechanics import LoadedScrew, ScrewConstants, efficiency, loaded_screw, screw_constants
-from ..nut_map.contact_map import Array
 from ..parameters.file import Parameters
 from ..physics.axial_stiffness import axial_stiffness
+from ..physics.ball_law import Array
 from ..runtime.evaluate import NutMap
 from .lines import OperatingPoint
 

@@ -55,18 +55,13 @@ def certificate_table(certificate: Mapping[str, Any]) -> Html:
     for name, quantity in ERRORS.items():
         errors = (certificate.get(f"{name}_error_{key}") for key in COLUMNS)
         rows.append([quantity, *("-" if error is None else percent(error) for error in errors)])
-    for name, quantity in ERRORS.items():
-        left_out = {key: certificate.get(f"{name}_left_out_{key}") for key in COLUMNS}
-        if any(left_out.values()):
-            cells = ("-" if error is None else percent(error) for error in left_out.values())
-            rows.append([f"{quantity}, solved contacts left out", *cells])
     caption = (
-        f"Certificate: error of the map at {certificate['points']} points that were not used to build "
-        "it, compared with direct solves of the balls"
+        f"Certificate: error at {certificate['points']} points of {certificate['what']}, compared with direct solves "
+        "of the balls"
     )
     if certificate.get("points_not_solved"):
         caption += f"; {certificate['points_not_solved']} more were not solved"
-    caption += f". {claim(certificate['points'], certificate.get('unphysical_trend_points', 0))}"
+    caption += f". {claim(certificate['points'])}"
     return table("certificate", caption, ["", *COLUMNS.values()], rows)
 
 

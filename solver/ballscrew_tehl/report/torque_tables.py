@@ -11,9 +11,9 @@ from .. import __version__
 from ..friction.baselines import nsk_torque
 from ..friction.origin import CATALOGUE_DIFFERS, carried_over
 from ..friction.sets import FITTED, MECHANISTIC, SETS
-from ..nut_map.contact_map import Array
 from ..nut_map.trend import THICK
 from ..parameters.units import CELSIUS, RPM
+from ..physics.ball_law import Array
 from .lines import Lines
 from .material import Material
 from .page import Html, element, table

@@ -76,11 +76,8 @@ REGION_TOTALS = (
 
 
 def certificate_totals(certificate: Mapping[str, Any]) -> dict[str, Any]:
-    """Certificate without its points ("each": columns POINT and the errors there).
-
-    Of its regions, the keys REGION_TOTALS with the name of the region before them.
-    """
-    totals = {name: value for name, value in certificate.items() if name not in ("each", "regions")}
+    """Certificate in one table: of its regions, the keys REGION_TOTALS with the name of the region before them."""
+    totals = {name: value for name, value in certificate.items() if not isinstance(value, Mapping)}
     for region, errors in certificate.get("regions", {}).items():
         totals |= {f"{region.replace(' ', '_')}_{name}": errors[name] for name in REGION_TOTALS}
     return totals

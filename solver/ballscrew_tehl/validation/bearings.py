@@ -11,7 +11,7 @@ from typing import NamedTuple
 from ..caged_bearing import CAGED, Bearing, BearingTorque, bearing
 from ..calibration.csv_table import read_rows
 from ..friction.mechanistic import nuts_powers
-from ..nut_map.workers import Progress
+from ..nut_map.built import Progress
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..parameters.units import RPM
 from ..physics.supply import FLOODED

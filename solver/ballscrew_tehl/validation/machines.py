@@ -16,13 +16,13 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from ..atlas.ball_contacts import BallContacts
 from ..caged_bearing import bearing
 from ..calibration.csv_table import read_rows
 from ..friction.interval import torque_interval
 from ..friction.mechanistic import nuts_powers
 from ..friction.sets import default_friction_set
-from ..nut_map.atlas_only import AtlasContacts
-from ..nut_map.workers import Progress
+from ..nut_map.built import Progress
 from ..parameters.file import Parameters, graded_oil, load_screw
 from ..parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ..parameters.units import CELSIUS, RPM
@@ -113,7 +113,7 @@ def screw_points(progress: Progress, oils: Sequence[int] = SCREW_OILS) -> list[S
     for done, (diameter, ball, iso_vg) in enumerate(screws):
         progress(done, len(screws), "screws")
         parameters = rig_screw(diameter, ball, iso_vg)
-        contacts, entry = AtlasContacts(parameters), default_friction_set(parameters)
+        contacts, entry = BallContacts(parameters), default_friction_set(parameters)
         for celsius in SCREW_TEMPERATURES:
             at = SCREW_SPEED * RPM, celsius + CELSIUS
             torque = torque_interval(parameters, [SCREW_PRELOAD] * 2, contacts, *at, entry)

@@ -64,7 +64,7 @@ def printed_values() -> list[dict[str, str]]:
 def _solve(parameters: Parameters, raceway: str, options: SolverOptions) -> ContactResult:
     temperature = parameters.lubricant.reference_temperature
     conditions = ball_conditions(parameters, raceway, LOAD, SPEED, temperature)
-    return solve(conditions, parameters.lubricant, parameters.solid, options)
+    return solve(conditions, parameters.lubricant, parameters.solids, options)
 
 
 def extrapolated(coarse: float, middle: float, fine: float) -> float:

@@ -173,7 +173,7 @@ def _by_dimensions(contact: dict[str, Any], options: Any, screw_file: str | None
     oil = parameters.lubricant
     if "rheology" in contact:
         oil = changed(parameters, lubricant={"rheology": contact["rheology"]}).lubricant
-    solution = solve(conditions, oil, parameters.solid, options)
+    solution = solve(conditions, oil, parameters.solids, options)
     return {
         "h_c_m": solution.h_c,
         "h_m_m": solution.h_m,

@@ -111,7 +111,6 @@ def _speeds(args: Namespace, low: float, high: float) -> tuple[float, float]:
 def _of_map(args: Namespace, output: Path, most: int) -> Files:
     """Texts of the friction of a map, and what is said of them."""
     from ...exchange.tables import curve_speeds, friction_table, speeds_of
-    from ...nut_map.file import load_contact_map
 
     current = _current(args)
     if args.lead_mm is not None:
@@ -120,12 +119,11 @@ def _of_map(args: Namespace, output: Path, most: int) -> Files:
     nut_map = chosen.nut_map(args)
     preload, temperature = _grid(args, chosen)
     low, high = _speeds(args, *nut_map.header["axes"]["speed"][:2])
-    contact_map = load_contact_map(args.map, chosen.parameters) if nut_map.law == MECHANISTIC else None
     speed = curve_speeds(low, high, CURVE) if args.format == "twincat" else speeds_of(low, high, most)
     with progress_bar(QUIET) as progress:
         table = friction_table(
-            nut_map, chosen.parameters, chosen.friction_set, None if args.format == "twincat" else contact_map, speed,
-            preload, temperature, progress,
+            nut_map, chosen.parameters, chosen.friction_set,
+            nut_map.law == MECHANISTIC and args.format != "twincat", speed, preload, temperature, progress,
         )  # fmt: skip
     return _files(args, output, table, most, current)
 

@@ -158,7 +158,6 @@ def _axis(args: Namespace, given: dict[str, float | None], progress: Progress) -
     if args.screw is None and args.map is None and args.friction is None:
         return _Axis(given, lead, None, progress)
     from ...identification.preload import Law
-    from ...nut_map.file import load_contact_map
 
     chosen = chosen_of(args)
     own = chosen.parameters.screw.lead / (2.0 * math.pi)
@@ -168,18 +167,16 @@ def _axis(args: Namespace, given: dict[str, float | None], progress: Progress) -
         )
     if args.map is None and args.screw is not None and args.friction is None and not args.before:
         # the lead alone is wanted, unless the packaged map is that of the screw
-        try:
-            nut_map = chosen.nut_map(args)
-        except ValueError:
+        from ...nut_map.file import packaged_map_of
+
+        if packaged_map_of(chosen.parameters) is None:
             say(
                 "no --map: the lead of the screw is used, no preload is computed; map build --screw "
-                f"{args.screw} --output MAP.nc makes its map (about 70 s)"
+                f"{args.screw} --output MAP.npz makes its map"
             )
             return _Axis(given, own, None, progress)
-    else:
-        nut_map = chosen.nut_map(args)
-    contact_map = load_contact_map(args.map, chosen.parameters) if nut_map.law == MECHANISTIC else None
-    return _Axis(given, own, Law(chosen.parameters, nut_map, chosen.friction_set, contact_map), progress)
+    nut_map = chosen.nut_map(args)
+    return _Axis(given, own, Law(chosen.parameters, nut_map, chosen.friction_set), progress)
 
 
 def _identified(path: str, axis: _Axis) -> Identified:
@@ -303,12 +300,12 @@ def _curve(axis: _Axis, found: Identified, friction: ScrewFriction, result: Foun
     parts = np.interp(speed, whole.speed, whole.torque) - np.interp(speed, friction.speed, friction.torque)
     torque = law.torque(result.preload, speed, result.temperature)
     ends = np.ones((2, len(speed)))
-    if law.contact_map is not None:
+    if law.nut_map.law == MECHANISTIC:
         at = np.linspace(speed[0], speed[-1], 5)
         axes = law.nut_map.header["axes"]
         found_ends = [
             map_interval(
-                law.parameters, law.contact_map, axes, law.friction_set, result.preload, x, result.temperature
+                law.parameters, axes, law.friction_set, result.preload, x, result.temperature
             ).relative
             for x in at
         ]

@@ -42,13 +42,10 @@ def _intervals(args: Namespace, chosen: Chosen, nut_map: NutMap) -> Callable[...
     """Keys of the interval over torque [N.m], preload [N], speed [rad/s] and temperature [K]; none for a fitted law."""
     if nut_map.law != MECHANISTIC:
         return lambda *at: {}
-    from ...nut_map.file import load_contact_map
     from ...nut_map.interval import preload_interval
 
-    contact_map = load_contact_map(args.map, chosen.parameters)
-
     def found(*at: float) -> dict[str, Any]:
-        ends = preload_interval(chosen.parameters, contact_map, nut_map, chosen.friction_set, *at)
+        ends = preload_interval(chosen.parameters, nut_map, chosen.friction_set, *at)
         keys = {"preload_low_n": ends.low, "preload_high_n": ends.high, "preload_interval": ends.meaning}
         return keys | ({AT_EDGE: list(ends.at_edge)} if ends.at_edge else {})
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import shlex
 from argparse import Namespace
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -19,7 +18,7 @@ from ..shared.quantities import REPORT_POINT
 from ..shared.results import print_results
 
 if TYPE_CHECKING:
-    from ...nut_map.workers import Progress
+    from ...nut_map.built import Progress
     from ...report.lines import GivenPoint
     from ...report.material import Material
     from ...report.page import Html
@@ -38,10 +37,12 @@ def run_report(args: Namespace, live: Live = lambda chosen, nut_map: None) -> in
     selected = chosen_of(args)
     measured = _is_paper(args, selected)
     given = _given(args, measured)
+    from ...report.material import gather
+
     # a missing one is found before the contacts are solved
     importlib.import_module("matplotlib")
     with progress_bar() as progress:
-        material = _gathered(args, selected, measured, given, progress)
+        material = gather(selected.parameters, args.map, progress, selected.of_file, measured, given)
         text, claimed = _page(material, progress, live(selected, material.chosen.nut_map))
     with written("--output", path), whole_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
@@ -84,30 +85,6 @@ def _is_paper(args: Namespace, selected: Chosen) -> bool:
     from ...report.material import is_measured_screw
 
     return args.screw is None and args.map is None and is_measured_screw(selected.parameters)
-
-
-def _gathered(
-    args: Namespace, selected: Chosen, measured: bool, given: GivenPoint, progress: Progress
-) -> Material:
-    """Numbers of the page.
-
-    Raises       ValueError: no map of this screw, with the command that builds it; point outside the map
-    """
-    from ...nut_map.file import OtherParametersError
-    from ...report.material import gather
-
-    try:
-        return gather(selected.parameters, args.map, progress, selected.of_file, measured, given)
-    except OtherParametersError as error:
-        if args.map is not None or args.screw is None:
-            raise
-        target = f"{Path(args.screw).stem}_map.nc"
-        words = ["ballscrew", "map", "build", "--screw", args.screw]
-        words += ["--kinematics", args.kinematics] if args.kinematics else []
-        raise ValueError(
-            f"--map (missing): {error.reason}; build it with: {shlex.join([*words, '--output', target])}; then give "
-            f"--map {shlex.quote(target)}"
-        ) from error
 
 
 def _page(material: Material, progress: Progress, live: Html | None) -> tuple[str, dict[str, str]]:

@@ -21,7 +21,6 @@ from ..shared.results import print_results, say
 
 if TYPE_CHECKING:
     from ...friction.interval import TorqueInterval
-    from ...nut_map.contact_map import ContactMap
     from ...runtime.evaluate import NutMap
 
 
@@ -162,12 +161,7 @@ def _map_torques(
 ) -> tuple[list[dict[str, Any]], float]:
     """Answers, and the largest preload of the map [N]."""
     nut_map = chosen.nut_map(args)
-    contact_map = None
-    if nut_map.law == MECHANISTIC:
-        from ...nut_map.file import load_contact_map
-
-        contact_map = load_contact_map(args.map, chosen.parameters)
-    read = _MapAnswer(chosen, nut_map, contact_map)
+    read = _MapAnswer(chosen, nut_map)
     results = []
     with progress_bar(QUIET) as progress:
         for number, point in enumerate(points):
@@ -179,11 +173,10 @@ def _map_torques(
 
 
 class _MapAnswer(NamedTuple):
-    """A map that answers operating points; contact_map: of the mechanistic law, for its interval."""
+    """A map that answers operating points."""
 
     chosen: Chosen
     nut_map: NutMap
-    contact_map: ContactMap | None
 
     def at(self, point: dict[str, float]) -> dict[str, Any]:
         """Keys of the answer at a point."""
@@ -217,20 +210,20 @@ class _MapAnswer(NamedTuple):
 
     def _interval(self, at: tuple[float, float, float, float], torque: float) -> dict[str, Any]:
         """Interval of a torque by the mechanistic law, and whether oversize balls make it uncertain."""
-        if self.contact_map is None:
+        if self.nut_map.law != MECHANISTIC:
             return {}
         from ...nut_map.interval import map_interval
         from ...nut_map.trend import unlike_flanks
 
         parameters, friction_set = self.chosen.parameters, self.chosen.friction_set
-        found = map_interval(parameters, self.contact_map, self.nut_map.header["axes"], friction_set, *at)
+        found = map_interval(parameters, self.nut_map.header["axes"], friction_set, *at)
         unlike = unlike_flanks(parameters, at[0], at[3], found.torque)
         return _interval(found, torque) | ({UNLIKE: unlike} if unlike else {})
 
 
 def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict[str, Any]]:
-    from ...nut_map.contacts import ROLLING_FRAME, film_parameters
-    from ...refinement.direct import direct_extremes
+    from ...physics.kinematics import ROLLING_FRAME
+    from ...refinement.direct import direct_extremes, rolling_parameters
     from ...runtime.constants import LAMBDA_RATIO_MAX, SMOOTH
 
     for point in points:
@@ -244,7 +237,7 @@ def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict
 
         height = roughness_of(parameters.friction)
     # speeds of the published kinematics are not physical: its films are not shown, as by the map
-    rolling = film_parameters(parameters)
+    rolling = rolling_parameters(parameters)
     results = []
     with progress_bar() as progress:
         for number, point in enumerate(points):
@@ -292,17 +285,21 @@ def _film_shear(chosen: Chosen) -> _Solved:
 
 def _mechanistic(chosen: Chosen) -> _Solved:
     """Torques by the power balance of the mean balls with their interval."""
+    from ...atlas.contact_atlas import load_atlas
     from ...friction.interval import torque_interval
     from ...friction.mechanistic import double_nut_parts
     from ...friction.torque import nut_forces
     from ...refinement.direct import DirectContacts
 
     contacts = DirectContacts(chosen.parameters)
+    # of the grid of these solves, against a finer one
+    errors = load_atlas().header["certificate"]["of_direct_solves"]
+    of_grid = {f"direct_torque_error_{key}": errors[f"torque_error_{key}"] for key in ("mean", "99")}
 
     def solved(preload: float, speed: float, temperature: float, axial_load: float) -> dict[str, Any]:
         forces = nut_forces(chosen.parameters, preload, axial_load)
         at = chosen.parameters, forces, contacts, abs(speed), temperature
-        torques = _signed(double_nut_parts(*at, *chosen.friction_set.values[:2])[:3], speed)
+        torques = _signed(double_nut_parts(*at, *chosen.friction_set.values[:2])[:3], speed) | of_grid
         return torques | _interval(torque_interval(*at, chosen.friction_set), torques["friction_torque_nm"])
 
     return solved

@@ -13,6 +13,7 @@ from ...parameters.file import Parameters, changed, load_screw
 from ...parameters.packaged_data import PACKAGED_VG100
 from ...parameters.screw import LAW_SETS
 from ...runtime.packed import MECHANISTIC
+from .progress import QUIET, progress_bar
 from .results import say
 
 if TYPE_CHECKING:
@@ -50,10 +51,11 @@ class Chosen(NamedTuple):
     of_file: FrictionSet | None
 
     def nut_map(self, args: Namespace) -> NutMap:
-        """The map of --map with the film and the numbers of the friction set."""
+        """The map of --map, or one made now, with the film and the numbers of the friction set."""
         from ...nut_map.file import load_map
 
-        return load_map(args.map, self.parameters, self.of_file)
+        with progress_bar(QUIET) as progress:
+            return load_map(args.map, self.parameters, self.of_file, progress)
 
     @property
     def described(self) -> dict[str, str]:

@@ -13,7 +13,7 @@ from .results import say
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from ...nut_map.workers import Progress
+    from ...nut_map.built import Progress
 
 
 #: seconds before the first word of a command that may be done sooner

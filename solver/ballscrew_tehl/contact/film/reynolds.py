@@ -71,6 +71,9 @@ THICK_STEP = 1.5
 THICK_FILM = 2.0
 #: load error, relative, that a converged solution may have
 LOAD_TOLERANCE = 1e-4
+#: relative change of the central gap in the last step of a converged solution. Far beyond the film, every step takes a
+#: third of the gap and leaves pressure and load as they are: bodies 36 mm apart counted as a solution
+GAP_TOLERANCE = 0.02
 #: fewest nodes along and across rolling that a coarser grid may have
 LEAST_NODES, LEAST_LINES = 33, 5
 
@@ -228,6 +231,8 @@ class ContactGeometry:
         self.undeformed = 0.5 * x[None, :] ** 2 + 0.5 * self.curvature_y * y[:, None] ** 2
         self.weights = self.grid.load_weights
         self.inner_weights = self.weights[self.grid.inner]
+        #: node next to the centre on the axis
+        self.centre = int(np.argmin(np.abs(x)))
         self.kappa_h = self.kappa / self.grid.h_y
         self.mesh = kernels.Mesh(x, self.grid.width_x, self.kappa_h, self.grid.open_side)
         self.deflection: LineConvolution = deflection_operator(
@@ -262,7 +267,7 @@ class ContactGeometry:
         p = (1.0 + (x * x + self.curvature_y * y * y) / (2.0 * h_c)) ** -2.0
         p = self.embed(p[self.grid.inner])
         p *= TARGET_LOAD / float(np.sum(self.weights * p))
-        h_0 = h_c - float(self.gap(p, 0.0)[0, np.argmin(np.abs(self.grid.x))])
+        h_0 = h_c - float(self.gap(p, 0.0)[0, self.centre])
         return ReynoldsState(p, h_0, self.gap(p, h_0))
 
     # a diverging iterate is detected by values that are not finite
@@ -331,12 +336,14 @@ class ContactGeometry:
                 self._settle_edge(linear, p_new, size)
             p_new = _bounded(p_new)
             h_0 += length.share * float(delta[-1])
+            centre = float(gap[0, self.centre])
             gap = self._taken(linear, film, p, p_new, h_0, history)
             p, change = p_new, history.change[-1]
             if not history.finite:
                 break
             balanced = abs(load_error) <= LOAD_TOLERANCE * TARGET_LOAD
             close = change <= length.share * tolerance * min(1.0, float(p.max()))
+            close = close and abs(float(gap[0, self.centre]) - centre) <= GAP_TOLERANCE * abs(centre)
             if close and balanced and size <= limit and (steady or pseudo_step > LONG_PSEUDO_STEP):
                 history.converged, history.reason = True, "pressure change below tolerance"
                 break
@@ -356,7 +363,6 @@ class ContactGeometry:
         # the film goes with the square of the load
         tolerance = min(tolerance, LOAD_TOLERANCE)
         p, h_0, gap = state.p, state.h_0, state.gap
-        centre = int(np.argmin(np.abs(self.grid.x)))
         points: list[tuple[float, float]] = []
         while len(history.change) < max_steps:
             factors: LineFactors | None = None
@@ -374,7 +380,7 @@ class ContactGeometry:
                 if change <= tolerance * min(1.0, float(p.max())):
                     break
             load = float(np.sum(self.weights * p)) / TARGET_LOAD
-            thickness = float(gap[0, centre])
+            thickness = float(gap[0, self.centre])
             if abs(load - 1.0) <= LOAD_TOLERANCE and change <= tolerance * min(1.0, float(p.max())):
                 history.converged, history.reason = True, "pressure change and load error below tolerance"
                 break

@@ -1,0 +1,261 @@
+"""The certificate of the atlas: maps of random screws and their contacts against direct solves.
+
+Every point is a screw of its own kind of preload, oil and balls at an operating point within the range of its map, half
+of them under an axial load. The mean balls of its nuts are solved, on the grid of direct solves and some of them on the
+fine grid of the atlas; torques follow from them by the law, and are compared with those of the map of the screw.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, wait
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ballscrew_tehl.atlas.ball_contacts import BallContacts
+from ballscrew_tehl.atlas.contact_atlas import ContactAtlas, OutsideAtlasError
+from ballscrew_tehl.atlas.groups import Array, closed_forms
+from ballscrew_tehl.contact import UnconvergedContactError, ball_conditions
+from ballscrew_tehl.friction.mechanistic import mean_load, nuts_powers
+from ballscrew_tehl.friction.sets import default_friction_set
+from ballscrew_tehl.friction.torque import nut_forces
+from ballscrew_tehl.nut_map.build import build_map
+from ballscrew_tehl.nut_map.built import BuiltMap, Progress
+from ballscrew_tehl.nut_map.file import nut_map_of
+from ballscrew_tehl.nut_map.grid import screw_grid
+from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters
+from ballscrew_tehl.physics.ball_formula import MIN_FILM, film_formula
+from ballscrew_tehl.physics.hertz import RACEWAYS
+from ballscrew_tehl.physics.load import nut_loads
+from ballscrew_tehl.refinement.direct import MeanBallContacts, solved_contact
+
+from .contacts import solve_contact
+from .journal import Journal
+from .screws import Contact, random_screw
+
+#: seed of the screws, points of each, screws drawn for one that is taken
+SEED, POINTS_PER_SCREW, TRIES = 20261126, 4, 20
+#: rise [K] below which an error is relative to this one: 5 % of it is half a kelvin
+LEAST_RISE = 10.0
+#: minimum film [m] below which it counts in no error: oil is hardly a continuum there
+LEAST_FILM = 10e-9
+#: quantiles by the ends of their keys
+QUANTILES = {0.5: "50", 0.99: "99", 0.999: "999"}
+#: what is compared at a point; film: the central one, larger error of the contacts
+ERRORS = ("torque", "film", "minimum_film", "temperature_rise")
+
+
+class Point(NamedTuple):
+    """An operating point of a screw: preload [N], speed [rad/s], temperature [K], axial load [N]."""
+
+    preload: float
+    speed: float
+    temperature: float
+    axial_load: float
+
+
+class Solved(NamedTuple):
+    """Contact of the mean ball of a nut, solved: raceway, force of the nut, ball load [N], quantities (SI)."""
+
+    raceway: str
+    force: float
+    load: float
+    values: Mapping[str, float]
+
+
+@lru_cache(maxsize=4)
+def certificate_screw(number: int) -> Parameters:
+    """A random screw that has a range of a map and lies inside the packaged atlas."""
+    random = np.random.default_rng((SEED, number))
+    for _ in range(TRIES):
+        parameters = random_screw(random)
+        try:
+            screw_grid(parameters)
+            BallContacts(parameters)
+        except (ValueError, ArithmeticError):
+            continue
+        return parameters
+    raise ArithmeticError(f"screw {number}: none of {TRIES} has a map")
+
+
+def certificate_point(number: int) -> tuple[Parameters, Point]:
+    """The point of a number: every second with axial load up to 1.5 times the preload either way."""
+    parameters = certificate_screw(number // POINTS_PER_SCREW)
+    grid = screw_grid(parameters)
+    random = np.random.default_rng((SEED + 1, number))
+    while True:
+        preload = grid.preload[0] * (grid.force[1] / grid.preload[0]) ** random.random()
+        speed = grid.speed[0] * (grid.speed[1] / grid.speed[0]) ** random.random()
+        temperature = random.uniform(*grid.temperature[:2])
+        reach = min(1.5 * preload, grid.force[1] - preload) if number % 2 else 0.0
+        point = Point(preload, speed, temperature, random.uniform(-1.0, 1.0) * reach)
+        heaviest = nut_loads(parameters.screw, preload, parameters.screw.loaded_ball_count).max(keepdims=True)
+        films = [float(film_formula(parameters, r, heaviest, speed, temperature)[0]) for r in RACEWAYS]
+        if min(films) >= MIN_FILM:
+            return parameters, point
+
+
+def solve_point(number: int, fine: bool) -> list[list[Any]] | str:
+    """Solved contacts of the mean balls of a point as rows; a text where one did not converge."""
+    parameters, point = certificate_point(number)
+    screw, found = parameters.screw, []
+    for force in sorted({f for f in nut_forces(parameters, point.preload, point.axial_load) if f > 0.0}):
+        load = mean_load(nut_loads(screw, force, screw.loaded_ball_count))
+        for raceway in RACEWAYS:
+            at = raceway, load, point.speed, point.temperature
+            try:
+                values = solved_contact(parameters, *at)
+            except UnconvergedContactError as error:
+                return str(error)
+            if fine:
+                contact = Contact(ball_conditions(parameters, *at), parameters.lubricant, parameters.solids)
+                better = solve_contact(contact)
+                if "reason" in better:
+                    return str(better["reason"])
+                keys = "h_c", "h_m", "rise", "mean_rise", "rolling_loss", "core_pressure", "core_area"
+                values = dict(zip(values, (float(better[key]) for key in keys), strict=True))
+            found.append([raceway, force, load, values])
+    return found
+
+
+def solve_points(
+    numbers: Sequence[int], fine: bool, journal: Journal, executor: Executor, progress: Progress | None = None
+) -> None:
+    """Solve those points that are not in the journal, by number and grid."""
+    keys = {number: f"{number} {'fine' if fine else 'direct'}" for number in numbers}
+    jobs = {executor.submit(solve_point, n, fine): key for n, key in keys.items() if key not in journal}
+    pending = set(jobs)
+    try:
+        while pending:
+            done, pending = wait(pending, None, FIRST_COMPLETED)
+            for job in done:
+                journal.add(jobs[job], job.result())
+                if progress is not None:
+                    progress(len(numbers) - len(pending), len(numbers), "points of the certificate")
+    except BaseException:
+        for job in jobs:
+            job.cancel()
+        raise
+
+
+class _Map:
+    """Map and contacts of the last screw."""
+
+    def __init__(self, atlas: ContactAtlas | None) -> None:
+        self.atlas, self._of = atlas, -1
+
+    def of(self, number: int) -> tuple[Any, BallContacts]:
+        screw = number // POINTS_PER_SCREW
+        if screw != self._of:
+            parameters = certificate_screw(screw)
+            built: BuiltMap = build_map(parameters)
+            self._of, self._found = screw, (nut_map_of(built), BallContacts(parameters, None, self.atlas))
+        return self._found
+
+
+def direct_torque(parameters: Parameters, point: Point, solved: Sequence[Solved]) -> float:
+    """Torque [N.m] from the solved mean balls by the law."""
+    ratio, coefficient, _ = default_friction_set(parameters).values
+    by_raceway = {r: [(s.load, s.values) for s in solved if s.raceway == r] for r in RACEWAYS}
+    forces, contacts = (
+        nut_forces(parameters, point.preload, point.axial_load), MeanBallContacts(parameters, by_raceway)
+    )  # fmt: skip
+    nuts = nuts_powers(parameters, forces, contacts, point.speed, point.temperature)
+    return float(sum(times * nut.torque(ratio, coefficient) for times, nut in nuts))
+
+
+def contact_errors(found: Mapping[str, float], reference: Mapping[str, float]) -> list[float]:
+    """Errors of the films and of the rise of a contact; the minimum film NaN below LEAST_FILM."""
+    thin = reference["minimum_film"] < LEAST_FILM
+    rise = reference["temperature_rise"]
+    return [
+        abs(found["central_film"] / reference["central_film"] - 1.0),
+        np.nan if thin else abs(found["minimum_film"] / reference["minimum_film"] - 1.0),
+        abs(found["temperature_rise"] - rise) / max(rise, LEAST_RISE),
+    ]
+
+
+def _largest(errors: Sequence[Sequence[float]]) -> list[float]:
+    """Of each column, NaN where none is defined."""
+    return [max((e for e in column if e == e), default=np.nan) for column in zip(*errors, strict=True)]
+
+
+def point_errors(
+    number: int, rows: Sequence[Sequence[Any]], maps: _Map
+) -> tuple[list[float], dict[str, bool]]:
+    """ERRORS of the map and of the contacts of the atlas at a point, NaN where none is defined, and its regions."""
+    parameters, point = certificate_point(number)
+    nut_map, contacts = maps.of(number)
+    solved = [Solved(*row) for row in rows]
+    values = default_friction_set(parameters).values
+    found = float(nut_map.evaluate(*point, *values).friction_torque)
+    errors, groups = [], []
+    for s in solved:
+        at = s.raceway, s.load, point.speed, point.temperature
+        errors.append(contact_errors({k: float(v) for k, v in contacts.at(*at).items()}, s.values))
+        groups.append(closed_forms(contacts.contacts(*at)).groups)
+    screw = parameters.screw
+    return [abs(found / direct_torque(parameters, point, solved) - 1.0), *_largest(errors)], {
+        "axial load": point.axial_load != 0.0,
+        "oversize balls": screw.preload_kind == FOUR_POINT,
+        "silicon nitride": screw.ball_material != "steel",
+        "L up to 25": max(float(own.L) for own in groups) <= 25.0,
+        "N above 0.3": max(float(own.N) for own in groups) > 0.3,
+    }
+
+
+def grid_errors(entries: Mapping[str, Any], count: int) -> dict[str, Any]:
+    """Mean, quantiles and largest of ERRORS of direct solves against those on the fine grid, where both are known."""
+    errors = []
+    for number in range(count):
+        coarse, fine = (entries.get(f"{number} {grid}") for grid in ("direct", "fine"))
+        if isinstance(coarse, list) and isinstance(fine, list):
+            parameters, point = certificate_point(number)
+            pairs = [(Solved(*one), Solved(*other)) for one, other in zip(coarse, fine, strict=True)]
+            one, other = (direct_torque(parameters, point, side) for side in zip(*pairs, strict=True))
+            films = [contact_errors(a.values, b.values) for a, b in pairs]
+            errors.append([abs(one / other - 1.0), *_largest(films)])
+    return _totals(np.array(errors))
+
+
+def certificate(
+    entries: Mapping[str, Any], grid: str, count: int, atlas: ContactAtlas | None = None
+) -> dict[str, Any]:
+    """Mean, quantiles and largest of ERRORS, and of regions, at the points that were solved on a grid.
+
+    Parameters   entries: of the journal;  grid: "direct" or "fine"
+    """
+    errors, sorts, maps, unsolved = [], [], _Map(atlas), 0
+    for number in range(count):
+        rows = entries.get(f"{number} {grid}")
+        if isinstance(rows, list):
+            try:
+                own, of = point_errors(number, rows, maps)
+            except OutsideAtlasError:
+                continue
+            errors.append(own)
+            sorts.append(of)
+        elif rows is not None:
+            unsolved += 1
+    table = np.array(errors)
+    regions = {
+        name: _totals(table[[of[name] for of in sorts]]) for name in sorts[0] if any(of[name] for of in sorts)
+    }
+    return {
+        "what": f"random screws (seed {SEED})", "grid": grid, "points_not_solved": unsolved, **_totals(table),
+        "regions": regions,
+    }  # fmt: skip
+
+
+def _totals(errors: Array) -> dict[str, Any]:
+    result: dict[str, Any] = {"points": len(errors)}
+    for name, column in zip(ERRORS, errors.T, strict=True):
+        known = column[np.isfinite(column)]
+        if known.size:
+            result[f"{name}_error_mean"] = float(known.mean())
+            for share, key in QUANTILES.items():
+                result[f"{name}_error_{key}"] = float(np.quantile(known, share))
+            result[f"{name}_error_max"] = float(known.max())
+    return result

@@ -1,0 +1,151 @@
+"""The contacts of the atlas: chosen from those of random screws, solved on a fine grid, kept in a journal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, wait
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ballscrew_tehl.contact import SolverOptions, scales_of, solve
+from ballscrew_tehl.nut_map.built import Progress
+from ballscrew_tehl.physics.film import thermal_load_parameter
+
+from .journal import Journal
+from .screws import Contact, contact_pool
+
+Array = NDArray[np.float64]
+#: nodes along rolling, and of further attempts. 22 contacts against 385 to 513 nodes: rolling loss within 0.4 %,
+#: minimum film within 0.3 %
+FINE_NODES: tuple[int, ...] = 257, 193, 129
+#: nodes of contacts that hardly converge on a fine grid, above an N of HOT, and of those that need none, below an M of
+#: RIGID: three of M 2 to 3 have their loss on 129 nodes within 0.05 % of that on 385
+HOT, RIGID, FEW_NODES = 2.0, 4.0, (129, 97, 193)
+#: N and L above which one in ten does not converge on 257 nodes, and the nodes of these
+WARM, STIFF, SOME_NODES = 0.2, 25.0, (193, 129)
+#: most thermal iterations of an attempt but the last: what takes more rarely converges
+MOST_ITERATIONS = 60
+#: seed of the pool, its screws, and tries of each
+POOL_SEED, POOL_SCREWS, POOL_TRIES = 1, 5000, 12
+#: film [m] and film over R_x by the closed formula, between which contacts are solved: beyond, oil is no continuum, or
+#: the gap of round bodies no parabola; M, L and N up to which they are
+THINNEST, THICKEST = 0.7e-9, 0.15
+LARGEST_M, LARGEST_L, LARGEST_N = 5e5, 160.0, 80.0
+#: contacts that are spread over all; those that follow are chosen between these M, above this L: there 86 points of the
+#: certificate had their largest errors, 1 to 2 % of the torque, when all were spread
+SPREAD, CRITICAL_M, CRITICAL_L = 2000, (2.0, 250.0), 15.0
+#: distances in ln(M), ln(L), ln(R_x/R_y), z, ln(p_max), ln(N + WARM), ln(effusivity) that count alike
+SPACING, WARM = (1.0, 2.0, 2.0, 0.8, 3.0, 3.0, 0.6), 1e-3
+#: what a contact is given by in the journal
+VALUES = (
+    "h_c",
+    "h_m",
+    "rise",
+    "mean_rise",
+    "rolling_loss",
+    "core_pressure",
+    "core_area",
+    "asymptotic",
+    "nodes",
+)
+
+
+def usable(contact: Contact) -> bool:
+    """Whether a contact has a film that is solved."""
+    c, scales = contact.conditions, scales_of(contact.conditions, contact.oil)
+    film = scales.film_estimate * scales.h_unit
+    N = thermal_load_parameter(contact.oil, c.u_e, c.temperature)
+    inside = scales.M <= LARGEST_M and scales.L <= LARGEST_L and N <= LARGEST_N
+    return bool(inside and THINNEST <= film <= THICKEST * c.R_x)
+
+
+def _place(contact: Contact) -> list[float]:
+    """Coordinates in which contacts are spread."""
+    c, oil = contact.conditions, contact.oil
+    scales = scales_of(c, oil)
+    N = float(thermal_load_parameter(oil, c.u_e, c.temperature))
+    effusivity = np.mean(
+        [(s.thermal_conductivity * s.density * s.specific_heat) ** 0.5 for s in contact.solids]
+    )
+    place = (
+        np.log(scales.M), np.log(scales.L), np.log(c.R_x / c.R_y), oil.z_roelands, np.log(scales.hertz.p_max),
+        np.log(N + WARM), np.log(effusivity),
+    )  # fmt: skip
+    return [float(value / unit) for value, unit in zip(place, SPACING, strict=True)]
+
+
+def critical(contact: Contact) -> bool:
+    """Whether a contact is where torques of maps are least certain: in the transition, with thick or stiff oil."""
+    scales = scales_of(contact.conditions, contact.oil)
+    return bool(CRITICAL_M[0] <= scales.M <= CRITICAL_M[1] and scales.L >= CRITICAL_L)
+
+
+def atlas_contacts(count: int) -> list[Contact]:
+    """The first `count` contacts: by turns the one of the pool farthest from those before, and one at random.
+
+    After SPREAD of them, of those that are critical.
+    """
+    pool = [contact for contact in contact_pool(POOL_SEED, POOL_SCREWS, POOL_TRIES) if usable(contact)]
+    np.random.default_rng(POOL_SEED).shuffle(pool)  # type: ignore[arg-type]
+    places = np.array([_place(contact) for contact in pool])
+    nearest, order = np.full(len(pool), np.inf), []
+    for k in range(count):
+        if k == SPREAD:
+            # what was taken has no distance left, nor has what is not critical
+            nearest[[not critical(contact) for contact in pool]] = 0.0
+        own = int(np.argmax(nearest > 0.0)) if k % 2 else int(np.argmax(nearest))
+        order.append(own)
+        nearest = np.minimum(nearest, np.sum((places - places[own]) ** 2, axis=1))
+    return [pool[own] for own in order]
+
+
+def solve_contact(contact: Contact) -> dict[str, float | str]:
+    """VALUES of a contact, SI; `reason` alone if it does not converge."""
+    c = contact.conditions
+    nodes, scales = FINE_NODES, scales_of(c, contact.oil)
+    N = float(thermal_load_parameter(contact.oil, c.u_e, c.temperature))
+    if N > HOT or scales.M < RIGID:
+        nodes = FEW_NODES
+    elif N > WARM and scales.L > STIFF:
+        nodes = SOME_NODES
+    for n_x in nodes:
+        options = SolverOptions(n_x=n_x, max_thermal=150 if n_x == nodes[-1] else MOST_ITERATIONS)
+        found = solve(c, contact.oil, contact.solids, options, warn=False)
+        if found.converged:
+            values = (
+                found.h_c, found.h_m, found.temperature_rise_mean, found.mean_temperature - c.temperature,
+                found.rolling_loss, found.core_pressure, found.core_area, float(found.branch == "asymptotic"), n_x,
+            )  # fmt: skip
+            return dict(zip(VALUES, (float(value) for value in values), strict=True))
+    return {"reason": found.reason}
+
+
+def solve_contacts(
+    contacts: Sequence[Contact], journal: Journal, executor: Executor, progress: Progress | None = None
+) -> list[dict[str, float | str]]:
+    """Solve those that are not in the journal, by their place in the sequence; every one is kept at once."""
+    jobs = {
+        executor.submit(solve_contact, contact): k
+        for k, contact in enumerate(contacts)
+        if str(k) not in journal
+    }
+    pending = set(jobs)
+    try:
+        while pending:
+            done, pending = wait(pending, None, FIRST_COMPLETED)
+            for job in done:
+                journal.add(str(jobs[job]), job.result())
+                if progress is not None:
+                    progress(len(journal), len(contacts), "contacts solved")
+    except BaseException:
+        for job in jobs:
+            job.cancel()
+        raise
+    return [journal.entries[str(k)] for k in range(len(contacts))]
+
+
+def journal_of(path: Path) -> Journal:
+    """The journal of the contacts of the atlas."""
+    return Journal(path, {"what": "contacts of the atlas", "seed": POOL_SEED, "nodes": list(FINE_NODES)})

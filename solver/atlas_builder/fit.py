@@ -1,0 +1,162 @@
+"""The interpolation of the atlas: lengths and noise by maximum likelihood, weights, the file."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_solve, cholesky, eigh, solve_triangular
+from scipy.optimize import minimize
+
+from ballscrew_tehl import __version__
+from ballscrew_tehl.atlas.contact_atlas import ATLAS_FORMAT, content_hash
+from ballscrew_tehl.atlas.groups import (
+    QUANTITIES,
+    Array,
+    Groups,
+    RollingContacts,
+    closed_forms,
+    modelled,
+    wall_group,
+)
+from ballscrew_tehl.atlas.interpolation import Interpolant, correlation, trend_terms
+from ballscrew_tehl.whole_file import whole_file
+
+from .screws import Contact
+
+#: contacts by which lengths are found, spread over all; all together take the weights
+LENGTHS_FROM = 700
+#: first lengths of groups.COORDINATES, bounds of lengths as multiples of the first; noise over the deviation
+FIRST = np.array([4.0, 5.0, 12.0, 6.0, 12.0, 7.0, 8.0])
+BOUNDS, NOISE = (0.1, 10.0), np.geomspace(1e-5, 1.0, 26)
+#: search: evaluations and tolerance of the logarithms
+MOST_EVALUATIONS, SEARCH_TOLERANCE = 160, 0.03
+#: rise [K] below which it counts as noise that grows as it falls: nobody feels it
+SMALL_RISE = 0.05
+
+
+class Table(NamedTuple):
+    """Contacts of the atlas: groups (n,), what is interpolated of each quantity (n, q).
+
+    noise: over the usual (n, q);  rows: their places in the sequence
+    """
+
+    groups: Groups
+    values: Array
+    noise: Array
+    rows: Array
+
+
+def table_of(contacts: Sequence[Contact], results: Sequence[Mapping[str, Any]]) -> Table:
+    """The contacts that were solved on a grid that resolves them."""
+    groups, values, noise, rows = [], [], [], []
+    for row, (contact, result) in enumerate(zip(contacts, results, strict=True)):
+        if "reason" in result or result["asymptotic"] or not result["rolling_loss"] > 0.0:
+            continue
+        c = contact.conditions
+        at = RollingContacts(
+            c.load, c.R_x, c.R_y, c.u_e, c.temperature, c.E_prime, contact.oil, wall_group(contact.solids)
+        )
+        forms = closed_forms(at)
+        names = dict(zip(QUANTITIES, ("h_c", "h_m", "rise", *list(QUANTITIES)[3:]), strict=True))
+        found = {name: result[key] for name, key in names.items()}
+        groups.append([float(own) for own in forms.groups])
+        values.append([float(of) for of in modelled(found, forms.values).values()])
+        small = math.hypot(1.0, SMALL_RISE / max(result["rise"], 1e-9))
+        noise.append([small if name == "temperature_rise" else 1.0 for name in QUANTITIES])
+        rows.append(row)
+    # as they are stored
+    single = np.array(groups, dtype=np.float32).astype(float)
+    return Table(Groups(*single.T), np.array(values), np.array(noise), np.array(rows))
+
+
+def _likelihood(points: Array, values: Array, noise: Array, lengths: Array) -> tuple[float, Array]:
+    """Negative log likelihood of all quantities at their best noise, and that noise (q,)."""
+    at = points / lengths
+    total, found = 0.0, []
+    terms = trend_terms(at)
+    own = correlation(at, at)
+    for column, scale in zip(values.T, noise.T, strict=True):
+        # K + n^2 D = D^(1/2) (D^(-1/2) K D^(-1/2) + n^2) D^(1/2)
+        weights, vectors = eigh(own / np.outer(scale, scale))
+        y, t = vectors.T @ (column / scale), vectors.T @ (terms / scale[:, None])
+        best, n = math.inf, 1.0
+        for noise_n in NOISE:
+            d = np.maximum(weights, 0.0) + noise_n**2
+            slopes = np.linalg.lstsq(t / np.sqrt(d)[:, None], y / np.sqrt(d), rcond=None)[0]
+            rest = y - t @ slopes
+            variance = float(np.sum(rest**2 / d)) / len(y)
+            likelihood = 0.5 * (len(y) * math.log(variance) + float(np.sum(np.log(d))))
+            if likelihood < best:
+                best, n = likelihood, float(noise_n)
+        total += best
+        found.append(n)
+    return total, np.array(found)
+
+
+def lengths_and_noise(points: Array, values: Array, noise: Array, first: Array) -> tuple[Array, Array]:
+    """Lengths of coordinates (d,), the same for all quantities, and noise of each (q,), by maximum likelihood.
+
+    Parameters   points (n, d);  values (n, q);  noise (n, q): over the usual one;  first (d,): lengths to begin with
+    """
+    some = np.linspace(0, len(points) - 1, min(LENGTHS_FROM, len(points))).astype(int)
+    chosen = points[some], values[some], noise[some]
+    d = points.shape[1]
+    found = minimize(
+        lambda x: _likelihood(*chosen, first * np.exp(x))[0], np.zeros(d), method="Nelder-Mead",
+        bounds=[tuple(np.log(BOUNDS))] * d,
+        options={
+            "maxfev": MOST_EVALUATIONS, "xatol": SEARCH_TOLERANCE, "fatol": SEARCH_TOLERANCE,
+            "initial_simplex": np.vstack([np.zeros(d), 0.7 * np.eye(d)]),
+        },
+    )  # fmt: skip
+    lengths = first * np.exp(found.x)
+    return lengths, _likelihood(*chosen, lengths)[1]
+
+
+def interpolant_of(
+    points: Array, values: Array, noise: Array, lengths: Array, level: Array
+) -> tuple[Interpolant, Array]:
+    """Trend and weights of every quantity, and the errors of contacts when they are left out (n, q).
+
+    Parameters   lengths, level: of lengths_and_noise, others as there
+    Source       errors left out: Rasmussen & Williams 2006, Eq. 5.12, for the system of weights and trend
+    """
+    at = points / lengths
+    own, terms = correlation(at, at), trend_terms(at)
+    trend, weights, left_out = [], [], []
+    for column, scale, n in zip(values.T, noise.T, level, strict=True):
+        matrix = own.copy()
+        matrix[np.diag_indices(len(own))] += (n * scale) ** 2
+        factor = cholesky(matrix, lower=True, overwrite_a=True)
+        solved = cho_solve((factor, True), terms)
+        slopes = np.linalg.solve(terms.T @ solved, solved.T @ column)
+        w = cho_solve((factor, True), column - terms @ slopes)
+        inverse = solve_triangular(factor, np.eye(len(own)), lower=True)
+        trend.append(slopes)
+        weights.append(w)
+        own_part = np.sum(inverse**2, axis=0) - np.sum(
+            solved * np.linalg.solve(terms.T @ solved, solved.T).T, axis=1
+        )
+        left_out.append(w / own_part)
+    return Interpolant(at, np.array(trend).T, np.array(weights).T), np.array(left_out).T
+
+
+def save_atlas(
+    path: Path, table: Table, lengths: Array, interpolant: Interpolant, header: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Write an atlas to a temporary file next to `path` and rename it; returns its header."""
+    arrays: dict[str, Any] = {
+        "groups": np.stack(table.groups, axis=1).astype(np.float32), "lengths": lengths,
+        "trend": interpolant.trend, "weights": interpolant.weights,
+    }  # fmt: skip
+    complete = {**header, "format": ATLAS_FORMAT, "version": __version__, "contacts": len(table.rows)}
+    complete["hash"] = content_hash(arrays)
+    # a name without .npz would be changed
+    with whole_file(path) as temporary, temporary.open("wb") as stream:
+        np.savez_compressed(stream, header=np.array(json.dumps(complete, sort_keys=True)), **arrays)
+    return complete

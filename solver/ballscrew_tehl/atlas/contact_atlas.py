@@ -1,0 +1,177 @@
+"""The atlas file: contacts, weights of their interpolation, certificate; what it holds and what it refuses."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..parameters.file import Parameters
+from ..parameters.oil import ROELANDS_PRESSURE
+from ..parameters.packaged_data import PACKAGED_DATA
+from ..physics.hertz import E_prime
+from .groups import (
+    QUANTITIES,
+    Array,
+    ClosedForms,
+    Groups,
+    RollingContacts,
+    closed_forms,
+    coordinates,
+    unmodelled,
+)
+from .interpolation import Interpolant
+
+ATLAS_FORMAT = 4
+#: E' [Pa] of the contacts: steel on steel to silicon nitride on steel, and beyond by as much as changes the rolling
+#: loss by 0.5 %; p_r over that of the atlas
+MODULI, NEAR_PRESSURE = (200e9, 300e9), 0.05
+#: groups beyond whose range a screw is refused: of geometry, oil and material. Beyond the range of the others (M, L,
+#: pressure, N) every quantity keeps its ratio to the closed form at the end of the range
+OF_THE_SCREW = ("radius_ratio", "z", "wall")
+#: relative distance beyond the contacts of the atlas that counts as inside
+ROUNDING = 1e-6
+SOLVE = "remedy: ballscrew torque --direct, which solves the contacts"
+
+
+class AtlasError(ValueError):
+    """The atlas file is missing, damaged or of another format."""
+
+
+class OutsideAtlasError(ValueError):
+    """A screw or oil whose contacts the atlas does not hold; the message names the group, its value and the range."""
+
+
+class ContactAtlas:
+    """The atlas, read.
+
+    ends: least and largest groups of its contacts;  header: counts, certificate, version, hash of the content
+    """
+
+    def __init__(
+        self, interpolant: Interpolant, lengths: Array, ends: tuple[Groups, Groups], header: Mapping[str, Any]
+    ) -> None:
+        self.interpolant, self.lengths, self.ends, self.header = interpolant, lengths, ends, dict(header)
+
+    @property
+    def hash(self) -> str:
+        """Of its arrays."""
+        return str(self.header["hash"])
+
+    def inside(self, groups: Groups) -> NDArray[np.bool_]:
+        """Which of some contacts lie within the range of every group."""
+        found: NDArray[np.bool_] = np.ones((), dtype=bool)
+        for own, low, high in zip(groups, *self.ends, strict=True):
+            found = found & (own >= low * (1.0 - ROUNDING)) & (own <= high * (1.0 + ROUNDING))
+        return found
+
+    def interpolated(self, forms: ClosedForms) -> dict[str, Array]:
+        """What is interpolated of the quantities of contacts, at the end of the range where a group is beyond it."""
+        near = Groups(*(np.clip(own, *ends) for own, *ends in zip(forms.groups, *self.ends, strict=True)))
+        at = coordinates(near) / self.lengths
+        found = self.interpolant(at.reshape(-1, at.shape[-1])).T
+        return dict(zip(QUANTITIES, found.reshape(-1, *at.shape[:-1]), strict=True))
+
+    def values(self, contacts: RollingContacts) -> dict[str, Array]:
+        """Quantities (SI) of contacts by name."""
+        forms = closed_forms(contacts)
+        return unmodelled(self.interpolated(forms), forms.values)
+
+
+def refuse_laws(parameters: Parameters) -> None:
+    """Refuse oils and bodies of other kinds than those of the atlas.
+
+    Raises       OutsideAtlasError
+    """
+    oil, modulus = parameters.lubricant, E_prime(parameters.screw)
+    for name, found, allowed in (
+        ("rheology", oil.rheology, "newtonian"),
+        ("pressure_law", oil.pressure_law, "roelands"),
+        ("density_law", oil.density_law, "dowson_higginson"),
+    ):
+        if found != allowed:
+            raise OutsideAtlasError(
+                f"{oil.name}: {name} = {found}; the atlas of contacts holds {allowed}; {SOLVE}"
+            )
+    if oil.viscosity_law == "constant":
+        raise OutsideAtlasError(
+            f"{oil.name}: viscosity_law = constant; the atlas of contacts holds oils that thin with heat; {SOLVE}"
+        )
+    low, high = (ROELANDS_PRESSURE * (1.0 + sign * NEAR_PRESSURE) for sign in (-1.0, 1.0))
+    for name, value, ends, unit, scale in (
+        ("roelands_pressure", oil.roelands_pressure, (low, high), "MPa", 1e-6),
+        ("E'", modulus, MODULI, "GPa", 1e-9),
+    ):
+        if not ends[0] <= value <= ends[1]:
+            raise OutsideAtlasError(
+                f"{name} = {scale * value:.4g} {unit}; the atlas of contacts holds {scale * ends[0]:.4g} to "
+                f"{scale * ends[1]:.4g} {unit}; {SOLVE}"
+            )
+
+
+def refuse_groups(atlas: ContactAtlas, groups: Groups) -> None:
+    """Refuse contacts with a group OF_THE_SCREW beyond the range of the atlas.
+
+    Raises       OutsideAtlasError
+    """
+    for name in OF_THE_SCREW:
+        own, low, high = (np.asarray(getattr(of, name)) for of in (groups, *atlas.ends))
+        bad = ~((own >= low * (1.0 - ROUNDING)) & (own <= high * (1.0 + ROUNDING)))
+        if bad.any():
+            meaning = {
+                "radius_ratio": "R_x/R_y, which follows from the groove over the ball",
+                "z": "pressure exponent of the oil",
+                "wall": "effusivity of the bodies over that of bearing steel",
+            }[name]
+            raise OutsideAtlasError(
+                f"{name} = {float(own[bad].flat[0]):.4g} ({meaning}); the atlas of contacts holds {float(low):.4g} to "
+                f"{float(high):.4g}; {SOLVE}"
+            )
+
+
+def packaged_atlas() -> Path:
+    """File of the packaged atlas."""
+    return PACKAGED_DATA / "contact_atlas.npz"
+
+
+def content_hash(arrays: Mapping[str, Array]) -> str:
+    """Hash of the arrays of an atlas."""
+    digest = hashlib.sha256()
+    for name in sorted(arrays):
+        digest.update(f"{name}{arrays[name].shape}{arrays[name].dtype.str}".encode())
+        digest.update(np.ascontiguousarray(arrays[name]).tobytes())
+    return digest.hexdigest()
+
+
+@lru_cache(maxsize=2)
+def load_atlas(path: Path | None = None) -> ContactAtlas:
+    """Read an atlas file; None = the packaged one.
+
+    Raises       AtlasError
+    """
+    path = path or packaged_atlas()
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        header = json.loads(str(arrays.pop("header")))
+        found = header["format"]
+    except Exception as error:  # a damaged zip fails in many ways
+        raise AtlasError(f"{path}: not a readable atlas ({type(error).__name__}: {error})") from error
+    if found != ATLAS_FORMAT:
+        raise AtlasError(f"{path}: atlas format {found}; expected {ATLAS_FORMAT}: install the package again")
+    digest = content_hash(arrays)
+    if digest != header["hash"]:
+        raise AtlasError(
+            f"{path}: content hash {digest[:12]}; expected {header['hash'][:12]}: the file was damaged"
+        )
+    groups = Groups(*arrays["groups"].astype(float).T)
+    lengths = arrays["lengths"]
+    interpolant = Interpolant(coordinates(groups) / lengths, arrays["trend"], arrays["weights"])
+    ends = Groups(*(own.min() for own in groups)), Groups(*(own.max() for own in groups))
+    return ContactAtlas(interpolant, lengths, ends, header)
