@@ -19,6 +19,8 @@ hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=No
 hypothesis.settings.load_profile("repeatable")
 
 
+#: they hold no doctest, and two of one name cannot both be imported as modules
+collect_ignore_glob = ["conftest.py", "*/conftest.py"]
 #: fixtures that cost more than 3 s: native FMUs for five platforms
 SLOW_FIXTURES = {"native_fmus", "fmus"}
 
