@@ -11,7 +11,7 @@ from atlas_builder import contacts as chosen
 from atlas_builder.contacts import journal_of, solve_contacts, usable
 from atlas_builder.published import FILMS, SlidingFilms, sliding_points
 from reference_screw import GD4008
-from synthetic_atlas import closed_contact, few_contacts, saved
+from synthetic_atlas import closed_contact, contacts, few_contacts, saved
 from synthetic_contacts import GRID, ClosedFilm
 
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
@@ -23,11 +23,11 @@ from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.load import nut_loads
 
 
-def test_first_contacts_of_more_are_those_of_fewer(contacts, monkeypatch):
+def test_first_contacts_of_more_are_those_of_fewer():
     """All different, every one with a film that is solved."""
-    assert few_contacts(monkeypatch, 40) == contacts[:40]
-    assert all(usable(contact) for contact in contacts)
-    assert len({contact.conditions for contact in contacts}) == len(contacts)
+    assert few_contacts(40) == contacts()[:40]
+    assert all(usable(contact) for contact in contacts())
+    assert len({contact.conditions for contact in contacts()}) == len(contacts())
 
 
 @pytest.fixture
@@ -40,9 +40,9 @@ def solved(monkeypatch):
     return found
 
 
-def test_interrupted_work_continues_and_its_order_does_not_matter(contacts, solved, monkeypatch, tmp_path):
+def test_interrupted_work_continues_and_its_order_does_not_matter(solved, monkeypatch, tmp_path):
     """After a line that was cut off: the same bytes of the atlas as of contacts solved in the opposite order."""
-    some, path, left = contacts[:60], tmp_path / "x.jsonl", itertools.count()
+    some, path, left = contacts()[:60], tmp_path / "x.jsonl", itertools.count()
 
     def interrupt(finished, total, what):
         if next(left) == 20:
@@ -61,6 +61,13 @@ def test_interrupted_work_continues_and_its_order_does_not_matter(contacts, solv
                 pass
             found = solve_contacts(some, journal, executor)
     assert len(solved) == 60 - kept + 1
+    # without its end, a line that follows would stand on the same line
+    path.write_bytes(path.read_bytes()[:-1])
+    with journal_of(path) as journal:
+        (lost,) = {str(k) for k in range(60)} - set(journal.entries)
+        journal.add(lost, found[int(lost)])
+    with journal_of(path) as journal:
+        assert [journal.entries[str(k)] for k in range(60)] == found
     with journal_of(tmp_path / "back.jsonl") as journal:
         for k in reversed(range(60)):
             journal.add(str(k), closed_contact(some[k]))
@@ -76,21 +83,21 @@ def test_interrupted_work_continues_and_its_order_does_not_matter(contacts, solv
 
 
 @pytest.mark.slow
-def test_processes_and_a_dask_cluster_give_the_same_entries(contacts, monkeypatch, tmp_path):
+def test_processes_and_a_dask_cluster_give_the_same_entries(monkeypatch, tmp_path):
     distributed = pytest.importorskip("distributed")
     monkeypatch.setattr(chosen, "solve_contact", closed_contact)
     entries = []
 
     def run(executor):
         with journal_of(tmp_path / f"{len(entries)}.jsonl") as journal:
-            entries.append(solve_contacts(contacts[:12], journal, executor))
+            entries.append(solve_contacts(contacts()[:12], journal, executor))
 
     with worker_pool(2) as pool:
         run(pool)
     cluster = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
     with cluster, distributed.Client(cluster) as client:
         run(client.get_executor(retries=3))
-    assert entries[0] == entries[1] == [closed_contact(contact) for contact in contacts[:12]]
+    assert entries[0] == entries[1] == [closed_contact(contact) for contact in contacts()[:12]]
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from synthetic_atlas import missed, nothing_missed
+from synthetic_atlas import atlas, missed, nothing_missed
 from synthetic_contacts import GRID, LAW
 
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
@@ -16,11 +16,11 @@ from ballscrew_tehl.refinement.direct import solved_contact
 HYBRID = changed(LAW, screw={"ball_material": "silicon_nitride"})
 
 
-def test_values_of_a_nut_are_those_of_its_points_one_by_one(atlas):
+def test_values_of_a_nut_are_those_of_its_points_one_by_one():
     """Loads, speeds and temperatures in their places; by a table within the error of its splines."""
     loads = nut_loads(LAW.screw, 3000.0, LAW.screw.loaded_ball_count)[::20]
     speeds, temperatures = np.array([[11.0], [40.0], [100.0]]), np.array([294.0, 312.0])
-    alone, table = BallContacts(LAW, None, atlas), BallContacts(LAW, ball_range(LAW, GRID), atlas)
+    alone, table = BallContacts(LAW, None, atlas()), BallContacts(LAW, ball_range(LAW, GRID), atlas())
     for raceway in RACEWAYS:
         found, read = (each.values(raceway, loads, speeds, temperatures) for each in (alone, table))
         for k in np.ndindex(loads.size, 3, 2):
@@ -31,10 +31,10 @@ def test_values_of_a_nut_are_those_of_its_points_one_by_one(atlas):
             assert nothing_missed({name: v[k] for name, v in read.items()}, one, 1e-4)
 
 
-def test_balls_of_silicon_nitride_are_stiffer_and_take_heat_by_their_own(atlas):
+def test_balls_of_silicon_nitride_are_stiffer_and_take_heat_by_their_own():
     """Mean effusivity of steel and ceramic; E' by hand."""
     at = np.array([30.0]), np.array([50.0]), np.array([303.0])
-    hybrid, steel = (BallContacts(screw, None, atlas) for screw in (HYBRID, LAW))
+    hybrid, steel = (BallContacts(screw, None, atlas()) for screw in (HYBRID, LAW))
     walls = [(k * rho * c) ** 0.5 for k, rho, c in ((46.0, 7870.0, 450.0), (28.0, 3240.0, 700.0))]
     contacts = hybrid.contacts("nut", *at)
     assert contacts.wall == pytest.approx(0.5 * sum(walls) / (46.0 * 7800.0 * 460.0) ** 0.5, rel=1e-12)

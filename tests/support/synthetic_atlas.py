@@ -1,12 +1,17 @@
 """An atlas of contacts in closed form: what is interpolated is a smooth function of the coordinates."""
 
 import math
+import tempfile
+from functools import cache
+from pathlib import Path
 
 import numpy as np
+import pytest
 from atlas_builder import contacts as chosen
 from atlas_builder.contacts import VALUES
 from atlas_builder.fit import FIRST, interpolant_of, save_atlas, table_of
 
+from ballscrew_tehl.atlas.contact_atlas import load_atlas
 from ballscrew_tehl.atlas.groups import (
     QUANTITIES,
     RollingContacts,
@@ -40,10 +45,14 @@ def closed_contact(contact):
     return dict(zip(VALUES, [*values, 0.0, 257.0], strict=True))
 
 
-def few_contacts(monkeypatch, count=COUNT):
+def few_contacts(count=COUNT):
     """The first contacts of the atlas from a small pool."""
-    monkeypatch.setattr(chosen, "POOL_SCREWS", POOL_SCREWS)
-    return chosen.atlas_contacts(count)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(chosen, "POOL_SCREWS", POOL_SCREWS)
+        return chosen.atlas_contacts(count)
+
+
+contacts = cache(few_contacts)
 
 
 def saved(path, contacts, results):
@@ -53,6 +62,23 @@ def saved(path, contacts, results):
     interpolant, _ = interpolant_of(coordinates(table.groups), table.values, table.noise, FIRST, level)
     save_atlas(path, table, FIRST, interpolant, {"certificate": {"what": "closed forms", "points": 0}})
     return path
+
+
+@cache
+def atlas_bytes():
+    """The file of the atlas of all contacts."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = saved(Path(folder) / "atlas.npz", contacts(), [closed_contact(one) for one in contacts()])
+        return path.read_bytes()
+
+
+@cache
+def atlas():
+    """The atlas, read."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "atlas.npz"
+        path.write_bytes(atlas_bytes())
+        return load_atlas(path)
 
 
 def missed(found, expected):
