@@ -1,9 +1,9 @@
 """Command line: each step continues what its journal in the folder solved holds, and may be interrupted at any time.
 
-python -m atlas_builder contacts --count 3200       solve contacts
-python -m atlas_builder points --count 1000         solve the points of the certificate, --fine: better
-python -m atlas_builder sliding --count 1024        solve sliding contacts of the published law
-python -m atlas_builder atlas                       fit, certify, write data/contact_atlas.npz and the packaged maps
+python -m atlas_builder contacts --count 3600     solve contacts
+python -m atlas_builder points --count 1000       solve the points of the certificate, --fine: on the finer grid
+python -m atlas_builder atlas                     fit, certify; writes data/contact_atlas.npz and the VG 100 map
+python -m atlas_builder published --count 1024    solve sliding contacts, write the packaged map of the published law
 """
 
 from __future__ import annotations
@@ -132,10 +132,11 @@ def number(key: str) -> int:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m atlas_builder", description=__doc__)
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser("python -m atlas_builder", description=__doc__, formatter_class=raw)
     steps = parser.add_subparsers(required=True)
     for name, run, count in (
-        ("contacts", run_contacts, 3200), ("points", run_points, 1000), ("published", run_published, 1024),
+        ("contacts", run_contacts, 3600), ("points", run_points, 1000), ("published", run_published, 1024),
         ("atlas", run_atlas, 0),
     ):  # fmt: skip
         step = steps.add_parser(name)

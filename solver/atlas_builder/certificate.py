@@ -8,21 +8,22 @@ fine grid of the atlas; torques follow from them by the law, and are compared wi
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, wait
+from concurrent.futures import Executor
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
-from ballscrew_tehl.atlas.contact_atlas import ContactAtlas, OutsideAtlasError
-from ballscrew_tehl.atlas.groups import Array, closed_forms
+from ballscrew_tehl.atlas.contact_atlas import OutsideAtlasError
+from ballscrew_tehl.atlas.groups import QUANTITIES, closed_forms
 from ballscrew_tehl.contact import UnconvergedContactError, ball_conditions
 from ballscrew_tehl.friction.mechanistic import mean_load, nuts_powers
 from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.friction.torque import nut_forces
 from ballscrew_tehl.nut_map.build import build_map
 from ballscrew_tehl.nut_map.built import BuiltMap, Progress
+from ballscrew_tehl.nut_map.certificate import error_totals
 from ballscrew_tehl.nut_map.file import nut_map_of
 from ballscrew_tehl.nut_map.grid import screw_grid
 from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters
@@ -32,7 +33,7 @@ from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.refinement.direct import MeanBallContacts, solved_contact
 
 from .contacts import solve_contact
-from .journal import Journal
+from .journal import Journal, solve_missing
 from .screws import Contact, random_screw
 
 #: seed of the screws, points of each, screws drawn for one that is taken
@@ -41,8 +42,6 @@ SEED, POINTS_PER_SCREW, TRIES = 20261126, 4, 20
 LEAST_RISE = 10.0
 #: minimum film [m] below which it counts in no error: oil is hardly a continuum there
 LEAST_FILM = 10e-9
-#: quantiles by the ends of their keys
-QUANTILES = {0.5: "50", 0.99: "99", 0.999: "999"}
 #: what is compared at a point; film: the central one, larger error of the contacts
 ERRORS = ("torque", "film", "minimum_film", "temperature_rise")
 
@@ -105,17 +104,17 @@ def solve_point(number: int, fine: bool) -> list[list[Any]] | str:
         load = mean_load(nut_loads(screw, force, screw.loaded_ball_count))
         for raceway in RACEWAYS:
             at = raceway, load, point.speed, point.temperature
-            try:
-                values = solved_contact(parameters, *at)
-            except UnconvergedContactError as error:
-                return str(error)
-            if fine:
+            if not fine:
+                try:
+                    values = solved_contact(parameters, *at)
+                except UnconvergedContactError as error:
+                    return str(error)
+            else:
                 contact = Contact(ball_conditions(parameters, *at), parameters.lubricant, parameters.solids)
                 better = solve_contact(contact)
                 if "reason" in better:
                     return str(better["reason"])
-                keys = "h_c", "h_m", "rise", "mean_rise", "rolling_loss", "core_pressure", "core_area"
-                values = dict(zip(values, (float(better[key]) for key in keys), strict=True))
+                values = {name: float(better[name]) for name in QUANTITIES}
             found.append([raceway, force, load, values])
     return found
 
@@ -124,34 +123,22 @@ def solve_points(
     numbers: Sequence[int], fine: bool, journal: Journal, executor: Executor, progress: Progress | None = None
 ) -> None:
     """Solve those points that are not in the journal, by number and grid."""
-    keys = {number: f"{number} {'fine' if fine else 'direct'}" for number in numbers}
-    jobs = {executor.submit(solve_point, n, fine): key for n, key in keys.items() if key not in journal}
-    pending = set(jobs)
-    try:
-        while pending:
-            done, pending = wait(pending, None, FIRST_COMPLETED)
-            for job in done:
-                journal.add(jobs[job], job.result())
-                if progress is not None:
-                    progress(len(numbers) - len(pending), len(numbers), "points of the certificate")
-    except BaseException:
-        for job in jobs:
-            job.cancel()
-        raise
+    jobs = {f"{n} {'fine' if fine else 'direct'}": (n, fine) for n in numbers}
+    solve_missing(solve_point, jobs, journal, executor, progress, "points of the certificate")
 
 
 class _Map:
     """Map and contacts of the last screw."""
 
-    def __init__(self, atlas: ContactAtlas | None) -> None:
-        self.atlas, self._of = atlas, -1
+    def __init__(self) -> None:
+        self._of = -1
 
     def of(self, number: int) -> tuple[Any, BallContacts]:
         screw = number // POINTS_PER_SCREW
         if screw != self._of:
             parameters = certificate_screw(screw)
             built: BuiltMap = build_map(parameters)
-            self._of, self._found = screw, (nut_map_of(built), BallContacts(parameters, None, self.atlas))
+            self._of, self._found = screw, (nut_map_of(built), BallContacts(parameters))
         return self._found
 
 
@@ -217,17 +204,15 @@ def grid_errors(entries: Mapping[str, Any], count: int) -> dict[str, Any]:
             one, other = (direct_torque(parameters, point, side) for side in zip(*pairs, strict=True))
             films = [contact_errors(a.values, b.values) for a, b in pairs]
             errors.append([abs(one / other - 1.0), *_largest(films)])
-    return _totals(np.array(errors))
+    return error_totals(ERRORS, np.array(errors))
 
 
-def certificate(
-    entries: Mapping[str, Any], grid: str, count: int, atlas: ContactAtlas | None = None
-) -> dict[str, Any]:
+def certificate(entries: Mapping[str, Any], grid: str, count: int) -> dict[str, Any]:
     """Mean, quantiles and largest of ERRORS, and of regions, at the points that were solved on a grid.
 
     Parameters   entries: of the journal;  grid: "direct" or "fine"
     """
-    errors, sorts, maps, unsolved = [], [], _Map(atlas), 0
+    errors, sorts, maps, unsolved = [], [], _Map(), 0
     for number in range(count):
         rows = entries.get(f"{number} {grid}")
         if isinstance(rows, list):
@@ -241,21 +226,11 @@ def certificate(
             unsolved += 1
     table = np.array(errors)
     regions = {
-        name: _totals(table[[of[name] for of in sorts]]) for name in sorts[0] if any(of[name] for of in sorts)
+        name: error_totals(ERRORS, table[[of[name] for of in sorts]])
+        for name in sorts[0]
+        if any(of[name] for of in sorts)
     }
     return {
-        "what": f"random screws (seed {SEED})", "grid": grid, "points_not_solved": unsolved, **_totals(table),
-        "regions": regions,
+        "what": f"random screws (seed {SEED})", "grid": grid, "points_not_solved": unsolved,
+        **error_totals(ERRORS, table), "regions": regions,
     }  # fmt: skip
-
-
-def _totals(errors: Array) -> dict[str, Any]:
-    result: dict[str, Any] = {"points": len(errors)}
-    for name, column in zip(ERRORS, errors.T, strict=True):
-        known = column[np.isfinite(column)]
-        if known.size:
-            result[f"{name}_error_mean"] = float(known.mean())
-            for share, key in QUANTILES.items():
-                result[f"{name}_error_{key}"] = float(np.quantile(known, share))
-            result[f"{name}_error_max"] = float(known.max())
-    return result

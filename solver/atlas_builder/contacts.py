@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, wait
+from concurrent.futures import Executor
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ballscrew_tehl.atlas.groups import COLD, QUANTITIES, wall_group
 from ballscrew_tehl.contact import SolverOptions, scales_of, solve
 from ballscrew_tehl.nut_map.built import Progress
 from ballscrew_tehl.physics.film import thermal_load_parameter
+from ballscrew_tehl.refinement.direct import THICKEST, contact_quantities
 
-from .journal import Journal
+from .journal import Journal, solve_missing
 from .screws import Contact, contact_pool
 
-Array = NDArray[np.float64]
 #: nodes along rolling, and of further attempts. 22 contacts against 385 to 513 nodes: rolling loss within 0.4 %,
 #: minimum film within 0.3 %
 FINE_NODES: tuple[int, ...] = 257, 193, 129
@@ -29,27 +29,17 @@ WARM, STIFF, SOME_NODES = 0.2, 25.0, (193, 129)
 MOST_ITERATIONS = 60
 #: seed of the pool, its screws, and tries of each
 POOL_SEED, POOL_SCREWS, POOL_TRIES = 1, 5000, 12
-#: film [m] and film over R_x by the closed formula, between which contacts are solved: beyond, oil is no continuum, or
-#: the gap of round bodies no parabola; M, L and N up to which they are
-THINNEST, THICKEST = 0.7e-9, 0.15
+#: film [m] by the closed formula above which contacts are solved, up to THICKEST of R_x: below, oil is no continuum; M,
+#: L and N up to which they are
+THINNEST = 0.7e-9
 LARGEST_M, LARGEST_L, LARGEST_N = 5e5, 160.0, 80.0
 #: contacts that are spread over all; those that follow are chosen between these M, above this L: there 86 points of the
 #: certificate had their largest errors, 1 to 2 % of the torque, when all were spread
 SPREAD, CRITICAL_M, CRITICAL_L = 2000, (2.0, 250.0), 15.0
-#: distances in ln(M), ln(L), ln(R_x/R_y), z, ln(p_max), ln(N + WARM), ln(effusivity) that count alike
-SPACING, WARM = (1.0, 2.0, 2.0, 0.8, 3.0, 3.0, 0.6), 1e-3
+#: distances in ln(M), ln(L), ln(R_x/R_y), z, ln(p_max), ln(N + COLD), ln(effusivity of the walls) that count alike
+SPACING = 1.0, 2.0, 2.0, 0.8, 3.0, 3.0, 0.6
 #: what a contact is given by in the journal
-VALUES = (
-    "h_c",
-    "h_m",
-    "rise",
-    "mean_rise",
-    "rolling_loss",
-    "core_pressure",
-    "core_area",
-    "asymptotic",
-    "nodes",
-)
+VALUES = *QUANTITIES, "asymptotic", "nodes"
 
 
 def usable(contact: Contact) -> bool:
@@ -66,12 +56,9 @@ def _place(contact: Contact) -> list[float]:
     c, oil = contact.conditions, contact.oil
     scales = scales_of(c, oil)
     N = float(thermal_load_parameter(oil, c.u_e, c.temperature))
-    effusivity = np.mean(
-        [(s.thermal_conductivity * s.density * s.specific_heat) ** 0.5 for s in contact.solids]
-    )
     place = (
         np.log(scales.M), np.log(scales.L), np.log(c.R_x / c.R_y), oil.z_roelands, np.log(scales.hertz.p_max),
-        np.log(N + WARM), np.log(effusivity),
+        np.log(N + COLD), np.log(wall_group(contact.solids)),
     )  # fmt: skip
     return [float(value / unit) for value, unit in zip(place, SPACING, strict=True)]
 
@@ -114,11 +101,9 @@ def solve_contact(contact: Contact) -> dict[str, float | str]:
         options = SolverOptions(n_x=n_x, max_thermal=150 if n_x == nodes[-1] else MOST_ITERATIONS)
         found = solve(c, contact.oil, contact.solids, options, warn=False)
         if found.converged:
-            values = (
-                found.h_c, found.h_m, found.temperature_rise_mean, found.mean_temperature - c.temperature,
-                found.rolling_loss, found.core_pressure, found.core_area, float(found.branch == "asymptotic"), n_x,
-            )  # fmt: skip
-            return dict(zip(VALUES, (float(value) for value in values), strict=True))
+            return {
+                **contact_quantities(found), "asymptotic": float(found.branch == "asymptotic"), "nodes": float(n_x),
+            }  # fmt: skip
     return {"reason": found.reason}
 
 
@@ -126,23 +111,8 @@ def solve_contacts(
     contacts: Sequence[Contact], journal: Journal, executor: Executor, progress: Progress | None = None
 ) -> list[dict[str, float | str]]:
     """Solve those that are not in the journal, by their place in the sequence; every one is kept at once."""
-    jobs = {
-        executor.submit(solve_contact, contact): k
-        for k, contact in enumerate(contacts)
-        if str(k) not in journal
-    }
-    pending = set(jobs)
-    try:
-        while pending:
-            done, pending = wait(pending, None, FIRST_COMPLETED)
-            for job in done:
-                journal.add(str(jobs[job]), job.result())
-                if progress is not None:
-                    progress(len(journal), len(contacts), "contacts solved")
-    except BaseException:
-        for job in jobs:
-            job.cancel()
-        raise
+    jobs = {str(k): (contact,) for k, contact in enumerate(contacts)}
+    solve_missing(solve_contact, jobs, journal, executor, progress, "contacts solved")
     return [journal.entries[str(k)] for k in range(len(contacts))]
 
 

@@ -62,11 +62,9 @@ def table_of(contacts: Sequence[Contact], results: Sequence[Mapping[str, Any]]) 
             c.load, c.R_x, c.R_y, c.u_e, c.temperature, c.E_prime, contact.oil, wall_group(contact.solids)
         )
         forms = closed_forms(at)
-        names = dict(zip(QUANTITIES, ("h_c", "h_m", "rise", *list(QUANTITIES)[3:]), strict=True))
-        found = {name: result[key] for name, key in names.items()}
         groups.append([float(own) for own in forms.groups])
-        values.append([float(of) for of in modelled(found, forms.values).values()])
-        small = math.hypot(1.0, SMALL_RISE / max(result["rise"], 1e-9))
+        values.append([float(of) for of in modelled(result, forms.values).values()])
+        small = math.hypot(1.0, SMALL_RISE / max(result["temperature_rise"], 1e-9))
         noise.append([small if name == "temperature_rise" else 1.0 for name in QUANTITIES])
         rows.append(row)
     # as they are stored

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor, as_completed
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, TextIO
 
 from filelock import FileLock, Timeout
+
+from ballscrew_tehl.nut_map.built import Progress
 
 
 class Journal:
@@ -81,3 +84,22 @@ class Journal:
 
     def __len__(self) -> int:
         return len(self.entries)
+
+
+def solve_missing(
+    function: Callable[..., Any], jobs: Mapping[str, tuple[Any, ...]], journal: Journal, executor: Executor,
+    progress: Progress | None = None, stage: str = "solved",
+) -> None:  # fmt: skip
+    """Solve those jobs, arguments of a function by key, that are not in the journal; every result is kept at once."""
+    running = {
+        executor.submit(function, *arguments): key for key, arguments in jobs.items() if key not in journal
+    }
+    try:
+        for done, job in enumerate(as_completed(running), 1 + len(jobs) - len(running)):
+            journal.add(running[job], job.result())
+            if progress is not None:
+                progress(done, len(jobs), stage)
+    except BaseException:
+        for job in running:
+            job.cancel()
+        raise

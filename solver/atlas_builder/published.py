@@ -7,7 +7,7 @@ temperature as multiples of the closed forms, in the coordinates in which they c
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import Executor
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,7 @@ from ballscrew_tehl.refinement.direct import rolling_parameters
 from ballscrew_tehl.runtime.bspline import fit, map_arrays
 
 from .fit import interpolant_of, lengths_and_noise
-from .journal import Journal
+from .journal import Journal, solve_missing
 
 #: films of the law, isothermal and thermal
 FILMS = ("solved", "solved_thermal")
@@ -72,15 +72,12 @@ def solve_sliding(
     progress: Progress | None = None,
 ) -> None:  # fmt: skip
     """Solve `count` sliding contacts of each raceway that are not in the journal."""
-    jobs = {}
-    for raceway in RACEWAYS:
-        for k, point in enumerate(sliding_points(range_, parameters, raceway, count).tolist()):
-            if (key := f"{raceway} {k}") not in journal:
-                jobs[executor.submit(solve_films, parameters, raceway, tuple(point))] = key
-    for job in as_completed(jobs):
-        journal.add(jobs[job], job.result())
-        if progress is not None:
-            progress(len(journal), 2 * count, "sliding contacts solved")
+    jobs = {
+        f"{raceway} {k}": (parameters, raceway, tuple(point))
+        for raceway in RACEWAYS
+        for k, point in enumerate(sliding_points(range_, parameters, raceway, count).tolist())
+    }
+    solve_missing(solve_films, jobs, journal, executor, progress, "sliding contacts solved")
 
 
 class SlidingFilms:

@@ -12,7 +12,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ballscrew_tehl.contact import ContactConditions
 from ballscrew_tehl.parameters.file import (
@@ -29,7 +28,6 @@ from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_rad
 from ballscrew_tehl.physics.kinematics import entrainment_speed
 from ballscrew_tehl.physics.lubricant import eta0
 
-Array = NDArray[np.float64]
 #: diameters [mm] of the shaft, mm r/min of its speed, temperatures [K], largest pressure [Pa]
 DIAMETERS, SPEED_FACTOR, TEMPERATURES, PRESSURES = (6.0, 125.0), 240e3, (263.15, 363.15), (0.007e9, 3.0e9)
 GRADES = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680)

@@ -28,8 +28,6 @@ SOURCES = (
     "parameters/oil.py",
 )  # fmt: skip
 KEPT_DAYS = 30.0
-#: of the modules that are imported
-KERNELS: list[Any] = []
 
 
 def sources_hash(package: Path = PACKAGE) -> str:
@@ -87,17 +85,6 @@ def kernel(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     # numba reads it here: the functions of others keep their folder
     numba.config.CACHE_DIR = str(folder or "")
     try:
-        KERNELS.append(numba.njit(cache=folder is not None, error_model="numpy", **options)(function))
-        return KERNELS[-1]
+        return numba.njit(cache=folder is not None, error_model="numpy", **options)(function)
     finally:
         numba.config.CACHE_DIR = before
-
-
-def stored_kernels() -> int:
-    """How many of the KERNELS have machine code in the cache; where there is none, all count as stored."""
-    if cache_folder() is None:
-        return len(KERNELS)
-    return sum(
-        any(Path(made.stats.cache_path).glob(f"{made.__module__.rpartition('.')[2]}.{made.__name__}-*.nbi"))
-        for made in KERNELS
-    )

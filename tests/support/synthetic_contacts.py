@@ -74,7 +74,7 @@ def closed_ball(parameters, raceway, load, speed, temperature, thermal):
     return SimpleNamespace(
         **{name: found[name] for name in ("rolling_loss", "core_pressure", "core_area")},
         h_c=found["central_film"], h_m=found["minimum_film"], temperature_rise_mean=found["temperature_rise"],
-        mean_temperature=temperature + found["mean_rise"],
+        mean_temperature=temperature + found["mean_rise"], conditions=SimpleNamespace(temperature=temperature),
     )  # fmt: skip
 
 

@@ -21,10 +21,7 @@ from .groups import (
     Array,
     ClosedForms,
     Groups,
-    RollingContacts,
-    closed_forms,
     coordinates,
-    unmodelled,
 )
 from .interpolation import Interpolant
 
@@ -77,11 +74,6 @@ class ContactAtlas:
         at = coordinates(near) / self.lengths
         found = self.interpolant(at.reshape(-1, at.shape[-1])).T
         return dict(zip(QUANTITIES, found.reshape(-1, *at.shape[:-1]), strict=True))
-
-    def values(self, contacts: RollingContacts) -> dict[str, Array]:
-        """Quantities (SI) of contacts by name."""
-        forms = closed_forms(contacts)
-        return unmodelled(self.interpolated(forms), forms.values)
 
 
 def refuse_laws(parameters: Parameters) -> None:

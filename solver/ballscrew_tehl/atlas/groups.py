@@ -11,17 +11,15 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..parameters.file import LubricantParameters, Parameters, SolidParameters
-from ..physics.ball_law import contact_angle_at_ball_load
+from ..physics.ball_law import Array, contact_angle_at_ball_load
 from ..physics.film import central_film_estimate, moes_groups, thermal_load_parameter, wilson_sheu
 from ..physics.hertz import E_prime, ellipse, reduced_radii
 from ..physics.kinematics import entrainment_speed
 from ..physics.lubricant import ambient_density, eta0, relative_density, temperature_slope
 from ..physics.rolling_resistance import biboulet_houpert_point, rolling_power
 
-Array = NDArray[np.float64]
 #: quantities of a contact with units; temperature_rise: of the hottest level of the film, mean over the contact;
 #: mean_rise: mean over contact and film, below 0 where oil that expands cools more than shear heats; rolling_loss,
 #: core_pressure, core_area: see contact.ContactResult
@@ -151,11 +149,21 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
 COORDINATES = ("transition", "L", "radius_ratio", "z", "pressure", "N", "wall")
 
 
+def transition(groups: Groups) -> Array:
+    """ln of what tells rigid contacts from flattened ones, ln(TURN) in the middle between them."""
+    at = np.log(groups.M) + 0.45 * np.log(groups.L / 12.0) + 0.5 * np.log(groups.radius_ratio / 0.047)
+    return np.asarray(at)
+
+
+def stretched(at: Array) -> Array:
+    """The transition as a coordinate in which quantities change evenly."""
+    return at + STRETCH * np.tanh((at - np.log(TURN)) / WIDTH)
+
+
 def coordinates(groups: Groups) -> Array:
     """Coordinates (..., 7), COORDINATES, of groups (...)."""
-    at = np.log(groups.M) + 0.45 * np.log(groups.L / 12.0) + 0.5 * np.log(groups.radius_ratio / 0.047)
     columns = (
-        at + STRETCH * np.tanh((at - np.log(TURN)) / WIDTH), np.log(groups.L), np.log(groups.radius_ratio), groups.z,
+        stretched(transition(groups)), np.log(groups.L), np.log(groups.radius_ratio), groups.z,
         np.log(groups.pressure), np.log(groups.N + COLD), np.log(groups.wall),
     )  # fmt: skip
     return np.stack(np.broadcast_arrays(*columns), axis=-1)

@@ -10,11 +10,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ..physics.ball_law import Array
+
 #: points interpolated at a time: their correlations with thousands of others stay within the cache
-CHUNK = 64
+CHUNK = 16
 
 
 class Interpolant(NamedTuple):
@@ -34,10 +34,17 @@ class Interpolant(NamedTuple):
 
 def correlation(one: Array, two: Array) -> Array:
     """Correlations (m, n) of order 5/2 between points (m, d) and (n, d) over the lengths."""
-    square = (one * one).sum(axis=1)[:, None] + (two * two).sum(axis=1) - 2.0 * (one @ two.T)
-    s = np.sqrt(np.maximum(5.0 * square, 0.0))
-    found = (s / 3.0 + 1.0) * s + 1.0
-    found *= np.exp(-s)
+    s = one @ two.T
+    s *= -2.0
+    s += (one * one).sum(axis=1)[:, None]
+    s += (two * two).sum(axis=1)
+    s *= 5.0
+    np.sqrt(np.maximum(s, 0.0, out=s), out=s)
+    found = s / 3.0
+    found += 1.0
+    found *= s
+    found += 1.0
+    found *= np.exp(np.negative(s, out=s), out=s)
     return found
 
 

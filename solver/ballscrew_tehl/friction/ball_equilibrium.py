@@ -6,7 +6,7 @@ tau = (1-f) min(tau_0 asinh(eta v/(h tau_0)), Lambda p) + f mu_b p, with the sha
 tau is the derivative of a convex potential with respect to the slip v, so the forces and moments of the contacts
 on the ball vanish where the integral of the potential over all contacts is least. The motion there is unique.
 Where oil or asperities stick, the potential has a kink: v is smoothed over 1e-6 of the entrainment speed, which moves
-the power by less than 2e-6 of it (1000 random balls; the smoothing a hundredth). Newton's method, many balls at a time.
+the power by less than 2e-6 of it (1000 random balls; the smoothing a hundredth). Newton's method, all side by side.
 
 Assumption: no other force on the ball. What drives it against rolling resistance, hysteresis and its neighbours is a
 small part of what the contacts can transmit, its inertia less.
@@ -15,7 +15,6 @@ small part of what the contacts can transmit, its inertia less.
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,17 +30,18 @@ RADIAL, AROUND = 8, 16
 #: where that takes more than QUICK_STEPS, with all, each from the motion of the one before
 SMOOTHED = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 QUICK_STEPS, MOST_STEPS = 12, 400
-#: an iteration ends where a further step would lower the potential by less than this share of it; that with a wider
-#: smoothing by less than the second
+#: an iteration ends where a further step would lower the potential by less than this share of the power; that with a
+#: wider smoothing by less than the second
 CONVERGED_AT, CONVERGED_FIRST = 1e-10, 1e-4
 #: or where a shortened one would by this share: rounding
 ROUNDING = 1e-14
-#: share of the expected gain of a step that it must reach, else it is shortened by a factor between these
-LEAST_GAIN, SHORTENED = 1e-4, (0.05, 0.7)
+#: slope of the potential at the end of a step over that at its begin, up to which it may rise again; else the step is
+#: shortened by a factor between these
+MOST_BEYOND, SHORTENED = 0.5, (0.05, 0.7)
+#: contacts at a time: what is known of their nodes stays within the cache
+BLOCK = 96
 #: relative addition to the diagonal of the system, which keeps it regular
 LEAST_DAMPING = 1e-12
-#: balls at a time: their nodes stay within the cache
-CHUNK = 256
 
 
 class BallMotion(NamedTuple):
@@ -73,27 +73,17 @@ class Traction(NamedTuple):
         return Traction(viscosity, pressure, film, asperities, *self[4:])
 
 
-class Stress(NamedTuple):
-    """Shear stress over slip at nodes: potential per area [W/m2], stress over slip, slope of the stress [Pa s/m]."""
-
-    potential: Any
-    ratio: Any
-    slope: Any
-
-
 class _Balls(NamedTuple):
-    """Balls at the nodes of their contacts (n, c, RADIAL, AROUND), or constant along an axis of length one."""
+    """Balls and what the stress at the RADIAL nodes of their contacts follows from, (n, c, RADIAL, 1)."""
 
     matrix: Array  # (n, c, 3, 4) slip and spin over the motion of the ball
     offset: Array  # (n, c, 3) slip and spin without motion of the ball
-    differential: Array  # (n, c, 1, 1)
-    x: Array
-    y: Array
-    weight: Array  # area of a node
+    differential: Array  # (n, c)
+    axes: Array  # (n, c, 2) semi-axes across and along rolling
     stiffness: Array  # viscosity/(film tau_0)
-    limit: Array  # stress at which the oil slips, Lambda p
-    dry: Array  # stress of the asperities
-    share: Array  # of the asperities
+    slipping: Array  # stiffness times slip at which the oil slips
+    oil: Array  # tau_0 of the share on oil (n, c, 1, 1)
+    dry: Array  # stress of the asperities times their share
 
     def take(self, rows: Any) -> _Balls:
         return _Balls(*(one[rows] for one in self))
@@ -106,84 +96,105 @@ def radial_nodes() -> tuple[Array, Array]:
     return r, w * r / AROUND
 
 
-def shear_stress(
-    v: Any, stiffness: Any, tau_0: float, limit: Any, dry: Any, share: Any, smooth: Any
-) -> Stress:
-    """Shear stress of oil and asperities at slip speeds v >= 0 [m/s]; all arguments broadcast.
+def _unit_nodes() -> tuple[Array, Array, Array]:
+    """Places of all nodes along and across rolling in the unit circle, and their weights (RADIAL * AROUND,)."""
+    radius, weight = radial_nodes()
+    around = 2.0 * math.pi * (np.arange(AROUND) + 0.5) / AROUND
+    x, y = (np.outer(radius, of(around)).ravel() for of in (np.cos, np.sin))
+    return x, y, np.repeat(weight, AROUND)
 
-    With W(v) the potential: W(sqrt(v^2 + smooth^2)), convex as W is; where W is a parabola the stress is that without
-    smooth.
 
-    Parameters   stiffness : viscosity/(film tau_0) [s/m];  limit, dry : stress of oil that slips, of asperities [Pa];
-                 share : of the load on asperities
+_X, _Y, _W = _unit_nodes()
+#: slips over their coefficients, and sums over nodes with what the moments take
+_SLIP_X, _SLIP_Y = np.stack([np.ones_like(_Y), _Y, _Y**2]), np.stack([np.ones_like(_X), _X])
+_WITH_Y, _WITH_X = (_W * _SLIP_X).T, (_W * np.stack([np.ones_like(_X), _X, _X**2])).T
+_WITH_BOTH = (_W * np.stack([np.ones_like(_X), _X, _Y, _X * _Y])).T
+
+
+def shear_stress(square: Any, stiffness: Any, slipping: Any, oil: Any, dry: Any) -> tuple[Any, Any]:
+    """Shear stress over slip [Pa s/m] at slips with these squares, and the slope of the stress; all broadcast.
+
+    Parameters   square : slip [m2/s2], with the square of the smoothing, which keeps the potential convex;  stiffness :
+                 viscosity/(film tau_0) [s/m];  slipping : stiffness times slip at which the oil slips;  oil : tau_0
+                 times its share of the load;  dry : stress of the asperities times theirs [Pa]
     """
-    root = np.sqrt(v * v + smooth * smooth)
+    root = np.sqrt(square)
     z = stiffness * root
-    # beyond 1e12 the logarithm is exact, and sinh overflows at last
-    ln_limit = limit / tau_0
-    ends = np.minimum(z, np.sinh(np.minimum(ln_limit, 300.0)))
+    ends = np.minimum(z, slipping)
     one = np.sqrt(1.0 + ends * ends)
-    slips = z > ends
-    arc = np.where(slips, ln_limit, np.arcsinh(ends))
-    # the integral of asinh, which loses its digits for small ones
-    content = np.where(ends < 1e-4, 0.5 * ends * ends, ends * arc - (one - 1.0)) + arc * (z - ends)
-    oil = 1.0 - share
-    potential = oil * (tau_0 / stiffness) * content + share * dry * root
-    ratio = (oil * tau_0 * arc + share * dry) / root
-    slope = oil * np.where(slips, 0.0, tau_0 * stiffness / one)
-    return Stress(potential, ratio, ratio + (slope - ratio) * (v / root) ** 2)
+    # asinh: NumPy's takes three times as long; its series where the logarithm loses digits
+    arc = np.where(ends < 1e-3, ends - ends**3 / 6.0, np.log(ends + one))
+    return (oil * arc + dry) / root, np.where(z > ends, 0.0, oil * stiffness / one)
 
 
-def _sums(balls: _Balls, tau_0: float, q: Array, smooth: Array) -> tuple[Array, Array, Array, Array]:
-    """Potential (n,) [W] to a constant, gradient (n, 4), Hessian (n, 4, 4) and power of each contact (n, c)."""
-    matrix = balls.matrix
+def _node_sums(along: Array, across: Array, smooth: Array, stress: tuple[Array, ...]) -> Array:
+    """Sums over the nodes of contacts (m, 15), per area: what _sums takes.
+
+    Parameters   along (m, 3), across (m, 2): coefficients of _SLIP_X, _SLIP_Y;  smooth (m, 1) [m/s];  stress: arguments
+                 of shear_stress (m, RADIAL, 1)
+    """
+    v_x, v_y = along @ _SLIP_X, across @ _SLIP_Y
+    square = v_x * v_x + v_y * v_y
+    smoothed = square + smooth * smooth
+    ratio, slope = (
+        part.reshape(square.shape) for part in shear_stress(smoothed.reshape(-1, RADIAL, AROUND), *stress)
+    )
+    bend = (slope - ratio) / smoothed
+    bend_x = bend * v_x
+    return np.concatenate([
+        (ratio * square) @ _W[:, None], (ratio * v_x) @ _WITH_Y[:, :2], (ratio * v_y) @ _WITH_X[:, :2],
+        (ratio + bend_x * v_x) @ _WITH_Y, (bend_x * v_y) @ _WITH_BOTH, (ratio + bend * v_y * v_y) @ _WITH_X,
+    ], axis=1)  # fmt: skip
+
+
+def _sums(balls: _Balls, q: Array, smooth: Array) -> tuple[Array, Array, Array]:
+    """Gradient of the potential (n, 4), its Hessian (n, 4, 4) and power of each contact (n, c) [W]."""
+    matrix, (a, b) = balls.matrix, np.moveaxis(balls.axes, -1, 0)
     at = balls.offset + (matrix @ q[:, None, :, None])[..., 0]
-    slip_x, slip_y, spin = (at[..., i, None, None] for i in range(3))
-    x, y, w = balls.x, balls.y, balls.weight
-    v_x, v_y = slip_x + balls.differential * y * y - spin * y, slip_y + spin * x
-    v = np.sqrt(v_x * v_x + v_y * v_y)
-    stress = shear_stress(
-        v, balls.stiffness, tau_0, balls.limit, balls.dry, balls.share, smooth[:, None, None, None]
+    slip_x, slip_y, spin = np.moveaxis(at, -1, 0)
+    along = np.stack([slip_x, -spin * a, balls.differential * a * a], axis=-1).reshape(-1, 3)
+    across = np.stack([slip_y, spin * b], axis=-1).reshape(-1, 2)
+    of_contact = np.repeat(smooth, a.shape[1])[:, None]
+    stress = [part.reshape(-1, *part.shape[2:]) for part in balls[4:]]
+    sums = np.concatenate([
+        _node_sums(along[rows], across[rows], of_contact[rows], tuple(part[rows] for part in stress))
+        for rows in (slice(i, i + BLOCK) for i in range(0, len(along), BLOCK))
+    ])  # fmt: skip
+    area = math.pi * a * b
+    power, f_x, f_x_y, f_y, f_y_x, xx, xx_y, xx_yy, xy, xy_x, xy_y, xy_xy, yy, yy_x, yy_xx = (
+        area * column.reshape(a.shape) for column in sums.T
     )
-    own = w * stress.ratio
-    potential = (w * stress.potential).sum(axis=(1, 2, 3))
-    f_x, f_y = own * v_x, own * v_y
-    power = (own * v * v).sum(axis=(2, 3))
-    forces = np.stack([f.sum(axis=(2, 3)) for f in (f_x, f_y, x * f_y - y * f_x)], axis=-1)
-    along = w * (stress.slope - stress.ratio) / np.maximum(v * v, 1e-300)
-    h_xx, h_xy, h_yy = own + along * v_x * v_x, along * v_x * v_y, own + along * v_y * v_y
-    turn_x, turn_y = h_xy * x - h_xx * y, h_yy * x - h_xy * y
-    xx, xy, yy, xt, yt, tt = (
-        h.sum(axis=(2, 3)) for h in (h_xx, h_xy, h_yy, turn_x, turn_y, turn_y * x - turn_x * y)
-    )
+    forces = np.stack([f_x, f_y, b * f_y_x - a * f_x_y], axis=-1)
+    xt, yt = b * xy_x - a * xx_y, b * yy_x - a * xy_y
+    tt = b * b * yy_xx - 2.0 * a * b * xy_xy + a * a * xx_yy
     stiff = np.stack([xx, xy, xt, xy, yy, yt, xt, yt, tt], axis=-1).reshape(*xx.shape, 3, 3)
     turned = np.swapaxes(matrix, -1, -2)
     gradient = (turned @ forces[..., None])[..., 0].sum(axis=1)
-    hessian = (turned @ stiff @ matrix).sum(axis=1)
-    return potential, gradient, hessian, power
+    return gradient, (turned @ stiff @ matrix).sum(axis=1), power
 
 
 def _least_potential(
-    balls: _Balls, tau_0: float, q: Array, smooth: Array, converged_at: float, most: int
+    balls: _Balls, q: Array, smooth: Array, converged_at: float, most: int
 ) -> tuple[Array, Array, NDArray[np.int64]]:
     """Newton's method with shortened steps from motions q (n, 4): motion, power, steps, `most` where it was not found.
 
     Where all of a contact is at its limit the potential is nearly flat along the slip, and a full step goes far beyond
     the least: the step is shortened. Its direction is kept: it does not depend on the coordinates of the motion.
+    The power stands for the potential, which is between half and all of it.
     """
     q = q.copy()
-    state: tuple[Array, ...] = _sums(balls, tau_0, q, smooth)
-    power, steps = state[3].copy(), np.full(len(q), most)
+    state: tuple[Array, ...] = _sums(balls, q, smooth)
+    power, steps = state[2].copy(), np.full(len(q), most)
     rows = np.arange(len(q))
     diagonal = np.arange(4)
     for step in range(most):
-        value, gradient, hessian, _ = state
+        gradient, hessian, total = state[0], state[1], state[2].sum(axis=1)
         good = np.isfinite(gradient).all(axis=1) & np.isfinite(hessian).all(axis=(1, 2))
         hessian[:, diagonal, diagonal] *= 1.0 + LEAST_DAMPING
         change = np.zeros_like(gradient)
         change[good] = np.linalg.solve(hessian[good], gradient[good, :, None])[..., 0]
         decrement = (gradient * change).sum(axis=1)
-        done = good & ~(decrement > converged_at * value)
+        done = good & ~(decrement > converged_at * total)
         steps[rows[done]] = step
         here = np.flatnonzero(good & ~done)
         length, own = np.ones(len(here)), balls if len(here) == len(rows) else balls.take(here)
@@ -194,23 +205,24 @@ def _least_potential(
         while pending.size:
             at = here[pending]
             new = q[rows[at]] - length[pending, None] * change[at]
-            other = _sums(own if pending.size == len(here) else own.take(pending), tau_0, new, smooth[at])
-            better = other[0] <= value[at] - LEAST_GAIN * length[pending] * decrement[at]
+            other = _sums(own if pending.size == len(here) else own.take(pending), new, smooth[at])
+            # how the potential still falls along the step: beyond its least where this is negative
+            slope = (other[0] * change[at]).sum(axis=1)
+            better = slope >= -MOST_BEYOND * decrement[at]
             took = pending[better]
             moved[took] = new[better]
             for part, found in zip(reached, other, strict=True):
                 part[took] = found[better]
-            # secant of the slope along the step
-            slope = (other[1] * change[at]).sum(axis=1)
+            # secant of the slope
             share = np.where(slope < 0.0, decrement[at] / (decrement[at] - slope), SHORTENED[1])
             length[pending] *= np.where(better, 1.0, np.clip(share, *SHORTENED))
-            ended = ~better & ~(length[pending] * decrement[at] > ROUNDING * value[at])
+            ended = ~better & ~(length[pending] * decrement[at] > ROUNDING * total[at])
             stuck[pending[ended]] = True
             pending = pending[~better & ~ended]
         steps[rows[here[stuck]]] = step
         on = ~stuck
         rows = rows[here[on]]
-        q[rows], power[rows] = moved[on], reached[3][on]
+        q[rows], power[rows] = moved[on], reached[2][on]
         balls = own if on.all() else own.take(on)
         smooth, state = smooth[here[on]], tuple(part[on] for part in reached)
         if not rows.size:
@@ -218,22 +230,20 @@ def _least_potential(
     return q, power, steps
 
 
-def _nodes(motion: ContactMotion, speed: Array, axes: Array, traction: Traction) -> _Balls:
-    radius, weight = radial_nodes()
-    around = 2.0 * math.pi * (np.arange(AROUND) + 0.5) / AROUND
-    a, b = axes[..., 0, None, None], axes[..., 1, None, None]
-    p = traction.pressure[..., None] * np.sqrt(1.0 - radius**2)
+def _balls(motion: ContactMotion, speed: Array, axes: Array, traction: Traction) -> _Balls:
+    tau_0 = traction.tau_0
+    p = (traction.pressure[..., None] * np.sqrt(1.0 - radial_nodes()[0] ** 2))[..., None]
+    asperities = traction.asperities[..., None, None]
     return _Balls(
         np.broadcast_to(motion.matrix, (*traction.pressure.shape, 3, 4)),
         motion.offset * speed[:, None, None],
-        motion.differential[..., None, None] * speed[:, None, None, None],
-        b * (radius[:, None] * np.cos(around)),
-        a * (radius[:, None] * np.sin(around)),
-        math.pi * a * b * weight[:, None],
-        (traction.viscosity / (traction.film[..., None] * traction.tau_0))[..., None],
-        (traction.limiting * p)[..., None],
-        (traction.boundary * p)[..., None],
-        traction.asperities[..., None, None],
+        motion.differential * speed[:, None],
+        axes,
+        (traction.viscosity / (traction.film[..., None] * tau_0))[..., None],
+        # beyond, sinh overflows
+        np.sinh(np.minimum(traction.limiting * p / tau_0, 300.0)),
+        (1.0 - asperities) * tau_0,
+        asperities * traction.boundary * p,
     )
 
 
@@ -251,34 +261,20 @@ def ball_equilibrium(
     first = rolling_motion(motion) * speed[:, None]
     begin = first if near is None else near
     rolling = np.abs(speed * motion.matrix[..., 0, 0, 0])
-    each = motion.matrix.ndim == 4
-    chunks = [slice(i, i + CHUNK) for i in range(0, len(speed), CHUNK)]
-
-    def solve(rows: slice) -> tuple[Array, Array, NDArray[np.int64]]:
-        # each thread has its own state of the warnings
-        with np.errstate(all="ignore"):
-            own = ContactMotion(motion.raceways, *(part[rows] if each else part for part in motion[1:]))
-            balls = _nodes(own, speed[rows], axes[rows], traction.take(rows))
-            tau_0 = traction.tau_0
-            q, power, steps = _least_potential(
-                balls, tau_0, begin[rows], SMOOTHED[-1] * rolling[rows], CONVERGED_AT, QUICK_STEPS
-            )
-            left = np.flatnonzero(steps == QUICK_STEPS)
-            if left.size:
-                hard, begun = balls.take(left), first[rows][left]
-                for smooth in SMOOTHED:
-                    end = CONVERGED_AT if smooth == SMOOTHED[-1] else CONVERGED_FIRST
-                    begun, power[left], taken = _least_potential(
-                        hard, tau_0, begun, smooth * rolling[rows][left], end, MOST_STEPS
-                    )
-                    steps[left] += taken
-                q[left] = begun
-                steps[left[taken == MOST_STEPS]] = -1
-            return q, power, steps
-
-    with ThreadPoolExecutor() as threads:
-        parts = list(threads.map(solve, chunks)) if len(chunks) > 1 else [solve(chunks[0])]
-    q, power, steps = (np.concatenate(column) for column in zip(*parts, strict=True))
+    with np.errstate(all="ignore"):
+        balls = _balls(motion, speed, axes, traction)
+        q, power, steps = _least_potential(balls, begin, SMOOTHED[-1] * rolling, CONVERGED_AT, QUICK_STEPS)
+        left = np.flatnonzero(steps == QUICK_STEPS)
+        if left.size:
+            hard, begun = balls.take(left), first[left]
+            for smooth in SMOOTHED:
+                end = CONVERGED_AT if smooth == SMOOTHED[-1] else CONVERGED_FIRST
+                begun, power[left], taken = _least_potential(
+                    hard, begun, smooth * rolling[left], end, MOST_STEPS
+                )
+                steps[left] += taken
+            q[left] = begun
+            steps[left[taken == MOST_STEPS]] = -1
     known = (steps >= 0) & np.isfinite(power).all(axis=1)
     if not known.all():
         bad = int(np.argmin(known))

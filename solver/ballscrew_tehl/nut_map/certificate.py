@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, as_completed
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -192,18 +192,24 @@ def _certificate(errors: Mapping[str, np.ndarray]) -> dict[str, Any]:
     if not len(held):
         raise ArithmeticError(f"none of {total} points of the certificate has a direct solution")
     return {
-        **_totals(held),
+        **error_totals(Deviation._fields, held),
         "points_not_solved": total - len(held),
-        "regions": {region: _totals(errors[region][known]) for region, known in good.items() if known.any()},
+        "regions": {
+            region: error_totals(Deviation._fields, errors[region][known])
+            for region, known in good.items()
+            if known.any()
+        },
     }
 
 
-def _totals(errors: np.ndarray) -> dict[str, Any]:
-    """Number of points, and mean, quantiles and largest of each column of their errors (n, 3)."""
+def error_totals(names: Sequence[str], errors: np.ndarray) -> dict[str, Any]:
+    """Number of points, and mean, quantiles and largest of each column of their errors (n, names), NaN left out."""
     result: dict[str, Any] = {"points": len(errors)}
-    for name, column in zip(Deviation._fields, errors.T, strict=True):
-        result[f"{name}_error_mean"] = float(column.mean())
-        for share, key in QUANTILES.items():
-            result[f"{name}_error_{key}"] = float(np.quantile(column, share))
-        result[f"{name}_error_max"] = float(column.max())
+    for name, column in zip(names, errors.T, strict=True):
+        known = column[np.isfinite(column)]
+        if known.size:
+            result[f"{name}_error_mean"] = float(known.mean())
+            for share, key in QUANTILES.items():
+                result[f"{name}_error_{key}"] = float(np.quantile(known, share))
+            result[f"{name}_error_max"] = float(known.max())
     return result

@@ -120,25 +120,14 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     return dict(header, file_hash=digest), variables
 
 
-class OtherParametersError(MapError):
-    """A map of another screw or oil; reason: which one was tried, and what differs."""
-
-    def __init__(self, reason: str, remedy: str) -> None:
-        super().__init__(reason, remedy)
-        self.reason = reason
-
-    def __str__(self) -> str:
-        return ": ".join(self.args)
-
-
 def _refuse_other_parameters(path: Path, header: Mapping[str, Any], parameters: Parameters) -> None:
-    """Raises OtherParametersError."""
+    """Raises MapError."""
     found = differences(header["parameters_json"], map_parameters_json(parameters))
     if found is not None:
         theirs, ours = found
-        raise OtherParametersError(
-            f"{path}: this map is of {theirs}; the screw file is of {ours}",
-            "without --map a map of the screw file is made",
+        raise MapError(
+            f"{path}: this map is of {theirs}; the screw file is of {ours}: without --map a map of the screw file is "
+            "made"
         )
 
 

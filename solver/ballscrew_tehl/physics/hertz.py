@@ -13,6 +13,8 @@ from ..parameters.file import ScrewParameters
 #: scipy.special is imported in the functions: evaluation of a stored map needs no elliptic integral
 
 RACEWAYS = ("screw", "nut")
+#: most steps to the axes of an ellipse; about seven are needed
+MOST_SECANTS = 40
 
 
 class HertzContact(NamedTuple):
@@ -63,49 +65,55 @@ def reduced_radii(screw: ScrewParameters, contact_angle: Any, raceway: str) -> t
     return R_x, 1.0 / (1.0 / r_b - 1.0 / r_groove)
 
 
-@lru_cache(maxsize=4096)
-def ratio_of_axes(radius_ratio: float) -> float:
+def ratio_of_axes(radius_ratio: Any) -> Any:
     """a/b of the contact ellipse, >= 1.
 
-    Parameters   radius_ratio : float, R_x/R_y, 0 < ratio <= 1
-    Returns      k = a/b, relative error below 1e-13
+    Parameters   radius_ratio : float or array, R_x/R_y, 0 < ratio <= 1
+    Returns      k = a/b, like radius_ratio, relative error below 1e-13
     Raises       ValueError: ratio out of range
     Source       Johnson, Contact Mechanics 1985, Eqs. 4.26-4.28, written with the symmetric integral R_D,
-                 which has no cancellation near the circle: R_y/R_x = R_D(0,1,1/k^2)/R_D(0,1/k^2,1)
+                 which has no cancellation near the circle: R_y/R_x = R_D(0,1,1/k^2)/R_D(0,1/k^2,1); by secants
     Example
-        >>> ratio_of_axes(1.0)
+        >>> float(ratio_of_axes(1.0))
         1.0
     """
-    if not 0.0 < radius_ratio <= 1.0:
-        raise ValueError(
-            f"radius_ratio = {radius_ratio}; needs 0 < R_x/R_y <= 1: rolling is along the short axis"
-        )
-    if radius_ratio == 1.0:
-        return 1.0
+    ratio = np.asarray(radius_ratio, dtype=float)
+    if not np.all((ratio > 0.0) & (ratio <= 1.0)):
+        bad = float(ratio[~((ratio > 0.0) & (ratio <= 1.0))].flat[0])
+        raise ValueError(f"radius_ratio = {bad}; needs 0 < R_x/R_y <= 1: rolling is along the short axis")
     from scipy.special import elliprd
 
-    def mismatch(ln_k: float) -> float:
-        q = math.exp(-2.0 * ln_k)
-        return math.log(elliprd(0.0, 1.0, q) / elliprd(0.0, q, 1.0)) + math.log(radius_ratio)
+    def mismatch(ln_k: Any) -> Any:
+        q = np.exp(-2.0 * ln_k)
+        return np.log(elliprd(0.0, 1.0, q) / elliprd(0.0, q, 1.0) * ratio)
 
-    # k lies between ratio^(-1/2) and ratio^(-1); halved to the last digit: scipy.optimize takes longer to import than
-    # a map to be read
-    low, high = 0.0, -math.log(radius_ratio) + 1e-9
-    while low < (middle := 0.5 * (low + high)) < high:
-        low, high = (middle, high) if mismatch(middle) < 0.0 else (low, middle)
-    return math.exp(high)
+    # ln k over ln(R_y/R_x): 0.75 near the circle, towards 0.5 of a long ellipse
+    before, at = -0.5 * np.log(ratio), -0.75 * np.log(ratio)
+    left = mismatch(before)
+    for _ in range(MOST_SECANTS):
+        here = mismatch(at)
+        wide = here - left
+        step = here * (at - before) / np.where(wide == 0.0, 1.0, wide)
+        before, left, at = at, here, at - step
+        if np.all(np.abs(step) <= 1e-15):
+            break
+    return np.exp(np.maximum(at, 0.0))
 
 
-@lru_cache(maxsize=4096)
-def _unit_contact(R_x: float, R_y: float, modulus: float) -> HertzContact:
-    """The contact under 1 N; every other load is a power of it."""
+def _unit_contacts(R_x: Any, R_y: Any, modulus: float) -> HertzContact:
+    """Contacts under 1 N; every other load is a power of it."""
     from scipy.special import ellipkm1, elliprd
 
     k = ratio_of_axes(R_x / R_y)
     q = 1.0 / k**2
-    a = float((2.0 * R_y * elliprd(0.0, q, 1.0) / (math.pi * modulus)) ** (1.0 / 3.0))
+    a = np.cbrt(2.0 * R_y * elliprd(0.0, q, 1.0) / (math.pi * modulus))
     p_max = 1.5 * k / (math.pi * a**2)
-    return HertzContact(a, a / k, p_max, float(3.0 * ellipkm1(q) / (math.pi * a * modulus)))
+    return HertzContact(a, a / k, p_max, 3.0 * ellipkm1(q) / (math.pi * a * modulus))
+
+
+@lru_cache(maxsize=4096)
+def _unit_contact(R_x: float, R_y: float, modulus: float) -> HertzContact:
+    return HertzContact(*map(float, _unit_contacts(R_x, R_y, modulus)))
 
 
 def ellipse(load: Any, R_x: Any, R_y: Any, E_prime: float) -> HertzContact:
@@ -122,12 +130,8 @@ def ellipse(load: Any, R_x: Any, R_y: Any, E_prime: float) -> HertzContact:
         2146.0
     """
     root = np.cbrt(load)
-    if np.ndim(R_x) == np.ndim(R_y) == 0:
-        unit = _unit_contact(float(R_x), float(R_y), float(E_prime))
-    else:
-        shapes = np.broadcast(R_x, R_y)
-        units = np.array([_unit_contact(float(x), float(y), float(E_prime)) for x, y in shapes])
-        unit = HertzContact(*(column.reshape(shapes.shape) for column in units.T))
+    one = np.ndim(R_x) == np.ndim(R_y) == 0
+    unit = _unit_contact(float(R_x), float(R_y), E_prime) if one else _unit_contacts(R_x, R_y, E_prime)
     return HertzContact(unit.a * root, unit.b * root, unit.p_max * root, unit.delta * root**2)
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..atlas.groups import QUANTITIES, closed_forms, rolling_contacts, unmodelled
-from ..contact import solve_ball
+from ..contact import ContactResult, solve_ball
 from ..friction.mechanistic import mean_load, nuts_powers, rolling_torque
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
@@ -37,6 +37,15 @@ def rolling_parameters(parameters: Parameters) -> Parameters:
     return changed(parameters, friction={"kinematics": ROLLING_FRAME, "set": MECHANISTIC})
 
 
+def contact_quantities(found: ContactResult) -> dict[str, float]:
+    """QUANTITIES of a thermal solution."""
+    values = (
+        found.h_c, found.h_m, found.temperature_rise_mean, found.mean_temperature - found.conditions.temperature,
+        found.rolling_loss, found.core_pressure, found.core_area,
+    )  # fmt: skip
+    return {name: float(value) for name, value in zip(QUANTITIES, values, strict=True)}
+
+
 def solved_contact(
     parameters: Parameters, raceway: str, load: float, speed: float, temperature: float
 ) -> dict[str, float]:
@@ -49,12 +58,7 @@ def solved_contact(
         closed = unmodelled(dict.fromkeys(QUANTITIES, np.zeros(1)), closed_forms(contact).values)
         if float(closed["central_film"][0]) > THICKEST * float(contact.R_x[0]):
             return {name: float(value[0]) for name, value in closed.items()}
-    found = solve_ball(parameters, raceway, load, speed, temperature, thermal=True)
-    values = (
-        found.h_c, found.h_m, found.temperature_rise_mean, found.mean_temperature - temperature, found.rolling_loss,
-        found.core_pressure, found.core_area,
-    )  # fmt: skip
-    return {name: float(value) for name, value in zip(QUANTITIES, values, strict=True)}
+    return contact_quantities(solve_ball(parameters, raceway, load, speed, temperature, thermal=True))
 
 
 class DirectFilm:
