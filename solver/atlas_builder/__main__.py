@@ -74,7 +74,7 @@ def run_contacts(args: argparse.Namespace) -> None:
 
 def run_points(args: argparse.Namespace) -> None:
     with executor_of(args) as executor, progress_bar() as progress, points_journal() as journal:
-        solve_points(range(args.count), args.fine, journal, executor, progress)
+        solve_points(range(args.first, args.first + args.count), args.fine, journal, executor, progress)
 
 
 def run_published(args: argparse.Namespace) -> None:
@@ -149,6 +149,7 @@ def main() -> None:
             step.add_argument("--points", type=int, default=1000, help="of its certificate")
         if name == "points":
             step.add_argument("--fine", action="store_true", help="on the grid of the atlas")
+            step.add_argument("--first", type=int, default=0, help="number of the first one")
     args = parser.parse_args()
     SOLVED.mkdir(exist_ok=True)
     args.run(args)

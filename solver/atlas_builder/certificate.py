@@ -23,7 +23,7 @@ from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.friction.torque import nut_forces
 from ballscrew_tehl.nut_map.build import build_map
 from ballscrew_tehl.nut_map.built import BuiltMap, Progress
-from ballscrew_tehl.nut_map.certificate import error_totals
+from ballscrew_tehl.nut_map.certificate import LEAST_RISE, error_totals
 from ballscrew_tehl.nut_map.file import nut_map_of
 from ballscrew_tehl.nut_map.grid import screw_grid
 from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters
@@ -38,8 +38,6 @@ from .screws import Contact, random_screw
 
 #: seed of the screws, points of each, screws drawn for one that is taken
 SEED, POINTS_PER_SCREW, TRIES = 20261126, 4, 20
-#: rise [K] below which an error is relative to this one: 5 % of it is half a kelvin
-LEAST_RISE = 10.0
 #: minimum film [m] below which it counts in no error: oil is hardly a continuum there
 LEAST_FILM = 10e-9
 #: what is compared at a point; film: the central one, larger error of the contacts

@@ -327,7 +327,7 @@ def test_certificate_counts_its_points_by_region_and_leaves_out_those_without_so
     with pytest.raises(ArithmeticError, match="none of 2 points"):
         deviation_from_direct(nut_map, GD4008, 2)
     # with 5 % chance 48 random points miss the worst 6.05 % of a map
-    assert " 93.9 % of the map with 95 % confidence" in claim(48)
+    assert " 93.9 % of such points with 95 % confidence" in claim(48)
 
 
 # --- band of the mechanistic law ---

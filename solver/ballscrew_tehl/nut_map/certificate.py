@@ -37,6 +37,8 @@ SEED = 1
 QUICKEST_FILM = 40e-9
 #: points that are solved last, those that take least time
 LAST = 8
+#: rise [K] below which an error is relative to this one: 5 % of it is half a kelvin
+LEAST_RISE = 10.0
 #: quantiles of a certificate by the ends of their keys
 QUANTILES = {0.5: "50", 0.99: "99", 0.999: "999"}
 #: how sure a claim is
@@ -93,18 +95,17 @@ def _operating_points(nut_map: NutMap, unit: np.ndarray, region: str) -> np.ndar
 def claim(points: int) -> str:
     """What the largest error of so many points says of all others, in one sentence.
 
-    Source       order statistics: the largest of n random points bounds the share q of all with the confidence 1 - q^n;
-                 with as many points in each of strata of equal shares, no less
+    Source       order statistics: the largest of n random points bounds the share q of all with the confidence 1 - q^n
     """
     share = (1.0 - CONFIDENCE) ** (1.0 / points)
     return (
-        f"Of {points} random points, half of them under axial load, the largest error bounds "
-        f"{100.0 * share:.3g} % of the map with {100.0 * CONFIDENCE:.0f} % confidence; nothing is claimed of the rest."
+        f"Of {points} random points, half of them under axial load, the largest error bounds {100.0 * share:.3g} % "
+        f"of such points with {100.0 * CONFIDENCE:.0f} % confidence; nothing is claimed of the rest."
     )
 
 
 def deviation_at(nut_map: NutMap, parameters: Parameters, point: tuple[float, ...]) -> Deviation:
-    """Errors of friction torque, least central film and largest rise [of the rise, of 1 K if that is more].
+    """Errors of friction torque, least central film and largest rise [of the rise, of LEAST_RISE if that is more].
 
     Parameters   point: preload [N], speed [rad/s], temperature [K], axial load [N]
     Returns      NOT_SOLVED where a contact did not converge
@@ -126,7 +127,7 @@ def deviation_at(nut_map: NutMap, parameters: Parameters, point: tuple[float, ..
     return Deviation(
         abs(torque / direct.friction_torque - 1.0),
         max(abs(getattr(state, name) / getattr(direct, name) - 1.0) for name in films),
-        abs(state.film_temperature_rise - rise) / max(rise, 1.0),
+        abs(state.film_temperature_rise - rise) / max(rise, LEAST_RISE),
     )
 
 
