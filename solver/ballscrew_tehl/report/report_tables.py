@@ -130,9 +130,9 @@ def interval_note(data: ReportData) -> str:
     return f"Interval: {words(data.interval.meaning)}."
 
 
-def catalogue_note(data: ReportData) -> str:
-    """Why the torque of the mechanistic law differs from the catalogue torque; "" for other laws."""
-    return f"{CATALOGUE_DIFFERS[0].upper()}{CATALOGUE_DIFFERS[1:]}." if data.mechanistic else ""
+def catalogue_note() -> str:
+    """Why the torque of the mechanistic law differs from the catalogue torque."""
+    return f"{CATALOGUE_DIFFERS[0].upper()}{CATALOGUE_DIFFERS[1:]}."
 
 
 def carried_over_note(data: ReportData) -> str:
@@ -179,7 +179,7 @@ def limits(data: ReportData) -> Html:
     central = np.maximum(state.film_thickness_central_screw, state.film_thickness_central_nut)
     inside = data.nut_map.header["atlas_fraction"]
     partial = {
-        "torque not physical, dashed": np.concatenate(
+        "torque rises with temperature or falls with speed in a thick film: not physical, dashed": np.concatenate(
             [lines.unphysical.ravel() for lines in (data.by_preload, data.by_temperature, data.over_preload)]
         ),
         "minimum film below a nanometre, where oil is no continuum": state.film_thickness_min < MIN_FILM,
@@ -190,10 +190,13 @@ def limits(data: ReportData) -> Html:
     rows = [
         ("not included", "seals and wipers, churning of grease, returns, misalignment, support bearings, running-in"),
         ("outside the range", "values at the edge of the map, marked as out of range (in_range false)"),
-        ("contacts outside the atlas", f"{100.0 * (1.0 - inside):.3g} %, by their ratio to closed forms at its edge"),
         *((name, f"{100.0 * float(np.mean(where)):.0f} % of the lines") for name, where in partial.items()
           if np.any(where)),
     ]  # fmt: skip
+    if inside < 1.0:
+        rows.append(
+            ("contacts outside the atlas", f"{100.0 * (1.0 - inside):.2g} %, by their ratio to closed forms")
+        )
     if screw.preload_kind == FOUR_POINT:
         rows.append(("oversize balls under axial load", oversize_balls(data)))
     return table("not_certain", "What is not included or less certain", ("", ""), rows, text=True)
