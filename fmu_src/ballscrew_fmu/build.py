@@ -22,6 +22,7 @@ from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.nut_map.interval import interval_table
 from ballscrew_tehl.parameters.file import Parameters
+from ballscrew_tehl.report.data import OperatingPoint
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MECHANISTIC
 
@@ -35,15 +36,15 @@ class Inputs(NamedTuple):
     nut_map: NutMap
     friction_set: FrictionSet | None = None
 
-    def live_page(self) -> str:
-        """The live page; with the interval of the mechanistic law, some seconds.
+    def live_page(self, start: OperatingPoint | None = None) -> str:
+        """The live page, which starts at an operating point; with the interval of the mechanistic law, some seconds.
 
         Raises       BuildError: no ziglang, or it fails;  SourceError: a file is missing
         """
         ends = None
         if self.friction_set is not None and self.nut_map.law == MECHANISTIC:
             ends = interval_table(self.parameters, self.nut_map.header["axes"], self.friction_set)
-        return live_page(self.parameters, self.nut_map, ends)
+        return live_page(self.parameters, self.nut_map, ends, start)
 
 
 def read_inputs(

@@ -159,13 +159,14 @@ def run_report(args: Namespace) -> int:
     from ballscrew_fmu.native_fmu.compile import BuildError
     from ballscrew_tehl.cli.commands.report import run_report
     from ballscrew_tehl.cli.shared.chosen import Chosen
+    from ballscrew_tehl.report.data import OperatingPoint
     from ballscrew_tehl.report.page import Html
     from ballscrew_tehl.runtime.evaluate import NutMap
 
-    def live(chosen: Chosen, nut_map: NutMap) -> Html | None:
+    def live(chosen: Chosen, nut_map: NutMap, point: OperatingPoint) -> Html | None:
         try:
             inputs = build.Inputs(chosen.parameters, nut_map, chosen.friction_set)
-            return live_frame(inputs.live_page())
+            return live_frame(inputs.live_page(point))
         except BuildError as error:
             say(f"the report has no live page: {error}")
             return None

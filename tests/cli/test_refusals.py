@@ -83,12 +83,11 @@ REFUSALS = {
     ],
     "oil": [((), "--iso-vg, --viscosity-index (missing)"), (("--iso-vg", "68", "--screw", "x"), "give one oil"),
             (("--iso-vg", "70", "--viscosity-index", "95"), "70")],
-    "map": [(("polish",), "invalid choice: 'polish'"), (("buidl",), "; is build meant?")],
+    "map": [(("plot",), "invalid choice: 'plot'"), (("buidl",), "; is build meant?")],
     "map info": [(("none.npz",), "none.npz"), (("--map", "none.npz"), "none.npz: no such map file"),
                  (("{vg100}", "--screw", "{example}"), "(lead_mm = 8.0, ")],
     "map check": [(("--count", "0"), "--count = 0"), (("--count", "few"), "allowed: a whole number, not: 'few'"),
                   (("--workers", "-1"), "--workers = -1")],
-    "map plot": [((), "arguments are required: --output"), (("--ouput", "x.png"), "; is --output meant?")],
     "map build": [
         ((), "--output (missing); allowed: a file *.npz for the map"),
         (("--family", "empty"), "allowed: a folder with screw files"),
@@ -158,7 +157,6 @@ REFUSALS = {
         ((), "arguments are required: --output"),
         (("--output", "r.pdf"), "r.pdf; allowed: a file *.html, *.htm"),
         (("--output", "r.html", "--map", "none.npz"), "none.npz: no such map file"),
-        (("--output", "r.html", "--preload-n", "2000"), "--preload-n = 2000; allowed: with --screw"),
         (("--output", "r.html", "--screw", "{screw}", "--map", "{vg100}", "--preload-n", "99999"),
          "preload = 99999 N; allowed: "),
         (("--output", "r.html", "--screw", "{screw}", "--map", "{vg100}", "--speed-rpm", "0"),
@@ -268,7 +266,6 @@ def test_bad_tables_of_a_screw_file_are_named(folder, capsys):
 OUTPUTS = {
     "init": (("init", "{}"), "FILE.toml", ".toml"),
     "map build": (("map", "build", "--output", "{}"), "--output", ".npz"),
-    "map plot": (("map", "plot", "--output", "{}"), "--output", ".png"),
     "calibrate": (("calibrate", "measured.csv", "--output", "{}"), "--output", ".toml"),
     "calibrate --plot": (("calibrate", "measured.csv", "--plot", "{}"), "--plot", ".png"),
     "calibrate --packaged": (("calibrate", "--packaged", "--output", "{}"), "--output", ".toml"),
@@ -313,7 +310,6 @@ def test_a_disk_that_fills_or_ctrl_c_during_the_work_leaves_nothing(folder, caps
     compiled.__cause__.__cause__ = KeyboardInterrupt()
     for words in (
         ("init", "new/x.toml"),
-        ("map", "plot", "--output", "new/folder/x.png"),
         (*calibrate, "--output", "x.toml"),
     ):
         for event in (full, KeyboardInterrupt(), compiled):

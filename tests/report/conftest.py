@@ -1,4 +1,4 @@
-"""Two reports, built once: of the paper's screw with solved contacts, of another screw from a small map."""
+"""Two reports, built once: with the mechanistic law from a small map, of the packaged screw with fitted numbers."""
 
 import dataclasses
 import json
@@ -14,28 +14,28 @@ from ballscrew_tehl.nut_map.file import save_map
 from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
-from ballscrew_tehl.report import material
+from ballscrew_tehl.report import data
 
 
 def made(folder, *words):
-    """Page, file, text, answer and numbers of a report."""
-    path, gathered, out, gather = folder / "page.html", [], [], material.gather
+    """Page, text, answer and numbers of a report."""
+    path, gathered, out, report_data = folder / "page.html", [], [], data.report_data
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(material, "gather", lambda *given: gathered.append(gather(*given)) or gathered[-1])
+        patch.setattr(
+            data, "report_data", lambda *given: gathered.append(report_data(*given)) or gathered[-1]
+        )
         patch.setattr(
             "sys.stdout", SimpleNamespace(write=out.append, flush=lambda: None, isatty=lambda: False)
         )
         assert main(["report", *map(str, words), "--output", str(path), "--json"]) == 0
     text = path.read_text(encoding="utf-8")
-    return SimpleNamespace(
-        page=Page(text), path=path, text=text, answer=json.loads("".join(out)), numbers=gathered[0]
-    )
+    return SimpleNamespace(page=Page(text), text=text, answer=json.loads("".join(out)), numbers=gathered[0])
 
 
 @pytest.fixture(scope="session")
-def of_paper(tmp_path_factory):
-    """The report on the measured screw of the paper."""
-    return made(tmp_path_factory.mktemp("paper"))
+def of_packaged(tmp_path_factory):
+    """The report without --screw and --map."""
+    return made(tmp_path_factory.mktemp("packaged"))
 
 
 @pytest.fixture(scope="session")
@@ -56,5 +56,5 @@ def own_words(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def of_own(own_words, tmp_path_factory):
-    """The report on that screw."""
-    return made(tmp_path_factory.mktemp("own"), *own_words)
+    """The report on that screw, at a point of the user."""
+    return made(tmp_path_factory.mktemp("own"), *own_words, "--speed-rpm", "800", "--temperature-c", "35")

@@ -32,7 +32,7 @@ from ballscrew_tehl.nut_map.interval import TABLE_NODES
 from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters, load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.ball_formula import MIN_FILM, THICKEST_FILM
-from ballscrew_tehl.report.material import PRELOAD_WORDS
+from ballscrew_tehl.report.data import PRELOAD_WORDS, OperatingPoint
 from ballscrew_tehl.report.page import Html, environment
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MECHANISTIC, SURFACES, map_hash
@@ -55,10 +55,16 @@ _TEMPLATES.globals["source"] = _source
 _TEMPLATES.policies["json.dumps_kwargs"] = {"sort_keys": False}  # the order of the inputs
 
 
-def live_page(parameters: Parameters, nut_map: NutMap, ends: NDArray[np.float64] | None) -> str:
+def live_page(
+    parameters: Parameters,
+    nut_map: NutMap,
+    ends: NDArray[np.float64] | None,
+    start: OperatingPoint | None = None,
+) -> str:
     """The page of a screw.
 
     Parameters   ends : interval_table of its law with TABLE_NODES nodes; None: without interval
+                 start : operating point shown first; None: that of the FMU
     Returns      HTML, the same for the same input and compiler
     Raises       BuildError: no ziglang, or it fails;  SourceError: a file is missing
     """
@@ -75,7 +81,7 @@ def live_page(parameters: Parameters, nut_map: NutMap, ends: NDArray[np.float64]
         "law": tuple(SURFACES).index(law),
         "lead": header.get("screw", {}).get("lead", 0.0),
         "inputs": _inputs(header),
-        "start": _start(header),
+        "start": _start(header, start),
         "parts": [
             ("viscous_torque", "rolling" if law == MECHANISTIC else "viscous"),
             ("hysteresis_torque", "hysteresis"),
@@ -109,8 +115,16 @@ def live_page(parameters: Parameters, nut_map: NutMap, ends: NDArray[np.float64]
 
 
 def live_frame(page: str) -> Html:
-    """The page as a fragment of another one, with its own styles; not fetched, for it is in the attribute."""
-    return Html('<iframe class="live" title="Live page" loading="lazy" srcdoc="{}"></iframe>').format(page)
+    """The page as a fragment of another one, as high as its content; not fetched, for it is in the attribute."""
+    return Html(
+        '<iframe class="live" title="Live page" loading="lazy" srcdoc="{}" onload="{}"></iframe>'
+    ).format(page, _AS_HIGH_AS_ITS_CONTENT)
+
+
+_AS_HIGH_AS_ITS_CONTENT = (
+    "const main = this.contentDocument.querySelector('main'); new ResizeObserver(() => {"
+    "this.style.height = Math.ceil(main.getBoundingClientRect().height) + 40 + 'px'}).observe(main)"
+)
 
 
 @functools.cache
@@ -173,8 +187,11 @@ def _cautions(parameters: Parameters) -> list[tuple[str, str, float, float | Non
     ]
 
 
-def _start(header: Mapping[str, Any]) -> dict[str, float]:
+def _start(header: Mapping[str, Any], point: OperatingPoint | None) -> dict[str, float]:
     axes = header["axes"]
+    if point is not None:
+        speed, temperature = round(point.speed / RPM, 6), round(point.temperature - CELSIUS, 6)
+        return {"preload": point.preload, "speed": speed, "temperature": temperature, "axial_load": 0.0}
     return {
         "preload": start_preload(header),
         "speed": round(min(_START_SPEED, axes["speed"][1] / RPM)),

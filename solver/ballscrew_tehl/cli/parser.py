@@ -137,10 +137,6 @@ MAP_ACTIONS = {
                      (*GIVEN_MAP, _count(CHECK_POINTS), WORKERS), OF_SCREW, "my_map.npz"),
     "info": Command("axes, parameters, version and certificate of a map", _command("map_file:run_map_info"),
                     GIVEN_MAP, OF_SCREW, "my_map.npz"),
-    "plot": Command("draw torque, film and temperature rise of a map", _command("map_file:run_map_plot"), (
-        *GIVEN_MAP,
-        option("--output", OUTPUT, "FILE.png", required=True),
-    ), OF_SCREW, "my_map.npz --output my_map.png"),
 }
 PAPER = {
     "validate": Command("the model compared with measured torques and published models",
@@ -191,7 +187,7 @@ COMMANDS = {
         _numbers("--density-15c-kg-m3", "density at 15 C; default: a paraffinic oil", "RHO"),
     ), (option("--screw", "screw file, whose oil is described", "FILE.toml"), JSON), "--iso-vg 68 --viscosity-index 95",
         "A mineral oil by its grade, or the oil of a screw file, at 20 to 100 C, with assumptions and their errors."),
-    "map": Command("build, check, describe or draw a map", actions=MAP_ACTIONS),
+    "map": Command("build, check or describe a map", actions=MAP_ACTIONS),
     "torque": Command("friction torque with its parts, films and interval", _command("torque:run_torque"), (
         *_of(TORQUE_POINT), switch("--direct", "solve the contacts instead of reading the map"),
     ), (*ROWS, *OF_MAP), "--preload-n 2000 --speed-rpm 1000 --temperature-c 30 --map my_map.npz"),
@@ -239,11 +235,11 @@ COMMANDS = {
         "of the dynamic rating, reference temperature of the oil, whole range of speed. Options of motor and lead: of "
         "twincat, which is over the velocity of the axis. With --identified each direction by itself, in a list the "
         "mean."),
-    "report": Command("one HTML page on a screw: torques, films, a contact, the map", _command("report:run_report"), (
+    "report": Command("one HTML page on a screw: torque, film, loads, limits", _command("report:run_report"), (
         option("--output", OUTPUT, "FILE.html", required=True), *_of(REPORT_POINT),
     ), OF_MAP, "--map my_map.npz --output my_report.html",
-        "One page without external files; without screw and map about the measured screw of the paper. Default of the "
-        "point: 5 % of the dynamic rating, 1000 r/min, reference temperature of the oil."),
+        "One page without external files; without screw and map on the packaged GD4008-3. Default of the point: 5 % of "
+        "the dynamic rating, 1000 r/min, reference temperature of the oil."),
 }
 #: python -m ballscrew_tehl, with every name at its old place
 SOLVER = Command("Friction torque of preloaded ball screws.", actions={

@@ -77,17 +77,34 @@ def interval_table(
     from .grid import MapGrid, ball_range
 
     (light, heavy), (slow, fast), (cold, hot) = (axes[name][:2] for name in ("force", "speed", "temperature"))
-    speeds, temperatures = np.geomspace(slow, fast, nodes[1]), np.linspace(cold, hot, nodes[2])
-    at = {name: nearest(axes, name, value) for name, value in friction_set.calibrated_at.items()}
+    forces, speeds = np.geomspace(light, heavy, nodes[0]), np.geomspace(slow, fast, nodes[1])
     force, speed, temperature = (tuple(axes[name]) for name in ("force", "speed", "temperature"))
-    grid = MapGrid(force, speed, temperature)
-    here = BallContacts(parameters, ball_range(parameters, grid)), speeds[:, None], temperatures
+    contacts = BallContacts(parameters, ball_range(parameters, MapGrid(force, speed, temperature)))
+    temperatures = np.linspace(cold, hot, nodes[2])
+    ends = relative_intervals(parameters, axes, friction_set, forces, speeds, temperatures, contacts)
+    return fit(np.log(ends), (0, 1, 2))
+
+
+def relative_intervals(
+    parameters: Parameters,
+    axes: Mapping[str, Any],
+    friction_set: FrictionSet,
+    preloads: Array,
+    speeds: Array,
+    temperatures: Array,
+    contacts: BallContacts | None = None,
+) -> Array:
+    """Low and high end of the interval over the torque without axial load, on a grid within a map.
+
+    Parameters   preloads (p,) [N] > 0, speeds (s,) [rad/s], temperatures (t,) [K];  contacts : None = without table
+    Returns      (p, s, t, 2)
+    Raises       ArithmeticError: equilibrium of a ball not found
+    """
+    at = {name: nearest(axes, name, value) for name, value in friction_set.calibrated_at.items()}
+    here = contacts or BallContacts(parameters), speeds[:, None], temperatures
     set_here = replace(friction_set, calibrated_at=at)
-    ends = [
-        interval_ends(parameters, [force] * 2, *here, set_here)
-        for force in np.geomspace(light, heavy, nodes[0])
-    ]
-    return fit(np.log(ends).transpose(0, 2, 3, 1), (0, 1, 2))
+    ends = [interval_ends(parameters, [preload] * 2, *here, set_here) for preload in preloads]
+    return np.moveaxis(np.array(ends), 1, -1)
 
 
 #: relative accuracy of the ends of a preload

@@ -1,6 +1,5 @@
-"""The report: one HTML page without external files, on the paper's screw and the paper, or on a user's own screw.
+"""The report on a screw: one HTML page without external files.
 
-lines, screw_numbers and material gather the numbers; claims compare them with the paper; figures,
-screw_figures and contact_figures draw them; the modules named tables write tables; sections and page put all into
-templates/. matplotlib is imported when a figure is made.
+data gathers the numbers, figures draws them, report writes tables and text into templates/page.html. page and tables
+serve the documentation of the FMUs as well. matplotlib is imported when a figure is made.
 """

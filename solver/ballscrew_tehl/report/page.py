@@ -1,4 +1,4 @@
-"""Pages from the templates of this room: their elements, escaped unless they are Html, and the whole page."""
+"""Elements of the pages from templates/page.html, escaped unless they are Html, and the whole page."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def environment(package: str) -> Environment:
 
 
 TEMPLATES = environment("ballscrew_tehl.report")
-_ELEMENTS: Any = TEMPLATES.get_template("elements.html").module
+MACROS: Any = TEMPLATES.get_template("page.html").module
 
 
 def element(name: str, *content: Any, **attributes: str) -> Html:
@@ -34,11 +34,6 @@ def element(name: str, *content: Any, **attributes: str) -> Html:
     """
     given = Html().join(Html(' {}="{}"').format(key.rstrip("_"), text) for key, text in attributes.items())
     return Html("<{0}{1}>{2}</{0}>").format(name, given, Html().join(content))
-
-
-def paragraph(*content: Any, class_: str = "") -> Html:
-    """A paragraph."""
-    return element("p", *content, **({"class_": class_} if class_ else {}))
 
 
 def section(name: str, title: str, *content: Html) -> Html:
@@ -55,11 +50,9 @@ def table(
     text: bool = False,
 ) -> Html:
     """A table that scrolls if it is too wide; total: a last row; text: words, not numbers."""
-    return _ELEMENTS.table(name, caption, head, rows, total, text)
+    return MACROS.table(name, caption, head, rows, total, text)
 
 
 def page(title: str, intro: Sequence[Html], sections: Sequence[tuple[str, str, Html]], footer: Html) -> str:
     """The whole page; sections: name, title, content."""
-    return TEMPLATES.get_template("page.html").render(
-        title=title, intro=Html().join(intro), sections=sections, footer=footer
-    )
+    return str(MACROS.page(title, Html().join(intro), sections, footer))

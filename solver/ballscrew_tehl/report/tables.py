@@ -6,13 +6,23 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..nut_map.certificate import claim
-from ..nut_map.plot import ERRORS, TOTALS, percent
 from ..parameters.units import RPM
 from ..validation.tables import MODELS, ValidationTable
-from .page import Html, paragraph, table
+from .page import Html, element, table
 
-#: totals of an error by the ends of their keys, as `map info` prints them
-COLUMNS = {"mean": "mean", "50": "median", **dict(TOTALS)}
+#: errors of a certificate by name, and their mean and quantiles by the ends of their keys, with their headings
+ERRORS = {"torque": "friction torque", "film": "central film", "temperature_rise": "temperature rise"}
+COLUMNS = {"mean": "mean", "50": "median", "99": "99 % quantile", "999": "99.9 % quantile", "max": "largest"}
+
+
+def percent(error: float) -> str:
+    """Two digits.
+
+    Example
+        >>> percent(0.00448), percent(1.2), percent(3e-6)
+        ('0.45 %', '120 %', '0.0003 %')
+    """
+    return f"{float(f'{100.0 * error:.2g}'):g} %"
 
 
 def words(name: str) -> str:
@@ -50,7 +60,7 @@ def validation_table(
 def certificate_table(certificate: Mapping[str, Any]) -> Html:
     """Errors of a map against direct solves: mean, quantiles and largest of each quantity."""
     if "points" not in certificate:
-        return paragraph("The map has no certificate.", class_="note")
+        return element("p", "The map has no certificate.", class_="note")
     rows = []
     for name, quantity in ERRORS.items():
         errors = (certificate.get(f"{name}_error_{key}") for key in COLUMNS)
@@ -63,25 +73,3 @@ def certificate_table(certificate: Mapping[str, Any]) -> Html:
         caption += f"; {certificate['points_not_solved']} more were not solved"
     caption += f". {claim(certificate['points'])}"
     return table("certificate", caption, ["", *COLUMNS.values()], rows)
-
-
-#: errors of a region of a certificate by their key, with their headings
-REGION_ERRORS = {
-    "torque_error_99": "torque, 99 %",
-    "torque_error_max": "torque, largest",
-    "film_error_99": "film, 99 %",
-    "temperature_rise_error_99": "temperature rise, 99 %",
-}
-
-
-def certificate_regions(certificate: Mapping[str, Any]) -> Html:
-    """The errors of REGION_ERRORS by region, where the certificate has them."""
-    regions = certificate.get("regions", {})
-    if not regions:
-        return Html()
-    rows = [
-        [name, str(errors["points"]), *(percent(errors[key]) for key in REGION_ERRORS)]
-        for name, errors in regions.items()
-    ]
-    head = ["region", "points", *REGION_ERRORS.values()]
-    return table("certificate_regions", "The same by region", head, rows)

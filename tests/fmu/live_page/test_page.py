@@ -239,5 +239,11 @@ def test_fmus_and_other_pages_have_it(opened, tmp_path):
     report = tmp_path / "report.html"
     report.write_text(page_around("report", [live_frame(live)], [], ""), encoding="utf-8")
     for file in (tmp_path / "documentation" / "index.html", report):
-        frame = opened(file, width=390).query_selector("iframe.live").content_frame()
+        page = opened(file, width=390)
+        frame = page.query_selector("iframe.live").content_frame()
         frame.locator("#headline", has_text="N m").wait_for()
+    # in the report all of it is visible without a second scroll bar
+    page.wait_for_function(
+        "() => { const frame = document.querySelector('iframe.live');"
+        "return frame.contentDocument.documentElement.scrollHeight <= frame.clientHeight }"
+    )

@@ -1,21 +1,17 @@
-"""The commands `map check`, `map info` and `map plot`: what a map file holds, in a terminal of 80 columns."""
+"""The commands `map check` and `map info`: what a map file holds, in a terminal of 80 columns."""
 
 from __future__ import annotations
 
 import textwrap
 from argparse import Namespace
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-from ... import __version__
-from ...friction.sets import default_friction_set
 from ...nut_map.certificate import STAGE, claim, deviation_from_direct, points_of
 from ...nut_map.workers import worker_pool
 from ...parameters.units import SHOWN
 from ...runtime.packed import certificate_totals
 from ..shared.chosen import screw_of
-from ..shared.files import check_output, written
 from ..shared.progress import progress_bar
 from ..shared.quantities import whole_number
 from ..shared.results import listing, print_results, say, table, width
@@ -128,31 +124,3 @@ def run_map_check(args: Namespace) -> int:
             f"map differs from direct solves by {result['torque_error_max']:.2e}; its certificate states {allowed:.2e}"
         )
     return 0 if good else 1
-
-
-def run_map_plot(args: Namespace) -> int:
-    """Draw a map: torque, film and temperature rise over speed."""
-    path = Path(args.output)
-    check_output("--output", path, "a file *.png")
-    parameters = screw_of(args)
-    from ...nut_map.file import load_map
-    from ...nut_map.plot import map_figure, map_picture, save_figure
-
-    nut_map = load_map(args.map, parameters)
-    say(f"drawing {path}")
-    picture = map_picture(nut_map, parameters)
-    file_hash = picture.nut_map.header["file_hash"]
-    figure = map_figure(picture)
-    with written("--output", path):
-        save_figure(figure, path, file_hash)
-    friction_set = default_friction_set(parameters)
-    result = {
-        "file": str(path),
-        "screw": parameters.name,
-        "kinematics": friction_set.kinematics,
-        "friction_set": friction_set.name,
-        "map_hash": file_hash,
-        "version": __version__,
-    }
-    print_results([result], args.json, False)
-    return 0

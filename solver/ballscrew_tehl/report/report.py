@@ -1,0 +1,27 @@
+"""The report on one screw as an HTML page."""
+
+from __future__ import annotations
+
+from .. import __version__
+from . import figures
+from . import report_tables as tables
+from .data import ReportData
+from .page import MACROS, Html, page, section
+
+
+def report_page(data: ReportData, live: Html | None = None) -> str:
+    """The report, one page without external files.
+
+    Parameters   live : fragment that computes the torque in the browser, shown first; made by ballscrew_fmu
+    """
+    sections = [] if live is None else [("live", "Live", section("live", "Torque of this screw, live", live))]
+    for name, link, title, content in (
+        ("screw", "Screw", "The screw and its oil", MACROS.screw(data, tables, figures)),
+        ("torque", "Torque", "Torque over speed, temperature and preload", MACROS.torque(data, tables, figures)),
+        ("film", "Film", "Film thickness and lambda", MACROS.film(data, tables, figures)),
+        ("limits", "Limits", "What is not included, range and accuracy", MACROS.limits(data, tables)),
+    ):  # fmt: skip
+        sections.append((name, link, section(name, title, content)))
+    title = f"Friction of the ball screw {data.parameters.name}"
+    footer = Html("<span>ballscrew_tehl {}</span>").format(__version__)
+    return page(title, [MACROS.intro(data, tables)], sections, footer)

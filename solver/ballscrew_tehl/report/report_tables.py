@@ -1,0 +1,212 @@
+"""Tables and notes of the report on one screw."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..friction.origin import CATALOGUE_DIFFERS, carried_over
+from ..friction.sets import FITTED, SETS
+from ..nut_map.trend import MIN_FORCE_RATIO
+from ..parameters.file import FOUR_POINT
+from ..parameters.units import CELSIUS, RPM, SHOWN
+from ..physics.ball_formula import MIN_FILM, THICKEST_FILM
+from ..physics.lubricant import ambient_density, eta0
+from .data import CATALOGUE_SPEED, LoadCase, OperatingPoint, ReportData
+from .page import Html, table
+from .tables import certificate_table, percent_of, words
+
+__all__ = ["certificate_table"]  # of the template
+
+
+def key_numbers(data: ReportData) -> list[tuple[str, str]]:
+    """The numbers that are asked for first, each with what it is."""
+    point, found, case = data.point, data.interval, data.cases[0].screw
+    low_high = "" if found is None else f", interval {found.low:.3f} to {found.high:.3f}"
+    return [
+        (f"{data.torque:.3f} N m", f"friction torque at {point.text}{low_high}"),
+        (f"{case.catalogue_torque:.3f} N m", f"catalogue torque at {point.preload:.0f} N (JIS B 1192: 100 r/min, "
+         f"oil ISO VG 68, no seals); {computed_for_catalogue(data)}"),
+        (f"{float(data.state.lambda_ratio):.2f}", "lambda, least film over roughness, at the same point"),
+        (f"{1e-6 * case.axial_stiffness:.0f} N/um", "axial stiffness of the contacts, bodies rigid, at this preload"),
+        (f"{case.separation_load:.0f} N", f"axial load that unloads one {data.words.side} (elastic bodies)"),
+    ]  # fmt: skip
+
+
+def computed_for_catalogue(data: ReportData) -> str:
+    """The computed torque at the speed of the catalogue torque."""
+    point = data.point._replace(speed=CATALOGUE_SPEED)
+    if CATALOGUE_SPEED not in data.speeds:
+        return "this speed is outside the map"
+    torque = float(data.nut_map.evaluate(*point).friction_torque)
+    return f"computed at 100 r/min and {point.temperature - CELSIUS:.1f} C: {torque:.3f} N m"
+
+
+def sizes(data: ReportData) -> Html:
+    """Sizes of the screw, ratings, oil and friction law."""
+    screw, entry = data.parameters.screw, data.friction_set
+    ball = screw.ball_diameter
+    rows = [
+        ("kind", data.words.screw),
+        ("pitch circle diameter, lead", f"{2e3 * screw.nominal_radius:.5g} mm, {1e3 * screw.lead:.5g} mm"),
+        ("ball diameter, contact angle without load",
+         f"{1e3 * ball:.5g} mm, {math.degrees(screw.contact_angle):.4g} degrees"),
+        ("groove radius over ball diameter, screw and nut",
+         f"{screw.screw_raceway_radius / ball:.4f}, {screw.nut_raceway_radius / ball:.4f}"),
+        ("turns; balls of a nut, load-carrying", f"{screw.turns:g}; {screw.ball_count}, {screw.loaded_ball_count}"),
+        ("dynamic and static load rating",
+         f"{data.constants.dynamic_rating:.0f} N, {data.constants.static_rating:.0f} N"),
+        ("oil", data.parameters.lubricant.name),
+        ("friction law", f"{words(entry.name)}; {fitted_numbers(data)}"),
+    ]  # fmt: skip
+    return table("screw_sizes", "The screw", ("", ""), rows, text=True)
+
+
+def fitted_numbers(data: ReportData) -> str:
+    """Numbers of the friction set with the half-widths of their 95 % intervals, the torques and error of their fit."""
+    entry, parts = data.friction_set, []
+    for key in SETS.get(entry.name, FITTED):
+        scale, unit = (1e9, " nm") if key == "roughness_height" else (1.0, "")
+        half = entry.intervals.get(key)
+        width = "" if half is None else f" +- {scale * half:.2g}"
+        parts.append(f"{words(key)} {scale * getattr(entry, key):.4g}{width}{unit}")
+    if (error := entry.errors.get("leave_one_out_mean")) is not None:
+        parts.append(f"mean error of a torque left out of the fit {percent_of(error)}")
+    return ", ".join(parts)
+
+
+def loads(data: ReportData) -> Html:
+    """Loads, pressure, life, stiffness and efficiency under axial load at the preload of the operating point."""
+    head = [
+        "axial load [N]", "heaviest ball [N]", "Hertz pressure [GPa]", "static safety", "life L10 [1e6 turns]",
+        "axial stiffness, bodies rigid [N/um]", "efficiency, screw drives [%]", "nut drives [%]",
+    ]  # fmt: skip
+    caption = (
+        f"The nut without axial load, at half the load that unloads one {data.words.side}, and at that load"
+    )
+    return table("loads", caption, head, [load_row(case) for case in data.cases])
+
+
+def load_row(case: LoadCase) -> list[str]:
+    """Cells of a load case."""
+    screw, both = case.screw, case.efficiency
+    unknown = "-" if case.axial_load == 0.0 else "outside the map"
+    efficiencies = (
+        [unknown] * 2
+        if both is None
+        else [f"{100.0 * value:.1f}" for value in (both.driving, both.backdriving)]
+    )
+    return [
+        f"{case.axial_load:.0f}", f"{screw.ball_load_max:.1f}", f"{1e-9 * screw.contact_pressure_max:.3f}",
+        f"{screw.static_safety:.2f}", f"{float(f'{1e-6 * screw.life_turns:.4g}'):.10g}",
+        f"{1e-6 * screw.axial_stiffness:.1f}", *efficiencies,
+    ]  # fmt: skip
+
+
+def torques(data: ReportData) -> Html:
+    """Torque with its interval at the preloads and speeds of the lines, beside the catalogue torque."""
+    warm = int(np.searchsorted(data.temperatures, data.point.temperature))
+    rows = []
+    for preload, by_speed in zip(data.preloads, data.intervals[:, :, warm], strict=True):
+        cells = (
+            f"{torque:.3f}" + (f" ({low:.3f} to {high:.3f})" if data.mechanistic else "")
+            for torque, low, high in by_speed
+        )
+        rows.append([f"{preload:.0f}", f"{data.catalogue_torque(preload):.3f}", *cells])
+    what = "Friction torque (interval) [N m]" if data.mechanistic else "Friction torque [N m]"
+    return table(
+        "torques",
+        f"{what}, oil at {data.point.temperature - CELSIUS:.1f} C, and catalogue torque at 100 r/min",
+        ["preload [N]", "catalogue", *(f"{speed / RPM:.0f} r/min" for speed in data.speeds)],
+        rows,
+    )
+
+
+def interval_note(data: ReportData) -> str:
+    """What the intervals are."""
+    if data.interval is None:
+        return "No interval: it is known for the mechanistic friction law only."
+    return f"Interval: {words(data.interval.meaning)}."
+
+
+def catalogue_note() -> str:
+    """Why the torque of the mechanistic law differs from the catalogue torque."""
+    return f"{CATALOGUE_DIFFERS[0].upper()}{CATALOGUE_DIFFERS[1:]}."
+
+
+def carried_over_note(data: ReportData) -> str:
+    """That the friction numbers were measured on another screw; "" if they were not."""
+    other = carried_over(data.friction_set, data.parameters)
+    return other and f"{other[0].upper()}{other[1:]}."
+
+
+def films(data: ReportData) -> Html:
+    """Viscosity of the oil, films, lambda and temperature rise at the operating point, by oil temperature."""
+    oil, point, rows = data.parameters.lubricant, data.point, []
+    for temperature in map(float, data.temperatures):
+        state = data.nut_map.evaluate(point.preload, point.speed, temperature)
+        viscosity = 1e6 * float(eta0(oil, temperature)) / float(ambient_density(oil, temperature))
+        thickness = (
+            state.film_thickness_central_screw, state.film_thickness_central_nut, state.film_thickness_min
+        )  # fmt: skip
+        rows.append(
+            [f"{temperature - CELSIUS:.1f}", f"{viscosity:.4g}", *(f"{1e9 * float(h):.1f}" for h in thickness),
+             f"{float(state.lambda_ratio):.2f}", f"{float(state.film_temperature_rise):.2f}"]
+        )  # fmt: skip
+    head = [
+        "oil [C]", "viscosity [mm2/s]", "central film, screw [nm]", "central film, nut [nm]", "minimum film [nm]",
+        "lambda", "temperature rise [K]",
+    ]  # fmt: skip
+    caption = f"Least films over all balls at preload {point.preload:.0f} N, {point.speed / RPM:.0f} r/min"
+    return table("films", caption, head, rows)
+
+
+def map_axes(data: ReportData) -> Html:
+    """Range of the map."""
+    axes = data.nut_map.header["axes"]
+    rows = [
+        [name, *(f"{round(unit.of(end), 3):.6g} {unit.unit}" for end in axes[name][:2])]
+        for name, unit in SHOWN.items()
+        if name in OperatingPoint._fields
+    ]
+    return table("axes", "Range of the map", ["", "from", "to"], rows)
+
+
+def limits(data: ReportData) -> Html:
+    """What is not included, extrapolated or uncertain on this page."""
+    state, screw = data.films, data.parameters.screw
+    central = np.maximum(state.film_thickness_central_screw, state.film_thickness_central_nut)
+    inside = data.nut_map.header["atlas_fraction"]
+    partial = {
+        "torque rises with temperature or falls with speed in a thick film: not physical, dashed": np.concatenate(
+            [lines.unphysical.ravel() for lines in (data.by_preload, data.by_temperature, data.over_preload)]
+        ),
+        "minimum film below a nanometre, where oil is no continuum": state.film_thickness_min < MIN_FILM,
+        "central film above a tenth of the ball radius, rolling loss by a closed form":
+            central > THICKEST_FILM * 0.5 * screw.ball_diameter,
+        "efficiency outside the map, not drawn": np.isnan(data.efficiencies[:, 1:]),
+    }  # fmt: skip
+    rows = [
+        ("not included", "seals and wipers, churning of grease, returns, misalignment, support bearings, running-in"),
+        ("outside the range", "values at the edge of the map, marked as out of range (in_range false)"),
+        *((name, f"{100.0 * float(np.mean(where)):.0f} % of the lines") for name, where in partial.items()
+          if np.any(where)),
+    ]  # fmt: skip
+    if inside < 1.0:
+        rows.append(
+            ("contacts outside the atlas", f"{100.0 * (1.0 - inside):.2g} %, by their ratio to closed forms")
+        )
+    if screw.preload_kind == FOUR_POINT:
+        rows.append(("oversize balls under axial load", oversize_balls(data)))
+    return table("not_certain", "What is not included or less certain", ("", ""), rows, text=True)
+
+
+def oversize_balls(data: ReportData) -> str:
+    """How certain the torque of balls with four contacts is."""
+    if not data.mechanistic:
+        return "the spin of the balls on their flanks is not included; the command torque gives an upper bound of it"
+    return (
+        "torque and efficiency are some 10 % less certain where the smaller force of both sets of flanks is below "
+        f"{MIN_FORCE_RATIO:g} of the larger; the command torque marks such points (unlike_flanks)"
+    )
