@@ -14,16 +14,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..calibration.measurements import packaged_measurements
+from ..calibration.measured_screw import ASSUMED_TEMPERATURE, MODELS, packaged_measurements
 from ..friction.baselines import nsk_torque, zhou_torque
 from ..nut_map.plot import celsius, kilonewton, map_figure, scale
 from ..nut_map.trend import THICK
 from ..parameters.units import CELSIUS, RPM
 from ..runtime.packed import MECHANISTIC
-from ..validation.shares import PARTS, Law, torque_parts
-from ..validation.tables import ASSUMED_TEMPERATURE, MODELS
 from .lines import FilmLines, Lines
 from .material import BallLoads, Material
+from .torque_parts import PARTS, Law, torque_parts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -135,7 +134,7 @@ def middle(rows: Any) -> float:
 
 
 def named_parts(material: Material, preload: Any, speed: Any) -> dict[str, Any]:
-    """Parts of the torque [N.m] by name, from the bottom of the stack; preload [N], speed [rad/s] as shares.PARTS."""
+    """Parts of the torque [N.m] by name, from the bottom of the stack; preload [N], speed [rad/s] as PARTS."""
     entry, nut_map = material.chosen
     temperature = material.lines.over_speed.fixed
     if nut_map.law == MECHANISTIC:

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..calibration.measured_screw import ValidationTable, validation_tables
 from ..friction.origin import other_sets, with_set
 from ..friction.sets import FrictionSet, default_friction_set
 from ..nut_map.file import load_map
 from ..nut_map.plot import MapPicture, map_picture
 from ..parameters.file import Parameters, changed, load_screw
+from ..parameters.units import RPM
 from ..physics.ball_law import Array
 from ..physics.hertz import RACEWAYS
 from ..physics.kinematics import KINEMATICS, ROLLING_FRAME
 from ..physics.load import DoubleNutLoads, double_nut_loads, separation_load
-from ..validation.section5 import LOAD, PRELOAD, SPEED
-from ..validation.tables import ValidationTable, validation_tables
 from .lines import Friction, GivenPoint, Progress, TorqueLines, operating_point, torque_lines
 from .screw_numbers import ScrewNumbers, screw_numbers
 
@@ -29,6 +28,8 @@ if TYPE_CHECKING:
 #: axial load over the separation load: of the load distributions, and the end of the forces over axial load
 AXIAL_SHARES, AXIAL_END = (0.0, 0.5, 1.0), 1.2
 CONTACT_STEP = "contacts solved"
+#: the contact that the paper prints in section 5.1: ball load [N] at a preload [N], screw speed [rad/s]
+LOAD, PRELOAD, SPEED = 39.5, 2000.0, 3000.0 * RPM
 CHOSEN_POINT = GivenPoint()
 
 
@@ -217,12 +218,3 @@ def solved_contacts(
         found.append(SolvedContact(name, raceway, solve(conditions, variant.lubricant, variant.solids)))
     progress(len(pairs), len(pairs), CONTACT_STEP)
     return tuple(found)
-
-
-def torque_of_contacts(material: Material, kinematics: str) -> float:
-    """Torque [N.m] of the double nut if every load-carrying ball had the traction of the solved contacts; NaN: none."""
-    screw = material.parameters.screw
-    solutions = [material.contact(kinematics, raceway) for raceway in RACEWAYS]
-    force = sum(math.nan if s is None else abs(s.traction_force) for s in solutions)
-    arm = screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(screw.contact_angle)
-    return 2.0 * screw.loaded_ball_count * force * arm * math.cos(screw.lead_angle)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,13 +14,11 @@ from . import (
     contact_figures,
     figures,
     map_tables,
-    paper_tables,
     screw_figures,
     screw_tables,
     tables,
     torque_tables,
 )
-from .claims import NEAR_WITHIN, REPRODUCED_WITHIN, Claim
 from .lines import Progress
 from .material import Material
 from .page import TEMPLATES, Html, page, section
@@ -32,14 +29,11 @@ GLOBALS: dict[str, Any] = {
     "figures": figures,
     "screw_figures": screw_figures,
     "contact_figures": contact_figures,
-    "tables": SimpleNamespace(
-        **vars(tables) | vars(torque_tables) | vars(screw_tables) | vars(map_tables) | vars(paper_tables)
-    ),
+    "tables": SimpleNamespace(**vars(tables) | vars(torque_tables) | vars(screw_tables) | vars(map_tables)),
     "doi": PAPER,
     "version": __version__,
     "NO_SPLIT": NO_SPLIT,
     **{"CELSIUS": CELSIUS, "RPM": RPM, "STATIC_PRESSURE": STATIC_PRESSURE, "THICK": THICK},
-    **{"REPRODUCED_WITHIN": REPRODUCED_WITHIN, "NEAR_WITHIN": NEAR_WITHIN},
 }
 #: a step of the progress
 PAGE_STEP = "parts of the page"
@@ -59,7 +53,6 @@ def parts_of_page(material: Material) -> list[tuple[str, str, str]]:
             torque,
             ("screw", "Screw", "The screw"),
             *others,
-            ("paper", "The paper", "What of the paper is reproduced"),
         ]
     return [
         ("screw", "Screw", "The screw and its oil"),
@@ -70,16 +63,14 @@ def parts_of_page(material: Material) -> list[tuple[str, str, str]]:
     ]
 
 
-def whole_page(
-    material: Material, claimed: Sequence[Claim], progress: Progress, live: Html | None = None
-) -> str:
+def whole_page(material: Material, progress: Progress, live: Html | None = None) -> str:
     """The page with all its parts.
 
     Parameters   progress : called before and after each of them
                  live : fragment that computes the torque in the browser, shown first; this package cannot make it
     """
     template = TEMPLATES.get_template("parts.html", globals=GLOBALS)
-    macros: Any = template.make_module({"m": material, "claims": claimed})
+    macros: Any = template.make_module({"m": material})
     parts = parts_of_page(material)
     written = [] if live is None else [("live", "Live", section("live", "Torque of this screw, live", live))]
     with figures.style():

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from ..calibration.measured_screw import MODELS, ValidationTable
 from ..nut_map.certificate import claim
 from ..nut_map.plot import ERRORS, TOTALS, percent
 from ..parameters.units import RPM
-from ..validation.tables import MODELS, ValidationTable
 from .page import Html, paragraph, table
 
 #: totals of an error by the ends of their keys, as `map info` prints them

@@ -1,4 +1,4 @@
-"""The command `report`: one HTML page on a screw and its map; without --screw on the paper's screw and the paper."""
+"""The command `report`: one HTML page on a screw and its map; without --screw on the measured screw of the paper."""
 
 from __future__ import annotations
 
@@ -18,9 +18,7 @@ from ..shared.quantities import REPORT_POINT
 from ..shared.results import print_results
 
 if TYPE_CHECKING:
-    from ...nut_map.built import Progress
     from ...report.lines import GivenPoint
-    from ...report.material import Material
     from ...report.page import Html
     from ...runtime.evaluate import NutMap
 
@@ -38,12 +36,13 @@ def run_report(args: Namespace, live: Live = lambda chosen, nut_map: None) -> in
     measured = _is_paper(args, selected)
     given = _given(args, measured)
     from ...report.material import gather
+    from ...report.sections import whole_page
 
     # a missing one is found before the contacts are solved
     importlib.import_module("matplotlib")
     with progress_bar() as progress:
         material = gather(selected.parameters, args.map, progress, selected.of_file, measured, given)
-        text, claimed = _page(material, progress, live(selected, material.chosen.nut_map))
+        text = whole_page(material, progress, live(selected, material.chosen.nut_map))
     with written("--output", path), whole_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     tables = material.tables.items()
@@ -52,7 +51,6 @@ def run_report(args: Namespace, live: Live = lambda chosen, nut_map: None) -> in
         "figures": text.count("<img "),
         "measured": material.measured,
         "deviations": {name: {table.name: table.deviations[0] for table in found} for name, found in tables},
-        "claims": claimed,
         "contacts_converged": all(found.solution.converged for found in material.contacts),
         **selected.described,
         "map_hash": material.picture.nut_map.header["file_hash"],
@@ -85,17 +83,6 @@ def _is_paper(args: Namespace, selected: Chosen) -> bool:
     from ...report.material import is_measured_screw
 
     return args.screw is None and args.map is None and is_measured_screw(selected.parameters)
-
-
-def _page(material: Material, progress: Progress, live: Html | None) -> tuple[str, dict[str, str]]:
-    """The page, and the verdicts on the statements of the paper."""
-    from ...report.claims import claims
-    from ...report.sections import whole_page
-
-    if not material.measured:
-        return whole_page(material, [], progress, live), {}
-    found = claims(material.parameters, material.frictions, material.tables[material.chosen.entry.name])
-    return whole_page(material, found, progress, live), {claim.id: claim.verdicts[0] for claim in found}
 
 
 def flat(nested: Mapping[str, Any], before: str = "") -> dict[str, Any]:
