@@ -1,144 +1,230 @@
+#!/usr/bin/env python3
 """The mechanistic law on machines that it was not made for and whose numbers it was not fitted to.
+
+    python examples/paper/machines.py    (about a minute)
 
 Bearings   caged ball bearings under an axial load against SKF's friction model, which condenses many measurements
 Grooves    three balls between two open grooves, the torque of a spin-down: Balan, Houpert, Tufescu & Olaru, Lubricants
            3 (2015) 222
 Screws     two new ball screws of a degradation rig (Xi'an Jiaotong University), of which lead, preload and perhaps the
            speed are known, against all double nuts that these could be
-
-Nothing here enters a fit.
 """
-
-from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable
+from pathlib import Path
 
-from ..atlas.ball_contacts import BallContacts
-from ..caged_bearing import bearing
-from ..calibration.csv_table import read_rows
-from ..friction.interval import torque_interval
-from ..friction.mechanistic import nuts_powers
-from ..friction.sets import default_friction_set
-from ..nut_map.built import Progress
-from ..parameters.file import Parameters, graded_oil, load_screw
-from ..parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
-from ..parameters.units import CELSIUS, RPM
-from ..physics.lubricant import eta0
-from ..physics.supply import FLOODED
-from .bearings import BearingPoint, bearing_points, conformity_ratios
+import numpy as np
+import pandas as pd
+from bearings import (
+    BEARINGS,
+    CONFORMITY_LOAD,
+    CONFORMITY_NU_N,
+    NU_N,
+    bearing_points,
+    conformity_ratios,
+    operating_points,
+)
+from pipe_table import table
+from rig import RIG_LEAD_MM, RIG_PRELOAD, RIG_SPEED, rig_screw, rig_torques
+from scipy.optimize import brentq
 
+from ballscrew_tehl import bearing
+from ballscrew_tehl.atlas.ball_contacts import BallContacts
+from ballscrew_tehl.friction.interval import torque_interval
+from ballscrew_tehl.friction.mechanistic import nuts_powers
+from ballscrew_tehl.friction.sets import default_friction_set
+from ballscrew_tehl.parameters.file import graded_oil
+from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.physics.lubricant import eta0
+from ballscrew_tehl.physics.supply import FLOODED
 
-class GroovePoint(NamedTuple):
-    """Balls in open grooves: diameter [mm], load of each [N], speed [r/min], rolling torques of three balls [N.m]."""
-
-    ball_diameter: float
-    load: float
-    speed: float
-    measured: float
-    flooded: float
-
-
-class ScrewPoint(NamedTuple):
-    """A double nut that the screws of the rig could be: diameters [mm], oil, temperature [degC], torques [N.m]."""
-
-    nominal_diameter: float
-    ball_diameter: float
-    iso_vg: int
-    temperature: float
-    torque: float
-    low: float
-    high: float
-
-
+GROOVE_TORQUE = Path(__file__).with_name("balan_rolling_torque.csv")
 #: radius of the grooves across rolling, pitch diameter of the balls [m], viscosity of the oil [Pa s]
 GROOVE_RADIUS, GROOVE_PITCH, GROOVE_VISCOSITY = 4.16e-3, 36e-3, 0.05
+#: what the screws of the rig could be: diameters of screw and balls [mm], ISO VG, temperatures [degC]
+RIG_DIAMETERS, RIG_BALLS, RIG_OILS = (32.0, 36.0, 40.0), (4.763, 5.556, 6.35), (32, 68, 100, 150, 220)
+RIG_TEMPERATURES = (20.0, 30.0)
+#: nu n [mm2/s r/min] up to which bearings of this size are run, up to which the exponents are fitted, and from which on
+#: the film carries
+USUAL_NU_N, EXPONENT_NU_N, FILM_NU_N = 5e5, 1e5, 1e4
+#: rolling parts and totals: name -> column of bearing_points
+ROLLING = {
+    "law, film": "rolling",
+    "law, film and hysteresis": "film_and_hysteresis",
+    "law, flooded film": "rolling_flooded",
+    "law, film, SKF's replenishment": "rolling_replenished",
+    "Houpert, inlet heating of Aihara": "rolling_houpert",
+}
+TOTALS = {
+    "law": "total",
+    "law, flooded": "total_flooded",
+    "law, SKF's replenishment": "total_replenished",
+    "Palmgren, oil mist": "total_palmgren_mist",
+    "Palmgren, oil bath": "total_palmgren_bath",
+}
+#: sets of the bearing points, and ranges of nu n
+POINTS: dict[str, Callable[[pd.DataFrame], pd.Series]] = {
+    f"data, nu n <= {USUAL_NU_N:g}": lambda p: p.in_data & (p.nu_n <= USUAL_NU_N),
+    "data, all": lambda p: p.in_data,
+    "five other bearings": lambda p: ~p.in_data,
+}
+REGIMES: dict[str, Callable[[pd.DataFrame], pd.Series]] = {
+    f"nu n < {FILM_NU_N:g}": lambda p: p.nu_n < FILM_NU_N,
+    f"{FILM_NU_N:g} to {USUAL_NU_N:g}": lambda p: p.nu_n.between(FILM_NU_N, USUAL_NU_N),
+    "above": lambda p: p.nu_n > USUAL_NU_N,
+}
 
 
-def groove_points(progress: Progress, rows: Sequence[Mapping[str, str]] = ()) -> list[GroovePoint]:
-    """The law, flooded, where the spin-downs begin, of rows of data/balan_rolling_torque.csv, none = all: K omega^n.
+def groove_points(rows: pd.DataFrame | None = None) -> pd.DataFrame:
+    """The law, flooded, where the spin-downs begin: K omega^n; adds measured, law: rolling torque [N.m] of three balls.
 
-    Validity     the oil is one of this viscosity, ISO VG 68 at 43 C: at these loads its pressure coefficient does not
-                 matter. The contacts are outside the atlas and solved, a second each
+    The oil is one of this viscosity, ISO VG 68 at 43 C: at these loads its pressure coefficient does not matter. The
+    contacts are outside the atlas and solved, a second each.
     """
-    from scipy.optimize import brentq
-
-    oil, rows, found = graded_oil(68, 95.0), rows or read_rows(PACKAGED_DATA / "balan_rolling_torque.csv"), []
-    warm = float(brentq(lambda T: float(eta0(oil, T)) - GROOVE_VISCOSITY, 290.0, 350.0))
-    for done, row in enumerate(rows):
-        progress(done, len(rows), "balls in open grooves")
-        d, load, rpm = (float(row[name]) for name in ("ball_diameter_mm", "load_N", "start_speed_rpm"))
-        conformity = 1e3 * GROOVE_RADIUS / d
+    oil, rows = graded_oil(68, 95.0), pd.read_csv(GROOVE_TORQUE, comment="#") if rows is None else rows
+    warm, law = float(brentq(lambda T: float(eta0(oil, T)) - GROOVE_VISCOSITY, 290.0, 350.0)), []
+    for row in rows.itertuples():
+        conformity = 1e3 * GROOVE_RADIUS / row.ball_diameter_mm
         balls = bearing(
-            GROOVE_PITCH, 1e-3 * d, 3, 0.5 * math.pi, conformity, conformity, oil=oil,
+            GROOVE_PITCH, 1e-3 * row.ball_diameter_mm, 3, 0.5 * math.pi, conformity, conformity, oil=oil,
             friction={"supply_length": FLOODED},
         )  # fmt: skip
-        ((_, nut),) = nuts_powers(balls.parameters, [3.0 * load], balls.contacts, rpm * RPM, warm)
-        measured = 1e-5 * float(row["K_1e-5"]) * (rpm * RPM) ** float(row["exponent"])
-        found.append(GroovePoint(d, load, rpm, measured, nut.rolling_screw + nut.rolling_nut))
-    progress(len(rows), len(rows), "balls in open grooves")
-    return found
+        speed = row.start_speed_rpm * RPM
+        ((_, nut),) = nuts_powers(balls.parameters, [3.0 * row.load_N], balls.contacts, speed, warm)
+        law.append(nut.rolling_screw + nut.rolling_nut)
+    measured = 1e-5 * rows["K_1e-5"] * (rows.start_speed_rpm * RPM) ** rows.exponent
+    return rows.assign(law=law, measured=measured)
 
 
-#: what is known of the screws: lead [m], preload [N], speed [r/min], and turns of a nut, assumed
-SCREW_LEAD, SCREW_PRELOAD, SCREW_SPEED, SCREW_TURNS = 8e-3, 1500.0, 100.0, 3.0
-#: what they could be: diameters [mm], ISO VG, temperatures [degC]
-SCREW_DIAMETERS, SCREW_BALLS, SCREW_OILS = (32.0, 36.0, 40.0), (4.763, 5.556, 6.35), (32, 68, 100, 150, 220)
-SCREW_TEMPERATURES = (20.0, 30.0)
+def screw_points(oils: Iterable[int] = RIG_OILS) -> pd.DataFrame:
+    """Torque with interval [N.m] of the screws that those of the rig could be; the number of the law carried over."""
+    found = []
+    for diameter, ball, iso_vg in itertools.product(RIG_DIAMETERS, RIG_BALLS, oils):
+        parameters = rig_screw(diameter, ball, iso_vg)
+        contacts, entry = BallContacts(parameters), default_friction_set(parameters)
+        for celsius in RIG_TEMPERATURES:
+            point = RIG_SPEED * RPM, celsius + CELSIUS
+            torque = torque_interval(parameters, [RIG_PRELOAD] * 2, contacts, *point, entry)
+            found.append((diameter, ball, iso_vg, celsius, torque.torque, torque.low, torque.high))
+    return pd.DataFrame(found, columns="diameter_mm ball_mm iso_vg celsius torque low high".split())
 
 
-def rig_screw(diameter: float, ball: float, iso_vg: int) -> Parameters:
-    """A double nut of a nominal diameter with balls of a diameter [mm] and the grooves and angle of the GD4008-3."""
-    like, radius, d = load_screw(PACKAGED_VG100), 0.5e-3 * diameter, 1e-3 * ball
-    grooves = {
-        name: getattr(like.screw, name) / like.screw.ball_diameter * d
-        for name in ("screw_raceway_radius", "nut_raceway_radius")
-    }
-    screw = like.screw.model_dump(
-        include={"preload_kind", "contact_angle", "youngs_modulus", "poisson_ratio"}
-    )
-    screw |= {"nominal_radius": radius, "ball_diameter": d, "lead": SCREW_LEAD}
-    screw |= {"turns": SCREW_TURNS, **grooves}
-    return Parameters(
-        name=f"{diameter:g} x 8, balls of {ball:g} mm, VG {iso_vg}", screw=type(like.screw)(**screw),
-        solid=like.solid, lubricant=graded_oil(iso_vg, 95.0), friction=like.friction,
+def spread(ratios: pd.Series) -> pd.Series:
+    """Number of ratios > 0, geometric mean, scatter factor exp(std ln), least and largest."""
+    logs = np.log(ratios.to_numpy())
+    values = len(logs), math.exp(logs.mean()), math.exp(logs.std()), ratios.min(), ratios.max()
+    return pd.Series(dict(zip(("points", "mean", "scatter", "low", "high"), values, strict=True)))
+
+
+def spreads(points: pd.DataFrame, columns: dict[str, str], over: str, sets: dict) -> pd.DataFrame:
+    """Spread of torques over another one: rows (law, set)."""
+    return pd.DataFrame({
+        (law, name): spread((points[column] / points[over])[chosen(points)])
+        for law, column in columns.items() for name, chosen in sets.items()
+    }).T  # fmt: skip
+
+
+def exponents(points: pd.DataFrame, column: str) -> tuple[float, float]:
+    """Exponents of axial load and of nu n of a torque over points, with one level for each bearing."""
+    levels = pd.get_dummies(points.bearing).to_numpy(float)
+    logs = np.log(points[["axial_load", "nu_n"]].to_numpy())
+    found = np.linalg.lstsq(np.hstack([logs, levels]), np.log(points[column].to_numpy()), rcond=None)[0]
+    return float(found[0]), float(found[1])
+
+
+def slow_points(points: pd.DataFrame) -> pd.DataFrame:
+    """The points that exponents are fitted to."""
+    return points[points.in_data & (points.nu_n <= EXPONENT_NU_N)]
+
+
+def _text(s: pd.Series) -> str:
+    return f"{s['mean']:.2f} ({s.scatter:.2f}) {s.low:.2f} to {s.high:.2f}"
+
+
+def _spread_table(title: str, found: pd.DataFrame) -> str:
+    """Rows by law, a column for each set."""
+    cells = found.apply(_text, axis=1).unstack(sort=False)
+    return table(title, ["", *cells.columns], ([law, *row] for law, row in zip(cells.index, cells.values, strict=True)))
+
+
+def bearing_text(points: pd.DataFrame) -> list[str]:
+    """Tables of the bearings; cells: geometric mean (scatter factor) range."""
+    points = points.assign(film_and_hysteresis=points.rolling + points.hysteresis)
+    slow, others = slow_points(points), points[~points.in_data]
+    powers = {"SKF": "skf_rolling"} | ROLLING
+    at_nu_n = {f"{nu_n:g}": lambda p, nu_n=nu_n: p.nu_n == nu_n for nu_n in NU_N}
+    ratio = (points.total / points.skf).groupby([points.nu_n, points.load_ratio])
+    by_load = ratio.agg(lambda r: f"{r.min():.2f} to {r.max():.2f}").unstack().fillna("-")
+    inside = (points.low <= points.skf) & (points.skf <= points.high)
+    held = [[name, f"{inside[of(points)].sum()} of {of(points).sum()}"] for name, of in POINTS.items()]
+    names = ", ".join(name for name, of in BEARINGS.items() if not of.in_data)
+    return [
+        "Bearings under an axial load, ISO VG 68 at 40 C, over SKF's friction model. Nothing is fitted to them.\n"
+        f"Geometric mean (scatter factor exp(standard deviation of ln)) range. Others: {names},\n"
+        "ratings and limiting speeds from memory; balls of all bearings from their ratings.\n",
+        _spread_table("Rolling part over SKF's", spreads(points, ROLLING, "skf_rolling", POINTS)),
+        table(
+            f"Exponents of the rolling part, data with nu n <= {EXPONENT_NU_N:g}", ["", "load", "nu n"],
+            [[law, *(f"{x:.2f}" for x in exponents(slow, column))] for law, column in powers.items()],
+        ),
+        _spread_table(
+            "Sliding part over SKF's, all bearings, by nu n",
+            spreads(points, {"law": "sliding"}, "skf_sliding", at_nu_n),
+        ),
+        _spread_table(
+            "Total over SKF's, without drag: data", spreads(points[points.in_data], TOTALS, "skf", REGIMES)
+        ),
+        _spread_table("Total over SKF's: others", spreads(others, TOTALS, "skf", REGIMES)),
+        table(
+            "Total of the law over SKF's by nu n and load over dynamic rating, all bearings",
+            ["nu n", *(f"{load:g} C" for load in by_load.columns)],
+            ([f"{nu_n:g}", *row] for nu_n, row in zip(by_load.index, by_load.values, strict=True)),
+        ),
+        table("SKF's total inside the interval of the law", ["points", "inside"], held),
+    ]  # fmt: skip
+
+
+def conformity_text() -> str:
+    """Groove radius over ball diameter is no catalogue number."""
+    return table(
+        f"Total over SKF's at {CONFORMITY_LOAD:g} C by groove radius over ball diameter and nu n",
+        ["bearing, groove", *(f"{nu_n:g}" for nu_n in CONFORMITY_NU_N)],
+        ([f"{name}, {conformity:g}", *(f"{ratio:.2f}" for ratio in ratios)]
+         for name, conformity, ratios in conformity_ratios()),
     )  # fmt: skip
 
 
-def screw_points(progress: Progress, oils: Sequence[int] = SCREW_OILS) -> list[ScrewPoint]:
-    """Torque with interval of the screws that those of the rig could be; the number of the law carried over."""
-    screws, found = list(itertools.product(SCREW_DIAMETERS, SCREW_BALLS, oils)), []
-    for done, (diameter, ball, iso_vg) in enumerate(screws):
-        progress(done, len(screws), "screws")
-        parameters = rig_screw(diameter, ball, iso_vg)
-        contacts, entry = BallContacts(parameters), default_friction_set(parameters)
-        for celsius in SCREW_TEMPERATURES:
-            at = SCREW_SPEED * RPM, celsius + CELSIUS
-            torque = torque_interval(parameters, [SCREW_PRELOAD] * 2, contacts, *at, entry)
-            found.append(ScrewPoint(diameter, ball, iso_vg, celsius, torque.torque, torque.low, torque.high))
-    progress(len(screws), len(screws), "screws")
-    return found
+def groove_text(points: pd.DataFrame) -> str:
+    """Three balls between open grooves."""
+    rows = [
+        [f"{d:g} mm", _text(spread(of.law / of.measured))] for d, of in points.groupby("ball_diameter_mm")
+    ]
+    return table("Three balls between open grooves: rolling torque, flooded, over the measured one", ["ball", ""], rows)
 
 
-def rig_torques() -> dict[str, float]:
-    """Torque of the two screws of the rig when new [N.m]."""
-    first = read_rows(PACKAGED_DATA / "xjtu_torque.csv")[0]
-    return {name: float(first[f"{name}_Nm"]) for name in ("upper", "lower")}
+def screw_text(points: pd.DataFrame) -> str:
+    """The two screws of the rig."""
+    low, high = (points.low / points.torque).median(), (points.high / points.torque).median()
+    measured = [
+        [f"{name}: {torque:.4f} N.m", f"{points.low.le(torque).mul(points.high.ge(torque)).sum()} of {len(points)}"]
+        for name, torque in rig_torques().items()
+    ]
+    return table(
+        f"New screws of a rig, lead {RIG_LEAD_MM:g} mm, {RIG_PRELOAD:g} N, {RIG_SPEED:g} r/min: law of {len(points)} "
+        f"double nuts that they could be {points.torque.min():.3f} to {points.torque.max():.3f}, median "
+        f"{points.torque.median():.3f} N.m; interval {low:.2f} to {high:.2f} times the torque",
+        ["measured", "inside the interval of"], measured,
+    )  # fmt: skip
 
 
-class Machines(NamedTuple):
-    """All comparisons."""
-
-    bearings: list[BearingPoint]
-    conformities: dict[str, dict[str, list[float]]]
-    grooves: list[GroovePoint]
-    screws: list[ScrewPoint]
+def main() -> str:
+    """All tables as text."""
+    parts = [*bearing_text(bearing_points(operating_points())), conformity_text()]
+    parts += [groove_text(groove_points()), screw_text(screw_points())]
+    return "\n".join(parts)
 
 
-def machines(progress: Progress) -> Machines:
-    """Compute all comparisons: about a minute."""
-    return Machines(
-        bearing_points(progress), conformity_ratios(), groove_points(progress), screw_points(progress)
-    )
+if __name__ == "__main__":
+    print(main())
