@@ -52,7 +52,9 @@ def skf_torque(kind: str, d_m: float, axial_load: float, n: float, nu: float) ->
     if kind == "angular":
         centrifugal = d_m**4 * n**2
         G_rr = 5.03e-7 * d_m**1.97 * (1.90e-12 * centrifugal + 1.97 * axial_load) ** 0.54
-        G_sl = 1.30e-2 * d_m**0.26 * ((1.91e-12 * centrifugal) ** (4.0 / 3.0) + 0.68 * axial_load ** (4.0 / 3.0))
+        G_sl = (
+            1.30e-2 * d_m**0.26 * ((1.91e-12 * centrifugal) ** (4.0 / 3.0) + 0.68 * axial_load ** (4.0 / 3.0))
+        )
     else:
         G_rr = 1.03e-6 * d_m**1.83 * axial_load**0.54
         G_sl = 1.6e-2 * d_m**0.05 * axial_load ** (4.0 / 3.0)
@@ -220,5 +222,7 @@ def bearing_points(points: Iterable[Point]) -> pd.DataFrame:
         for oil in ("mist", "bath"):
             torque = palmgren_torque(law.parameters, of.kind, oil, load, n, VISCOSITY_GRADE)
             row[f"total_palmgren_{oil}"] = torque
-        rows.append(row | {"axial_load": load, "in_data": of.in_data, "skf": point.skf_rolling + point.skf_sliding})
+        rows.append(
+            row | {"axial_load": load, "in_data": of.in_data, "skf": point.skf_rolling + point.skf_sliding}
+        )
     return pd.DataFrame(rows)

@@ -196,7 +196,8 @@ def measured_results(screw: ScrewParameters) -> dict[str, Result]:
     fast = by_speed[-1]
     high = float(friction_coefficient(screw, fast.torque, fast.preload))
     slopes = {
-        "slope_speed": (fast.torque - by_speed[0].torque) / ((fast.speed - by_speed[0].speed) / (1000.0 * RPM)),
+        "slope_speed": (fast.torque - by_speed[0].torque)
+        / ((fast.speed - by_speed[0].speed) / (1000.0 * RPM)),
         "slope_preload": (by_preload[-1].torque - by_preload[0].torque)
         / ((by_preload[-1].preload - by_preload[0].preload) / 1000.0),
     }
@@ -237,7 +238,13 @@ def main() -> str:
             f"{row['statement']} ({row['where']})", f"{row['value'].replace('..', ' to ')} {unit}".strip() or "-",
             *ours, claim.measured.text if claim.measured else "-", f"{row['remark']} Rule: {row['rule']}.",
         ])  # fmt: skip
-    head = ["statement", "printed", *(law.entry.name for law in laws), "measured torques alone", "computation"]
+    head = [
+        "statement",
+        "printed",
+        *(law.entry.name for law in laws),
+        "measured torques alone",
+        "computation",
+    ]
     return table("Statements in the text of the paper", head, rows, "---")
 
 

@@ -113,7 +113,12 @@ def contact_row(parameters: Parameters, kinematics: str, law: str, raceway: str)
 def circle_rows() -> list[dict[str, float]]:
     """The published row, then this solver on the same domain and on its default one; CPU times, converged or not."""
     z = ALPHA * P_ROELANDS / (math.log(ETA0) + ROELANDS_LN)
-    printed = {"viscosity": ETA0, "pressure_viscosity": ALPHA, "roelands_pressure": P_ROELANDS, "z_roelands": z}
+    printed = {
+        "viscosity": ETA0,
+        "pressure_viscosity": ALPHA,
+        "roelands_pressure": P_ROELANDS,
+        "z_roelands": z,
+    }
     oil, solid = reference_oil("roelands").model_copy(update=printed), load_screw().solid
     conditions = ContactConditions(
         CIRCLE_LOAD, RADIUS, RADIUS, CIRCLE_SPEED, CIRCLE_SPEED, oil.reference_temperature, E_PRIME
@@ -146,7 +151,9 @@ def section5_text(rows: list[ContactRow]) -> str:
          *_changed(row.rise_changes, row.rise_limit, 2), "yes" if row.converged else "NO"]
         for row in rows for s in (row.fine,)
     ]  # fmt: skip
-    printed = pd.read_csv(HERE / "zhao2023_section5_contact.csv", comment="#", dtype=str, keep_default_na=False)
+    printed = pd.read_csv(
+        HERE / "zhao2023_section5_contact.csv", comment="#", dtype=str, keep_default_na=False
+    )
     grids = ", ".join(f"{grid.n_x}x{grid.n_y}x{grid.n_z}" for grid in GRIDS)
     title = (
         f"Section 5.1: one ball, {LOAD} N, 3000 r/min, oil at 303 K, on the last of three grids ({grids}); changes: "

@@ -108,7 +108,9 @@ def screw_points(oils: Iterable[int] = RIG_OILS) -> pd.DataFrame:
             point = RIG_SPEED * RPM, celsius + CELSIUS
             torque = torque_interval(parameters, [RIG_PRELOAD] * 2, contacts, *point, entry)
             found.append((diameter, ball, iso_vg, celsius, torque.torque, torque.low, torque.high))
-    return pd.DataFrame(found, columns="diameter_mm ball_mm iso_vg celsius torque low high".split())
+    return pd.DataFrame(
+        found, columns=["diameter_mm", "ball_mm", "iso_vg", "celsius", "torque", "low", "high"]
+    )
 
 
 def spread(ratios: pd.Series) -> pd.Series:
@@ -146,7 +148,9 @@ def _text(s: pd.Series) -> str:
 def _spread_table(title: str, found: pd.DataFrame) -> str:
     """Rows by law, a column for each set."""
     cells = found.apply(_text, axis=1).unstack(sort=False)
-    return table(title, ["", *cells.columns], ([law, *row] for law, row in zip(cells.index, cells.values, strict=True)))
+    return table(
+        title, ["", *cells.columns], ([law, *row] for law, row in zip(cells.index, cells.values, strict=True))
+    )
 
 
 def bearing_text(points: pd.DataFrame) -> list[str]:
@@ -201,14 +205,19 @@ def groove_text(points: pd.DataFrame) -> str:
     rows = [
         [f"{d:g} mm", _text(spread(of.law / of.measured))] for d, of in points.groupby("ball_diameter_mm")
     ]
-    return table("Three balls between open grooves: rolling torque, flooded, over the measured one", ["ball", ""], rows)
+    return table(
+        "Three balls between open grooves: rolling torque, flooded, over the measured one", ["ball", ""], rows
+    )
 
 
 def screw_text(points: pd.DataFrame) -> str:
     """The two screws of the rig."""
     low, high = (points.low / points.torque).median(), (points.high / points.torque).median()
     measured = [
-        [f"{name}: {torque:.4f} N.m", f"{points.low.le(torque).mul(points.high.ge(torque)).sum()} of {len(points)}"]
+        [
+            f"{name}: {torque:.4f} N.m",
+            f"{points.low.le(torque).mul(points.high.ge(torque)).sum()} of {len(points)}",
+        ]
         for name, torque in rig_torques().items()
     ]
     return table(

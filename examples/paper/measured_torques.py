@@ -153,9 +153,7 @@ def compared_laws(laws: list[Law]) -> list[LawRow]:
     """The packaged sets, the mechanistic law with the default thrust in place of a fit, closed formulas."""
     last = laws[-1]
     k = ball_ball_coefficient(last.parameters.friction)
-    unfitted = last._replace(
-        entry=FrictionSet("mechanistic", last.entry.kinematics, "mechanistic", 1.0, k)
-    )
+    unfitted = last._replace(entry=FrictionSet("mechanistic", last.entry.kinematics, "mechanistic", 1.0, k))
     return [
         *(set_row(law.entry, law.torque) for law in laws),
         evaluated_row(f"mechanistic, not fitted ({k:.3g})", 0, unfitted.torque),
@@ -167,7 +165,11 @@ def paper_table(shown: ValidationTable) -> str:
     """One table of the paper."""
     digits = 3 if shown.unit == "N.m" else 0
     rows = [
-        [f"{row.preload:.0f}", f"{row.speed / RPM:.0f}", *(f"{x:.{digits}f}" for x in (row.measured, *row.models))]
+        [
+            f"{row.preload:.0f}",
+            f"{row.speed / RPM:.0f}",
+            *(f"{x:.{digits}f}" for x in (row.measured, *row.models)),
+        ]
         for row in shown.rows
     ]
     rows.append(["mean deviation", "", "", *map(percent, shown.deviations)])
@@ -186,7 +188,9 @@ def main() -> str:
     for entry, parameters, nut_map in laws:
         law = Law(entry, parameters, nut_map)
         parts += [f"### Friction set `{entry.name}`, kinematics `{entry.kinematics}`", f"{entry.provenance}."]
-        parts += [paper_table(shown) for shown in validation_tables(lambda *at, law=law: float(law.torque(*at)))]
+        parts += [
+            paper_table(shown) for shown in validation_tables(lambda *at, law=law: float(law.torque(*at)))
+        ]
     return "\n\n".join(part.rstrip() for part in parts)
 
 

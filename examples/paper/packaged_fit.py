@@ -92,7 +92,8 @@ def intervals(basis: TorqueBasis, values: np.ndarray) -> tuple[dict[str, float],
     half = {FITTED[i]: float(width[k]) for k, i in enumerate(free)}
     pairs = combinations(range(len(free)), 2)
     return half, {
-        f"{FITTED[free[a]]}, {FITTED[free[b]]}": float(inverse[a, b] / (sigma[a] * sigma[b])) for a, b in pairs
+        f"{FITTED[free[a]]}, {FITTED[free[b]]}": float(inverse[a, b] / (sigma[a] * sigma[b]))
+        for a, b in pairs
     }
 
 
@@ -103,7 +104,9 @@ def profile(basis: TorqueBasis, parameter: int, value: float) -> float:
 
     def cost(height: float) -> float:
         at_height = replace(
-            basis, names=tuple(name for name in names if name != FITTED[HEIGHT]), fixed=(*fixed[:HEIGHT], height)
+            basis,
+            names=tuple(name for name in names if name != FITTED[HEIGHT]),
+            fixed=(*fixed[:HEIGHT], height),
         )
         values = fit_values(at_height, "least_squares") if at_height.names else np.array(at_height.fixed)
         return float(np.sum(basis.errors(values) ** 2))
@@ -157,7 +160,9 @@ def leave_one_table_out(basis: TorqueBasis, loss: str) -> dict[str, dict[str, fl
     """Mean and largest error of the points that one table alone has, by the fit to all others."""
     found = {}
     for name in ("table2", "table4"):
-        errors = np.abs(refitted(basis, loss, [i for i, m in enumerate(basis.measurements) if m.tables == (name,)]))
+        errors = np.abs(
+            refitted(basis, loss, [i for i, m in enumerate(basis.measurements) if m.tables == (name,)])
+        )
         found[name] = {"mean": float(errors.mean()), "max": float(errors.max())}
     return found
 
@@ -201,7 +206,10 @@ def main(file: str | None = None) -> str:
         entry = fitted_set(basis, parameters, name, provenance)
         sets[entry.kinematics, name] = entry
         correlations = intervals(basis, np.array(entry.values))[1]
-        lines += [*friction_set_lines(entry), *(f"    correlation {pair}: {r:.2f}" for pair, r in correlations.items())]
+        lines += [
+            *friction_set_lines(entry),
+            *(f"    correlation {pair}: {r:.2f}" for pair, r in correlations.items()),
+        ]
         for other in SCIPY:
             values = fit_values(basis, other)
             errors = errors_of(basis, values, other)

@@ -32,7 +32,12 @@ def rig_screw(diameter: float, ball: float, iso_vg: int) -> Parameters:
     screw = like.screw.model_dump(
         include={"preload_kind", "contact_angle", "youngs_modulus", "poisson_ratio"}
     )
-    screw |= {"nominal_radius": 0.5e-3 * diameter, "ball_diameter": d, "lead": 1e-3 * RIG_LEAD_MM, "turns": RIG_TURNS}
+    screw |= {
+        "nominal_radius": 0.5e-3 * diameter,
+        "ball_diameter": d,
+        "lead": 1e-3 * RIG_LEAD_MM,
+        "turns": RIG_TURNS,
+    }
     for name in ("screw_raceway_radius", "nut_raceway_radius"):
         screw[name] = getattr(like.screw, name) / like.screw.ball_diameter * d
     return Parameters(
