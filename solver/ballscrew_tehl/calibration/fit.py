@@ -248,8 +248,8 @@ def fit(basis: TorqueBasis, groups: Sequence[Sequence[int]]) -> Fit:
     """Least squares with hat values, Student t intervals and errors of points left out.
 
     Parameters   groups : numbers of the points of each operating point, which are left out together
-    Validity     intervals, hat values and left-out errors: exact for a linear model, linearised for the roughness
-                 height; errors independent, normal, of equal relative size
+    Validity     intervals and hat values: exact for a linear model, linearised for the roughness height, with which
+                 the left-out errors are those of new fits; errors independent, normal, of equal relative size
     Source       Cook & Weisberg, Residuals and Influence in Regression (1982), sections 2.2.1 (deleted studentised
                  residuals, Bonferroni bound) and 3.4: residuals left out together (1 - H_gg)^-1 r_g
     """
@@ -274,7 +274,11 @@ def fit(basis: TorqueBasis, groups: Sequence[Sequence[int]]) -> Fit:
     left_out = np.full(n, math.nan)
     for group in groups if len(groups) > p else [[i] for i in range(n)]:
         kept = np.eye(len(group)) - H[np.ix_(group, group)]
-        if np.linalg.cond(kept) < 1e9 and leverage[group].max() < 1.0 - 1e-9:
+        if HEIGHT in basis.fitted:
+            # not linear: with the hat values the error would be two thirds of that of a fit to the other points
+            others = fit_values(basis.subset([i for i in range(n) if i not in group]))
+            left_out[group] = (basis.torque(others) / basis.measured - 1.0)[group]
+        elif np.linalg.cond(kept) < 1e9 and leverage[group].max() < 1.0 - 1e-9:
             left_out[group] = np.linalg.solve(kept, r[group]) / basis.weights[group]
     studentised, limit = np.full(n, math.nan), math.inf
     if n - p >= 2:
