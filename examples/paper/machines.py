@@ -155,7 +155,7 @@ def _spread_table(title: str, found: pd.DataFrame) -> str:
 
 def bearing_text(points: pd.DataFrame) -> list[str]:
     """Tables of the bearings; cells: geometric mean (scatter factor) range."""
-    points = points.assign(film_and_hysteresis=points.rolling + points.hysteresis)
+    points = points.assign(film_and_hysteresis=points["rolling"] + points.hysteresis)
     slow, others = slow_points(points), points[~points.in_data]
     powers = {"SKF": "skf_rolling"} | ROLLING
     at_nu_n = {f"{nu_n:g}": lambda p, nu_n=nu_n: p.nu_n == nu_n for nu_n in NU_N}

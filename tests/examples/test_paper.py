@@ -208,7 +208,7 @@ def test_bearings_within_the_acceptance():
     ]
     points = bearings.bearing_points(chosen)
     assert "**Rolling part over SKF's**" in "\n".join(machines.bearing_text(points))
-    points["film_and_hysteresis"] = points.rolling + points.hysteresis
+    points["film_and_hysteresis"] = points["rolling"] + points.hysteresis
     usual = {"usual": lambda p: p.in_data & (p.nu_n <= machines.USUAL_NU_N)}
     columns = {"all": "film_and_hysteresis", "flooded": "rolling_flooded"}
     rolling = machines.spreads(points, columns, "skf_rolling", usual)
