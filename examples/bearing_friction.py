@@ -9,6 +9,7 @@ has seals or the churning of an oil bath; the law has no friction of the cage.
 """
 
 import math
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,9 @@ from fmu_command import run_and_plot
 from matplotlib.figure import Figure
 
 from ballscrew_tehl.caged_bearing import bearing
-from ballscrew_tehl.validation.bearing_formulas import skf_torque
+
+sys.path.append(str(Path(__file__).resolve().parent / "paper"))
+from bearings import skf_torque
 
 PITCH_MM, GRADE, TEMPERATURE = 60.0, 68, 313.15
 LOADS = (1000.0, 5000.0)  # [N]

@@ -19,6 +19,7 @@ motion, measured at the same time, would separate them.
 """
 
 import math
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -28,19 +29,20 @@ from matplotlib.figure import Figure
 
 from ballscrew_tehl import load_map, load_screw
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
-from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.calibration.measurements import Measurement
 from ballscrew_tehl.calibration.one_point import calibrate_point
 from ballscrew_tehl.friction.interval import DEVIATIONS
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
 from ballscrew_tehl.friction.torque import preload_from_torque
 from ballscrew_tehl.nut_map.interval import map_interval
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
+from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
-from ballscrew_tehl.validation.machines import SCREW_PRELOAD, SCREW_SPEED, rig_screw
 
-SPEED, TEMPERATURE = SCREW_SPEED * RPM, 30.0 + CELSIUS
+sys.path.append(str(Path(__file__).resolve().parent / "paper"))
+from rig import RIG_PRELOAD, RIG_SPEED, rig_screw, rig_series
+
+SPEED, TEMPERATURE = RIG_SPEED * RPM, 30.0 + CELSIUS
 KEPT = 0.9  # share of the first preload below which the whole interval must lie for an alarm
 SCREWS = ("upper", "lower")
 COLOURS = ("#0072B2", "#D55E00")
@@ -56,11 +58,11 @@ def scatter(torque: np.ndarray) -> float:
 def monitored(torque: np.ndarray) -> dict[str, Any]:
     """One screw: outputs of the monitor for each reading; low, high: of the change, law_low, law_high: with the law."""
     parameters = load_screw(PACKAGED_VG100)
-    point = Measurement(SCREW_PRELOAD, SPEED, TEMPERATURE, float(torque[0]))
+    point = Measurement(RIG_PRELOAD, SPEED, TEMPERATURE, float(torque[0]))
     fitted = calibrate_point(point, parameters, BallContacts(parameters)).friction_set
     nut_map = load_map(None, parameters, fitted)
     low, high = map_interval(
-        parameters, nut_map.header["axes"], fitted, SCREW_PRELOAD, SPEED, TEMPERATURE
+        parameters, nut_map.header["axes"], fitted, RIG_PRELOAD, SPEED, TEMPERATURE
     ).relative
     noise = DEVIATIONS * math.sqrt(2.0) * scatter(torque)
     found: dict[str, list[float]] = {"preload": [], "low": [], "high": [], "law_low": [], "law_high": []}
@@ -68,7 +70,7 @@ def monitored(torque: np.ndarray) -> dict[str, Any]:
         held = None
         for reading in torque.tolist():
             inputs = MonitorInputs(reading, SPEED, TEMPERATURE, 0.0)
-            given = MonitorParameters(*fitted.values, 1.0, 0.1, 1.0, noise * reading, SCREW_PRELOAD, law)
+            given = MonitorParameters(*fitted.values, 1.0, 0.1, 1.0, noise * reading, RIG_PRELOAD, law)
             step = monitor_step(nut_map, inputs, given, held)
             held = step.preload
             assert step.outputs["in_range"]
@@ -76,7 +78,7 @@ def monitored(torque: np.ndarray) -> dict[str, Any]:
             found[f"{prefix}high"].append(step.outputs["preload_high"])
             if not prefix:
                 found["preload"].append(step.outputs["preload"])
-    colder = float(nut_map.evaluate(SCREW_PRELOAD, SPEED, TEMPERATURE - 10.0).friction_torque) / torque[0]
+    colder = float(nut_map.evaluate(RIG_PRELOAD, SPEED, TEMPERATURE - 10.0).friction_torque) / torque[0]
     return {name: np.array(values) for name, values in found.items()} | {
         "torque": torque, "scatter": scatter(torque), "colder": colder - 1.0
     }  # fmt: skip
@@ -88,7 +90,7 @@ def other_screws(torque: np.ndarray) -> list[float]:
     for other in OTHERS:
         parameters = rig_screw(*other)
         contacts = BallContacts(parameters)
-        point = Measurement(SCREW_PRELOAD, SPEED, TEMPERATURE, float(torque[0]))
+        point = Measurement(RIG_PRELOAD, SPEED, TEMPERATURE, float(torque[0]))
         number = calibrate_point(point, parameters, contacts).friction_set.net_sliding_coefficient
 
         def at(
@@ -106,13 +108,13 @@ def main() -> dict[str, Any]:
     Returns      hours; upper, lower: as `monitored`, with `alarm`, hour of the first alarm or None, and `others`, last
                  preloads with other screws
     """
-    rows = read_rows(PACKAGED_DATA / "xjtu_torque.csv")
-    hours = np.array([float(row["hours"]) for row in rows])
+    series = rig_series()
+    hours = series.hours.to_numpy(float)
     result: dict[str, Any] = {"hours": hours}
     for name in SCREWS:
-        torque = np.array([float(row[f"{name}_Nm"]) for row in rows])
+        torque = series[f"{name}_Nm"].to_numpy()
         found = monitored(torque)
-        below = np.flatnonzero(found["high"] < KEPT * SCREW_PRELOAD)
+        below = np.flatnonzero(found["high"] < KEPT * RIG_PRELOAD)
         found |= {"alarm": float(hours[below[0]]) if below.size else None, "others": other_screws(torque)}
         result[name] = found
     return result
@@ -152,14 +154,14 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
         panel.plot(
             hours, found["preload"], "o-", color=colour, ms=3.0, lw=1.0, label="preload by the monitor"
         )
-        panel.axhline(KEPT * SCREW_PRELOAD, color="0.4", lw=1.0, ls="--")
+        panel.axhline(KEPT * RIG_PRELOAD, color="0.4", lw=1.0, ls="--")
         if found["alarm"] is not None:
             panel.axvline(found["alarm"], color="0.4", lw=1.0, ls=":")
             panel.text(found["alarm"] + 15.0, 1790.0, f"alarm at {found['alarm']:.0f} h", color="0.3")
         panel.set(title=f"{name} screw", xlabel="hours", ylim=(400.0, 1900.0), xlim=(0.0, hours[-1]))
         panel.legend(frameon=False, loc="lower left")
     panels[0].set_ylabel("preload [N]")
-    panels[1].text(hours[-1], KEPT * SCREW_PRELOAD + 10.0, "90 % of the first", color="0.4", ha="right")
+    panels[1].text(hours[-1], KEPT * RIG_PRELOAD + 10.0, "90 % of the first", color="0.4", ha="right")
     figure.savefig(path, dpi=110)
 
 

@@ -1,6 +1,6 @@
 """Pages that mkdocs builds from other sources of the project, and formulas as MathML.
 
-index.md from README.md, changes.md from CHANGELOG.md, the tables of validation.md from the command `validate`,
+index.md from README.md, changes.md from CHANGELOG.md, the tables of validation.md from examples/paper,
 the errata of theory.md from their CSV, report.html and live.html from the commands `report` and `page`,
 notebooks/*.md from the notebooks with the outputs stored in them, reference/*.md from the docstrings.
 """
@@ -8,6 +8,7 @@ notebooks/*.md from the notebooks with the outputs stored in them, reference/*.m
 from __future__ import annotations
 
 import base64
+import csv
 import hashlib
 import html
 import json
@@ -24,15 +25,11 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 from reference import ROOT, room_page, rooms, start_page
 
-from ballscrew_tehl.calibration.csv_table import read_rows
-from ballscrew_tehl.report.paper_tables import PACKAGED_ERRATA
-
 DOCS = ROOT / "docs"
+PAPER = ROOT / "examples" / "paper"
 PACKAGES = (ROOT / "solver", ROOT / "fmu_src")
 #: results of commands that take minutes, by what they depend on
 CACHE = ROOT / "build" / "docs_cache"
-RPM = 0.10471975511965977  # rad/s
-MODELS = ("this model", "Zhao", "Zhou", "NSK")
 NOTEBOOK_LINK = re.compile(r"\]\(([\w/.]+)\.ipynb\)")
 ERRATA_LINK = re.compile(r"^Table of the errata: .*$", re.MULTILINE)
 PICTURE = re.compile(r'<img [^>]*src="([^"]+\.png)"[^>]*/?>')
@@ -49,14 +46,12 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Adds the pages that are made here."""
-    tables, picture = validation()
-    config.extra["validation_tables"] = tables
+    config.extra["validation_tables"] = validation()
     pages: dict[str, str | bytes] = {
         "index.md": moved((ROOT / "README.md").read_text(encoding="utf-8")),
         "changes.md": moved((ROOT / "CHANGELOG.md").read_text(encoding="utf-8")),
         "reference/index.md": start_page(),
         **{room.page: room_page(room) for room in rooms()},
-        "torque_parts.png": picture,
         "report.html": made("report", "ballscrew_fmu.command", "report"),
         "live.html": made("live", "ballscrew_fmu", "page", "--friction", "mechanistic"),
     }
@@ -79,7 +74,8 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, **_: Any) 
 
 def errata_markdown() -> str:
     """Table of the errata."""
-    found = [list(row.values()) for row in read_rows(PACKAGED_ERRATA)]
+    with (PAPER / "zhao2023_errata.csv").open(encoding="utf-8", newline="") as file:
+        _, *found = csv.reader(line for line in file if not line.startswith("#"))
     rows = [["where", "printed", "used", "effect"], ["---"] * 4, *found]
     return "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
@@ -100,14 +96,15 @@ def on_page_content(content: str, **_: Any) -> str:
     return PICTURE.sub(r'<a href="\1" title="full size">\g<0></a>', FORMULA.sub(formula, content))
 
 
-def command(*arguments: str, package: str = "ballscrew_tehl") -> str:
-    """What a command of a package prints."""
+def run(*words: str) -> str:
+    """What Python prints for a script or module of the packages."""
     path = os.pathsep.join([*map(str, PACKAGES), *filter(None, [os.environ.get("PYTHONPATH")])])
     environment = os.environ | {"PYTHONPATH": path, "MPLBACKEND": "Agg"}
-    line = [sys.executable, "-m", package, *arguments]
-    done = subprocess.run(line, env=environment, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, *words], env=environment, capture_output=True, text=True, check=False
+    )
     if done.returncode:
-        raise RuntimeError(f"{' '.join(line[1:])}: exit code {done.returncode}\n{done.stderr[-2000:]}")
+        raise RuntimeError(f"{' '.join(words)}: exit code {done.returncode}\n{done.stderr[-2000:]}")
     return done.stdout
 
 
@@ -125,66 +122,14 @@ def made(name: str, package: str, *arguments: str) -> bytes:
         CACHE.mkdir(parents=True, exist_ok=True)
         for old in CACHE.glob(f"{name}_*"):
             old.unlink()
-        command(*arguments, "--output", str(stored), package=package)
+        run("-m", package, *arguments, "--output", str(stored))
     return stored.read_bytes()
 
 
-def row(cells: Any) -> str:
-    """A row of a Markdown table."""
-    return "| " + " | ".join(map(str, cells)) + " |"
-
-
-def percent(value: float | None) -> str:
-    """A share in per cent, "-" if there is none."""
-    return "-" if value is None else f"{100.0 * value:.2f} %"
-
-
-def validation() -> tuple[str, bytes]:
-    """Tables of the command `validate`, and its picture."""
-    CACHE.mkdir(parents=True, exist_ok=True)
-    picture = CACHE / "torque_parts.png"
-    found = json.loads(command("validate", "--json", "--plot", str(picture)))
-    laws = [
-        row([law["name"], law["numbers"], percent(law["mean"]), percent(law["most"]),
-             percent((law["from_rest"] or {}).get("table2")), percent((law["from_rest"] or {}).get("table4")),
-             percent((law["left_out"] or [None])[0]), f"{100.0 * law['twelfth']:+.1f} %"])
-        for law in found["laws"]
-    ]  # fmt: skip
-    lines = [
-        "\n\nAll that the report adds is in [the report of this version](report.html).\n\n## Friction laws compared\n",
-        row(
-            [
-                "law",
-                "fitted numbers",
-                "mean",
-                "largest",
-                "Table 2 from 4",
-                "Table 4 from 2",
-                "left out, mean",
-                "12th point",
-            ]
-        ),
-        "|---|" + "---:|" * 7,
-        *laws,
-        "\n![Parts of the mechanistic torque over speed and preload](torque_parts.png)\n",
-        "## Tables of the paper\n",
-    ]
-    for name, tables in found["tables"].items():
-        entry = next(entry for entry in found["friction_sets"] if entry["name"] == name)
-        lines.append(
-            f"### Friction set `{name}`, kinematics `{entry['kinematics']}`\n\n{entry['provenance']}.\n"
-        )
-        for table in tables:
-            digits = 3 if table["unit"] == "N.m" else 0
-            lines += [f"**{table['title']} [{table['unit'].replace('.', ' ')}]**\n",
-                      row(["preload [N]", "speed [r/min]", "measured", *MODELS]), "|" + "---:|" * 7]  # fmt: skip
-            lines += [
-                row([f"{line['preload']:.0f}", f"{line['speed'] / RPM:.0f}", f"{line['measured']:.{digits}f}",
-                     *(f"{value:.{digits}f}" for value in line["models"])])
-                for line in table["rows"]
-            ]  # fmt: skip
-            lines += [row(["mean deviation", "", "", *map(percent, table["deviations"])]), ""]
-    return "\n".join(lines), picture.read_bytes()
+def validation() -> str:
+    """Tables of the laws and of the paper."""
+    head = "\n\nAll that the report adds is in [the report of this version](report.html).\n\n"
+    return head + run(str(PAPER / "measured_torques.py"))
 
 
 def text_of(value: str | list[str]) -> str:

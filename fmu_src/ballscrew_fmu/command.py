@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 
 from ballscrew_tehl.cli import main as cli
-from ballscrew_tehl.cli.parser import COMMANDS, INPUTS, JSON, OUTPUT, PAPER, Command, option, switch
+from ballscrew_tehl.cli.parser import COMMANDS, INPUTS, JSON, OUTPUT, Command, option, switch
 
 RUNS = "ballscrew_fmu.runs"
 # fmt: off
@@ -58,7 +58,6 @@ BALLSCREW = Command(
         "map": COMMANDS["map"]._replace(actions={**COMMANDS["map"].actions, "pack": PACK}),
         "report": COMMANDS["report"]._replace(run=f"{RUNS}:run_report"),
         "examples": EXAMPLES,
-        "paper": Command("comparison with the paper, and what maps are made of", actions=PAPER),
     },
     groups={
         "your screw": ("init", "screw", "oil", "map"),
@@ -66,7 +65,7 @@ BALLSCREW = Command(
         "measurements": ("identify", "calibrate"),
         "tables and pages": ("export", "report", "page"),
         "FMUs": ("build", "check", "info", "examples"),
-        "research": ("paper",),
+        "research": ("contact",),
     },
 )
 # fmt: on

@@ -2,7 +2,7 @@
 
 The rings are screw and nut without a lead, all balls carry the same load, and a cage keeps them from each other, so
 that nothing of the law is fitted. It is how the law is compared with machines that it was not made for:
-validation.machines.
+examples/paper/machines.py.
 """
 
 from __future__ import annotations

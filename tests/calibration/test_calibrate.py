@@ -1,36 +1,33 @@
-"""Fits, intervals, leave-one-out: hand-checked numbers, synthetic data, refusals."""
+"""Least squares: hand-checked numbers, hat values and left-out errors against refits, limits, refusals."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from closed_film import HamrockDowsonFilm
-from law_contacts import ClosedContacts
-from reference_screw import GD4008
+from scipy.integrate import quad
 from section7 import BASIS, MEASURED, basis_of
 
-from ballscrew_tehl.calibration.fit import LOSSES
-from ballscrew_tehl.calibration.packaged import PACKAGED_LOSS, calibrate_packaged, fit_friction_set
-from ballscrew_tehl.friction.sets import FITTED, load_friction_sets
+from ballscrew_tehl.calibration.fit import fit, fit_values
+from ballscrew_tehl.friction.sets import FITTED, SETS
 
-RATIO, NET, HEIGHT = FITTED
+SINGLE = [[i] for i in range(len(BASIS))]
+GROUPS = [[0, 6], [1], [2, 3, 4], [5], [7], [8], [9], [10]]
+TWO, THREE = (replace(BASIS, names=SETS[name]) for name in ("two_parameter", "three_parameter"))
 
 
 def test_fits_against_hand_calculation():
     """Value and half interval of ratio, net coefficient, height [nm]; errors in per cent, to the digits stated."""
-    for name, values, halves, errors in (
-        ("two_parameter", (8.76, 0.00372, 0.0), (0.66, 0.00032), (1.72, 2.02, 9.5)),
-        ("three_parameter", (7.62, 0.00506, 24e-9), (0.58, 0.00068, 14e-9), (1.24, 1.99, 7.7)),
+    for basis, values, halves, mean in (
+        (TWO, (8.76, 0.00372, 0.0), (0.66, 0.00032), 1.72),
+        (THREE, (7.62, 0.00506, 24e-9), (0.58, 0.00068, 14e-9), 1.24),
     ):
-        found = fit_friction_set(BASIS, GD4008, "hamrock_dowson", name)
+        found = fit(basis, SINGLE)
         digits = (0.005, 0.000005, 0.5e-9)
         assert [abs(a - b) <= d for a, b, d in zip(found.values, values, digits, strict=True)] == [True] * 3
         for key, half, d in zip(FITTED, halves, digits, strict=False):
-            assert abs(found.intervals[key] - half) <= d
-        names = ("mean", 0.005), ("leave_one_out_mean", 0.005), ("leave_one_out_max", 0.05)
-        for (key, d), error in zip(names, errors, strict=True):
-            assert abs(100.0 * found.errors[key] - error) <= d
-    assert round(found.correlations[f"{NET}, {HEIGHT}"], 2) == 0.98
+            assert abs(found.half_width[key] - half) <= d
+        assert abs(100.0 * np.abs(found.deviation).mean() - mean) <= 0.005
 
 
 def test_jacobian_is_the_derivative_of_weighted_errors():
@@ -44,31 +41,57 @@ def test_jacobian_is_the_derivative_of_weighted_errors():
     np.testing.assert_allclose(basis.jacobian(values), numeric, rtol=1e-7)
 
 
-def test_what_cannot_be_fitted_is_refused():
-    for points, loss, message in (
-        (MEASURED[:2], "least_squares", "2 distinct points; 2 fitted parameters need at least 3"),
-        ([MEASURED[0]] * 5, "least_squares", "measure at several speeds"),
-        (MEASURED, "absolute", "loss = 'absolute'; allowed: least_squares, soft_l1"),
+def test_left_out_errors_are_those_of_refits():
+    """Exact in a linear model, weighted, also of points left out together."""
+    weighted = tuple(replace(m, weight=0.5 + i) for i, m in enumerate(MEASURED))
+    for basis, groups, limit in (
+        (replace(TWO, measurements=weighted), GROUPS, 1e-9),
+        (replace(TWO, names=FITTED[1:2], fixed=(8.0, 0.0, 0.0)), GROUPS, 1e-9),
+        (THREE, SINGLE, 1e-9),
     ):
-        with pytest.raises(ValueError, match=message):
-            fit_friction_set(basis_of(points), GD4008, "hamrock_dowson", "two_parameter", loss)
+        found = fit(basis, groups)
+        assert found.leverage.sum() == pytest.approx(len(basis.names))
+        for group in groups:
+            values = fit_values(basis.subset([i for i in range(11) if i not in group]))
+            error = (basis.torque(values) / basis.measured - 1.0)[group]
+            assert np.max(np.abs(found.left_out[group] - error)) <= limit
 
 
-@pytest.mark.slow
-def test_packaged_calibration_writes_what_it_returns(tmp_path):
-    path = tmp_path / "sets.toml"
-    sets = calibrate_packaged(
-        lambda variant, name: ClosedContacts() if name == "mechanistic" else HamrockDowsonFilm(variant),
-        path=path,
-    )
-    found = load_friction_sets(path)
-    assert set(found) == set(sets) == set(load_friction_sets())
-    for key, entry in sets.items():
-        np.testing.assert_allclose(found[key].values, entry.values, rtol=1e-5)
-        assert found[key].loss == entry.loss == PACKAGED_LOSS[key[1]]
-        others = [loss for loss in LOSSES if loss != entry.loss]
-        assert list(entry.other_losses) == list(found[key].other_losses) == others
-        if key[0] == "published":
-            # the films of the test basis differ by the loaded contact angle, below 2 %
-            squares = fit_friction_set(BASIS, GD4008, "", key[1]).errors["mean"]
-            assert entry.other_losses["least_squares"]["mean"] == pytest.approx(squares, abs=2e-3)
+def test_deleted_studentised_residuals_against_fits_without_the_point():
+    """t = error of the prediction by the other points, over its standard error from them."""
+    found = fit(TWO, SINGLE)
+    for i in (0, 4, 10):
+        rest = TWO.subset([j for j in range(11) if j != i])
+        values = fit_values(rest)
+        J, own = rest.jacobian(values)[:, :2], TWO.jacobian(values)[i, :2]
+        error = rest.errors(values)
+        variance = float(error @ error) / 8 * (1.0 + own @ np.linalg.inv(J.T @ J) @ own)
+        assert found.studentised[i] == pytest.approx(TWO.errors(values)[i] / math.sqrt(variance), rel=1e-8)
+
+
+def test_a_point_beyond_the_limit_is_an_outlier():
+    """Eleven points, two parameters: 5 % two-sided over 11 tests with 8 degrees of freedom, quantile by integration."""
+    found = fit(TWO, SINGLE)
+    density = 35.0 / (64.0 * math.sqrt(2.0))  # of Student's t with 8 degrees of freedom at 0
+    tail = quad(lambda t: density * (1.0 + t * t / 8.0) ** -4.5, found.limit, math.inf)[0]
+    assert tail == pytest.approx(0.05 / 22.0, rel=1e-6)
+    inside, outside = np.zeros(11), np.zeros(11)
+    inside[3], outside[3], outside[6], outside[7] = 0.99, -1.01, 1.01, math.nan
+    for ratio, deviation, outliers in ((inside, 1.0, []), (outside, 1.0, [3, 6]), (outside, 0.017, [])):
+        changed = found._replace(studentised=ratio * found.limit, deviation=np.full(11, deviation))
+        assert changed.outliers == outliers
+
+
+def test_a_number_at_its_bound_stays_there_without_a_point():
+    low = tuple(replace(m, torque=0.01 * m.torque) for m in MEASURED)
+    found = fit(replace(BASIS, measurements=low, names=FITTED[1:2], fixed=(8.0, 0.0, 0.0)), SINGLE)
+    assert found.values[1] == 0.0
+    np.testing.assert_array_equal(found.left_out, found.deviation)
+    bounds = found.limits[FITTED[1]]
+    assert bounds["low"] == 0.0
+    assert 0.0 < bounds["high"] < math.inf
+
+
+def test_proportional_parts_are_refused():
+    with pytest.raises(ValueError, match="measure at several speeds"):
+        fit_values(replace(basis_of([MEASURED[0]] * 5), names=SETS["two_parameter"]))

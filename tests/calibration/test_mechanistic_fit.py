@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from law_contacts import VG100, ClosedContacts
 
-from ballscrew_tehl.calibration.fit import fit_values
-from ballscrew_tehl.calibration.measurements import packaged_measurements
-from ballscrew_tehl.calibration.packaged import torque_basis
+from ballscrew_tehl.calibration.fit import fit_values, torque_basis
+from ballscrew_tehl.calibration.measured_screw import packaged_measurements
 from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.friction.mechanistic import nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets
@@ -34,7 +33,7 @@ def test_one_number_is_the_weighted_mean_of_the_rest():
     rest = BASIS.measured - BASIS.torque((1.0, 0.0, 0.0))
     over = BASIS.sliding / BASIS.measured
     expected = float(np.sum(rest / BASIS.measured * over) / np.sum(over**2))
-    ratio, found, height = fit_values(BASIS, 1, "least_squares")
+    ratio, found, height = fit_values(BASIS)
     assert (ratio, height) == (1.0, 0.0)
     assert found == pytest.approx(expected, rel=1e-12)
 

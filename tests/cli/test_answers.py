@@ -281,8 +281,8 @@ def test_quick_commands_import_nothing_slow(words):
 def test_choices_of_the_parser_are_those_of_the_modules():
     """The parser repeats names so that it does not import the modules that define them."""
     for own, place in (
-        (parser.LOSS_NAMES, "calibration.fit.LOSSES"), (parser.DROP_KINDS, "calibration.user.DROPS"),
-        (parser.SET_NAMES, "calibration.packaged.FILM_OF_SET"), (parser.SET_NAMES, "friction.sets.SETS"),
+        (parser.DROP_KINDS, "calibration.measured.DROPS"),
+        (parser.SET_NAMES, "calibration.measured.FILM_OF_SET"), (parser.SET_NAMES, "friction.sets.SETS"),
         (parser.LUBRICANTS, "parameters.template.LUBRICANTS"), (parser.LAWS, "contact.moes.LAWS"),
         (parser.KINEMATICS, "physics.kinematics.KINEMATICS"), (parser.EXPORT_FORMATS, "cli.commands.export.KINDS"),
     ):  # fmt: skip

@@ -105,9 +105,8 @@ REFUSALS = {
         )),
     ],
     "calibrate": [
-        ((), "either MEASUREMENTS.csv, --torque-nm with its point, or --packaged"),
-        (("measured.csv", "--torque-nm", "1", *POINT), "either MEASUREMENTS.csv, --torque-nm with its point, or "),
-        (("--packaged", *POINT), "either MEASUREMENTS.csv, --torque-nm with its point, or --packaged"),
+        ((), "either MEASUREMENTS.csv or --torque-nm with its point"),
+        (("measured.csv", "--torque-nm", "1", *POINT), "either MEASUREMENTS.csv or --torque-nm with its point"),
         (POINT, "--torque-nm (missing); allowed: --torque-nm, --preload-n, --speed-rpm, --temperature-c together"),
         (("--torque-nm", "1", *POINT[:4]), "--temperature-c (missing)"),
         (("--torque-nm", "0", *POINT), "--torque-nm = 0; allowed: a finite number >= 0, not 0"),
@@ -120,7 +119,6 @@ REFUSALS = {
          "typical of 6 rows: torque = 42 N.m, 8"),
         (("none.csv",), "none.csv: cannot be read"),
         (("measured.csv", "--drop", "outlier"), "; is outliers meant?"),
-        (("--packaged", "--plot", "x.png"), "--plot with --packaged"),
         (("measured.toml", "--output", "./measured.toml"), "is a file that this command reads; allowed: another file"),
     ],
     "identify": [
@@ -152,7 +150,6 @@ REFUSALS = {
         ((*EXPORT, "csv", "--output", "x.csv", "--identified", "log.csv"), "--screw with --identified; allowed: with"),
         (("--format", "csv", "--output", "x.csv", "--identified", "log.csv"), "that identify --output has written"),
     ],
-    "validate": [(("--friction", "four_parameter"), "--friction = four_parameter; allowed: ")],
     "report": [
         ((), "arguments are required: --output"),
         (("--output", "r.pdf"), "r.pdf; allowed: a file *.html, *.htm"),
@@ -268,8 +265,6 @@ OUTPUTS = {
     "map build": (("map", "build", "--output", "{}"), "--output", ".npz"),
     "calibrate": (("calibrate", "measured.csv", "--output", "{}"), "--output", ".toml"),
     "calibrate --plot": (("calibrate", "measured.csv", "--plot", "{}"), "--plot", ".png"),
-    "calibrate --packaged": (("calibrate", "--packaged", "--output", "{}"), "--output", ".toml"),
-    "validate": (("validate", "--plot", "{}"), "--plot", ".png"),
     "report": (("report", "--output", "{}"), "--output", ".html"),
     "identify --plot": (("identify", "log.csv", "--plot", "{}"), "--plot", ".png"),
     "identify --measurements": (("identify", "log.csv", "--measurements", "{}"), "--measurements", ".csv"),

@@ -1,4 +1,4 @@
-"""The law of Jungnickel against a hand calculation; validate tests those of Zhou and NSK."""
+"""The law of Jungnickel against a hand calculation; the tables of the paper test those of Zhou and NSK."""
 
 import math
 

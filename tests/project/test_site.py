@@ -64,7 +64,7 @@ def test_formulas_and_validation_are_complete(site):
     pages = {path.name: page.text for path, page in site.items()}
     source, blocks = re.subn(r"\$\$[^$]+\$\$", "", (DOCS / "theory.md").read_text(encoding="utf-8"))
     assert pages["theory.html"].count("<math") == blocks + len(re.findall(r"\$[^$]+\$", source)) > 50
-    # the table of README.md is the one that `validate` prints, which is on the page of the validation
+    # the table of README.md is the one that measured_torques.py prints, which is on the page of the validation
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (Table \d: [^|]*)((?:\| [\d.]+ % ){4})\|$", readme, re.MULTILINE)
     printed = re.split("<strong>(?=Table)", pages["validation.html"])[1 : 1 + len(rows)]

@@ -6,7 +6,8 @@ import numpy as np
 from closed_film import HamrockDowsonFilm
 
 from ballscrew_tehl.calibration.fit import TorqueBasis
-from ballscrew_tehl.calibration.measurements import Measurement, packaged_measurements
+from ballscrew_tehl.calibration.measured_screw import packaged_measurements
+from ballscrew_tehl.calibration.measurements import Measurement
 from ballscrew_tehl.friction.torque import NutSums, nut_sums
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_screw
 

@@ -7,20 +7,20 @@ from fmpy import validation
 from ballscrew_fmu.checks.reference import STEP, CheckError, reference_results
 from ballscrew_fmu.checks.replay import FmuInstance, kind_of, largest_difference, replay
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_tehl.calibration.csv_table import read_rows
-from ballscrew_tehl.calibration.measurements import PACKAGED_PRELOAD
+from ballscrew_tehl.calibration.measured_screw import (
+    ASSUMED_TEMPERATURE,
+    PACKAGED_PRELOAD,
+    ValidationRow,
+    is_measured,
+    mean_deviations,
+    printed_rows,
+    table_text,
+    validation_tables,
+)
 from ballscrew_tehl.friction.baselines import nsk_torque, zhou_torque
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.validation.tables import (
-    ASSUMED_TEMPERATURE,
-    ValidationRow,
-    is_measured,
-    mean_deviations,
-    table_text,
-    validation_tables,
-)
 
 AGREEMENT = 1e-9  # relative difference between FMU and map
 SETTLED = 1.0  # [s] step after which all elements slide at the speeds of the tables
@@ -106,7 +106,7 @@ def table3(instance: FmuInstance) -> list[ValidationRow]:
     Raises       RuntimeError: a step is discarded, or a point is not in range
     """
     rows, speed = [], 100.0 * RPM
-    for line in read_rows(PACKAGED_PRELOAD):
+    for line in printed_rows(PACKAGED_PRELOAD):
         inputs = {"torque": float(line["torque_Nm"]), "speed": speed, "temperature": ASSUMED_TEMPERATURE}
         if not (instance.step(1e-3, **inputs) and instance.get("in_range")):
             raise RuntimeError(f"no preload in range for {inputs}: {instance.messages[-1:]}")

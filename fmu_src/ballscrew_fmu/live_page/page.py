@@ -22,8 +22,8 @@ from ballscrew_fmu.native_fmu.map_file import map_bytes
 from ballscrew_fmu.native_fmu.sources import native_sources
 from ballscrew_fmu.variables.friction import law_name, start_preload
 from ballscrew_tehl import __version__
+from ballscrew_tehl.calibration.measured_screw import ASSUMED_TEMPERATURE, packaged_measurements
 from ballscrew_tehl.calibration.measurement_units import EXAMPLE, QUANTITIES
-from ballscrew_tehl.calibration.measurements import packaged_measurements
 from ballscrew_tehl.cli.commands.torque import OF_A_NUT
 from ballscrew_tehl.cli.shared.quantities import TORQUE_POINT
 from ballscrew_tehl.friction.interval import MEANING
@@ -36,7 +36,6 @@ from ballscrew_tehl.report.data import PRELOAD_WORDS, OperatingPoint
 from ballscrew_tehl.report.page import Html, environment
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MECHANISTIC, SURFACES, map_hash
-from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE
 
 _ROOT = importlib.resources.files("ballscrew_fmu")
 _UNITS = ("map.c", "nut.c", "variables.c")  # of the sources of the FMU; the page adds page.c

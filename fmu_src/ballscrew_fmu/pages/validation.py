@@ -6,11 +6,15 @@ from typing import Any
 import numpy as np
 
 from ballscrew_fmu.pages.page import Validation
-from ballscrew_tehl.calibration.measurements import packaged_measurements
+from ballscrew_tehl.calibration.measured_screw import (
+    ASSUMED_TEMPERATURE,
+    is_measured,
+    packaged_measurements,
+    validation_tables,
+)
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.report.tables import validation_table
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE, is_measured, validation_tables
 
 PLOT = "torque_over_speed.png"
 

@@ -1,39 +1,39 @@
-"""Fit of at most three friction parameters to measured torques, by named loss functions.
+"""Least squares for the friction numbers of a law on measured torques.
 
-All losses use the relative error r = w (T/T_measured - 1) of the torque, w the weight of a measurement:
-
-least_squares   sum of r^2 over the distinct points
-soft_l1         sum of 2 s^2 (sqrt(1 + (r/s)^2) - 1), s = 1 %: squares below about 1 %, absolute values above, which
-                limits the effect of single outliers (scipy's soft_l1)
+Minimised is the sum of r^2, r = w (T/T_measured - 1) the relative error with the weight w of a measurement. The torque
+is linear in the apparent viscosity ratio and in the net sliding coefficient, and no film changes during a fit: each
+operating point is evaluated once. Only the roughness height of the set three_parameter needs iterations.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import least_squares, nnls
 
-from ..friction.mechanistic import NutPowers
+from ..friction.mechanistic import UNLOADED_POWERS, ContactValues, NutPowers, nut_powers
 from ..friction.parts import roughness_share, roughness_share_slope
 from ..friction.sets import FITTED, MECHANISTIC, SETS
-from ..friction.torque import NutSums
+from ..friction.torque import UNLOADED, FilmModel, NutSums, nut_forces, nut_sums
+from ..nut_map.built import Progress
+from ..parameters.file import Parameters
+from ..physics.ball_law import Array
+from ..physics.load import nut_loads
 from .measurements import Measurement
 
-#: name of the loss -> name that scipy gives it
-LOSSES = {"least_squares": "linear", "soft_l1": "soft_l1"}
-#: the table of the points that are in no table
-NO_TABLE = "all"
-#: relative error at which soft_l1 changes from squares to absolute values
-SOFT_SCALE = 0.01
-
+#: ratio [1], net sliding coefficient [1], roughness height [m], as FITTED
+Values = Sequence[float] | Array
 #: number of the roughness height in FITTED, the parameter in which the torque is not linear
 HEIGHT = 2
-
-#: ratio [1], net sliding coefficient [1], roughness height [m], as FITTED
-Values = Sequence[float] | NDArray[np.float64]
+#: roughness height over the thinnest film below which it counts as 0: the method stays inside its bounds
+MIN_HEIGHT = 1e-3
+#: deviation of a torque below which it is no outlier: drag torques of one screw do not repeat more closely
+MIN_OUTLIER = 0.03
+#: leverage above which no other point checks a point
+MAX_LEVERAGE = 0.9
 
 
 @dataclass(frozen=True)
@@ -41,24 +41,24 @@ class TorqueBasis:
     """Torque of the double nut at n operating points as a function of the fitted parameters.
 
     viscous (n, 4) [N.m] and film (n, 4) [m] of screw and nut raceway, first nut, then second nut; hysteresis (n,) and
-    sliding (n,) [N.m]: the sums of NutSums over both nuts. The film of a nut without load is inf.
-    names   of the parameters that a fit determines, the most important first;  held: values of the others
+    sliding (n,) [N.m]: sums over both nuts. The film of a nut without load is inf.
+    names   of the parameters that a fit determines;  fixed: values of the others
 
-    Mechanistic law, see of_powers: viscous is the rolling part, hysteresis also holds the shear of the contacts,
-    sliding the friction of ball on ball; its film is inf, for the torque does not depend on the roughness height.
+    Mechanistic law: viscous is the rolling part, hysteresis also holds the shear of the contacts, sliding the friction
+    of ball on ball; its film is inf, for the torque does not depend on the roughness height.
     """
 
     measurements: tuple[Measurement, ...]
-    viscous: np.ndarray
-    film: np.ndarray
-    hysteresis: np.ndarray
-    sliding: np.ndarray
+    viscous: Array
+    film: Array
+    hysteresis: Array
+    sliding: Array
     names: tuple[str, ...] = FITTED
-    held: tuple[float, ...] = (0.0, 0.0, 0.0)
+    fixed: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     @classmethod
     def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutSums]]) -> TorqueBasis:
-        """Two nuts per point, each with the sums under its own force."""
+        """Two nuts per point by the law `published`, each with the sums under its own force."""
         return cls(
             tuple(measurements),
             np.array([[value for s in nuts for value in (s.viscous_screw, s.viscous_nut)] for nuts in sums]),
@@ -71,12 +71,10 @@ class TorqueBasis:
     def of_powers(
         cls, measurements: Sequence[Measurement], powers: Sequence[Sequence[NutPowers]]
     ) -> TorqueBasis:
-        """Two nuts per point by the mechanistic law; the factor of the rolling part is held at 1."""
+        """Two nuts per point by the mechanistic law; the factor of the rolling part is fixed at 1."""
         return cls(
             tuple(measurements),
-            np.array(
-                [[value for p in nuts for value in (p.rolling_screw, p.rolling_nut)] for nuts in powers]
-            ),
+            np.array([[x for p in nuts for x in (p.rolling_screw, p.rolling_nut)] for nuts in powers]),
             np.full((len(measurements), 4), np.inf),
             np.array([sum(p.hysteresis + p.shear for p in nuts) for nuts in powers]),
             np.array([sum(p.thrust_factor * p.ball_ball for p in nuts) for nuts in powers]),
@@ -84,138 +82,208 @@ class TorqueBasis:
             (1.0, 0.0, 0.0),
         )
 
-    def fitted(self, count: int) -> list[int]:
-        """Numbers of the first parameters that a fit determines, in the order of names."""
-        return [FITTED.index(name) for name in self.names[:count]]
+    @property
+    def fitted(self) -> list[int]:
+        """Numbers in FITTED of the parameters that a fit determines."""
+        return [FITTED.index(name) for name in self.names]
 
     def __len__(self) -> int:
         return len(self.measurements)
 
-    def subset(self, keep: Sequence[int]) -> TorqueBasis:
+    def subset(self, rows: Sequence[int]) -> TorqueBasis:
         """The points with these numbers."""
-        rows = list(keep)
-        chosen = tuple(self.measurements[i] for i in rows)
-        return replace(
-            self,
-            measurements=chosen,
-            viscous=self.viscous[rows],
-            film=self.film[rows],
-            hysteresis=self.hysteresis[rows],
-            sliding=self.sliding[rows],
-        )
+        rows = list(rows)
+        parts = {name: getattr(self, name)[rows] for name in ("viscous", "film", "hysteresis", "sliding")}
+        return replace(self, measurements=tuple(self.measurements[i] for i in rows), **parts)
 
-    def torque(self, values: Values) -> np.ndarray:
+    def torque(self, values: Values) -> Array:
         """Torque [N.m] at the points for ratio [1], net sliding coefficient [1], roughness height [m]."""
         ratio, net, height = values
         viscous = np.sum(self.viscous * roughness_share(self.film, height), axis=1)
-        return ratio * viscous + self.hysteresis + net * self.sliding
+        return np.asarray(ratio * viscous + self.hysteresis + net * self.sliding)
 
-    def errors(self, values: Values) -> np.ndarray:
+    def errors(self, values: Values) -> Array:
         """Weighted relative errors r at the points."""
-        return self.weights * (self.torque(values) / self.measured - 1.0)
+        return np.asarray(self.weights * (self.torque(values) / self.measured - 1.0))
 
-    def jacobian(self, values: Values) -> np.ndarray:
+    def jacobian(self, values: Values) -> Array:
         """d errors/d values, (n, 3)."""
         ratio, _, height = values
-        share = roughness_share(self.film, height)
-        by_height = self.viscous * roughness_share_slope(self.film, height)
-        columns = np.stack(
-            [np.sum(self.viscous * share, axis=1), self.sliding, ratio * np.sum(by_height, axis=1)], axis=1
-        )
-        return columns * (self.weights / self.measured)[:, None]
+        viscous = np.sum(self.viscous * roughness_share(self.film, height), axis=1)
+        by_height = ratio * np.sum(self.viscous * roughness_share_slope(self.film, height), axis=1)
+        columns = np.stack([viscous, self.sliding, by_height], axis=1)
+        return np.asarray(columns * (self.weights / self.measured)[:, None])
 
     @property
-    def measured(self) -> np.ndarray:
+    def measured(self) -> Array:
         """Measured torques [N.m]."""
         return np.array([m.torque for m in self.measurements])
 
     @property
-    def weights(self) -> np.ndarray:
+    def weights(self) -> Array:
         """Factors on the relative errors."""
         return np.array([m.weight for m in self.measurements])
 
-    @property
-    def tables(self) -> dict[str, np.ndarray]:
-        """Table -> numbers of its points, in order of appearance."""
-        found: dict[str, list[int]] = {}
-        for i, m in enumerate(self.measurements):
-            for name in m.tables or (NO_TABLE,):
-                found.setdefault(name, []).append(i)
-        return {name: np.array(rows) for name, rows in found.items()}
+
+def torque_basis(
+    parameters: Parameters,
+    film_model: FilmModel | ContactValues,
+    measurements: Sequence[Measurement],
+    progress: Progress = lambda finished, total, what: None,
+) -> TorqueBasis:
+    """Evaluate both nuts at every operating point: loads of the balls, films, sums.
+
+    Parameters   film_model : films, or the contacts of the mechanistic law
+    Raises       ValueError: a point outside the range of the film model or of the load distribution, by name
+    """
+    screw, mechanistic = parameters.screw, film_model.name == MECHANISTIC
+    count = screw.loaded_ball_count if mechanistic else screw.ball_count
+    evaluate: Callable[..., Any] = nut_sums
+    if mechanistic:
+        evaluate = nut_powers
+    unloaded = UNLOADED_POWERS if mechanistic else UNLOADED
+    what, found = f"operating points with {film_model.name}", []
+    for number, m in enumerate(measurements):
+        progress(number, len(measurements), what)
+        try:
+            nuts = [
+                evaluate(parameters, nut_loads(screw, force, count), m.speed, m.temperature, film_model)
+                if force > 0.0
+                else unloaded
+                for force in dict.fromkeys(nut_forces(parameters, m.preload, m.axial_load))
+            ]
+        except ValueError as err:
+            raise ValueError(f"{m.point}: {err}") from err
+        found.append(nuts if len(nuts) == 2 else 2 * nuts)
+    progress(len(measurements), len(measurements), what)
+    if mechanistic:
+        return TorqueBasis.of_powers(measurements, cast("list[list[NutPowers]]", found))
+    return TorqueBasis.of_nuts(measurements, cast("list[list[NutSums]]", found))
 
 
-def linear_fit(basis: TorqueBasis, height: float, count: int = 2) -> np.ndarray:
-    """Least squares in the fitted parameters but the roughness height, none negative, for a given height."""
-    free = [i for i in basis.fitted(count) if i != HEIGHT]
-    values = np.array([*basis.held[:HEIGHT], height])
-    values[free] = 0.0
-    if free:
-        matrix = np.take(basis.jacobian((1.0, 1.0, height)), free, axis=1)
-        scale = 1.0 / np.linalg.norm(matrix, axis=0)
-        values[free] = nnls(matrix * scale, -basis.errors(values))[0] * scale
-    return values
+def fit_values(basis: TorqueBasis) -> Array:
+    """Values (3,) as FITTED that minimise the sum of squared errors, none negative: one number in closed form.
 
+    The sum may have two minima over the roughness height: it starts at the thinnest and at the median film.
 
-def _scale(basis: TorqueBasis, free: list[int]) -> np.ndarray:
-    """Scale of the fitted parameters: each part alone gives the torque; the thinnest film for the height."""
-    columns = np.abs(basis.jacobian((1.0, 1.0, 0.0))).mean(axis=0)
-    return np.array([basis.film.min() if i == HEIGHT else 1.0 / columns[i] for i in free])
-
-
-def _smallest(basis: TorqueBasis, count: int, loss: str) -> np.ndarray:
-    """Least sum of scipy's loss of the errors, none of the parameters negative."""
-    free = basis.fitted(count)
-    rough = HEIGHT in free
-    if not rough and loss == "linear":
-        return linear_fit(basis, 0.0, count)
-    best, lowest, scale, thinnest = None, np.inf, _scale(basis, free), basis.film.min()
-    root = np.array([i == HEIGHT for i in free])
-
-    # the square of the height as unknown: the torque changes linearly with it near 0
-    def values(x: np.ndarray) -> np.ndarray:
-        found = np.array(basis.held)
-        found[free] = scale * np.where(root, np.sqrt(x), x)
-        return found
-
-    def slopes(x: np.ndarray) -> np.ndarray:
-        slope = np.where(root, 0.5 / np.sqrt(x), 1.0)
-        return np.take(basis.jacobian(values(x)), free, axis=1) * scale * slope
-
-    # the loss may have several minima in the roughness height
-    for share in (0.3, 1.0, 3.0) if rough else (0.0,):
-        height = share * thinnest if rough else 0.0
-        start = np.maximum(linear_fit(basis, height, count)[free] / scale, 1e-3)
-        start[root] = share**2
-        found = least_squares(
-            lambda x: basis.errors(values(x)),
-            start,
-            jac=slopes,
-            bounds=(0.0, np.inf),
-            loss=loss,
-            f_scale=SOFT_SCALE,
-            xtol=1e-12,
-            ftol=1e-12,
-            gtol=1e-12,
-            max_nfev=2000,
-        )
-        if not found.success:
-            raise ArithmeticError(f"fit stopped without a minimum: {found.message}")
-        if found.cost < lowest * (1.0 - 1e-12):
-            best, lowest = values(found.x), found.cost
-    assert best is not None
-    if rough and best[HEIGHT] < 1e-3 * thinnest:
-        # the method stays inside its bounds: a negligible height is set to 0
-        return _smallest(basis, 2, loss)
+    Raises       ValueError: viscous and sliding part proportional;  ArithmeticError: no minimum reached
+    """
+    if FITTED[HEIGHT] not in basis.names:
+        return _minimum(basis, 0.0)
+    films = basis.film[np.isfinite(basis.film)]
+    found = [_minimum(basis, float(height)) for height in (films.min(), np.median(films))]
+    best = min(found, key=lambda values: float(np.sum(basis.errors(values) ** 2)))
+    if best[HEIGHT] < MIN_HEIGHT * films.min():
+        return _minimum(replace(basis, names=basis.names[:HEIGHT]), 0.0)
     return best
 
 
-def fit_values(basis: TorqueBasis, count: int, loss: str) -> np.ndarray:
-    """Ratio [1], net sliding coefficient [1], roughness height [m] that minimise a loss.
+def _minimum(basis: TorqueBasis, height: float) -> Array:
+    """Minimum that is reached from the linear least squares at a roughness height [m]."""
+    free, start = basis.fitted, np.array([*basis.fixed[:HEIGHT], height])
+    linear = [i for i in free if i != HEIGHT]
+    start[linear] = 0.0
+    columns = np.take(basis.jacobian((1.0, 1.0, height)), linear, axis=1)
+    norm = np.linalg.norm(columns, axis=0)
+    if len(linear) > 1 and not np.linalg.cond(columns / norm) < 1e6:
+        raise ValueError("viscous and sliding part are proportional at all points: measure at several speeds")
+    solution = np.linalg.lstsq(columns / norm, -basis.errors(start), rcond=None)[0]
+    if len(free) == 1:
+        start[free] = np.maximum(solution / norm, 0.0)
+        return start
+    from scipy.optimize import least_squares
 
-    Parameters   basis : n points, n >= count;  count : fitted parameters, the first of basis.names
-                 loss : name, see the top of this file
-    Raises       ValueError: unknown loss;  ArithmeticError: no minimum found
+    start[linear] = np.maximum(solution, 1e-3) / norm
+    scale = start[free]
+
+    def values(x: Array) -> Array:
+        start[free] = scale * x
+        return start
+
+    found = least_squares(
+        lambda x: basis.errors(values(x)), np.ones(len(free)), bounds=(0.0, np.inf),
+        jac=lambda x: np.take(basis.jacobian(values(x)), free, axis=1) * scale,
+        xtol=1e-12, ftol=1e-12, gtol=1e-12,
+    )  # fmt: skip
+    if not found.success:
+        raise ArithmeticError(f"fit stopped without a minimum: {found.message}")
+    return values(found.x).copy()
+
+
+class Fit(NamedTuple):
+    """Values with what the linearised model says of them; arrays per point (n,).
+
+    deviation     model/measured - 1;  left_out: the same by the fit without the point and its repeats, NaN if those
+                  are needed to determine a parameter
+    leverage      hat value: share of the point in its own fitted value, 0 to 1
+    studentised   deleted studentised residual, NaN if not determined;  limit: its bound for one false alarm in 20 fits
+    half_width    of the 95 % interval by parameter, inf if not determined
     """
-    if loss not in LOSSES:
-        raise ValueError(f"loss = {loss!r}; allowed: {', '.join(LOSSES)}")
-    return _smallest(basis, count, LOSSES[loss])
+
+    values: Array
+    deviation: Array
+    left_out: Array
+    leverage: Array
+    studentised: Array
+    limit: float
+    half_width: dict[str, float]
+
+    @property
+    def outliers(self) -> list[int]:
+        """Numbers of the points that do not agree with the others; NaN is none: no other point checks it."""
+        large = (np.abs(self.deviation) > MIN_OUTLIER) & (np.abs(self.studentised) > self.limit)
+        return np.flatnonzero(large).tolist()
+
+    @property
+    def limits(self) -> dict[str, dict[str, float]]:
+        """Bounds of the 95 % intervals, none negative."""
+        values = {name: float(self.values[FITTED.index(name)]) for name in self.half_width}
+        return {
+            name: {"low": max(value - half, 0.0), "high": value + half}
+            for (name, value), half in zip(values.items(), self.half_width.values(), strict=True)
+        }
+
+
+def fit(basis: TorqueBasis, groups: Sequence[Sequence[int]]) -> Fit:
+    """Least squares with hat values, Student t intervals and errors of points left out.
+
+    Parameters   groups : numbers of the points of each operating point, which are left out together
+    Validity     intervals and hat values: exact for a linear model, linearised for the roughness height, with which
+                 the left-out errors are those of new fits; errors independent, normal, of equal relative size
+    Source       Cook & Weisberg, Residuals and Influence in Regression (1982), sections 2.2.1 (deleted studentised
+                 residuals, Bonferroni bound) and 3.4: residuals left out together (1 - H_gg)^-1 r_g
+    """
+    from scipy.stats import t as student_t
+
+    values, n, p = fit_values(basis), len(basis), len(basis.names)
+    r, J = basis.errors(values), basis.jacobian(values)
+    sum_of_squares, half_width = float(r @ r), dict.fromkeys(basis.names, math.inf)
+    # at height 0 the torque does not depend on the height to first order
+    free = [i for i in basis.fitted if i != HEIGHT or values[i] > 0.0]
+    norm = np.linalg.norm(J[:, free], axis=0)
+    R = np.linalg.qr(J[:, free] / norm, mode="r")
+    if np.linalg.cond(R) < 1e7:
+        sigma = math.sqrt(sum_of_squares / (n - p)) * np.linalg.norm(np.linalg.inv(R), axis=1) / norm
+        for i, half in zip(free, student_t.ppf(0.975, n - p) * sigma, strict=True):
+            half_width[FITTED[i]] = float(half)
+    # a value at its bound 0 stays there without the point
+    inner = [i for i in free if values[i] > 0.0]
+    Q = np.linalg.qr(J[:, inner] / np.linalg.norm(J[:, inner], axis=0)).Q
+    H = Q @ Q.T
+    leverage = np.diag(H)
+    left_out = np.full(n, math.nan)
+    for group in groups if len(groups) > p else [[i] for i in range(n)]:
+        kept = np.eye(len(group)) - H[np.ix_(group, group)]
+        if HEIGHT in basis.fitted:
+            # not linear: with the hat values the error would be two thirds of that of a fit to the other points
+            others = fit_values(basis.subset([i for i in range(n) if i not in group]))
+            left_out[group] = (basis.torque(others) / basis.measured - 1.0)[group]
+        elif np.linalg.cond(kept) < 1e9 and leverage[group].max() < 1.0 - 1e-9:
+            left_out[group] = np.linalg.solve(kept, r[group]) / basis.weights[group]
+    studentised, limit = np.full(n, math.nan), math.inf
+    if n - p >= 2:
+        checked, own = leverage < 1.0 - 1e-6, np.maximum(1.0 - leverage, 1e-12)
+        rest = np.maximum(sum_of_squares - r**2 / own, 1e-24 * n)
+        studentised[checked] = (r * np.sqrt((n - p - 1) / (own * rest)))[checked]
+        limit = float(student_t.ppf(1.0 - 0.05 / (2 * n), n - p - 1))
+    return Fit(values, r / basis.weights, left_out, leverage, studentised, limit, half_width)

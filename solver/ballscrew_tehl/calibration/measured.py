@@ -1,36 +1,61 @@
-"""Calibration from a file of measured torques, each point by the solver or from a map."""
+"""Calibration: a friction set from a file of measured torques, its points by the contacts of the screw or a map."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+import math
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import __version__
 from ..atlas.ball_contacts import BallContacts
 from ..atlas.contact_atlas import OutsideAtlasError
-from ..friction.mechanistic import mean_load
+from ..friction.interval import implied_thrust
+from ..friction.mechanistic import ContactValues, mean_load
 from ..friction.origin import with_set
-from ..friction.torque import nut_forces
+from ..friction.sets import MECHANISTIC, SETS, FrictionSet
+from ..friction.torque import FilmModel, nut_forces
+from ..nut_map.built import Progress
 from ..parameters.file import Parameters
+from ..parameters.identity import parameters_hash
 from ..parameters.units import RPM
 from ..physics.ball_law import Array
 from ..physics.hertz import RACEWAYS
 from ..physics.load import nut_loads
-from ..runtime.packed import MECHANISTIC
+from ..runtime.evaluate import NutMap
+from .fit import MAX_LEVERAGE, Fit, TorqueBasis, fit, torque_basis
+from .level import check_level
+from .measurement_file import (
+    MeasurementFile,
+    RowProblem,
+    implausible_for,
+    named_rows,
+    read_measurement_file,
+    refusal,
+)
 from .measurements import Measurement
-from .packaged import FILM_OF_SET
+from .repeats import repeat_notes, repeats_of
+from .result import Calibration, not_identified, outlier_text
 
-if TYPE_CHECKING:
-    from ..friction.mechanistic import ContactValues
-    from ..friction.torque import FilmModel
-    from ..runtime.evaluate import NutMap
-    from .packaged import Progress
-    from .user import Calibration
-
-    #: name -> film model, or contacts of the mechanistic law
-    Films = Callable[[str], FilmModel | ContactValues]
+#: name -> film model, or contacts of the mechanistic law
+Films = Callable[[str], FilmModel | ContactValues]
+#: film model of the sets. The film of the thermal solve needs the roughness height: with two parameters the
+#: deviation from the tables is 12 %, with three it is less than with the isothermal film of the published decomposition
+FILM_OF_SET = {"two_parameter": "solved", "three_parameter": "solved_thermal", MECHANISTIC: MECHANISTIC}
+#: kinds of rows that --drop leaves out of a fit
+DROPS = ("impossible", "outside", "outliers")
+#: degrees of freedom below which a note says that intervals are rough
+FEW_DEGREES = 3
+#: set -> that of the same law with one parameter less
+SMALLER = {"three_parameter": "two_parameter"}
+NO_OUTLIERS = "--drop outliers: there are none, every point is in the fit"
+TRANSFER = (
+    "for other screws of the same maker: net_sliding_coefficient, the friction between balls, carries over to screws "
+    "with the same kind of balls, returns and finish; the torque of seals, which is not modelled, and the supply of "
+    "oil or grease do not"
+)
 
 
 def calibrate(
@@ -40,33 +65,207 @@ def calibrate(
     *,
     name: str | None = None,
     temperature: float | None = None,
-    loss: str = "least_squares",
     drop: Collection[str] = (),
     progress: Progress = lambda finished, total, what: None,
 ) -> Calibration:
-    """Fit the friction numbers of a screw to measured torques.
+    """Fit the friction numbers of a screw to measured torques by least squares.
 
     Parameters   measurements : CSV file, headings with units: preload [N], speed [r/min], torque [N.m], ...
                  parameters : screw and oil (load_screw); None = those of the map file, or the packaged GD4008-3
                  map_file : map of this screw, None = of the atlas; what that does not hold is solved, seconds a point
                  name : friction set to fit; None = that of the screw
                  temperature : of rows without one [K]; None = reference temperature of the oil
-                 loss, drop : see calibrate_file;  progress : called during the solves and fits
+                 drop : kinds of rows to leave out, of DROPS;  progress : called while points are computed
     Returns      Calibration; load_map(map_file, parameters, calibration.friction_set) takes its numbers
-    Raises       ValueError: names file and row; as calibrate_file
+    Raises       ValueError: names file and row; a set of another law; rows that cannot be used and may not be
+                 dropped; too few points; viscous and sliding part proportional at all points
     """
     from ..nut_map.file import parameters_for
-    from .measurement_file import read_measurement_file
-    from .user import calibrate_file
 
     parameters = parameters_for(map_file, parameters)
+    name = name or parameters.friction.set
+    with_set(parameters, name)
     if temperature is None:
         temperature = parameters.lubricant.reference_temperature
     file = read_measurement_file(measurements, temperature)
     films, outside = films_of(parameters, map_file)
-    return calibrate_file(
-        file, parameters, films, name or parameters.friction.set, loss, drop, outside, progress
+    points, dropped = usable_points(file, parameters, drop, outside)
+    notes = [*file.notes, *repeat_notes(points, file.lines), *_check_count(points, name)]
+    film = films(FILM_OF_SET[name])
+    check_level(points, parameters, film, name, file)
+    basis = torque_basis(parameters, film, points, progress)
+    basis = replace(basis, names=SETS[name])
+    found = fit(basis, repeats_of(basis.measurements))
+    if "outliers" in drop:
+        # one pass; outliers of the remaining points are reported and kept
+        outliers = [
+            RowProblem(row, 0, f"outlier: {outlier_text(basis, found, i)}")
+            for i in found.outliers
+            for row in basis.measurements[i].rows
+        ]
+        dropped = dropped + outliers
+        if outliers:
+            basis = basis.subset([i for i in range(len(basis)) if i not in found.outliers])
+            notes += _check_count(list(basis.measurements), name)
+            found = fit(basis, repeats_of(basis.measurements))
+        else:
+            notes.append(NO_OUTLIERS)
+    friction_set = fitted_set(basis, found, parameters, film.name, name, _provenance(file, basis, dropped))
+    notes += [*number_notes(friction_set, parameters), *_point_notes(basis, found)]
+    if name == MECHANISTIC:
+        notes.append(TRANSFER)
+    return Calibration(friction_set, basis, found, dropped, notes, _spread(basis, found))
+
+
+def fitted_set(
+    basis: TorqueBasis, found: Fit, parameters: Parameters, film: str, name: str, provenance: str
+) -> FrictionSet:
+    """Friction set of a fit: values, intervals, errors, what is not identified."""
+    ratio, net, height = found.values.tolist()
+    return FrictionSet(
+        name, parameters.friction.kinematics, film, ratio, net, height, loss="least_squares",
+        provenance=provenance, intervals=found.half_width, limits=found.limits,
+        errors=error_summary(basis, found.deviation, found.left_out),
+        not_identified=not_identified(basis, found),
+        screw=parameters.name, parameters_hash=parameters_hash(parameters),
+    )  # fmt: skip
+
+
+def error_summary(basis: TorqueBasis, deviation: Array, left_out: Array) -> dict[str, float]:
+    """Mean and largest |model/measured - 1|, mean of each table, and of points left out of the fit."""
+    errors, unseen = np.abs(deviation), np.abs(left_out[np.isfinite(left_out)])
+    summary = {"mean": float(errors.mean()), "max": float(errors.max())}
+    tables = list(dict.fromkeys(table for m in basis.measurements for table in m.tables or ("all",)))
+    for table in tables if len(tables) > 1 else ():
+        inside = [table in (m.tables or ("all",)) for m in basis.measurements]
+        summary[table] = float(errors[inside].mean())
+    if unseen.size:
+        summary |= {"leave_one_out_mean": float(unseen.mean()), "leave_one_out_max": float(unseen.max())}
+    return summary
+
+
+def _without(
+    path: Path, kind: str, problems: list[RowProblem], drop: Collection[str], what: str, left: int
+) -> list[RowProblem]:
+    """The problems, if they may be dropped.
+
+    Raises       ValueError: they may not, or no row is left
+    """
+    if problems and kind not in drop:
+        raise refusal(path, what, problems, f"fix or remove them, or continue without them: --drop {kind}")
+    if problems and left == 0:
+        raise refusal(path, f"{what}, no row is left", problems, "fix them")
+    return problems
+
+
+def _placed(file: MeasurementFile, problem: RowProblem) -> RowProblem:
+    return replace(problem, line=file.lines[problem.row - 1])
+
+
+def usable_points(
+    file: MeasurementFile,
+    parameters: Parameters,
+    drop: Collection[str] = (),
+    outside: Callable[[Measurement], str] = lambda m: "",
+) -> tuple[list[Measurement], list[RowProblem]]:
+    """Points that can be fitted, and the rows that are dropped as the caller allows.
+
+    Parameters   drop : kinds of DROPS;  outside : why the film model has no value for a point, "" if it has
+    Raises       ValueError: rows that cannot be used and may not be dropped; no row left; unknown kind
+    """
+    if unknown := set(drop) - set(DROPS):
+        raise ValueError(f"drop = {', '.join(sorted(unknown))}; allowed: {', '.join(DROPS)}")
+    implausible = [_placed(file, problem) for problem in implausible_for(parameters, file.measurements)]
+    problems = sorted([*file.problems, *implausible], key=lambda p: p.row)
+    bad = {problem.row for problem in problems}
+    points = [m for m in file.measurements if not bad & set(m.rows)]
+    dropped = _without(file.path, "impossible", problems, drop, "impossible row(s)", len(points))
+    checked = [(m, outside(m)) for m in points]
+    beyond = [_placed(file, RowProblem(row, 0, reason)) for m, reason in checked if reason for row in m.rows]
+    points = [m for m, reason in checked if not reason]
+    return points, dropped + _without(
+        file.path, "outside", beyond, drop, "row(s) outside the map", len(points)
     )
+
+
+def _check_count(points: list[Measurement], name: str) -> list[str]:
+    """Warnings about few points.
+
+    Raises       ValueError: fewer distinct operating points than fitted parameters
+    """
+    count = len(SETS[name])
+    distinct = repeats_of(points)
+    if len(distinct) < count or len(points) <= count:
+        need = f"the {count} parameters of {name} need" if count > 1 else f"the parameter of {name} needs"
+        fits = name in SMALLER and len(points) == count and len(distinct) >= count - 1
+        raise ValueError(
+            f"usable rows: {len(points)}, different operating points: {len(distinct)}; {need} at least {count + 1} "
+            f"rows at {count} operating point{'s' * (count > 1)}: measure more"
+            + (
+                ", or give the only one as --torque-nm and its operating point"
+                if count == len(points) == 1
+                else ""
+            )
+            + (f", or fit --set {SMALLER[name]}" if fits else "")
+        )
+    notes = []
+    if len(points) - count < FEW_DEGREES:
+        notes.append(
+            f"{len(points)} rows for {count} parameter{'s' * (count > 1)}: {len(points) - count} degree(s) of freedom, "
+            "intervals and errors are rough"
+        )
+    if len(distinct) == count:
+        notes.append(
+            f"{count} operating points for {count} parameters: no point is left to check the shape of the torque"
+        )
+    return notes
+
+
+def number_notes(found: FrictionSet, parameters: Parameters) -> list[str]:
+    """What the fitted number of the mechanistic law is in terms of the other keys of the screw file."""
+    if found.name != MECHANISTIC:
+        return []
+    thrust = implied_thrust(found.net_sliding_coefficient, parameters)
+    notes = [
+        "net_sliding_coefficient = 2 boundary_friction limiting_shear_coefficient ball_thrust; with the first two of "
+        f"this screw file ball_thrust = {thrust:.3g}. A screw file has one of these two numbers, not both"
+    ]
+    if not found.net_sliding_coefficient > 0.0:
+        notes.append(
+            "net_sliding_coefficient = 0: the computed rolling loss and shear alone exceed the measured torque: check "
+            "unit and sign of the torque, preload, oil (viscosity, temperature) and its supply (supply_length)"
+        )
+    return notes
+
+
+def _provenance(file: MeasurementFile, basis: TorqueBasis, dropped: Sequence[RowProblem]) -> str:
+    without = f", without {named_rows([problem.row for problem in dropped])}" if dropped else ""
+    return (
+        f"{file.path.name} (SHA-256 {file.digest}), {len(basis)} points of {len(file.lines)} rows{without}, "
+        f"ballscrew_tehl {__version__}"
+    )
+
+
+def _point_notes(basis: TorqueBasis, found: Fit) -> list[str]:
+    """Outliers that were kept, and points that no other point checks."""
+    notes = [
+        f"{basis.measurements[i].point}: outlier, kept: {outlier_text(basis, found, i)}; "
+        "to leave it out: --drop outliers"
+        for i in found.outliers
+    ]
+    if unchecked := [basis.measurements[i].point for i in np.flatnonzero(found.leverage > MAX_LEVERAGE)]:
+        notes.append(
+            f"{', '.join(unchecked)}: no other point checks it (leverage {found.leverage.max():.2f})"
+        )
+    return notes
+
+
+def _spread(basis: TorqueBasis, found: Fit) -> float | None:
+    stated = [m.uncertainty for m in basis.measurements]
+    if not all(stated):
+        return None
+    over = found.deviation * basis.measured / np.array(stated, dtype=float)
+    return math.sqrt(float(over @ over) / (len(basis) - len(basis.names)))
 
 
 def films_of(

@@ -1,16 +1,11 @@
-"""Measured friction torques: points, the packaged tables of the paper."""
+"""Measured friction torques: operating points with their torque."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from ..parameters.packaged_data import PACKAGED_DATA
 from ..parameters.units import RPM
-from .csv_table import read_rows
-
-PACKAGED_TORQUE = PACKAGED_DATA / "zhao2023_torque.csv"
-PACKAGED_PRELOAD = PACKAGED_DATA / "zhao2023_preload.csv"
 
 
 @dataclass(frozen=True)
@@ -54,20 +49,3 @@ def merged(measurements: Iterable[Measurement]) -> list[Measurement]:
         else:
             distinct.append(m)
     return distinct
-
-
-def packaged_measurements(temperature: float) -> list[Measurement]:
-    """The 11 distinct measured torques of Tables 2 and 4 of Zhao et al. (2023), tables "table2" and "table4".
-
-    Parameters   temperature : of the oil [K]; not printed, 303 K is assumed
-    """
-    return merged(
-        Measurement(
-            float(row["preload_N"]),
-            float(row["speed_rpm"]) * RPM,
-            temperature,
-            float(row["measured_Nm"]),
-            (row["table"],),
-        )
-        for row in read_rows(PACKAGED_TORQUE)
-    )

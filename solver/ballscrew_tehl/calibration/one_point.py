@@ -14,10 +14,10 @@ from ..friction.torque import nut_forces
 from ..parameters.file import Parameters
 from ..parameters.identity import parameters_hash
 from ..parameters.units import CELSIUS, RPM
-from .diagnostics import SPLIT
 from .level import implausible_level, law_interval
+from .measured import TRANSFER, number_notes
 from .measurements import Measurement
-from .user import TRANSFER, number_notes
+from .result import SPLIT
 
 ONE_POINT = (
     "one point identifies the level of the torque only: no left-out error, no limits of the coefficient"

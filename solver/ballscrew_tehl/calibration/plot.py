@@ -5,6 +5,7 @@ matplotlib is imported when a figure is made.
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +14,7 @@ import numpy as np
 from ..friction.sets import SETS
 from ..parameters.units import RPM
 from ..whole_file import whole_file
-from .user import Calibration
+from .result import Calibration
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,8 +39,9 @@ def calibration_figure(result: Calibration) -> Figure:
     errors, count = found.errors, len(SETS[found.name])
     figure.suptitle(
         f"{len(basis)} points, {count} fitted parameter{'s' if count > 1 else ''} ({found.kinematics}, "
-        f"film {found.film_model}, {found.loss}): "
-        f"mean deviation {100.0 * errors['mean']:.2f} %, left out {100.0 * errors['leave_one_out_mean']:.2f} %",
+        f"film {found.film_model}): "
+        f"mean deviation {100.0 * errors['mean']:.2f} %, "
+        f"left out {100.0 * errors.get('leave_one_out_mean', math.nan):.2f} %",
         fontsize="medium",
     )
     return figure
@@ -51,7 +53,7 @@ def _points(axes: Axes, result: Calibration, x: np.ndarray, y: np.ndarray, label
     axes.scatter(
         x, y, c=preload, cmap=PRELOAD_COLOURS, edgecolors="black", linewidths=0.5, s=42, zorder=3, label=label
     )
-    if outliers := result.points.outliers:
+    if outliers := result.fit.outliers:
         axes.scatter(x[outliers], y[outliers], facecolors="none", edgecolors=CAUTION, linewidths=2.0, s=170, zorder=4,
                      label="outlier")  # fmt: skip
     axes.grid(alpha=0.3)
@@ -71,7 +73,7 @@ def _deviations_over_speed(axes: Axes, result: Calibration) -> None:
 
     measurements = result.basis.measurements
     speed = np.array([m.speed / RPM for m in measurements])
-    deviation, left_out = 100.0 * result.points.deviation, 100.0 * result.left_out
+    deviation, left_out = 100.0 * result.fit.deviation, 100.0 * result.fit.left_out
     axes.set(xlabel="screw speed [r/min]", ylabel="model/measured - 1 [%]", xscale="log")
     axes.axhline(0.0, color="0.4", linewidth=1.0)
     stated = [m.uncertainty for m in measurements]
@@ -82,7 +84,7 @@ def _deviations_over_speed(axes: Axes, result: Calibration) -> None:
     axes.vlines(speed, deviation, left_out, color="0.75", linewidth=1.0, zorder=1)
     axes.scatter(speed, left_out, marker="_", color="0.35", s=60, zorder=2, label="fitted without the point")
     _points(axes, result, speed, deviation, "fitted to all points")
-    for i in result.points.outliers:
+    for i in result.fit.outliers:
         name = ", ".join(str(row) for row in measurements[i].rows or (i + 1,))
         axes.annotate(
             f"row {name}", (speed[i], deviation[i]), xytext=(9, 9), textcoords="offset points", color=CAUTION

@@ -37,7 +37,6 @@ SET_NAMES = ("two_parameter", "three_parameter", "mechanistic")
 DROP_KINDS = ("impossible", "outside", "outliers")
 OILS = ("viscosities", "iso_vg")
 LUBRICANTS = ("oil", "grease")
-LOSS_NAMES = ("least_squares", "soft_l1")
 EXPORT_FORMATS = ("twincat", "csv", "modelica", "matlab", "json")
 RHEOLOGIES = ("newtonian", "eyring", "carreau", "limiting_shear_stress")
 LAWS = ("barus", "roelands")
@@ -138,14 +137,7 @@ MAP_ACTIONS = {
     "info": Command("axes, parameters, version and certificate of a map", _command("map_file:run_map_info"),
                     GIVEN_MAP, OF_SCREW, "my_map.npz"),
 }
-PAPER = {
-    "validate": Command("the model compared with measured torques and published models",
-                        _command("validate:run_validate"), (
-        switch("--contacts", "the contact of section 5.1 of the paper, a circle of a multigrid"),
-        switch("--machines", "bearings, balls in open grooves, two foreign screws (a minute)"),
-        PLOT,
-    ), OF_MAP, "--plot shares.png",
-        "The picture: parts of the mechanistic law over speed; with --machines the law over the measurements."),
+CONTACT = {
     "contact": Command("solve one elastohydrodynamic contact", _command("contact:run_contact"), (
         option("--load-n", "load [N]", "N"),
         option("--radius-x-m", "reduced radius along rolling [m]", "M"),
@@ -213,9 +205,7 @@ COMMANDS = {
         option("--output", "where to write the sets, for --friction", "FILE.toml"),
         PLOT,
         _choice("--set", SET_NAMES, "parameters to fit; default: as in the screw file"),
-        _choice("--loss", LOSS_NAMES, "default: least_squares"),
         _choice("--drop", DROP_KINDS, "rows to leave out (repeat it for several)", action="append", default=[]),
-        switch("--packaged", "refit the packaged sets to the paper's tables"),
     ), (SCREW, MAP_FILE, KINEMATIC, JSON), "measurements.csv --map my_map.npz --output friction.toml",
         "Columns by headings with units: preload [N], speed [r/min], temperature [degC], torque [N.m]; optional "
         "axial_load, torque_uncertainty or weight, table, comment. Or one torque, measured or of a catalogue: the four "
@@ -240,10 +230,11 @@ COMMANDS = {
     ), OF_MAP, "--map my_map.npz --output my_report.html",
         "One page without external files; without screw and map on the packaged GD4008-3. Default of the point: 5 % of "
         "the dynamic rating, 1000 r/min, reference temperature of the oil."),
+    **CONTACT,
 }
 #: python -m ballscrew_tehl, with every name at its old place
 SOLVER = Command("Friction torque of preloaded ball screws.", actions={
-    **COMMANDS, "catalogue": COMMANDS["screw"], "validate": PAPER["validate"], "contact": PAPER["contact"],
+    **COMMANDS, "catalogue": COMMANDS["screw"],
 })
 # fmt: on
 

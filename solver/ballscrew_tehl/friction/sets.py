@@ -1,6 +1,6 @@
 """Fitted friction parameters: the numbers, their provenance and uncertainty.
 
-The packaged sets live in data/friction_sets.toml, written by `ballscrew calibrate --packaged`.
+The packaged sets live in data/friction_sets.toml, written by examples/paper/packaged_fit.py.
 A set belongs to one kinematics and to one film model: with a film that is 5 to 10 % thinner the ratio moves
 as much.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -40,6 +40,8 @@ _SUFFIX = {
     **dict(zip(CALIBRATED_AT, ("preload_N", "speed_rad_s", "temperature_K"), strict=True)),
 }
 
+#: tables of earlier files, which are ignored
+EARLIER = ("correlations", "other_losses")
 #: what the measured torques say of the parts of the torque
 NO_SPLIT = "Only the total torque is identified by these data, not its split into viscous and sliding part."
 PACKAGED_SETS = PACKAGED_DATA / "friction_sets.toml"
@@ -54,12 +56,10 @@ class FrictionSet:
     roughness_height          h_r of the share 1/(1 + (h_r/h)^2) of the viscous part [m]; mechanistic: 0, not used
     loss, provenance          what was minimised, over which data
     intervals                 half-width of the 95 % Student-t interval per fitted parameter (SI)
-    correlations              "first, second" -> correlation of two fitted parameters
     errors                    absolute relative errors: mean, max, per table, leave_one_out_mean,
                               leave_one_out_max
     leave_one_table_out       table left out -> mean and max error on its points that the fit did not see
-    other_losses              loss -> what the other loss functions give on the same data
-    limits                    fitted parameter -> {"low", "high"}, 95 % limits by profile (SI), of the least squares fit
+    limits                    fitted parameter -> {"low", "high"}, 95 % limits (SI); of the packaged sets by profile
     not_identified            what the data do not identify -> why; None: not examined
     screw, parameters_hash    screw of the fit, its name and the hash of all that the films depend on; "" if not known
     calibrated_at             of a calibration on one torque: its point, names CALIBRATED_AT; the set gives that torque
@@ -74,10 +74,8 @@ class FrictionSet:
     loss: str = ""
     provenance: str = ""
     intervals: Mapping[str, float] = field(default_factory=dict)
-    correlations: Mapping[str, float] = field(default_factory=dict)
     errors: Mapping[str, float] = field(default_factory=dict)
     leave_one_table_out: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    other_losses: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     limits: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     not_identified: Mapping[str, str] | None = None
     screw: str = ""
@@ -111,7 +109,7 @@ class FrictionSet:
 
 
 def load_friction_sets(
-    path: Path | str | None = None, remedy: str = "run calibrate --packaged"
+    path: Path | str | None = None, remedy: str = "restore it"
 ) -> dict[tuple[str, str], FrictionSet]:
     """Friction sets of a file by (kinematics, name).
 
@@ -128,6 +126,8 @@ def load_friction_sets(
     try:
         for kinematics, named in content.items():
             for name, table in named.items():
+                for key in EARLIER:
+                    table.pop(key, None)
                 values = {key: table.pop(_SUFFIX.get(key, key)) for key in FITTED}
                 table["intervals"] = {
                     key: value
@@ -254,11 +254,10 @@ def write_friction_sets(
             if (text := getattr(entry, key))
         ]
         lines += _table("", dict(zip(FITTED, entry.values, strict=True)))[1:]
-        for part in ("intervals", "correlations", "errors"):
+        for part in ("intervals", "errors"):
             lines += _table(f"{prefix}.{part}", getattr(entry, part))
-        for part in ("leave_one_table_out", "other_losses"):
-            for key, entries in getattr(entry, part).items():
-                lines += _table(f"{prefix}.{part}.{key}", entries)
+        for key, entries in entry.leave_one_table_out.items():
+            lines += _table(f"{prefix}.leave_one_table_out.{key}", entries)
         for key, entries in entry.limits.items():
             lines += _table(f"{prefix}.limits.{_SUFFIX.get(key, key)}", entries)
         if entry.calibrated_at:
@@ -268,12 +267,6 @@ def write_friction_sets(
             lines += [f"{_quoted(key)} = {_quoted(text)}" for key, text in entry.not_identified.items()]
     with whole_file(Path(path)) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def friction_set_text(sets: Sequence[FrictionSet]) -> str:
-    """Values with 95 % intervals and errors of the packaged sets as text."""
-    head = "Fitted parameters (value +- half-width of the 95 % interval) and their errors"
-    return "\n".join([head, *(line for entry in sets for line in friction_set_lines(entry)), NO_SPLIT])
 
 
 def friction_set_lines(entry: FrictionSet) -> list[str]:
@@ -291,6 +284,4 @@ def friction_set_lines(entry: FrictionSet) -> list[str]:
     for name, left_out in entry.leave_one_table_out.items():
         lines.append(f"    fitted without {name}: missed by {100.0 * left_out['mean']:.1f} % on average, "
                      f"{100.0 * left_out['max']:.1f} % at most")  # fmt: skip
-    for pair, value in entry.correlations.items():
-        lines.append(f"    correlation {pair}: {value:.2f}")
     return lines

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from ..calibration.measured_screw import MODELS, ValidationTable
 from ..nut_map.certificate import claim
 from ..parameters.units import RPM
-from ..validation.tables import MODELS, ValidationTable
 from .page import Html, element, table
 
 #: errors of a certificate by name, and their mean and quantiles by the ends of their keys, with their headings

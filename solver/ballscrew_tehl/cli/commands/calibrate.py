@@ -1,4 +1,4 @@
-"""The command calibrate: friction parameters from a user's measurements, or a new fit of the packaged sets."""
+"""The command calibrate: friction parameters from measured torques, of a file or one."""
 
 from __future__ import annotations
 
@@ -7,38 +7,35 @@ from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
-from ...calibration.measured import calibrate, films_of, solved_film
+from ...calibration.measured import calibrate, films_of
 from ...calibration.measurements import Measurement
 from ...friction.origin import refuse_other_fit, with_set
-from ...friction.sets import MECHANISTIC, PACKAGED_SETS, FrictionSet, check_usable, write_friction_sets
+from ...friction.sets import MECHANISTIC, FrictionSet, check_usable, write_friction_sets
 from ...parameters.file import Parameters
 from ...parameters.packaged_data import PACKAGED_VG100
 from ...parameters.units import CELSIUS, RPM
 from ..shared.chosen import screw_of
-from ..shared.files import check_output, new_folder, written
+from ..shared.files import check_output, written
 from ..shared.progress import QUIET, progress_bar
 from ..shared.quantities import CALIBRATION_POINT, TEMPERATURE
 from ..shared.results import print_results, say
 
 if TYPE_CHECKING:
-    from ...calibration.user import Calibration
+    from ...calibration.result import Calibration
     from ...friction.mechanistic import ContactValues
-    from ...friction.torque import FilmModel
 
 
 def run_calibrate(args: Namespace) -> int:
-    """Fit to the user's measurements or to one torque, or refit the packaged sets."""
+    """Fit to a file of measured torques or to one torque."""
     one = any(getattr(args, quantity.name) is not None for quantity in CALIBRATION_POINT[:3])
-    if args.packaged + bool(args.measurements) + one != 1:
-        raise ValueError("calibrate needs either MEASUREMENTS.csv, --torque-nm with its point, or --packaged")
+    if bool(args.measurements) + one != 1:
+        raise ValueError("calibrate needs either MEASUREMENTS.csv or --torque-nm with its point")
     point = _point(args) if one else None
     # as torque --friction mechanistic does
-    law = (one or args.set == MECHANISTIC) and not (args.screw or args.map or args.packaged)
+    law = (one or args.set == MECHANISTIC) and not (args.screw or args.map)
     parameters = screw_of(args, PACKAGED_VG100 if law else None)
     if law:
         say(f"no --screw: {parameters.name} with {parameters.lubricant.name} ({PACKAGED_VG100.name})")
-    if args.packaged:
-        return _packaged(args, parameters)
     outputs = ("--output", args.output, "a file *.toml"), ("--plot", args.plot, "a file *.png")
     for option, given, kind in outputs:
         if given:
@@ -87,7 +84,7 @@ class _Fitted(NamedTuple):
 
 def _point(args: Namespace) -> Measurement:
     """The one point of the options."""
-    unused = {"--plot": args.plot, "--drop": args.drop, "--loss": args.loss}
+    unused = {"--plot": args.plot, "--drop": args.drop}
     for option, value in unused.items():
         if value:
             raise ValueError(f"{option} with --torque-nm; allowed: with MEASUREMENTS.csv only")
@@ -118,7 +115,7 @@ def _of_point(args: Namespace, parameters: Parameters, point: Measurement) -> _F
 
 def _of_file(args: Namespace, parameters: Parameters) -> _Fitted:
     """Fit to a file, with its picture if that is wanted."""
-    from ...calibration.user import calibration_data, calibration_text
+    from ...calibration.result import calibration_data, calibration_text
 
     result = _calibration(args, parameters)
     _check_accepted(result.friction_set, parameters, args.measurements)
@@ -149,31 +146,5 @@ def _calibration(args: Namespace, parameters: Parameters) -> Calibration:
     with progress_bar(QUIET) as progress:
         return calibrate(
             args.measurements, parameters, args.map, name=args.set, temperature=temperature,
-            loss=args.loss or "least_squares", drop=args.drop, progress=progress,
+            drop=args.drop, progress=progress,
         )  # fmt: skip
-
-
-def _packaged(args: Namespace, parameters: Parameters) -> int:
-    from ...calibration.packaged import FILM_OF_SET, calibrate_packaged
-    from ...friction.sets import friction_set_text
-
-    unused = {"--plot": args.plot, "--map": args.map, "--drop": args.drop, "--loss": args.loss,
-              "--temperature-c": args.temperature_c}  # fmt: skip
-    for option, value in unused.items():
-        if value:
-            raise ValueError(f"{option} with --packaged; allowed: with MEASUREMENTS.csv only")
-    output = args.output or PACKAGED_SETS
-    check_output("--output", output, "a file *.toml")
-
-    def film_model(variant: Parameters, name: str) -> FilmModel | ContactValues:
-        return solved_film(FILM_OF_SET[name], variant)
-
-    with new_folder(Path(output).parent):
-        sets = calibrate_packaged(film_model, parameters, output, say, args.set)
-    say(f"written: {output}")
-    if args.json:
-        entries = {f"{kinematics}.{name}": vars(entry) for (kinematics, name), entry in sets.items()}
-        print_results([entries], True, False)
-    else:
-        print(friction_set_text(list(sets.values())))
-    return 0

@@ -5,7 +5,12 @@ from reference_screw import published_rows
 from scipy.interpolate import make_interp_spline
 
 from ballscrew_tehl import load_map, load_screw
-from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE, NEEDED, is_measured, validation_tables
+from ballscrew_tehl.calibration.measured_screw import (
+    ASSUMED_TEMPERATURE,
+    NEEDED,
+    is_measured,
+    validation_tables,
+)
 
 
 def measured_exactly(preload, speed, temperature):

@@ -1,15 +1,22 @@
-"""The model compared with the measurement and three published models: Tables 2, 3 and 4 of Zhao et al. (2023)."""
+"""Torques measured on the packaged screw, Tables 2, 3 and 4 of Zhao et al. (2023), and a model compared with them.
+
+The packaged set three_parameter is fitted to them; every FMU of this screw is compared with them when it is built.
+"""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..calibration.csv_table import read_rows
-from ..calibration.measurements import PACKAGED_PRELOAD, PACKAGED_TORQUE
 from ..friction.torque import preload_from_torque
 from ..parameters.file import ScrewParameters, load_screw
+from ..parameters.packaged_data import PACKAGED_DATA
 from ..parameters.units import RPM
+from .measurements import Measurement, merged
+
+PACKAGED_TORQUE, PACKAGED_PRELOAD = (PACKAGED_DATA / f"zhao2023_{name}.csv" for name in ("torque", "preload"))
 
 #: preload [N], speed [rad/s], oil temperature [K] -> friction torque [N.m]
 Evaluate = Callable[[float, float, float], float]
@@ -44,20 +51,27 @@ class ValidationTable(NamedTuple):
     deviations: tuple[float, ...]
 
 
-def missing_range(axes: Mapping[str, Any]) -> str:
-    """Axis of a map that does not have the range of the tables, with both ranges; empty: it has it.
+def printed_rows(path: Path) -> list[dict[str, str]]:
+    """Rows of a packaged CSV file by heading, without its comments."""
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
-    Parameters   axes : of the header of the map
-    """
-    for name, (low, high) in NEEDED.items():
-        if not (axes[name][0] <= low and high <= axes[name][1]):
-            return f"{name} {axes[name][0]:.5g} to {axes[name][1]:.5g}; the tables need {low:.5g} to {high:.5g} (SI)"
-    return ""
+
+def packaged_measurements(temperature: float = ASSUMED_TEMPERATURE) -> list[Measurement]:
+    """The 11 distinct measured torques of Tables 2 and 4, tables "table2" and "table4"; temperature of the oil [K]."""
+    return merged(
+        Measurement(
+            float(row["preload_N"]), float(row["speed_rpm"]) * RPM, temperature, float(row["measured_Nm"]),
+            (row["table"],),
+        )
+        for row in printed_rows(PACKAGED_TORQUE)
+    )  # fmt: skip
 
 
 def is_measured(screw: ScrewParameters, axes: Mapping[str, Any]) -> bool:
     """Whether the measured torques are of this screw and in the range of a map with these axes."""
-    return screw == load_screw().screw and not missing_range(axes)
+    inside = (axes[name][0] <= low and high <= axes[name][1] for name, (low, high) in NEEDED.items())
+    return screw == load_screw().screw and all(inside)
 
 
 def mean_deviations(rows: Sequence[ValidationRow]) -> tuple[float, ...]:
@@ -78,7 +92,7 @@ def validation_tables(
     Source       measured, Zhao, Zhou, NSK: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, as printed
     """
     tables = []
-    printed = read_rows(PACKAGED_TORQUE)
+    printed = printed_rows(PACKAGED_TORQUE)
     titles = {
         "table2": "Table 2: torque over preload at 100 r/min",
         "table4": "Table 4: torque over speed at 1000 N",
@@ -93,7 +107,7 @@ def validation_tables(
                 rows.append(ValidationRow(preload, speed, float(line["measured_Nm"]), (ours, *others)))
         tables.append(ValidationTable(name, title, "N.m", tuple(rows), mean_deviations(rows)))
     rows, speed = [], 100.0 * RPM
-    for line in read_rows(PACKAGED_PRELOAD):
+    for line in printed_rows(PACKAGED_PRELOAD):
         torque = float(line["torque_Nm"])
         ours = preload_from_torque(
             lambda force: evaluate(force, speed, ASSUMED_TEMPERATURE), torque, *preload_range

@@ -1,0 +1,143 @@
+"""Result of a calibration: its points, what the data do not identify, as rows and as text."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..friction.sets import FITTED, FrictionSet, friction_set_lines
+from ..parameters.units import CELSIUS, RPM
+from .fit import Fit, TorqueBasis
+from .measurement_file import RowProblem
+from .repeats import repeat_scatter, spread_advice
+
+#: a parameter counts as identified if half its 95 % interval is at most this fraction of its value
+PRECISION = 0.25
+#: the split counts as identified if the 95 % interval of the sliding fraction of the torque is at most this wide
+SPLIT_WIDTH = 0.10
+SPLIT = "split into viscous and sliding torque"
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Result of a calibration.
+
+    friction_set  with limits and what is not identified;  basis, fit: the points of the fit and its statistics
+    dropped       rows left out of the fit, with the reason;  notes  assumptions and warnings, one sentence each
+    spread        root of the weighted mean square error over the stated uncertainties, None without these
+    """
+
+    friction_set: FrictionSet
+    basis: TorqueBasis
+    fit: Fit
+    dropped: list[RowProblem]
+    notes: list[str]
+    spread: float | None
+
+
+def sliding_name(basis: TorqueBasis) -> str:
+    """Name of the part of the torque that the net sliding coefficient carries."""
+    return "sliding share" if basis.names[0] == FITTED[0] else "share of ball on ball"
+
+
+def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
+    """Parameters, or SPLIT, that the data do not determine to PRECISION and SPLIT_WIDTH -> their intervals."""
+    reasons = {}
+    for name, half in found.half_width.items():
+        value, bounds = float(found.values[FITTED.index(name)]), found.limits[name]
+        if not half <= PRECISION * value:
+            low, high = (_shown(name, bounds[end]) for end in ("low", "high"))
+            reasons[name] = f"95 % interval {low} to {high} around {_shown(name, value)}"
+    per_net = float(np.mean(basis.sliding / basis.measured))
+    least, most = (min(per_net * bound, 1.0) for bound in found.limits[FITTED[1]].values())
+    if not most - least <= SPLIT_WIDTH:
+        reasons[SPLIT] = f"{sliding_name(basis)} of the torque {100.0 * least:.0f} to {100.0 * most:.0f} %"
+    return reasons
+
+
+def _shown(name: str, value: float) -> str:
+    if not math.isfinite(value):
+        return "no bound"
+    return f"{1e9 * value:.3g} nm" if name == FITTED[2] else f"{value:.3g}"
+
+
+def outlier_text(basis: TorqueBasis, found: Fit, i: int) -> str:
+    """Torque, deviation and residual of a point."""
+    return (
+        f"torque {basis.measured[i]:.4g} N.m, model {100.0 * found.deviation[i]:+.1f} %, deleted studentised "
+        f"residual {found.studentised[i]:.1f} (limit {found.limit:.1f})"
+    )
+
+
+def point_rows(result: Calibration) -> list[dict[str, Any]]:
+    """One row per point of the fit, units in the keys."""
+    found, outliers = result.fit, set(result.fit.outliers)
+    computed = result.basis.torque(found.values)
+    return [
+        {
+            "rows": list(m.rows),
+            "preload_n": m.preload,
+            "speed_rpm": m.speed / RPM,
+            "temperature_k": m.temperature,
+            "axial_load_n": m.axial_load,
+            "weight": m.weight,
+            "measured_nm": m.torque,
+            "computed_nm": float(computed[i]),
+            "deviation": float(found.deviation[i]),
+            "left_out_deviation": float(found.left_out[i]),
+            "leverage": float(found.leverage[i]),
+            "studentised": float(found.studentised[i]),
+            "outlier": i in outliers,
+        }
+        for i, m in enumerate(result.basis.measurements)
+    ]
+
+
+def calibration_data(result: Calibration) -> dict[str, Any]:
+    """What --json adds to the friction set."""
+    return {
+        "points": point_rows(result),
+        "dropped": [{"row": problem.row, "reason": problem.reason} for problem in result.dropped],
+        "outliers": [list(result.basis.measurements[i].rows) for i in result.fit.outliers],
+        "notes": result.notes,
+        "not_identified": result.friction_set.not_identified,
+        "error_over_uncertainty": result.spread,
+        "repeat_over_uncertainty": repeat_scatter(result.basis.measurements),
+    }
+
+
+def calibration_text(result: Calibration) -> str:
+    """The result as text: points, parameters, errors, what is not identified, dropped rows."""
+    lines = [
+        f"{'row':>9}{'preload':>10}{'speed':>9}{'oil':>7}{'axial':>9}{'measured':>10}{'computed':>10}{'model':>8}"
+        f"{'left out':>10}",
+        f"{'':>9}{'N':>10}{'r/min':>9}{'C':>7}{'N':>9}{'N m':>10}{'N m':>10}{'%':>8}{'%':>10}",
+    ]
+    for row in point_rows(result):
+        lines.append(
+            f"{'='.join(str(number) for number in row['rows']):>9}{row['preload_n']:>10.4g}{row['speed_rpm']:>9.4g}"
+            f"{row['temperature_k'] - CELSIUS:>7.1f}{row['axial_load_n']:>9.4g}{row['measured_nm']:>10.4g}"
+            f"{row['computed_nm']:>10.4g}{100.0 * row['deviation']:>+8.1f}{100.0 * row['left_out_deviation']:>+10.1f}"
+            + ("  outlier" if row["outlier"] else "")
+        )
+    found = result.friction_set
+    lines += ["", "Fitted (value +- half-width of the 95 % interval)", *friction_set_lines(found)]
+    if result.spread is not None:
+        advice = spread_advice(result.spread, repeat_scatter(result.basis.measurements))
+        lines.append(
+            f"    errors over stated uncertainties: {result.spread:.2g} (about 1 expected){advice and f': {advice}'}"
+        )
+    if found.not_identified:
+        lines.append("Not identified by these data:")
+        lines += [f"    {name}: {why}" for name, why in found.not_identified.items()]
+    else:
+        lines.append(
+            f"Identified by these data: every parameter to {100.0 * PRECISION:.0f} %, the "
+            f"{sliding_name(result.basis)} to {100.0 * SPLIT_WIDTH:.0f} points of per cent"
+        )
+    lines += [f"dropped: {problem}" for problem in result.dropped]
+    lines += [f"note: {note}" for note in result.notes]
+    return "\n".join(lines)

@@ -1,1 +1,0 @@
-"""The model compared with the published measurements and contacts."""
