@@ -28,7 +28,6 @@ from matplotlib.figure import Figure
 
 from ballscrew_tehl import load_map, load_screw
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
-from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.calibration.measurements import Measurement
 from ballscrew_tehl.calibration.one_point import calibrate_point
 from ballscrew_tehl.friction.interval import DEVIATIONS
@@ -38,6 +37,7 @@ from ballscrew_tehl.nut_map.interval import map_interval
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
+from ballscrew_tehl.tables.csv_file import read_rows
 from ballscrew_tehl.validation.machines import SCREW_PRELOAD, SCREW_SPEED, rig_screw
 
 SPEED, TEMPERATURE = SCREW_SPEED * RPM, 30.0 + CELSIUS

@@ -24,8 +24,8 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 from reference import ROOT, room_page, rooms, start_page
 
-from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.report.paper_tables import PACKAGED_ERRATA
+from ballscrew_tehl.tables.csv_file import read_rows
 
 DOCS = ROOT / "docs"
 PACKAGES = (ROOT / "solver", ROOT / "fmu_src")

@@ -25,7 +25,6 @@ from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.identification.directions import both_ways
 from ballscrew_tehl.identification.dynamics import identify
 from ballscrew_tehl.identification.log_file import Log, read_log
-from ballscrew_tehl.identification.log_units import LogColumn
 from ballscrew_tehl.identification.preload import (
     Law,
     change_of_preload,
@@ -38,6 +37,7 @@ from ballscrew_tehl.identification.signals import Drive, Section, Signals, signa
 from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
 from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.tables.headings import Column
 
 EMPS = "time [s],position [m],voltage [V]"
 
@@ -189,14 +189,14 @@ def test_sides_of_a_gear_and_a_lead_give_one_result(emps):
         "time": time, "position": position / lead * ratio, "current": GAIN * voltage * lead / ratio / 0.5,
     }  # fmt: skip
     columns = {
-        "time": LogColumn(0, "", "s"),
-        "position": LogColumn(1, "", "rad"),
-        "current": LogColumn(2, "", "A"),
+        "time": Column(0, "", "s"),
+        "position": Column(1, "", "rad"),
+        "current": Column(2, "", "A"),
     }
     motor = signals_of(Log("log.csv", signals, columns, len(time), {}, []), drive)
     assert motor.rotary
     assert identify(motor, travel=5e-5 / lead).inertia == pytest.approx(MASS * lead**2, rel=2e-3)
-    signals, columns = signals | {"position": position}, columns | {"position": LogColumn(1, "", "m")}
+    signals, columns = signals | {"position": position}, columns | {"position": Column(1, "", "m")}
     linear = signals_of(Log("log.csv", signals, columns, len(time), {}, []), drive)
     assert np.allclose(linear.sections[0].motion, motor.sections[0].motion, rtol=1e-12)
 

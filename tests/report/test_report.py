@@ -11,7 +11,6 @@ from command_line import answer
 from html_page import Page
 from reference_screw import GD4008
 
-from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_screw
@@ -22,6 +21,7 @@ from ballscrew_tehl.physics.load import double_nut_loads
 from ballscrew_tehl.physics.rating import dynamic_rating
 from ballscrew_tehl.report import claims, figures, material, paper_tables
 from ballscrew_tehl.report.claims import PACKAGED_CLAIMS, RULES, VERDICTS
+from ballscrew_tehl.tables.csv_file import read_rows
 
 pytestmark = pytest.mark.slow
 

@@ -5,8 +5,8 @@ import json
 import pytest
 from command_line import answer, run
 
-from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
+from ballscrew_tehl.tables.csv_file import read_rows
 from ballscrew_tehl.validation import machines as compared
 from ballscrew_tehl.validation.bearing_formulas import skf_torque
 from ballscrew_tehl.validation.bearings import (

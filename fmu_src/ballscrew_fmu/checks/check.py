@@ -7,12 +7,12 @@ from fmpy import validation
 from ballscrew_fmu.checks.reference import STEP, CheckError, reference_results
 from ballscrew_fmu.checks.replay import FmuInstance, kind_of, largest_difference, replay
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.calibration.measurements import PACKAGED_PRELOAD
 from ballscrew_tehl.friction.baselines import nsk_torque, zhou_torque
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.tables.csv_file import read_rows
 from ballscrew_tehl.validation.tables import (
     ASSUMED_TEMPERATURE,
     ValidationRow,

@@ -22,7 +22,6 @@ from ballscrew_fmu.native_fmu.map_file import map_bytes
 from ballscrew_fmu.native_fmu.sources import native_sources
 from ballscrew_fmu.variables.friction import law_name, start_preload
 from ballscrew_tehl import __version__
-from ballscrew_tehl.calibration.measurement_units import EXAMPLE, QUANTITIES
 from ballscrew_tehl.calibration.measurements import packaged_measurements
 from ballscrew_tehl.cli.commands.torque import OF_A_NUT
 from ballscrew_tehl.cli.shared.quantities import TORQUE_POINT
@@ -36,6 +35,7 @@ from ballscrew_tehl.report.material import PRELOAD_WORDS
 from ballscrew_tehl.report.page import Html, environment
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MECHANISTIC, SURFACES, map_hash
+from ballscrew_tehl.tables.headings import MEASURED, MEASURED_EXAMPLE
 from ballscrew_tehl.validation.tables import ASSUMED_TEMPERATURE
 
 _ROOT = importlib.resources.files("ballscrew_fmu")
@@ -88,7 +88,7 @@ def live_page(parameters: Parameters, nut_map: NutMap, ends: NDArray[np.float64]
         "slip": trend.MIN_FORCE_RATIO if law == MECHANISTIC and kind == FOUR_POINT else 0.0,
         "nodes": None if ends is None else TABLE_NODES,
         "meaning": MEANING if ends is not None else _no_interval(mean),
-        "units": {name: {"names": q.names, "units": q.units} for name, q in QUANTITIES.items()},
+        "units": {name: {"names": q.names, "units": q.units} for name, q in MEASURED.items()},
         "published": published,
     }
     return _TEMPLATES.get_template("page.html").render(
@@ -100,7 +100,7 @@ def live_page(parameters: Parameters, nut_map: NutMap, ends: NDArray[np.float64]
         roughness=f"{1e9 * header['defaults']['roughness_height']:.3g} nm",
         inputs=[(name, entry["label"], entry["unit"]) for name, entry in about["inputs"].items()],
         published=bool(published),
-        example=EXAMPLE,
+        example=MEASURED_EXAMPLE,
         map_hash=map_hash(header),
         version=__version__,
         about=about,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..parameters.units import RPM
-from .csv_table import read_rows
+from ..tables.csv_file import read_rows
 
 PACKAGED_TORQUE = PACKAGED_DATA / "zhao2023_torque.csv"
 PACKAGED_PRELOAD = PACKAGED_DATA / "zhao2023_preload.csv"

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..parameters.units import RPM
-from .log_file import Array, Log
-from .log_units import EFFORT, MOTION, QUANTITIES, unit_family
+from ..tables.headings import ANGLE, LENGTH, LOG, SPEED, VELOCITY, Units, parted
+from .log_file import EFFORT, MOTION, Array, Log
 from .signals import Signals
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> No
         ]
 
     def of_drive(ratio: float = 1.0) -> list[Finding]:
-        name, si = effort.removeprefix("screw_"), next(iter(QUANTITIES[effort].units))
+        name, si = effort.removeprefix("screw_"), next(iter(LOG[effort].units))
         return [
             (f"{name} up to", value * ratio, DRIVE[name], si, 1.0),
             ("torque at the screw up to", torque * ratio, torques, "N.m", 1.0),
@@ -84,12 +84,12 @@ def _check(log: Log, values: dict[str, Callable[..., list[Finding]]]) -> None:
 
     def likely() -> Iterator[str]:
         for name, column in columns.items():
-            units = unit_family(name, column.unit)
+            units = _family(name, column.unit)
             first = {factor: unit for unit, (factor, _) in reversed(units.items())}
             for factor, unit in reversed(first.items()):
                 ratio = factor / units[column.unit][0]
                 if ratio != 1.0 and all(map(_within, values[name](ratio))):
-                    yield f'{name} in {unit}, {ratio:.4g} times: --column "{name}={column.stem} [{unit}]"'
+                    yield f'{name} in {unit}, {ratio:.4g} times: --column "{name}={parted(column.heading)[0]} [{unit}]"'
 
     found = list(islice(likely(), 2))
     if not found and not any(value > high for _, value, (_, high), _, _ in wrong):
@@ -102,7 +102,9 @@ def _check(log: Log, values: dict[str, Callable[..., list[Finding]]]) -> None:
     if not found:
         remedy = f"check {' and '.join(repr(column.heading) for column in columns.values())}"
         remedy += " and --torque-constant-nm-a" * ("current" in columns)
-    stated = " ".join(f'--column "{name}={column.stem} [{column.unit}]"' for name, column in columns.items())
+    stated = " ".join(
+        f'--column "{name}={parted(column.heading)[0]} [{column.unit}]"' for name, column in columns.items()
+    )
     raise ValueError(f"{log.path}: {shown}; {remedy}; if the log is right, state its units: {stated}")
 
 
@@ -124,3 +126,8 @@ def _largest(signals: Signals) -> tuple[float, float]:
         _usual([x[SHORT:] - x[:-SHORT] for x in pieces]) / (SHORT * step),
         _usual([x[2 * LONG :] - 2.0 * x[LONG:-LONG] + x[: -2 * LONG] for x in pieces]) / (LONG * step) ** 2,
     )
+
+
+def _family(name: str, unit: str) -> Units:
+    """Units that a unit may be mistaken for: an angle is no length."""
+    return next(units for units in (LENGTH, ANGLE, SPEED, VELOCITY, LOG[name].units) if unit in units)

@@ -10,8 +10,8 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
-from .log_file import Array, Log
-from .log_units import ANGLE, EFFORT, MOTION, SPEED
+from ..tables.headings import ANGLE, SPEED
+from .log_file import EFFORT, MOTION, Array, Log
 
 #: a step of time longer than this many usual ones is a gap; jumps of a position that are whole periods within this
 #: share are those of an encoder that starts again; most of the jumps that may be none

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..calibration.csv_table import read_rows
 from ..parameters.file import Parameters, ScrewParameters
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..parameters.units import RPM
@@ -16,6 +15,7 @@ from ..physics.film import central_film_estimate, film_groups
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.kinematics import surface_speeds
 from ..physics.lubricant import pressure_viscosity, section_2_3
+from ..tables.csv_file import read_rows
 from ..validation.tables import ASSUMED_TEMPERATURE, ValidationTable
 from .lines import Friction
 

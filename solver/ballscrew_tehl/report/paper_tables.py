@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ..calibration.csv_table import read_rows
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.hertz import RACEWAYS
+from ..tables.csv_file import read_rows
 from ..validation.section5 import printed_values
 from .claims import VERDICTS, Claim, verdict_on
 from .material import Material, torque_of_contacts

@@ -9,12 +9,12 @@ from functools import cache
 from typing import NamedTuple
 
 from ..caged_bearing import CAGED, Bearing, BearingTorque, bearing
-from ..calibration.csv_table import read_rows
 from ..friction.mechanistic import nuts_powers
 from ..nut_map.built import Progress
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..parameters.units import RPM
 from ..physics.supply import FLOODED
+from ..tables.csv_file import read_rows
 from .bearing_formulas import houpert_rolling, palmgren_torque, skf_torque
 
 #: torques by the friction model of SKF

@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 from ..atlas.ball_contacts import BallContacts
 from ..caged_bearing import bearing
-from ..calibration.csv_table import read_rows
 from ..friction.interval import torque_interval
 from ..friction.mechanistic import nuts_powers
 from ..friction.sets import default_friction_set
@@ -28,6 +27,7 @@ from ..parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ..parameters.units import CELSIUS, RPM
 from ..physics.lubricant import eta0
 from ..physics.supply import FLOODED
+from ..tables.csv_file import read_rows
 from .bearings import BearingPoint, bearing_points, conformity_ratios
 
 

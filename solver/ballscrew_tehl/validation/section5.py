@@ -6,13 +6,13 @@ import math
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..calibration.csv_table import read_rows
 from ..contact import ContactResult, SolverOptions, ball_conditions, solve
 from ..parameters.file import Parameters, changed
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..parameters.units import RPM
 from ..physics.hertz import RACEWAYS
 from ..physics.kinematics import KINEMATICS
+from ..tables.csv_file import read_rows
 
 if TYPE_CHECKING:
     from ..calibration.packaged import Progress

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ..calibration.csv_table import read_rows
 from ..calibration.measurements import PACKAGED_PRELOAD, PACKAGED_TORQUE
 from ..friction.torque import preload_from_torque
 from ..parameters.file import ScrewParameters, load_screw
 from ..parameters.units import RPM
+from ..tables.csv_file import read_rows
 
 #: preload [N], speed [rad/s], oil temperature [K] -> friction torque [N.m]
 Evaluate = Callable[[float, float, float], float]

@@ -69,7 +69,7 @@ class _Axis(NamedTuple):
 def run_identify(args: Namespace) -> int:
     """Fit of a log, its friction and preload, and the files that are wanted."""
     from ...identification import output
-    from ...identification.log_units import stated_columns
+    from ...identification.log_file import stated_columns
 
     columns, given = stated_columns(args.column), _given(args)
     _check(args, given)

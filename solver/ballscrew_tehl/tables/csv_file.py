@@ -1,0 +1,346 @@
+"""The CSV dialect of logs, measured torques, operating points and packaged values.
+
+A line of headings, then a row a line. Fields are separated by semicolons, tabs or commas: the first of these marks that
+the line of headings has. Text is UTF-8, UTF-16 with a byte order mark, or Windows-1252. Blank lines, lines that begin
+with # and Excel's first line `sep=;` are skipped; if no other line has headings, a comment directly above the rows
+is taken for them, as np.savetxt writes it.
+
+Numbers have a decimal point, or a decimal comma where semicolons or tabs separate the fields, the same in the whole
+file, and no marks of thousands: a file whose numbers can be read in two ways is refused.
+"""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
+#: bytes looked at for the headings;  lines that they are searched in
+HEAD, MAX_LINES = 65536, 100
+#: what stands for a missing value, in lower case; EOF: last line of exports
+MISSING = frozenset(["", "nan", "null", "-", "n/a", "inf", "+inf", "-inf", "1.#qnan", "-1.#ind", "eof"])
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+#: a number that may have marks of thousands;  one that must have them
+_GROUPED = re.compile(r"^[+-]?[1-9]\d{0,2}(?:\.\d{3})+$|^[+-]?[1-9]\d{0,2}(?:,\d{3})+$", re.M)
+_MARKS = re.compile(
+    r"^[+-]?\d{1,3}(?:(?:[ '\u2019\u00a0\u202f]\d{3})+(?:[.,]\d*)?|(?:\.\d{3})+[.,]\d+|(?:,\d{3})+[.,]\d+)$", re.M
+)  # fmt: skip
+_DECIMAL = {mark: re.compile(rf"^[+-]?\d*{re.escape(mark)}\d*(?:[eE][+-]?\d+)?$", re.M) for mark in ".,"}
+_NAMES = {".": "point", ",": "comma"}
+_DIGITS = frozenset("0123456789")
+Progress = Callable[[int, int, str], None]
+
+
+class Table(NamedTuple):
+    """Where the table of a file is: headings, their line, lines between them and the rows, lines above the first row.
+
+    above : lines above the headings that are no comments
+    """
+
+    path: Path
+    headings: list[str]
+    heading_line: int
+    between: list[list[str]]
+    start: int
+    separator: str
+    encoding: str
+    above: int = 0
+
+    def rows(
+        self, progress: Progress = lambda finished, total, what: None
+    ) -> Iterator[tuple[int, list[str]]]:
+        """Line in the file, from 1, and fields of each row; separators at its end are dropped."""
+        size, fields = max(self.path.stat().st_size // 1_000_000, 1), len(self.headings)
+        with self.path.open(encoding=self.encoding, errors="replace") as file:
+            for number, line in enumerate(file, start=1):
+                if number <= self.start or (line[0] not in _DIGITS and _is_comment(line)):
+                    continue
+                row = split_fields(line, self.separator)
+                while len(row) > fields and not row[-1]:
+                    row.pop()
+                if size >= 5 and number % 100_000 == 0:
+                    progress(min(file.buffer.tell() // 1_000_000, size), size, "MB of the file read")
+                yield number, row
+
+
+def split_fields(line: str, separator: str) -> list[str]:
+    """Fields of a line, which may be in quotes."""
+    if '"' in line:
+        line_fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+        return [text.strip() for text in line_fields]
+    line = line.rstrip("\r\n")
+    return [text.strip() for text in line.split(separator)] if " " in line else line.split(separator)
+
+
+def separator_of(line: str) -> str:
+    """Mark between the fields of a line."""
+    return next((mark for mark in SEPARATORS if mark in line), ",")
+
+
+def is_number(text: str) -> bool:
+    """Whether a field is a number, with a decimal point or comma."""
+    return NUMBER.fullmatch(text.replace(",", ".")) is not None
+
+
+def _is_comment(line: str) -> bool:
+    return not line.strip(" \t;,\r\n") or line.lstrip().startswith("#") or line.startswith("sep=")
+
+
+def open_table(path: Path | str, places: Callable[[list[str]], Sequence[int] | None] | None = None) -> Table:
+    """Find headings and rows.
+
+    Parameters   places : of the fields that make a line one of headings, and are numbers in the first row; None for any
+                 other line. Not given: the first line has the headings
+    Raises       ValueError: cannot be read, no text, no headings, no rows
+    """
+    path = Path(path)
+    lines, encoding = _head(path)
+    content = [number for number, line in enumerate(lines) if not _is_comment(line)]
+    comments = [number for number, line in enumerate(lines) if line.lstrip().startswith("#")]
+
+    def fields(number: int) -> list[str]:
+        line = lines[number].lstrip("\ufeff# ") if number in comments else lines[number]
+        return split_fields(line, separator_of(line))
+
+    heading = first = -1
+    if places is None:
+        heading, first = (content or [-1])[0], (content[1:] or [len(lines)])[0]
+    else:
+        heading, first = _named(content[:MAX_LINES], fields, places)
+    if content and heading in content and all(is_number(text) for text in fields(heading) if text):
+        # rows without headings, unless a comment has them
+        named = [k for k in comments if k < heading and len(fields(k)) == len(fields(heading))
+                 and (places is None or places(fields(k)))]  # fmt: skip
+        if not named:
+            raise ValueError(
+                f"{path}: no line of headings, the first line is {lines[heading][:40]!r}; allowed: headings with units"
+            )
+        heading, first = named[-1], heading
+    if heading < 0 or first >= len(lines):
+        raise ValueError(f"{path}: no rows; allowed: a line of headings and one line per point")
+    line = lines[heading].lstrip("\ufeff# ") if heading in comments else lines[heading]
+    separator = separator_of(line)
+    between = [split_fields(lines[k], separator) for k in content if heading < k < first]
+    above = sum(k < heading for k in content)
+    return Table(path, split_fields(line, separator), heading + 1, between, first, separator, encoding, above)
+
+
+def _named(
+    content: Sequence[int], fields: Callable[[int], list[str]], places: Callable[[list[str]], Sequence[int] | None]
+) -> tuple[int, int]:  # fmt: skip
+    """The last line with known headings above its first row; else the one that stands where headings would."""
+    heading, needed = -1, [0]
+    numeric = None
+    for number in content:
+        texts = fields(number)
+        if found := places(texts):
+            heading, needed = number, list(found)
+        elif heading >= 0 and max(needed) < len(texts):
+            time, *others = (texts[place] for place in needed)
+            if is_number(time) and all(is_number(text) or text.lower() in MISSING for text in others):
+                return heading, number
+        if numeric is None and all(is_number(text) for text in texts if text):
+            numeric = number
+    if heading >= 0:
+        return heading, heading + 1
+    if numeric is None:
+        return (content or [-1])[0], (content[1:] or [1 << 30])[0]
+    names = [k for k in content if k < numeric and len(fields(k)) == len(fields(numeric))
+             and not any(is_number(text) for text in fields(k))]  # fmt: skip
+    return (names or [k for k in content if k < numeric][-1:] or [numeric])[0], numeric
+
+
+def _head(path: Path) -> tuple[list[str], str]:
+    """First lines and encoding."""
+    try:
+        with path.open("rb") as file:
+            head, more = file.read(HEAD), file.read(1)
+    except OSError as error:
+        reason = f"cannot be read ({error.strerror})"
+        raise ValueError(f"{path}: {reason}; give a CSV file with a line of headings") from error
+    encoding = "utf-16" if head[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    try:
+        text = head[: len(head) // 2 * 2 if encoding == "utf-16" else None].decode(encoding)
+    except UnicodeDecodeError as error:
+        # unless the piece has cut a character
+        if encoding != "utf-16" and not (more and error.start >= len(head) - 4):
+            encoding = "cp1252"
+        text = head.decode(encoding, "replace")
+    if "\0" in text[:1000]:
+        raise ValueError(f"{path}: is no text; give a CSV file with a line of headings")
+    lines = text.replace("\r\n", "\n").rstrip("\r").replace("\r", "\n").split("\n")
+    return lines[:-1] if more else lines, encoding
+
+
+class Rows(NamedTuple):
+    """A file in memory: its table, fields of each row with its line, start of the SHA-256."""
+
+    table: Table
+    rows: list[tuple[int, list[str]]]
+    digest: str
+
+
+def read_table(path: Path | str) -> Rows:
+    """Fields of a file as they are written.
+
+    Raises       ValueError: as open_table; a row with more or fewer fields than the headings, a heading twice
+    """
+    table = open_table(path)
+    rows, count = list(table.rows()), len(table.headings)
+    hint = (
+        "; numbers with decimal commas need semicolons between the fields" if table.separator == "," else ""
+    )
+    for index, (line, row) in enumerate(rows, start=1):
+        if len(row) != count:
+            raise ValueError(
+                f"{path}: row {index} (line {line}): {len(row)} fields between {SEPARATORS[table.separator]}; "
+                f"{count} expected, as in the headings{hint}"
+            )
+    if twice := sorted({text for text in table.headings if text and table.headings.count(text) > 1}):
+        raise ValueError(f"{path}: columns given twice: {', '.join(twice)}; allowed: each heading once")
+    return Rows(table, rows, hashlib.sha256(table.path.read_bytes()).hexdigest()[:12])
+
+
+def read_rows(path: Path | str, numeric: Callable[[str], bool] | None = None) -> list[dict[str, str]]:
+    """Rows by heading; numbers with decimal points.
+
+    Parameters   numeric : whether the column of a heading has numbers; None: columns whose fields are all numbers
+    Raises       ValueError: as read_table and Numbers.check
+    """
+    content = read_table(path)
+    numbers = Numbers(content.table)
+    columns = list(zip(*(row for _, row in content.rows), strict=True))
+    lines = [line for line, _ in content.rows]
+    for place, texts in enumerate(columns):
+        if (
+            numeric(content.table.headings[place])
+            if numeric
+            else all(is_number(text) for text in texts if text)
+        ):
+            numbers.add(place, lines, texts)
+            columns[place] = tuple(text.replace(",", ".") for text in texts)
+    numbers.check()
+    return [dict(zip(content.table.headings, row, strict=True)) for row in zip(*columns, strict=True)]
+
+
+@dataclass
+class _Marks:
+    """Numbers of a column by what their marks can be, the first of each: line and text.
+
+    three, many : whether it has whole numbers of three digits, of more
+    """
+
+    grouped: dict[str, tuple[int, str]] = field(default_factory=dict)
+    decimal: dict[str, tuple[int, str]] = field(default_factory=dict)
+    thousands: tuple[int, str] | None = None
+    three: bool = False
+    many: bool = False
+
+
+class Numbers:
+    """Numbers of the columns of a table, with the marks that all of them have."""
+
+    def __init__(self, table: Table) -> None:
+        self.table = table
+        self.columns: dict[int, _Marks] = {}
+
+    def add(
+        self, place: int, lines: Sequence[int], texts: Sequence[str]
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Values, NaN where a field is missing or text, and where it is text; a piece of a column."""
+        joined = "\n".join(texts)
+        self._look(self.columns.setdefault(place, _Marks()), joined, lines, texts)
+        try:
+            if "_" not in joined:
+                values = np.array(
+                    (joined.replace(",", ".") if "," in joined else joined).split("\n"), dtype=np.float64
+                )
+                return np.where(np.isfinite(values), values, np.nan), np.zeros(len(texts), dtype=bool)
+        except ValueError:
+            pass
+        known = [NUMBER.fullmatch(text.replace(",", ".")) is not None for text in texts]
+        pairs = zip(texts, known, strict=True)
+        values = np.array([float(text.replace(",", ".")) if good else np.nan for text, good in pairs])
+        bad = [not good and text.lower() not in MISSING for text, good in zip(texts, known, strict=True)]
+        return np.where(np.isfinite(values), values, np.nan), np.array(bad, dtype=bool)
+
+    @staticmethod
+    def _look(marks: _Marks, joined: str, lines: Sequence[int], texts: Sequence[str]) -> None:
+        grouped = _GROUPED.findall(joined)
+        for mark in _DECIMAL:
+            if mark not in joined:
+                continue
+            first = next((text for text in grouped if mark in text), None)
+            if first is not None and mark not in marks.grouped:
+                marks.grouped[mark] = lines[texts.index(first)], first
+            if mark not in marks.decimal:
+                for found in _DECIMAL[mark].finditer(joined):
+                    if len(found[0]) > 1 and not _GROUPED.fullmatch(found[0]):
+                        marks.decimal[mark] = lines[texts.index(found[0])], found[0]
+                        break
+        if marks.thousands is None and (grouped or re.search("[, '\u2019\u00a0\u202f]", joined)):
+            found = _MARKS.search(joined)
+            text = (
+                found[0]
+                if found
+                else next((text for text in grouped if len(re.findall("[.,]", text)) > 1), None)
+            )
+            marks.thousands = (lines[texts.index(text)], text) if text else None
+        marks.three = marks.three or re.search(r"^[+-]?[1-9]\d\d$", joined, re.M) is not None
+        marks.many = marks.many or re.search(r"^[+-]?[1-9]\d{3,}$", joined, re.M) is not None
+
+    def check(self) -> None:
+        """ValueError: a number can be read in two ways, with the first of them."""
+        of, places = self.columns, list(self.columns)
+
+        def where(place: int, number: tuple[int, str]) -> str:
+            return f"{self.table.path}: line {number[0]}: {self.table.headings[place]} = {number[1]!r}"
+
+        def first(mark: str) -> list[tuple[int, tuple[int, str]]]:
+            """Numbers with a mark."""
+            kinds = [
+                (k, kind[mark]) for k in places for kind in (of[k].grouped, of[k].decimal) if mark in kind
+            ]
+            return kinds + [(k, number) for k in places if (number := of[k].thousands) and mark in number[1]]
+
+        commas = {mark: [k for k in places if mark in of[k].decimal] for mark in ".,"}
+        if self.table.separator == "," and (found := first(",")):
+            raise ValueError(
+                f"{where(*found[0])}; numbers with decimal commas need semicolons between the fields, thousands no mark"
+            )
+        if first(",") and first("."):
+            decimal = "." if commas["."] and not commas[","] else ","
+            other = "," if decimal == "." else "."
+            place, number = first(other)[0]
+            raise ValueError(
+                f"{where(place, number)}; allowed in a file with decimal {_NAMES[decimal]}s: no {_NAMES[other]} "
+                f"(thousands or decimal?){_readings(number[1])}: export without marks of thousands"
+            )
+        for place in places:
+            if number := of[place].thousands:
+                raise ValueError(f"{where(place, number)}; allowed: a number without marks of thousands")
+            for mark, number in of[place].grouped.items():
+                group_pattern = of[place].three and mark not in of[place].decimal and not of[place].many
+                nothing_else = self.table.separator != "," and not any(
+                    of[k].decimal or of[k].many for k in places
+                )
+                if group_pattern or nothing_else:
+                    raise ValueError(
+                        f"{where(place, number)} can be read in two ways{_readings(number[1])}: export without marks "
+                        "of thousands and with the same decimals in each row"
+                    )
+
+
+def _readings(text: str) -> str:
+    """Both readings of a number that may have marks of thousands."""
+    if not re.fullmatch(r"[+-]?\d{1,3}[.,]\d{3}", text):
+        return ""
+    return f", {text.replace(',', '.')} or {re.sub('[.,]', '', text)}"
