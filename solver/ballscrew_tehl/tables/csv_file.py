@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import io
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -59,7 +60,8 @@ class Table(NamedTuple):
     ) -> Iterator[tuple[int, list[str]]]:
         """Line in the file, from 1, and fields of each row; separators at its end are dropped."""
         size, fields = max(self.path.stat().st_size // 1_000_000, 1), len(self.headings)
-        with self.path.open(encoding=self.encoding, errors="replace") as file:
+        with self.path.open("rb") as raw:
+            file = io.TextIOWrapper(raw, self.encoding, "replace")
             for number, line in enumerate(file, start=1):
                 if number <= self.start or (line[0] not in _DIGITS and _is_comment(line)):
                     continue
@@ -67,7 +69,7 @@ class Table(NamedTuple):
                 while len(row) > fields and not row[-1]:
                     row.pop()
                 if size >= 5 and number % 100_000 == 0:
-                    progress(min(file.buffer.tell() // 1_000_000, size), size, "MB of the file read")
+                    progress(min(raw.tell() // 1_000_000, size), size, "MB of the file read")
                 yield number, row
 
 
@@ -282,15 +284,15 @@ class Numbers:
             if first is not None and mark not in marks.grouped:
                 marks.grouped[mark] = lines[texts.index(first)], first
             if mark not in marks.decimal:
-                for found in _DECIMAL[mark].finditer(joined):
-                    if len(found[0]) > 1 and not _GROUPED.fullmatch(found[0]):
-                        marks.decimal[mark] = lines[texts.index(found[0])], found[0]
+                for number in _DECIMAL[mark].finditer(joined):
+                    if len(number[0]) > 1 and not _GROUPED.fullmatch(number[0]):
+                        marks.decimal[mark] = lines[texts.index(number[0])], number[0]
                         break
         if marks.thousands is None and (grouped or re.search("[, '\u2019\u00a0\u202f]", joined)):
-            found = _MARKS.search(joined)
+            marked = _MARKS.search(joined)
             text = (
-                found[0]
-                if found
+                marked[0]
+                if marked
                 else next((text for text in grouped if len(re.findall("[.,]", text)) > 1), None)
             )
             marks.thousands = (lines[texts.index(text)], text) if text else None
@@ -325,8 +327,8 @@ class Numbers:
                 f"(thousands or decimal?){_readings(number[1])}: export without marks of thousands"
             )
         for place in places:
-            if number := of[place].thousands:
-                raise ValueError(f"{where(place, number)}; allowed: a number without marks of thousands")
+            if thousands := of[place].thousands:
+                raise ValueError(f"{where(place, thousands)}; allowed: a number without marks of thousands")
             for mark, number in of[place].grouped.items():
                 group_pattern = of[place].three and mark not in of[place].decimal and not of[place].many
                 nothing_else = self.table.separator != "," and not any(
