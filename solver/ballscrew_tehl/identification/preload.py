@@ -94,7 +94,7 @@ def screw_friction(found: Identified, lead: float | None) -> ScrewFriction:
             raise ValueError(
                 "--lead-mm or --screw (missing); needed for the torque at the screw of a linear axis"
             )
-        scale = lead
+        scale = abs(lead)
     both = both_ways(found.friction, found.offset_error or 0.0)
     if not len(both.speed):
         raise ValueError(

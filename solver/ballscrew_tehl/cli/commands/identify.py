@@ -47,7 +47,7 @@ class _Axis(NamedTuple):
         guide, seal = self.given["guide_force_n"] or 0.0, self.given["seal_torque_nm"] or 0.0
         if guide and self.lead is None:
             raise ValueError("--lead-mm or --screw (missing); needed with --guide-force-n")
-        return seal + guide * (self.lead or 0.0)
+        return seal + guide * abs(self.lead or 0.0)
 
     def stated(self, rotary: bool, names: tuple[str, str], power: int) -> tuple[float, float] | None:
         """A number that is given for the screw or for the linear axis, for the one of the log; factor to it.
@@ -161,10 +161,11 @@ def _axis(args: Namespace, given: dict[str, float | None], progress: Progress) -
 
     chosen = chosen_of(args)
     own = chosen.parameters.screw.lead / (2.0 * math.pi)
-    if lead is not None and not math.isclose(lead, own, rel_tol=1e-3):
+    if lead is not None and not math.isclose(abs(lead), own, rel_tol=1e-3):
         raise ValueError(
             f"--lead-mm = {given['lead_mm']:g}; allowed: that of the screw file, {2e3 * math.pi * own:.6g}"
         )
+    own = math.copysign(own, lead or own)
     if args.map is None and args.screw is not None and args.friction is None and not args.before:
         # the lead alone is wanted, unless the packaged map is that of the screw
         from ...nut_map.file import packaged_map_of
@@ -201,7 +202,7 @@ def _identified(path: str, axis: _Axis) -> Identified:
     inertia, offset = axis.stated(signals.rotary, INERTIAS, 2), axis.stated(signals.rotary, OFFSETS, 1)
     if offset is not None:
         offset = offset[0], offset[1] * (given["offset_error"] or 0.0)
-    travel = TRAVEL if not signals.rotary else TRAVEL / axis.lead if axis.lead else TRAVEL_ANGLE
+    travel = TRAVEL if not signals.rotary else TRAVEL / abs(axis.lead) if axis.lead else TRAVEL_ANGLE
     delay = None if given["delay_ms"] is None else 1e-3 * given["delay_ms"]
     bins = None if given["bins"] is None else int(given["bins"])
     try:
@@ -310,7 +311,7 @@ def _curve(axis: _Axis, found: Identified, friction: ScrewFriction, result: Foun
             for x in at
         ]
         ends = np.array([np.interp(speed, at, [pair[k] for pair in found_ends]) for k in (0, 1)])
-    scale = 1.0 if found.rotary else axis.lead or 1.0
+    scale = 1.0 if found.rotary else abs(axis.lead or 1.0)
     known = (
         f" and {parts.mean() / scale:.3g} {'N m' if found.rotary else 'N'} of other parts"
         if np.any(parts > 1e-9)
