@@ -53,7 +53,7 @@ REFUSED = {
     "not mapped": ("t_ms,phi,Iq", "txi", SAME, (), 'or --column "QUANTITY=HEADING [UNIT]" for others'),
     "no column": (PLAIN, "txi", SAME, column("force=F [N]"), "force=F [N]: no such columns"),
     "no signal": (PLAIN, "txi", SAME, column("M=M [Nm]"), "--column = M=M [Nm]; allowed: QUANTITY="),
-    "unit": ("time [s],position [deg],Moment (Nx)", "txi", SAME, (), "'Moment [Nx]': unit 'Nx'; allowed: N.m, N.cm"),
+    "unit": ("time [s],position [deg],Moment (Nx)", "txi", SAME, (), "'Moment (Nx)': unit 'Nx'; allowed: N.m, N.cm"),
     "two": ("time [s],Weg [deg],Lage [deg],Strom [A]", "txxi", (1, 1, 1, 1), (), "both are position; allowed: one, or"),
     "damaged": (PLAIN, "txi", SAME, (), "line 2: 5 fields under 3 headings; allowed: "),
     "unlike times": (SCOPE, "txti", (1e3, 1, 2e3, 1e3), SCOPE_AXIS, "position and torque have unlike times"),

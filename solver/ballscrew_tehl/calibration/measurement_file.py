@@ -5,6 +5,7 @@ Dialect and headings: `tables.csv_file` and `tables.headings`.
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -154,20 +155,20 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
     Returns      MeasurementFile; a negative speed with a negative torque counts as both positive
     Raises       ValueError: cannot be read, no rows, headings not understood, numbers that can be read in two ways
     """
-    content = read_table(path)
+    table, rows = read_table(path)
     try:
-        columns, unused = measured_columns(content.table.headings)
+        columns, unused = measured_columns(table.headings)
     except ValueError as err:
         raise ValueError(f"{path}: {err}") from err
-    lines, numbers = tuple(line for line, _ in content.rows), Numbers(content.table)
+    lines, numbers = tuple(line for line, _ in rows), Numbers(table)
     numeric = {column.place for key, column in columns.items() if column.unit or key == "weight"}
     for place in numeric:
-        numbers.add(place, lines, [fields[place] for _, fields in content.rows])
+        numbers.add(place, lines, [fields[place] for _, fields in rows])
     numbers.check()
     usable: list[Measurement] = []
     problems: list[RowProblem] = []
     assumed: list[int] = []
-    for number, (line, fields) in enumerate(content.rows, start=1):
+    for number, (line, fields) in enumerate(rows, start=1):
         texts = [text.replace(",", ".") if k in numeric else text for k, text in enumerate(fields)]
         row = {key: texts[column.place] for key, column in columns.items()}
         result = _measurement(number, row, columns, temperature)
@@ -182,8 +183,8 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
         which = "all rows" if len(assumed) == len(lines) else named_rows(assumed)
         notes.append(f"{which}: no oil temperature given, {temperature:g} K assumed")
     notes += _duplicates(usable)
-    points = merged(_weighted(usable))
-    return MeasurementFile(Path(path), points, problems, notes, lines, content.digest, columns["torque"].unit)
+    points, digest = merged(_weighted(usable)), hashlib.sha256(Path(path).read_bytes()).hexdigest()[:12]
+    return MeasurementFile(Path(path), points, problems, notes, lines, digest, columns["torque"].unit)
 
 
 def _duplicates(points: list[Measurement]) -> list[str]:

@@ -29,7 +29,7 @@ from scipy.stats import t as student
 
 from .directions import LIMIT, Friction, both_ways, varies
 from .log_file import Array, Progress
-from .motion import MOST_NOISE, Samples, effort_later, filtered
+from .motion import MOST_NOISE, OF_SAMPLES, Samples, effort_later, filtered
 from .regression import CONFIDENCE, FEWEST_BINS, Bins, alone, clusters_of, power, slope_moves, within
 from .signals import Signals
 
@@ -184,8 +184,7 @@ def identify(
             f"no bin of speed with {FEWEST} samples in both directions; allowed: a longer log, or fewer bins (--bins)"
         )
     if not use.all():
-        names = ("speed", "acceleration", "jerk", "effort", "position", "run", "section", "index")
-        samples = replace(samples, **{name: getattr(samples, name)[use] for name in names})
+        samples = replace(samples, **{name: getattr(samples, name)[use] for name in OF_SAMPLES})
     bins = np.cumsum(enough)[bins[use]] - 1
     others = [other._replace(total=other.total[enough]) for other in others]
     return _result(signals, samples, _fit(signals, samples, bins, user), others, user, left_out, notes)
@@ -226,14 +225,15 @@ def _other(signals: Signals, samples: Samples, edges: Bins, user: _User) -> _Oth
 class _Fit(NamedTuple):
     """Values of the least squares and their random errors.
 
-    count, speed, total : of the bins, total with the offset;  weights : of the bins in the offset, 0 if that is known
-    residual : of the samples;  seen : inertia that the effort shows;  errors, wide : standard one of a bin, half of its
-    95 % interval;  inertia_half, delay_half : halves of theirs;  offset_variance;  usual : quantile of the clusters
+    number, speed, total : samples of a bin, its speed and effort with the offset
+    weights : of the bins in the offset, 0 if that is known;  residual : of the samples;  seen : inertia of the effort
+    errors, wide : standard error of a bin, half of its 95 % interval;  inertia_half, delay_half : half of theirs
+    usual : quantile of Student's t with as many clusters
     """
 
     inertia: float
     offset: float
-    count: Array
+    number: Array
     speed: Array
     total: Array
     weights: Array
@@ -314,7 +314,7 @@ def _result(
     noise = samples.noise / max(float(np.var(samples.acceleration)), 1e-300)
     limits = None if user.inertia is not None else _inertia_limits(signals, fit, noise, others)
     friction, offset_error = fit.total - fit.offset, user.offset[1] if user.offset else 0.0
-    wrong = float(np.sum(fit.count * (np.sign(fit.speed) * friction < 0.0)) / fit.count.sum())
+    wrong = float(np.sum(fit.number * (np.sign(fit.speed) * friction < 0.0)) / fit.number.sum())
     if wrong > 0.5:
         raise ValueError(
             f"friction along the motion in {100.0 * wrong:.0f} % of the samples; allowed: less than half: {SIGN}"
@@ -333,7 +333,7 @@ def _result(
         delay_limits = user.delay - half, user.delay + half
     bins = Friction(
         fit.speed, friction, np.hypot(fit.errors, offset_error), friction - wide, friction + wide,
-        (fit.count * samples.each).astype(int),
+        (fit.number * samples.each).astype(int),
     )  # fmt: skip
     places = _places(samples, fit.residual)
     return Identified(

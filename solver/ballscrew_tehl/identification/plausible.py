@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from itertools import islice
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,8 +35,7 @@ def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> No
     Parameters   nut_map : of the screw, whose ranges of speed and torque are narrower
     Raises       ValueError: values, limits, the unit that would be plausible
     """
-    motion = next(name for name in MOTION if name in log.signals)
-    effort = next(name for name in EFFORT if name in log.signals)
+    motion, effort = (next(name for name in kind if name in log.signals) for kind in (MOTION, EFFORT))
     speed, acceleration = _largest(signals)
     speeds, accelerations = ROTARY if signals.rotary else LINEAR
     one, unit, change = (RPM, "r/min", "rad/s2") if signals.rotary else (1.0, "m/s", "m/s2")
@@ -81,30 +79,28 @@ def _check(log: Log, values: dict[str, Callable[..., list[Finding]]]) -> None:
     columns = {name: log.columns[name] for name in values if not log.columns[name].stated}
     if not wrong or not columns:
         return
-
-    def likely() -> Iterator[str]:
-        for name, column in columns.items():
-            units = _family(name, column.unit)
-            first = {factor: unit for unit, (factor, _) in reversed(units.items())}
-            for factor, unit in reversed(first.items()):
-                ratio = factor / units[column.unit][0]
-                if ratio != 1.0 and all(map(_within, values[name](ratio))):
-                    yield f'{name} in {unit}, {ratio:.4g} times: --column "{name}={parted(column.heading)[0]} [{unit}]"'
-
-    found = list(islice(likely(), 2))
-    if not found and not any(value > high for _, value, (_, high), _, _ in wrong):
+    stems = {name: parted(column.heading)[0] for name, column in columns.items()}
+    likely = []
+    for name, column in columns.items():
+        units, tried = _family(name, column.unit), {1.0}
+        for unit, (factor, _) in units.items():
+            ratio = factor / units[column.unit][0]
+            if ratio not in tried and all(map(_within, values[name](ratio))):
+                likely.append(
+                    f'{name} in {unit}, {ratio:.4g} times: --column "{name}={stems[name]} [{unit}]"'
+                )
+            tried.add(ratio)
+    if not likely and not any(value > high for _, value, (_, high), _, _ in wrong):
         return
     shown = ", ".join(
         f"{what} {value / one:.4g} {unit} (plausible: {low / one:.3g} to {high / one:.6g})"
         for what, value, (low, high), unit, one in wrong
     )
-    remedy = "likely " + " or ".join(found)
-    if not found:
+    remedy = "likely " + " or ".join(likely[:2])
+    if not likely:
         remedy = f"check {' and '.join(repr(column.heading) for column in columns.values())}"
         remedy += " and --torque-constant-nm-a" * ("current" in columns)
-    stated = " ".join(
-        f'--column "{name}={parted(column.heading)[0]} [{column.unit}]"' for name, column in columns.items()
-    )
+    stated = " ".join(f'--column "{name}={stems[name]} [{column.unit}]"' for name, column in columns.items())
     raise ValueError(f"{log.path}: {shown}; {remedy}; if the log is right, state its units: {stated}")
 
 

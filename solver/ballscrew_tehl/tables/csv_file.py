@@ -12,11 +12,9 @@ file, and no marks of thousands: a file whose numbers can be read in two ways is
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,12 +27,20 @@ HEAD, MAX_LINES = 65536, 100
 #: what stands for a missing value, in lower case; EOF: last line of exports
 MISSING = frozenset(["", "nan", "null", "-", "n/a", "inf", "+inf", "-inf", "1.#qnan", "-1.#ind", "eof"])
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-#: a number that may have marks of thousands;  one that must have them
-_GROUPED = re.compile(r"^[+-]?[1-9]\d{0,2}(?:\.\d{3})+$|^[+-]?[1-9]\d{0,2}(?:,\d{3})+$", re.M)
-_MARKS = re.compile(
-    r"^[+-]?\d{1,3}(?:(?:[ '\u2019\u00a0\u202f]\d{3})+(?:[.,]\d*)?|(?:\.\d{3})+[.,]\d+|(?:,\d{3})+[.,]\d+)$", re.M
-)  # fmt: skip
-_DECIMAL = {mark: re.compile(rf"^[+-]?\d*{re.escape(mark)}\d*(?:[eE][+-]?\d+)?$", re.M) for mark in ".,"}
+_EXPONENT = r"(?:[eE][+-]?\d+)?"
+#: numbers by what their marks can be: groups of thousands or decimals, decimals, thousands, none
+_KINDS = {
+    kind: re.compile(rf"^[+-]?(?:{pattern})$", re.M)
+    for kind, pattern in {
+        ".group": r"[1-9]\d{0,2}\.\d{3}",
+        ",group": r"[1-9]\d{0,2},\d{3}",
+        ".": rf"(?![1-9]\d{{0,2}}\.\d{{3}}$)(?=\.?\d)\d*\.\d*{_EXPONENT}",
+        ",": rf"(?![1-9]\d{{0,2}},\d{{3}}$)(?=,?\d)\d*,\d*{_EXPONENT}",
+        "thousands": "\\d{1,3}(?:[ '\u2019\u00a0\u202f]\\d{3})+(?:[.,]\\d*)?|\\d{1,3}(?:[.,]\\d{3})+[.,]\\d+",
+        "hundreds": r"[1-9]\d\d",
+        "many": r"[1-9]\d{3,}",
+    }.items()
+}
 _NAMES = {".": "point", ",": "comma"}
 _DIGITS = frozenset("0123456789")
 Progress = Callable[[int, int, str], None]
@@ -182,16 +188,8 @@ def _head(path: Path) -> tuple[list[str], str]:
     return lines[:-1] if more else lines, encoding
 
 
-class Rows(NamedTuple):
-    """A file in memory: its table, fields of each row with its line, start of the SHA-256."""
-
-    table: Table
-    rows: list[tuple[int, list[str]]]
-    digest: str
-
-
-def read_table(path: Path | str) -> Rows:
-    """Fields of a file as they are written.
+def read_table(path: Path | str) -> tuple[Table, list[tuple[int, list[str]]]]:
+    """Table of a file, and the fields of each row as they are written, with its line.
 
     Raises       ValueError: as open_table; a row with more or fewer fields than the headings, a heading twice
     """
@@ -208,7 +206,7 @@ def read_table(path: Path | str) -> Rows:
             )
     if twice := sorted({text for text in table.headings if text and table.headings.count(text) > 1}):
         raise ValueError(f"{path}: columns given twice: {', '.join(twice)}; allowed: each heading once")
-    return Rows(table, rows, hashlib.sha256(table.path.read_bytes()).hexdigest()[:12])
+    return table, rows
 
 
 def read_rows(path: Path | str, numeric: Callable[[str], bool] | None = None) -> list[dict[str, str]]:
@@ -217,132 +215,83 @@ def read_rows(path: Path | str, numeric: Callable[[str], bool] | None = None) ->
     Parameters   numeric : whether the column of a heading has numbers; None: columns whose fields are all numbers
     Raises       ValueError: as read_table and Numbers.check
     """
-    content = read_table(path)
-    numbers = Numbers(content.table)
-    columns = list(zip(*(row for _, row in content.rows), strict=True))
-    lines = [line for line, _ in content.rows]
+    table, rows = read_table(path)
+    numbers, lines = Numbers(table), [line for line, _ in rows]
+    columns = list(zip(*(row for _, row in rows), strict=True))
     for place, texts in enumerate(columns):
-        if (
-            numeric(content.table.headings[place])
-            if numeric
-            else all(is_number(text) for text in texts if text)
-        ):
+        if numeric(table.headings[place]) if numeric else all(is_number(text) for text in texts if text):
             numbers.add(place, lines, texts)
             columns[place] = tuple(text.replace(",", ".") for text in texts)
     numbers.check()
-    return [dict(zip(content.table.headings, row, strict=True)) for row in zip(*columns, strict=True)]
-
-
-@dataclass
-class _Marks:
-    """Numbers of a column by what their marks can be, the first of each: line and text.
-
-    three, many : whether it has whole numbers of three digits, of more
-    """
-
-    grouped: dict[str, tuple[int, str]] = field(default_factory=dict)
-    decimal: dict[str, tuple[int, str]] = field(default_factory=dict)
-    thousands: tuple[int, str] | None = None
-    three: bool = False
-    many: bool = False
+    return [dict(zip(table.headings, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
 class Numbers:
-    """Numbers of the columns of a table, with the marks that all of them have."""
+    """Numbers of the columns of a table; the first of each kind of marks with its line, by column."""
 
     def __init__(self, table: Table) -> None:
         self.table = table
-        self.columns: dict[int, _Marks] = {}
+        self.first: dict[tuple[int, str], tuple[int, str]] = {}
 
     def add(
         self, place: int, lines: Sequence[int], texts: Sequence[str]
     ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """Values, NaN where a field is missing or text, and where it is text; a piece of a column."""
+        """A piece of a column: values, NaN where a field is missing or text, and where it is text."""
         joined = "\n".join(texts)
-        self._look(self.columns.setdefault(place, _Marks()), joined, lines, texts)
+        for kind, pattern in _KINDS.items():
+            if (place, kind) not in self.first and (number := pattern.search(joined)):
+                self.first[place, kind] = lines[texts.index(number[0])], number[0]
+        texts = joined.replace(",", ".").split("\n")
+        bad = np.zeros(len(texts), dtype=bool)
         try:
-            if "_" not in joined:
-                values = np.array(
-                    (joined.replace(",", ".") if "," in joined else joined).split("\n"), dtype=np.float64
-                )
-                return np.where(np.isfinite(values), values, np.nan), np.zeros(len(texts), dtype=bool)
+            values = np.array(texts if "_" not in joined else ["_"], dtype=np.float64)
         except ValueError:
-            pass
-        known = [NUMBER.fullmatch(text.replace(",", ".")) is not None for text in texts]
-        pairs = zip(texts, known, strict=True)
-        values = np.array([float(text.replace(",", ".")) if good else np.nan for text, good in pairs])
-        bad = [not good and text.lower() not in MISSING for text, good in zip(texts, known, strict=True)]
-        return np.where(np.isfinite(values), values, np.nan), np.array(bad, dtype=bool)
-
-    @staticmethod
-    def _look(marks: _Marks, joined: str, lines: Sequence[int], texts: Sequence[str]) -> None:
-        grouped = _GROUPED.findall(joined)
-        for mark in _DECIMAL:
-            if mark not in joined:
-                continue
-            first = next((text for text in grouped if mark in text), None)
-            if first is not None and mark not in marks.grouped:
-                marks.grouped[mark] = lines[texts.index(first)], first
-            if mark not in marks.decimal:
-                for number in _DECIMAL[mark].finditer(joined):
-                    if len(number[0]) > 1 and not _GROUPED.fullmatch(number[0]):
-                        marks.decimal[mark] = lines[texts.index(number[0])], number[0]
-                        break
-        if marks.thousands is None and (grouped or re.search("[, '\u2019\u00a0\u202f]", joined)):
-            marked = _MARKS.search(joined)
-            text = (
-                marked[0]
-                if marked
-                else next((text for text in grouped if len(re.findall("[.,]", text)) > 1), None)
+            known = [NUMBER.fullmatch(text) is not None for text in texts]
+            values = np.array(
+                [float(text) if good else np.nan for text, good in zip(texts, known, strict=True)]
             )
-            marks.thousands = (lines[texts.index(text)], text) if text else None
-        marks.three = marks.three or re.search(r"^[+-]?[1-9]\d\d$", joined, re.M) is not None
-        marks.many = marks.many or re.search(r"^[+-]?[1-9]\d{3,}$", joined, re.M) is not None
+            bad[:] = [
+                not good and text.lower() not in MISSING for text, good in zip(texts, known, strict=True)
+            ]
+        return np.where(np.isfinite(values), values, np.nan), bad
 
     def check(self) -> None:
-        """ValueError: a number can be read in two ways, with the first of them."""
-        of, places = self.columns, list(self.columns)
+        """ValueError: a number can be read in two ways, with both."""
 
-        def where(place: int, number: tuple[int, str]) -> str:
-            return f"{self.table.path}: line {number[0]}: {self.table.headings[place]} = {number[1]!r}"
+        def numbers(*kinds: str) -> list[tuple[int, tuple[int, str]]]:
+            return [(place, number) for (place, kind), number in self.first.items() if kind in kinds]
 
-        def first(mark: str) -> list[tuple[int, tuple[int, str]]]:
-            """Numbers with a mark."""
-            kinds = [
-                (k, kind[mark]) for k in places for kind in (of[k].grouped, of[k].decimal) if mark in kind
-            ]
-            return kinds + [(k, number) for k in places if (number := of[k].thousands) and mark in number[1]]
+        def error(place: int, number: tuple[int, str], problem: str, remedy: str = "") -> ValueError:
+            readings = ""
+            if remedy and re.fullmatch(r"[+-]?\d{1,3}[.,]\d{3}", number[1]):
+                readings = f", {number[1].replace(',', '.')} or {re.sub('[.,]', '', number[1])}"
+            where = f"{self.table.path}: line {number[0]}: {self.table.headings[place]} = {number[1]!r}"
+            return ValueError(f"{where}{problem}{readings}{remedy}")
 
-        commas = {mark: [k for k in places if mark in of[k].decimal] for mark in ".,"}
-        if self.table.separator == "," and (found := first(",")):
-            raise ValueError(
-                f"{where(*found[0])}; numbers with decimal commas need semicolons between the fields, thousands no mark"
-            )
-        if first(",") and first("."):
-            decimal = "." if commas["."] and not commas[","] else ","
-            other = "," if decimal == "." else "."
-            place, number = first(other)[0]
-            raise ValueError(
-                f"{where(place, number)}; allowed in a file with decimal {_NAMES[decimal]}s: no {_NAMES[other]} "
-                f"(thousands or decimal?){_readings(number[1])}: export without marks of thousands"
-            )
-        for place in places:
-            if thousands := of[place].thousands:
-                raise ValueError(f"{where(place, thousands)}; allowed: a number without marks of thousands")
-            for mark, number in of[place].grouped.items():
-                group_pattern = of[place].three and mark not in of[place].decimal and not of[place].many
-                nothing_else = self.table.separator != "," and not any(
-                    of[k].decimal or of[k].many for k in places
-                )
-                if group_pattern or nothing_else:
-                    raise ValueError(
-                        f"{where(place, number)} can be read in two ways{_readings(number[1])}: export without marks "
-                        "of thousands and with the same decimals in each row"
+        remedy, comma = ": export without marks of thousands", self.table.separator == ","
+        of = {mark: numbers(mark, f"{mark}group") for mark in ".,"}
+        for mark, found in of.items():
+            found += [(place, number) for place, number in numbers("thousands") if mark in number[1]]
+        if comma and of[","]:
+            problem = "; numbers with decimal commas need semicolons between the fields, thousands no mark"
+            raise error(*of[","][0], problem)
+        if of[","] and of["."]:
+            decimal, other = (".", ",") if numbers(".") and not numbers(",") else (",", ".")
+            problem = f"; allowed in a file with decimal {_NAMES[decimal]}s: no {_NAMES[other]} (thousands or decimal?)"
+            raise error(*of[other][0], problem, remedy)
+        if found := numbers("thousands"):
+            raise error(*found[0], "; allowed: a number without marks of thousands")
+        for mark in ".,":
+            for place, number in numbers(f"{mark}group"):
+                # whole numbers below 1000 beside it, and no decimals in the column; or nothing else in the file
+                grouped = (place, "hundreds") in self.first and not {
+                    (place, mark),
+                    (place, "many"),
+                } & self.first.keys()
+                if grouped or not (comma or numbers(".", ",", "many")):
+                    raise error(
+                        place,
+                        number,
+                        " can be read in two ways",
+                        f"{remedy}, with the same decimals in each row",
                     )
-
-
-def _readings(text: str) -> str:
-    """Both readings of a number that may have marks of thousands."""
-    if not re.fullmatch(r"[+-]?\d{1,3}[.,]\d{3}", text):
-        return ""
-    return f", {text.replace(',', '.')} or {re.sub('[.,]', '', text)}"

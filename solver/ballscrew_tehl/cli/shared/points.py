@@ -90,7 +90,7 @@ def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[st
     options = {column.option for column in used.values()} | common.keys()
     if problems and any(q.name not in options and q.default is None for q in quantities):
         raise ValueError(f"{args.points}: {problems[0]}")
-    for heading, column in used.items():
+    for heading, column in reversed(used.items()):
         if any(other.option == column.option for text, other in used.items() if text != heading):
             raise ValueError(
                 f"{args.points}: columns given twice: {column.option}, also as {heading}; remedy: remove one"
