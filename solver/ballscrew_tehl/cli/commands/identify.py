@@ -88,9 +88,7 @@ def run_identify(args: Namespace) -> int:
     if args.measurements:
         assert friction is not None
         text = output.measurements_text(friction, _known_preload(found, axis), _temperature(found, args))
-        with written("--measurements", args.measurements), whole_file(Path(args.measurements)) as temporary:
-            temporary.write_text(text, encoding="utf-8")
-        say(f"written: {args.measurements}")
+        _write("--measurements", args.measurements, text)
     if args.plot:
         from ...calibration.plot import save_figure
         from ...identification.plot import identification_figure
@@ -100,14 +98,18 @@ def run_identify(args: Namespace) -> int:
             save_figure(figure, Path(args.plot))
         say(f"written: {args.plot}")
     if args.output:
-        with written("--output", args.output), whole_file(Path(args.output)) as temporary:
-            temporary.write_text(json.dumps(plain(data), indent=1) + "\n", encoding="utf-8")
-        say(f"written: {args.output}")
+        _write("--output", args.output, json.dumps(plain(data), indent=1) + "\n")
     if args.json:
         print_results([data], True, False)
     else:
         print(output.identified_text(found, data))
     return 0
+
+
+def _write(option: str, path: str, text: str) -> None:
+    with written(option, path), whole_file(Path(path)) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    say(f"written: {path}")
 
 
 def _given(args: Namespace) -> dict[str, float | None]:
