@@ -56,8 +56,8 @@ SIGN = (
     "a force, torque or current is positive where it drives towards positive positions: check both signs; a left-hand "
     "thread has a negative --lead-mm, a drive that counts the other way a negative --ratio or torque constant"
 )
-#: largest standard error of the inertia over its value
-VAGUE = 0.2
+#: largest standard error of the inertia over its value;  fraction of samples with friction along the motion
+VAGUE, MOST_ALONG = 0.2, 0.25
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def identify(
             raise ValueError(
                 f"samples with {name} speed away from reversals = {usable}; allowed: at least {FEWEST_BINS * FEWEST} "
                 "in each direction: both directions separate offset and friction; remedy: a log that moves both "
-                "ways, with longer strokes"
+                "ways, with longer strokes, and a column with its sign, no magnitude"
             )
     user, later = (
         _User(inertia, offset, 0.0 if delay is None else delay, delay is not None),
@@ -315,9 +315,10 @@ def _result(
     limits = None if user.inertia is not None else _inertia_limits(signals, fit, noise, others)
     friction, offset_error = fit.total - fit.offset, user.offset[1] if user.offset else 0.0
     wrong = float(np.sum(fit.number * (np.sign(fit.speed) * friction < 0.0)) / fit.number.sum())
-    if wrong > 0.5:
+    if wrong > MOST_ALONG:
         raise ValueError(
-            f"friction along the motion in {100.0 * wrong:.0f} % of the samples; allowed: less than half: {SIGN}"
+            f"friction along the motion in {100.0 * wrong:.0f} % of the samples; allowed: at most "
+            f"{100.0 * MOST_ALONG:.0f} %: {SIGN}{_magnitude(signals)}"
         )
     smeared = SMEAR * np.nan_to_num(others[0].total - fit.total)
     wide = np.sqrt(
@@ -361,8 +362,15 @@ def _inertia_limits(signals: Signals, fit: _Fit, noise: float, others: list[_Oth
         raise ValueError(
             f"{what} = {value:.4g} {unit} +- {half:.2g}; allowed: determined by the log: it has too little "
             f"acceleration, or noise or delay beyond it; remedy: {option} with the known value, or a log with ramps"
+            f"{_magnitude(signals)}"
         )
     return value - half, value + half
+
+
+def _magnitude(signals: Signals) -> str:
+    """Hint where the effort never changes its sign."""
+    never = all(float(section.effort.min()) >= 0.0 for section in signals.sections)
+    return "; the effort is never negative: a magnitude without its sign?" if never else ""
 
 
 def _notes(

@@ -49,6 +49,10 @@ class _Axis(NamedTuple):
             raise ValueError("--lead-mm or --screw (missing); needed with --guide-force-n")
         return seal + guide * abs(self.lead or 0.0)
 
+    def user_value(self, name: str, of_log: float | None) -> float | None:
+        """Of an option, else of the log."""
+        return of_log if self.given[name] is None else self.given[name]
+
     def stated(self, rotary: bool, names: tuple[str, str], power: int) -> tuple[float, float] | None:
         """A number that is given for the screw or for the linear axis, for the one of the log; factor to it.
 
@@ -243,13 +247,8 @@ def _temperature(found: Identified, args: Namespace) -> float:
     return found.temperature
 
 
-def _preload(found: Identified, axis: _Axis, name: str = "preload_n") -> float | None:
-    given = axis.given[name]
-    return found.preload if given is None else given
-
-
 def _known_preload(found: Identified, axis: _Axis) -> float:
-    value = _preload(found, axis)
+    value = axis.user_value("preload_n", found.preload)
     if value is None:
         raise ValueError(
             "--preload-n (missing); needed with --measurements, or a column preload [N] in the log"
@@ -273,7 +272,9 @@ def _with_law(
         stated = axis.given["before_temperature_c"]
         then = (earlier.temperature or temperature) if stated is None else stated + CELSIUS
         before = _nut(earlier, axis, other)
-        preloads = _preload(found, axis), _preload(earlier, axis, "before_preload_n")
+        preloads = (
+            axis.user_value("preload_n", found.preload), axis.user_value("before_preload_n", earlier.preload)
+        )  # fmt: skip
         if preloads[0] is not None and preloads[1] is not None:
             apart = told_apart([(friction, preloads[0], temperature), (before, preloads[1], then)], law)
             data |= output.apart_data(apart)
@@ -291,33 +292,21 @@ def _curve(axis: _Axis, found: Identified, friction: ScrewFriction, result: Foun
     """The law over the speeds of the log, with what was subtracted from the friction."""
     import numpy as np
 
+    from ...exchange.friction_table import friction_table
     from ...identification.plot import LawCurve
     from ...identification.preload import screw_friction
-    from ...nut_map.interval import map_interval
 
-    law = axis.law
+    law, whole = axis.law, screw_friction(found, axis.lead)
     assert law is not None
     low, high = law.nut_map.header["axes"]["speed"][:2]
-    whole = screw_friction(found, axis.lead)
     speed = np.linspace(max(float(whole.speed.min()), low), min(float(whole.speed.max()), high), 60)
-    parts = np.interp(speed, whole.speed, whole.torque) - np.interp(speed, friction.speed, friction.torque)
-    torque = law.torque(result.preload, speed, result.temperature)
-    ends = np.ones((2, len(speed)))
-    if law.nut_map.law == MECHANISTIC:
-        at = np.linspace(speed[0], speed[-1], 5)
-        axes = law.nut_map.header["axes"]
-        found_ends = [
-            map_interval(
-                law.parameters, axes, law.friction_set, result.preload, x, result.temperature
-            ).relative
-            for x in at
-        ]
-        ends = np.array([np.interp(speed, at, [pair[k] for pair in found_ends]) for k in (0, 1)])
-    scale = 1.0 if found.rotary else abs(axis.lead or 1.0)
-    known = (
-        f" and {parts.mean() / scale:.3g} {'N m' if found.rotary else 'N'} of other parts"
-        if np.any(parts > 1e-9)
-        else ""
-    )
-    value, lower, upper = ((torque * factor + parts) / scale for factor in (1.0, *ends))
+    other = np.interp(speed, whole.speed, whole.torque) - np.interp(speed, friction.speed, friction.torque)
+    table = friction_table(
+        law.nut_map, law.parameters, law.friction_set, law.nut_map.law == MECHANISTIC, speed,
+        np.array([result.preload]), np.array([result.temperature]),
+    )  # fmt: skip
+    scale, unit = (1.0, "N m") if found.rotary else (abs(axis.lead or 1.0), "N")
+    known = f" and {other.mean() / scale:.3g} {unit} of other parts" if np.any(other > 1e-9) else ""
+    bounds = [table.torque if values is None else values for values in (table.low, table.high)]
+    value, lower, upper = ((torque[:, 0, 0] + other) / scale for torque in (table.torque, *bounds))
     return LawCurve(speed * scale, value, lower, upper, f"law at a preload of {result.preload:.4g} N{known}")
