@@ -104,6 +104,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         if count:
             word = "gap" if what.startswith("in") else "jump"
             notes.append(f"{count} {word}{'s' * (count > 1)} {what}: the pieces are apart")
+    motion, effort = motion * scale, _effort(drive, effort_name, effort)
     step, even, note = _sampling(steps[steps <= GAP * step], step, resolution)
     sections, short = [], 0
     cuts = np.unique(np.r_[0, ends, wraps, len(time)]).astype(int)
@@ -111,9 +112,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         if last - first < SHORTEST:
             short += int(last - first)
             continue
-        t, x, y = (
-            values[first:last] for values in (time, motion * scale, _effort(drive, effort_name, effort))
-        )
+        t, x, y = (values[first:last] for values in (time, motion, effort))
         if not even:
             new = np.arange(t[0], t[-1], step)
             x, y = CubicSpline(t, x)(new), np.interp(new, t, y)

@@ -95,7 +95,15 @@ LOG = {
 LOG_EXAMPLE = "time [s], position [mm], current [A]"
 
 
-class UnknownUnitError(ValueError):
+class HeadingError(ValueError):
+    """A heading that may mean a quantity, its key: misspelt, without a unit or with an unknown one."""
+
+    def __init__(self, key: str, text: str) -> None:
+        super().__init__(text)
+        self.key = key
+
+
+class UnknownUnitError(HeadingError):
     """A unit in brackets that is none of its quantity."""
 
 
@@ -143,7 +151,7 @@ def quantity_of(
 
     Parameters   heading : `preload [kN]`, `preload in kN`, `preload_kN`; case matters only for a unit in brackets
                  below : unit in a row of units, for a heading without one
-    Raises       ValueError: a known quantity without unit or with an unknown one, a misspelt name
+    Raises       HeadingError: a known quantity without unit or with an unknown one, a misspelt name
     Example
                  >>> quantity_of("Speed [1/min]", MEASURED), quantity_of("torque_Nm", MEASURED)
                  (('speed', '1/min'), ('torque', 'N.m'))
@@ -170,8 +178,8 @@ def quantity_of(
                 return keys[name], unit
         problem = f"unit {written!r}" if written else "unit missing"
         remedy = f"write {name} [UNIT] with one of" if given is None else "allowed:"
-        kind = ValueError if given is None else UnknownUnitError
-        raise kind(f"column {heading!r}: {problem}; {remedy} {', '.join(units)}")
+        kind = HeadingError if given is None else UnknownUnitError
+        raise kind(keys[name], f"column {heading!r}: {problem}; {remedy} {', '.join(units)}")
     # a misspelt name may be followed by a unit
     short = stem.rsplit("_", 1)[0]
     names = [*keys, *plain]
@@ -179,7 +187,9 @@ def quantity_of(
     near += difflib.get_close_matches(short, names, n=1, cutoff=0.75)
     if near:
         also = f" allowed: {example}, and others" if example else ""
-        raise ValueError(f"column {heading!r} unknown; is {near[0]} meant?{also}")
+        raise HeadingError(
+            keys.get(near[0], near[0]), f"column {heading!r} unknown; is {near[0]} meant?{also}"
+        )
     return None
 
 

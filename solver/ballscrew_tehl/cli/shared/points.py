@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from ...parameters.units import CELSIUS, RPM
 from ...tables.csv_file import read_rows
-from ...tables.headings import MEASURED, UnknownUnitError, quantity_of, si
+from ...tables.headings import MEASURED, HeadingError, UnknownUnitError, quantity_of, si
 from .files import check_output
 from .quantities import Quantity
 from .results import say
@@ -68,28 +68,23 @@ def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[st
                 )
         return [{q.name: common.get(q.name, _default(q)) for q in quantities}]
     columns: dict[str, _Column | None] = {}
-    problems: list[ValueError] = []
+    problems: list[HeadingError] = []
 
     def is_used(heading: str) -> bool:
+        columns[heading] = None
         try:
             columns[heading] = _column(heading, quantities)
-        except ValueError as error:
-            columns[heading] = None
-            # a name with something else behind it, such as torque_low_nm, may be another quantity
-            if (
-                isinstance(error, UnknownUnitError)
-                or "; write " not in str(error)
-                or "unit missing" in str(error)
-            ):
-                raise ValueError(f"{args.points}: {error}") from None
+        except HeadingError as error:
             problems.append(error)
         return columns[heading] is not None
 
     rows = read_rows(args.points, is_used)
     used = {heading: column for heading, column in columns.items() if column is not None}
     options = {column.option for column in used.values()} | common.keys()
-    if problems and any(q.name not in options and q.default is None for q in quantities):
-        raise ValueError(f"{args.points}: {problems[0]}")
+    for error in problems:
+        # beside its quantity, a heading such as torque_low_nm is another one
+        if isinstance(error, UnknownUnitError) or _OPTIONS[error.key][0] not in options:
+            raise ValueError(f"{args.points}: {error}")
     for heading, column in reversed(used.items()):
         if any(other.option == column.option for text, other in used.items() if text != heading):
             raise ValueError(
