@@ -163,20 +163,18 @@ class AxisFriction(NamedTuple):
         return FrictionTable(bins.speed, None, None, bins.value, bins.low, bins.high, self.about, self.rotary)
 
     @property
-    def turn(self) -> float:
-        """Speed of the screw [rad/s] for one of the axis; ValueError: no lead."""
-        if self.rotary:
-            return 1.0
-        if self.lead is None:
+    def per_turn(self) -> float:
+        """Motion for one radian of the screw: 1, or of a linear axis [m]; ValueError: no lead."""
+        if not self.rotary and self.lead is None:
             raise ValueError("--lead-mm (missing); needed of a linear axis for torque and speed of the screw")
-        return 2.0 * math.pi / self.lead
+        return 1.0 if self.rotary else (self.lead or math.nan) / (2.0 * math.pi)
 
     def between(self, low: float, high: float) -> AxisFriction:
         """The bins between two speeds of the screw [rad/s].
 
         Raises       ValueError: fewer than three in a direction
         """
-        speed = self.friction.speed * self.turn
+        speed = self.friction.speed / self.per_turn
         inside = (np.abs(speed) >= low) & (np.abs(speed) <= high)
         if not min((inside & (speed > 0.0)).sum(), (inside & (speed < 0.0)).sum()) >= 3:
             slowest, fastest = np.abs(speed).min() / RPM, np.abs(speed).max() / RPM
@@ -189,14 +187,12 @@ class AxisFriction(NamedTuple):
     @property
     def mean(self) -> BothWays:
         """Mean of both directions [rad/s], [N.m]; ValueError: fewer than three common speeds, no lead."""
-        both, turn = both_ways(self.friction), self.turn
+        both = both_ways(self.friction).at_screw(self.per_turn)
         if len(both.speed) < 3:
             raise ValueError(
                 f"speeds that both directions have in common = {len(both.speed)}; allowed: at least 3 for a list"
             )
-        return BothWays(
-            both.speed * turn, both.mean / turn, both.difference / turn, both.error / turn, both.samples
-        )
+        return both
 
 
 def read_identified(path: Path | str) -> AxisFriction:

@@ -88,19 +88,18 @@ def screw_friction(found: Identified, lead: float | None) -> ScrewFriction:
     Parameters   lead : [m/rad], needed of a linear axis
     Raises       ValueError: no lead, speeds of both directions apart
     """
-    scale = 1.0
-    if not found.rotary:
-        if lead is None:
-            raise ValueError(
-                "--lead-mm or --screw (missing); needed for the torque at the screw of a linear axis"
-            )
-        scale = abs(lead)
-    both = both_ways(found.friction, found.offset_error or 0.0)
+    if not found.rotary and lead is None:
+        raise ValueError(
+            "--lead-mm or --screw (missing); needed for the torque at the screw of a linear axis"
+        )
+    both = both_ways(found.friction, found.offset_error or 0.0).at_screw(
+        1.0 if found.rotary else abs(lead or 1.0)
+    )
     if not len(both.speed):
         raise ValueError(
             "no speed that both directions have in common; allowed: a log with the same speeds both ways"
         )
-    return ScrewFriction(both.speed / scale, both.mean * scale, both.error * scale, both.samples)
+    return ScrewFriction(both.speed, both.mean, both.error, both.samples)
 
 
 def without(friction: ScrewFriction, known: float, other: ScrewFriction | None = None) -> ScrewFriction:

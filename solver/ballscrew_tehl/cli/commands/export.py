@@ -40,13 +40,6 @@ COLUMNS = ("file", "preload_n", "temperature_c", "entries", "largest_error_nm", 
 SPEEDS, MOST_POINTS, CURVE = 40, 20, 400
 
 
-class _Current(NamedTuple):
-    """Of a compensation list: current of the motor per torque at the screw [A/(N.m)], unit [A]."""
-
-    per_torque: float
-    unit: float
-
-
 class _List(NamedTuple):
     """Curve of a list: end of its file's name, what it is of, speed [rad/s], torque [N.m], what is said of it."""
 
@@ -58,12 +51,15 @@ class _List(NamedTuple):
 
 
 class _Export(NamedTuple):
-    """Table, or curves of the lists with lead [m] and current; what is said of all files."""
+    """Table, or curves of the lists with lead [m] and current; what is said of all files.
+
+    current : of the motor per torque at the screw [A/(N.m)], its unit [A]
+    """
 
     table: FrictionTable
     lists: list[_List]
     lead: float | None
-    current: _Current
+    current: tuple[float, float]
     answer: dict[str, Any]
 
 
@@ -80,7 +76,17 @@ def run_export(args: Namespace) -> int:
     if not 3 <= most <= CURVE:
         raise ValueError(f"--points = {most}; allowed: a whole number, 3 to {CURVE}")
     export = (_of_map if args.identified is None else _of_log)(args, most)
-    files, answers = (_lists if args.format == "twincat" else _table)(args, output, export, most)
+    table = export.table
+    if args.format == "twincat":
+        files, answers = _lists(output, export, most)
+    else:
+        from ...exchange.formats import FORMATS
+
+        files = {output: FORMATS[args.format](table, output.stem)}
+        answers = [{"file": str(output), "speeds": len(table.speed)}]
+        if table.preload is not None and table.temperature is not None:
+            celsius = (table.temperature - CELSIUS).tolist()
+            answers[0] |= {"preload_n": table.preload.tolist(), "temperature_c": celsius}
     for path, text in files.items():
         with written("--output", path), whole_file(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
@@ -90,25 +96,7 @@ def run_export(args: Namespace) -> int:
     return 0
 
 
-def _table(
-    args: Namespace, output: Path, export: _Export, _: int
-) -> tuple[dict[Path, str], list[dict[str, Any]]]:
-    """Text by path, and what is said of it."""
-    from ...exchange.formats import FORMATS
-
-    table = export.table
-    answer: dict[str, Any] = {"file": str(output), "speeds": len(table.speed)}
-    if table.preload is not None and table.temperature is not None:
-        answer |= {
-            "preload_n": table.preload.tolist(),
-            "temperature_c": (table.temperature - CELSIUS).tolist(),
-        }
-    return {output: FORMATS[args.format](table, output.stem)}, [answer]
-
-
-def _lists(
-    args: Namespace, output: Path, export: _Export, most: int
-) -> tuple[dict[Path, str], list[dict[str, Any]]]:
+def _lists(output: Path, export: _Export, most: int) -> tuple[dict[Path, str], list[dict[str, Any]]]:
     """Texts of compensation lists by path, and what is said of them."""
     from ...exchange.formats import twincat_text
     from ...exchange.piecewise import Points, few_points
@@ -132,8 +120,8 @@ def _lists(
     return files, answers
 
 
-def _current(args: Namespace, constant: float | None = None, ratio: float = 1.0) -> _Current:
-    """From the options, or the constant and ratio of a log's drive.
+def _current(args: Namespace, constant: float | None = None, ratio: float = 1.0) -> tuple[float, float]:
+    """Current per torque at the screw [A/(N.m)] and its unit [A], from the options or a log's drive.
 
     Raises       ValueError: no torque constant, or one without need
     """
@@ -141,14 +129,11 @@ def _current(args: Namespace, constant: float | None = None, ratio: float = 1.0)
     if (given and not twincat) or (twincat and not given and constant is None):
         needed = "allowed only with" if given else "needed with"
         raise ValueError(f"--torque-constant-nm-a; {needed} --format twincat, whose list is a motor current")
-    options = ((TORQUE_CONSTANT, constant or 1.0), (RATIO, ratio), (CURRENT_UNIT, 1e-3))
-    constant, ratio, unit = (
-        usual
-        if getattr(args, quantity.name) is None
-        else quantity.checked(quantity.option, getattr(args, quantity.name))
-        for quantity, usual in options
-    )
-    return _Current(1.0 / (constant * ratio), unit)
+    for quantity in (TORQUE_CONSTANT, RATIO, CURRENT_UNIT):
+        if getattr(args, quantity.name) is not None:
+            quantity.checked(quantity.option, getattr(args, quantity.name))
+    constant = float(args.torque_constant_nm_a or constant or 1.0)
+    return 1.0 / (constant * float(args.ratio or ratio)), float(args.current_unit_a or 1e-3)
 
 
 def _speeds(args: Namespace, low: float, high: float) -> tuple[float, float]:
@@ -234,7 +219,7 @@ def _of_log(args: Namespace, most: int) -> _Export:
         differs = float(np.max(np.abs(both.difference)))
         where = (
             f"mean of both directions, for a list has none; each differs from it by up to "
-            f"{differs * current.per_torque:.3g} A = {differs:.3g} N.m"
+            f"{differs * current[0]:.3g} A = {differs:.3g} N.m"
         )
         lists = [_List("", where, both.speed, both.mean, {"direction_difference_nm": differs})]
     return _Export(axis.table, lists, axis.lead, current, {"log": axis.about["log"]})

@@ -207,7 +207,7 @@ def _identified(path: str, axis: _Axis) -> Identified:
     check_units(log, signals, None if axis.law is None else axis.law.nut_map)
     inertia, offset = axis.stated(signals.rotary, INERTIAS, 2), axis.stated(signals.rotary, OFFSETS, 1)
     if offset is not None:
-        offset = offset[0], offset[1] * (given["offset_error"] or 0.0)
+        offset = offset[0], abs(offset[1]) * (given["offset_error"] or 0.0)
     travel = TRAVEL if not signals.rotary else TRAVEL / abs(axis.lead) if axis.lead else TRAVEL_ANGLE
     delay = None if given["delay_ms"] is None else 1e-3 * given["delay_ms"]
     bins = None if given["bins"] is None else int(given["bins"])
