@@ -252,7 +252,8 @@ def _numbers(
         total, damaged = total + len(piece), damaged + len(wrong)
     numbers.check()
     if damaged > MAX_DAMAGED * total:
-        commas = "; numbers with decimal commas need semicolons between the fields" * (table.separator == ",")
+        commas = "; numbers with decimal commas need semicolons between the fields"
+        commas *= table.separator == "," and f"{2 * fields} fields" in first
         raise ValueError(
             f"{first}; allowed: a number, or an empty field for a sample that is missing, in each field of a heading "
             f"({damaged} of {total} rows are damaged, at most {100.0 * MAX_DAMAGED:g} % are left out){commas}"

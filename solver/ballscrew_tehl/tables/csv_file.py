@@ -24,6 +24,8 @@ from numpy.typing import NDArray
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
 #: bytes looked at for the headings;  lines that they are searched in
 HEAD, MAX_LINES = 65536, 100
+#: characters that are read at once;  size from which reading is a stage of its own [MB]
+PIECE, WORTH_SAYING = 4_000_000, 5
 #: what stands for a missing value, in lower case; EOF: last line of exports
 MISSING = frozenset(["", "nan", "null", "-", "n/a", "inf", "+inf", "-inf", "1.#qnan", "-1.#ind", "eof"])
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
@@ -42,7 +44,7 @@ _KINDS = {
     }.items()
 }
 _NAMES = {".": "point", ",": "comma"}
-_DIGITS = frozenset("0123456789")
+_DIGITS = frozenset("0123456789+-.")
 Progress = Callable[[int, int, str], None]
 
 
@@ -65,18 +67,25 @@ class Table(NamedTuple):
         self, progress: Progress = lambda finished, total, what: None
     ) -> Iterator[tuple[int, list[str]]]:
         """Line in the file, from 1, and fields of each row; separators at its end are dropped."""
-        size, fields = max(self.path.stat().st_size // 1_000_000, 1), len(self.headings)
+        size, fields, number = max(self.path.stat().st_size // 1_000_000, 1), len(self.headings), 0
         with self.path.open("rb") as raw:
             file = io.TextIOWrapper(raw, self.encoding, "replace")
-            for number, line in enumerate(file, start=1):
-                if number <= self.start or (line[0] not in _DIGITS and _is_comment(line)):
-                    continue
-                row = split_fields(line, self.separator)
-                while len(row) > fields and not row[-1]:
-                    row.pop()
-                if size >= 5 and number % 100_000 == 0:
+            while text := file.read(PIECE) + file.readline():
+                plain = '"' not in text and " " not in text
+                for line in text.removesuffix("\n").split("\n"):
+                    number += 1
+                    if plain and line[:1] in _DIGITS:
+                        row = line.split(self.separator)
+                    elif _is_comment(line):
+                        continue
+                    else:
+                        row = split_fields(line, self.separator)
+                    while len(row) > fields and not row[-1]:
+                        row.pop()
+                    if number > self.start:
+                        yield number, row
+                if size >= WORTH_SAYING:
                     progress(min(raw.tell() // 1_000_000, size), size, "MB of the file read")
-                yield number, row
 
 
 def split_fields(line: str, separator: str) -> list[str]:
@@ -239,7 +248,8 @@ class Numbers:
         """A piece of a column: values, NaN where a field is missing or text, and where it is text."""
         joined = "\n".join(texts)
         for kind, pattern in _KINDS.items():
-            if (place, kind) not in self.first and (number := pattern.search(joined)):
+            possible = (place, kind) not in self.first and (kind[0] not in _NAMES or kind[0] in joined)
+            if possible and (number := pattern.search(joined)):
                 self.first[place, kind] = lines[texts.index(number[0])], number[0]
         texts = joined.replace(",", ".").split("\n")
         bad = np.zeros(len(texts), dtype=bool)
