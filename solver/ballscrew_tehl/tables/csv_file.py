@@ -30,14 +30,14 @@ PIECE, WORTH_SAYING = 4_000_000, 5
 MISSING = frozenset(["", "nan", "null", "-", "n/a", "inf", "+inf", "-inf", "1.#qnan", "-1.#ind", "eof"])
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _EXPONENT = r"(?:[eE][+-]?\d+)?"
-#: numbers by what their marks can be: groups of thousands or decimals, decimals, thousands, none
+#: numbers, a line each, by what their marks can be: groups of thousands or decimals, decimals, thousands, none
 _KINDS = {
-    kind: re.compile(rf"^[+-]?(?:{pattern})$", re.M)
+    kind: re.compile(rf"\n([+-]?(?:{pattern}))(?=\n)")
     for kind, pattern in {
         ".group": r"[1-9]\d{0,2}\.\d{3}",
         ",group": r"[1-9]\d{0,2},\d{3}",
-        ".": rf"(?![1-9]\d{{0,2}}\.\d{{3}}$)(?=\.?\d)\d*\.\d*{_EXPONENT}",
-        ",": rf"(?![1-9]\d{{0,2}},\d{{3}}$)(?=,?\d)\d*,\d*{_EXPONENT}",
+        ".": rf"(?![1-9]\d{{0,2}}\.\d{{3}}\n)(?=\.?\d)\d*\.\d*{_EXPONENT}",
+        ",": rf"(?![1-9]\d{{0,2}},\d{{3}}\n)(?=,?\d)\d*,\d*{_EXPONENT}",
         "thousands": "\\d{1,3}(?:[ '\u2019\u00a0\u202f]\\d{3})+(?:[.,]\\d*)?|\\d{1,3}(?:[.,]\\d{3})+[.,]\\d+",
         "hundreds": r"[1-9]\d\d",
         "many": r"[1-9]\d{3,}",
@@ -71,7 +71,8 @@ class Table(NamedTuple):
         with self.path.open("rb") as raw:
             file = io.TextIOWrapper(raw, self.encoding, "replace")
             while text := file.read(PIECE) + file.readline():
-                plain = '"' not in text and " " not in text
+                below = text.split("\n", max(self.start - number, 0))[-1]
+                plain = '"' not in below and " " not in below
                 for line in text.removesuffix("\n").split("\n"):
                     number += 1
                     if plain and line[:1] in _DIGITS:
@@ -249,8 +250,8 @@ class Numbers:
         joined = "\n".join(texts)
         for kind, pattern in _KINDS.items():
             possible = (place, kind) not in self.first and (kind[0] not in _NAMES or kind[0] in joined)
-            if possible and (number := pattern.search(joined)):
-                self.first[place, kind] = lines[texts.index(number[0])], number[0]
+            if possible and (number := pattern.search(f"\n{joined}\n")):
+                self.first[place, kind] = lines[texts.index(number[1])], number[1]
         texts = joined.replace(",", ".").split("\n")
         bad = np.zeros(len(texts), dtype=bool)
         try:
