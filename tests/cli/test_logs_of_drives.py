@@ -40,6 +40,7 @@ READ = {
     ),
     "mapped": ("t_ms,phi,torque [Nm],Iq[0]", "txti", (1e3, 1, 0, 1), MAPPED, "columns not used: torque [Nm]"),
     "scope": (SCOPE, "txti", (1e3, 1, 1e3, 1e3 * CONSTANT), SCOPE_AXIS, "2 lines above the headings in line 4 skipped"),
+    "savetxt": (f"# run 3\n# {PLAIN}", "txi", SAME, (), ""),
     "stated": (axes("ms", "deg", "mA"), "txi", SAME, (*CONFIRMED, AXIS[0], "800"), ""),
 }  # fmt: skip
 #: and what the line says
@@ -53,7 +54,8 @@ REFUSED = {
     "not mapped": ("t_ms,phi,Iq", "txi", SAME, (), 'or --column "QUANTITY=HEADING [UNIT]" for others'),
     "no column": (PLAIN, "txi", SAME, column("force=F [N]"), "force=F [N]: no such columns"),
     "no signal": (PLAIN, "txi", SAME, column("M=M [Nm]"), "--column = M=M [Nm]; allowed: QUANTITY="),
-    "unit": ("time [s],position [deg],Moment (Nx)", "txi", SAME, (), "'Moment [Nx]': unit 'Nx'; allowed: N.m, N.cm"),
+    "unit": ("time [s],position [deg],Moment (Nx)", "txi", SAME, (), "'Moment (Nx)': unit 'Nx'; allowed: N.m, N.cm"),
+    "left-hand": (PLAIN, "txi", (1, -1, 1), (), "check both signs; a left-hand thread has a negative --lead-mm"),
     "two": ("time [s],Weg [deg],Lage [deg],Strom [A]", "txxi", (1, 1, 1, 1), (), "both are position; allowed: one, or"),
     "damaged": (PLAIN, "txi", SAME, (), "line 2: 5 fields under 3 headings; allowed: "),
     "unlike times": (SCOPE, "txti", (1e3, 1, 2e3, 1e3), SCOPE_AXIS, "position and torque have unlike times"),

@@ -25,7 +25,6 @@ from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.identification.directions import both_ways
 from ballscrew_tehl.identification.dynamics import identify
 from ballscrew_tehl.identification.log_file import Log, read_log
-from ballscrew_tehl.identification.log_units import LogColumn
 from ballscrew_tehl.identification.preload import (
     Law,
     change_of_preload,
@@ -38,6 +37,7 @@ from ballscrew_tehl.identification.signals import Drive, Section, Signals, signa
 from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
 from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.tables.headings import Column
 
 EMPS = "time [s],position [m],voltage [V]"
 
@@ -165,6 +165,12 @@ def jittered(time, position, voltage):
             lambda t, x, u: (t, x, np.where(np.arange(len(t)) == 4000, 1e300, u)),
             "1 values of voltage beyond",
         ),
+        (
+            EMPS,
+            lambda t, x, u: (t, x[np.arange(len(x)) // 5 * 5], u),
+            "position repeats each value in 5 rows",
+        ),
+        (EMPS, lambda t, x, u: (t, x, u[np.arange(len(u)) // 4 * 4]), "voltage repeats each value in 4 rows"),
         ("time [s],velocity [mm/min],force [N]", lambda t, x, u: (t, 6e4 * np.gradient(x, t), GAIN * u), ""),
     ],
 )
@@ -189,16 +195,36 @@ def test_sides_of_a_gear_and_a_lead_give_one_result(emps):
         "time": time, "position": position / lead * ratio, "current": GAIN * voltage * lead / ratio / 0.5,
     }  # fmt: skip
     columns = {
-        "time": LogColumn(0, "", "s"),
-        "position": LogColumn(1, "", "rad"),
-        "current": LogColumn(2, "", "A"),
+        "time": Column(0, "", "s"),
+        "position": Column(1, "", "rad"),
+        "current": Column(2, "", "A"),
     }
     motor = signals_of(Log("log.csv", signals, columns, len(time), {}, []), drive)
     assert motor.rotary
     assert identify(motor, travel=5e-5 / lead).inertia == pytest.approx(MASS * lead**2, rel=2e-3)
-    signals, columns = signals | {"position": position}, columns | {"position": LogColumn(1, "", "m")}
+    signals, columns = signals | {"position": position}, columns | {"position": Column(1, "", "m")}
     linear = signals_of(Log("log.csv", signals, columns, len(time), {}, []), drive)
     assert np.allclose(linear.sections[0].motion, motor.sections[0].motion, rtol=1e-12)
+
+
+def test_a_left_hand_thread_and_signs_of_the_drive(emps):
+    """The other sense of turning: angles and torques change their sign, inertia, offset and friction do not."""
+    time, position, voltage = emps
+    columns = {"time": Column(0, "", "s"), "position": Column(1, "", "m"), "current": Column(2, "", "A")}
+    results = []
+    for sign, drive in (
+        (1.0, Drive(torque_constant=0.5, lead=1e-3)),
+        (-1.0, Drive(torque_constant=0.5, lead=-1e-3)),
+        (-1.0, Drive(torque_constant=-0.5, lead=1e-3)),
+    ):
+        signals = {"time": time, "position": position, "current": sign * GAIN * voltage * 1e-3 / 0.5}
+        log = Log("log.csv", signals, columns, len(time), {}, [])
+        results.append(identify(signals_of(log, drive), travel=5e-2))
+    for left in results[1:]:
+        assert left.inertia == pytest.approx(results[0].inertia, rel=1e-6)
+        assert abs(left.offset) == pytest.approx(abs(results[0].offset), rel=1e-6)
+    assert results[1].friction.value == pytest.approx(-results[0].friction.value[::-1], rel=1e-6)
+    assert results[2].friction.value == pytest.approx(results[0].friction.value, rel=1e-6)
 
 
 def test_preload_and_its_change_with_known_guides(law):

@@ -23,7 +23,6 @@ from ballscrew_fmu.native_fmu.sources import native_sources
 from ballscrew_fmu.variables.friction import law_name, start_preload
 from ballscrew_tehl import __version__
 from ballscrew_tehl.calibration.measured_screw import ASSUMED_TEMPERATURE, packaged_measurements
-from ballscrew_tehl.calibration.measurement_units import EXAMPLE, QUANTITIES
 from ballscrew_tehl.cli.commands.torque import OF_A_NUT
 from ballscrew_tehl.cli.shared.quantities import TORQUE_POINT
 from ballscrew_tehl.friction.interval import MEANING
@@ -36,6 +35,7 @@ from ballscrew_tehl.report.data import PRELOAD_WORDS, OperatingPoint
 from ballscrew_tehl.report.page import Html, environment
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MECHANISTIC, SURFACES, map_hash
+from ballscrew_tehl.tables.headings import MEASURED, MEASURED_EXAMPLE
 
 _ROOT = importlib.resources.files("ballscrew_fmu")
 _UNITS = ("map.c", "nut.c", "variables.c")  # of the sources of the FMU; the page adds page.c
@@ -93,7 +93,7 @@ def live_page(
         "slip": trend.MIN_FORCE_RATIO if law == MECHANISTIC and kind == FOUR_POINT else 0.0,
         "nodes": None if ends is None else TABLE_NODES,
         "meaning": MEANING if ends is not None else _no_interval(mean),
-        "units": {name: {"names": q.names, "units": q.units} for name, q in QUANTITIES.items()},
+        "units": {name: {"names": q.names, "units": q.units} for name, q in MEASURED.items()},
         "published": published,
     }
     return _TEMPLATES.get_template("page.html").render(
@@ -105,7 +105,7 @@ def live_page(
         roughness=f"{1e9 * header['defaults']['roughness_height']:.3g} nm",
         inputs=[(name, entry["label"], entry["unit"]) for name, entry in about["inputs"].items()],
         published=bool(published),
-        example=EXAMPLE,
+        example=MEASURED_EXAMPLE,
         map_hash=map_hash(header),
         version=__version__,
         about=about,

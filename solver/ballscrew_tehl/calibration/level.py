@@ -12,8 +12,8 @@ from ..friction.origin import with_set, without_overrides
 from ..friction.sets import MECHANISTIC, FrictionSet, default_friction_set
 from ..friction.torque import FilmModel, double_nut_torque, nut_forces
 from ..parameters.file import Parameters
+from ..tables.headings import TORQUE
 from .measurement_file import MeasurementFile
-from .measurement_units import TORQUE
 from .measurements import Measurement
 
 #: most that a torque may be above the interval of the law, or below it, as a factor

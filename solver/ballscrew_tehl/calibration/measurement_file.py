@@ -1,12 +1,12 @@
 """Measured torques of a user's CSV file: units in the headings, every row checked, dropped rows reported.
 
-The file is read as any table of numbers (module csv_table): separators, decimal commas, encodings.
+Dialect and headings: `tables.csv_file` and `tables.headings`.
 """
 
 from __future__ import annotations
 
+import hashlib
 import math
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,8 +14,8 @@ from statistics import median
 
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
-from .csv_table import read_table, with_decimal_points
-from .measurement_units import PERCENT, Column, columns_of
+from ..tables.csv_file import NUMBER, Numbers, read_table
+from ..tables.headings import MEASURED, MEASURED_EXAMPLE, PERCENT, PLAIN, Column, both_are, quantity_of, si
 from .measurements import Measurement, merged
 
 #: range of oil temperatures [K]: lower end of the viscosity laws, far above any oil of a ball screw
@@ -26,8 +26,8 @@ MIN_COEFFICIENT, MAX_COEFFICIENT = 1e-4, 1.0
 MAX_DN = 5e5
 #: most rows listed in one message
 NAMED_ROWS = 8
-
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+#: columns whose fields may be empty
+OPTIONAL = ("temperature", "axial_load", "weight")
 
 
 @dataclass(frozen=True)
@@ -62,26 +62,55 @@ class MeasurementFile:
     torque_unit: str = "N.m"
 
 
+def measured_columns(headings: Sequence[str]) -> tuple[dict[str, Column], list[str]]:
+    """Columns by quantity or plain name, and the headings that are not used.
+
+    Raises       ValueError: as quantity_of; a needed column missing, a quantity given twice
+    """
+    columns: dict[str, Column] = {}
+    unused = []
+    for place, heading in enumerate(headings):
+        found = quantity_of(heading, MEASURED, PLAIN, example=MEASURED_EXAMPLE)
+        if found is None:
+            unused.append(heading)
+            continue
+        column = Column(place, heading, found[1])
+        if (other := columns.setdefault(found[0], column)) is not column:
+            raise both_are((other, column), found[0])
+    for key, quantity in MEASURED.items():
+        if quantity.needed and key not in columns:
+            raise ValueError(
+                f"column {key} missing (found: {', '.join(headings)}); allowed: a line of headings such as "
+                f"{MEASURED_EXAMPLE}"
+            )
+    if {"weight", "torque_uncertainty"} <= columns.keys():
+        raise ValueError("columns weight and torque_uncertainty; allowed: one of them")
+    return columns, unused
+
+
 def _number(text: str) -> float:
-    return float(text) if _NUMBER.fullmatch(text) else math.nan
+    return float(text) if NUMBER.fullmatch(text) else math.nan
 
 
-def _reasons(row: dict[str, str], columns: dict[str, Column], si: dict[str, float]) -> list[str]:
-    """Why the row cannot be a measurement; empty if it can."""
+def _reasons(row: dict[str, str], columns: dict[str, Column], values: dict[str, float]) -> list[str]:
+    """Why the row cannot be a measurement; empty if it can.
+
+    Parameters   row : fields as written;  values [SI]
+    """
     unit = {key: f" {column.unit}".rstrip() for key, column in columns.items()}
-    shown = {key: f"{key} = {row.get(key)}{unit.get(key, '')}" for key in si}
-    if bad := [key for key in si if not math.isfinite(si[key])]:
-        fields = {key: f"{row[key]!r}{unit[key]}" if row.get(key) else "empty" for key in bad}
+    shown = {key: f"{key} = {row[key]}{unit[key]}" for key in values}
+    if bad := [key for key in values if not math.isfinite(values[key])]:
+        fields = {key: f"{row[key]!r}{unit[key]}" if row[key] else "empty" for key in bad}
         return [f"{key} = {field}; allowed: a finite number" for key, field in fields.items()]
-    torque, speed, kelvin = si["torque"], si["speed"], si.get("temperature", COLDEST)
-    positive = (key for key in ("preload", "weight", "torque_uncertainty") if key in si)
-    found = [f"{shown[key]}; allowed: > 0" for key in positive if not si[key] > 0.0]
+    torque, speed, kelvin = values["torque"], values["speed"], values.get("temperature", COLDEST)
+    positive = (key for key in ("preload", "weight", "torque_uncertainty") if key in values)
+    reasons = [f"{shown[key]}; allowed: > 0" for key in positive if not values[key] > 0.0]
     if speed == 0.0:
-        found.append(f"{shown['speed']}; allowed: not 0 (no film at rest)")
+        reasons.append(f"{shown['speed']}; allowed: not 0 (no film at rest)")
     if torque == 0.0:
-        found.append(f"{shown['torque']}; allowed: not 0")
+        reasons.append(f"{shown['torque']}; allowed: not 0")
     elif torque * speed < 0.0:
-        found.append(
+        reasons.append(
             f"{shown['torque']} at {shown['speed']}; allowed: friction torque with the sign of the speed"
         )
     if not COLDEST <= kelvin <= HOTTEST:
@@ -89,66 +118,86 @@ def _reasons(row: dict[str, str], columns: dict[str, Column], si: dict[str, floa
         plausible = COLDEST <= _number(row["temperature"]) + offset <= HOTTEST
         written = columns["temperature"].unit
         mixed = f"; probably {other}, not {written}" if plausible and written != other else ""
-        found.append(
+        reasons.append(
             f"{shown['temperature']}; allowed: {COLDEST:g} to {HOTTEST:g} K "
             f"({COLDEST - CELSIUS:g} to {HOTTEST - CELSIUS:g} degC){mixed}"
         )
-    return found
+    return reasons
+
+
+def _measurement(
+    number: int, row: dict[str, str], columns: dict[str, Column], temperature: float
+) -> Measurement | list[str]:
+    """Measurement of a row, or why it is none."""
+    values = {
+        key: si(_number(row[key]), MEASURED[key], column.unit) if column.unit else _number(row[key])
+        for key, column in columns.items()
+        if (column.unit or key == "weight") and (row[key] or key not in OPTIONAL)
+    }
+    if reasons := _reasons(row, columns, values):
+        return reasons
+    torque, uncertainty, table = abs(values["torque"]), values.get("torque_uncertainty"), row.get("table")
+    if uncertainty is not None and columns["torque_uncertainty"].unit == PERCENT:
+        uncertainty *= torque
+    return Measurement(
+        values["preload"], abs(values["speed"]), values.get("temperature", temperature), torque,
+        (table,) if table else (), values.get("weight", 1.0), values.get("axial_load", 0.0), uncertainty, (number,),
+    )  # fmt: skip
 
 
 def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFile:
     """Read a file and separate usable rows from others.
 
-    Parameters   path : CSV with headings as measurement_units reads them: preload, speed, torque; optional
-                 temperature, axial_load, torque_uncertainty (standard one, or % of the torque) or weight (factor on the
-                 relative error), table, comment
+    Parameters   path : CSV with headings of tables.headings: preload, speed, torque; optional temperature, axial_load,
+                 torque_uncertainty (standard one, or % of the torque) or weight (factor on the relative error), table,
+                 comment
                  temperature : of the oil where the file gives none [K]
     Returns      MeasurementFile; a negative speed with a negative torque counts as both positive
-    Raises       ValueError: cannot be read, no rows, headings not understood, decimal commas not clear
+    Raises       ValueError: cannot be read, no rows, headings not understood, numbers that can be read in two ways
     """
-    content = read_table(path)
+    table, rows = read_table(path)
     try:
-        columns, unused = columns_of(content.headings)
+        columns, unused = measured_columns(table.headings)
     except ValueError as err:
         raise ValueError(f"{path}: {err}") from err
-    named = {c.key: c for c in columns if c is not None}
-    rows = with_decimal_points(content, {k for k, c in enumerate(columns) if c and c.numeric}).rows
+    lines, numbers = tuple(line for line, _ in rows), Numbers(table)
+    numeric = {column.place for key, column in columns.items() if column.unit or key == "weight"}
+    for place in numeric:
+        numbers.add(place, lines, [fields[place] for _, fields in rows])
+    numbers.check()
     usable: list[Measurement] = []
     problems: list[RowProblem] = []
     assumed: list[int] = []
     for number, (line, fields) in enumerate(rows, start=1):
-        row = {c.key: text for c, text in zip(columns, fields, strict=True) if c is not None}
-        optional = {key for key in ("temperature", "axial_load", "weight") if not row.get(key)}
-        si = {key: c.si(_number(row[key])) for key, c in named.items() if c.numeric and key not in optional}
-        if reasons := _reasons(row, named, si):
-            problems.append(RowProblem(number, line, "; ".join(reasons)))
+        texts = [text.replace(",", ".") if k in numeric else text for k, text in enumerate(fields)]
+        row = {key: texts[column.place] for key, column in columns.items()}
+        result = _measurement(number, row, columns, temperature)
+        if not isinstance(result, Measurement):
+            problems.append(RowProblem(number, line, "; ".join(result)))
             continue
-        if "temperature" in optional:
+        usable.append(result)
+        if not row.get("temperature"):
             assumed.append(number)
-        torque, uncertainty, table = abs(si["torque"]), si.get("torque_uncertainty"), row.get("table")
-        if uncertainty is not None and named["torque_uncertainty"].unit == PERCENT:
-            uncertainty *= torque
-        usable.append(
-            Measurement(
-                si["preload"], abs(si["speed"]), si.get("temperature", temperature), torque,
-                (table,) if table else (), si.get("weight", 1.0), si.get("axial_load", 0.0), uncertainty, (number,),
-            )
-        )  # fmt: skip
     notes = [f"columns not used: {', '.join(unused)}"] if unused else []
     if assumed:
-        which = "all rows" if len(assumed) == len(rows) else named_rows(assumed)
+        which = "all rows" if len(assumed) == len(lines) else named_rows(assumed)
         notes.append(f"{which}: no oil temperature given, {temperature:g} K assumed")
+    notes += _duplicates(usable)
+    points, digest = merged(_weighted(usable)), hashlib.sha256(Path(path).read_bytes()).hexdigest()[:12]
+    return MeasurementFile(Path(path), points, problems, notes, lines, digest, columns["torque"].unit)
+
+
+def _duplicates(points: list[Measurement]) -> list[str]:
+    """Note about rows that have the same numbers."""
     same: dict[Measurement, list[int]] = {}
-    for m in usable:
+    for m in points:
         same.setdefault(m, []).extend(m.rows)
-    if twice := [" = ".join(map(str, numbers)) for numbers in same.values() if len(numbers) > 1]:
-        shown = ", ".join(twice[:NAMED_ROWS]) + (
-            f" and {len(twice) - NAMED_ROWS} more" * (len(twice) > NAMED_ROWS)
-        )
-        notes.append(f"duplicates, the same point and torque: row {shown}; every one counts: remove copies")
-    lines = tuple(line for line, _ in rows)
-    points = merged(_weighted(usable))
-    return MeasurementFile(Path(path), points, problems, notes, lines, content.digest, named["torque"].unit)
+    twice = [" = ".join(map(str, numbers)) for numbers in same.values() if len(numbers) > 1]
+    if not twice:
+        return []
+    more = f" and {len(twice) - NAMED_ROWS} more" * (len(twice) > NAMED_ROWS)
+    rows = ", ".join(twice[:NAMED_ROWS]) + more
+    return [f"duplicates, the same point and torque: row {rows}; every one counts: remove copies"]
 
 
 def _weighted(points: list[Measurement]) -> list[Measurement]:

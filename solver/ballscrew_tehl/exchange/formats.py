@@ -9,136 +9,119 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
-from typing import Protocol
-
-import numpy as np
+from collections.abc import Callable, Iterable
 
 from ..parameters.units import CELSIUS, RPM
+from .friction_table import FrictionTable
 from .piecewise import Points
-from .tables import FrictionTable
 
 
-class Described(Protocol):
-    """What the comments of a file say: content and sign, names with texts."""
-
-    @property
-    def head(self) -> tuple[str, str]: ...
-    @property
-    def about(self) -> dict[str, str]: ...
-
-
-def comment(table: Described, mark: str) -> list[str]:
+def _comment(head: Iterable[str], about: dict[str, str], mark: str) -> list[str]:
     """Lines of comment at the head of a file."""
-    return [
-        f"{mark} {line}" for line in (*table.head, *(f"{name}: {text}" for name, text in table.about.items()))
-    ]
+    return [f"{mark} {line}" for line in (*head, *(f"{name}: {text}" for name, text in about.items()))]
 
 
-def _points(table: FrictionTable) -> Iterator[tuple[int, int, str]]:
-    """Index of each preload and temperature, and both as text."""
-    for j, preload in enumerate(table.preload):
-        for k, kelvin in enumerate(table.temperature):
-            yield j, k, f"preload {preload:.6g} N, oil {kelvin - CELSIUS:.6g} degC"
+def _numbers(values: Iterable[float], separator: str = " ") -> str:
+    return separator.join(f"{value:.10g}" for value in values)
 
 
-def csv_text(table: FrictionTable) -> str:
+def point_text(point: Iterable[float]) -> str:
+    """Preload [N] and temperature [degC]."""
+    return "preload {:.6g} N, oil {:.6g} degC".format(*point)
+
+
+def csv_text(table: FrictionTable, _: str = "") -> str:
     """One row for each preload, temperature and speed, both directions."""
-    limits = table.low is not None and table.high is not None
-    lines = [*comment(table, "#"), "preload [N],temperature [degC],speed [r/min],torque [N.m]"
-             + (",torque low [N.m],torque high [N.m]" if limits else "")]  # fmt: skip
-    for j, k, _ in _points(table):
-        both = [(-1.0, i) for i in reversed(range(len(table.speed)))] + [
-            (1.0, i) for i in range(len(table.speed))
-        ]
-        for sign, i in both:
-            values = [
-                table.preload[j],
-                table.temperature[k] - CELSIUS,
-                sign * table.speed[i] / RPM,
-                sign * table.torque[i, j, k],
-            ]
-            if table.low is not None and table.high is not None:
-                values += [sign * table.low[i, j, k], sign * table.high[i, j, k]]
-            lines.append(",".join(f"{value:.10g}" for value in values))
-    return "\n".join(lines) + "\n"
-
-
-def json_text(table: FrictionTable) -> str:
-    """Axes and arrays, units in the keys."""
-    data = {
-        "about": {**table.about, "sign": table.head[1], "order": "torque_nm[speed][preload][temperature]"},
-        "speed_rpm": (table.speed / RPM).tolist(),
-        "preload_n": table.preload.tolist(),
-        "temperature_c": (table.temperature - CELSIUS).tolist(),
-        "torque_nm": table.torque.tolist(),
-    }
-    if table.low is not None and table.high is not None:
-        data |= {"torque_low_nm": table.low.tolist(), "torque_high_nm": table.high.tolist()}
-    return json.dumps(data, indent=1) + "\n"
-
-
-def modelica_text(table: FrictionTable) -> str:
-    """A table for each preload and temperature, odd in speed: columns speed, torque, low, high."""
-    lines = ["#1", *comment(table, "#")]
-    limits = table.low is not None and table.high is not None
-    lines.append(
-        "# columns: speed [rad/s], torque [N.m]" + (", low [N.m], high [N.m]" if limits else "")
-        + ". At rest 0; between the lowest speeds straight through 0"
-    )  # fmt: skip
-    for number, (j, k, text) in enumerate(_points(table), start=1):
-        columns = [table.speed, table.torque[:, j, k]]
-        if table.low is not None and table.high is not None:
-            columns += [table.low[:, j, k], table.high[:, j, k]]
-        half = np.column_stack(columns)
-        whole = np.vstack([-half[::-1], np.zeros((1, half.shape[1])), half])
-        lines += [f"# {text}", f"double friction_{number}({whole.shape[0]},{whole.shape[1]})"]
-        lines += [" ".join(f"{value:.10g}" for value in row) for row in whole]
-    return "\n".join(lines) + "\n"
-
-
-def matlab_row(name: str, values: np.ndarray) -> str:
-    return f"t.{name} = [{' '.join(f'{value:.10g}' for value in values)}];"
-
-
-def matlab_text(table: FrictionTable, name: str) -> str:
-    """A function of the name of the file: torque by interpn over its breakpoints, or the breakpoints themselves."""
-    size = f"[{len(table.speed)} {len(table.preload)} {len(table.temperature)}]"
-    lines = [
-        f"function [torque, t] = {name}(speed, preload, temperature)",
-        *comment(table, "%"),
-        f"% torque [N.m] = {name}(speed [rad/s], preload [N], temperature [degC]); [~, t] = {name}() gives the "
-        "breakpoints",
-        "% t.torque(speed, preload, temperature), for a Simulink n-D Lookup Table. Below the lowest speed "
-        "straight to 0",
-        matlab_row("speed", table.speed),
-        matlab_row("preload", table.preload),
-        matlab_row("temperature", table.temperature - CELSIUS),
+    (speed, unit), (name, effort) = table.names
+    scale, unit = (RPM, "r/min") if table.rotary else (1.0, unit)
+    headings = [] if table.preload is None else ["preload [N]", "temperature [degC]"]
+    headings += [f"{speed} [{unit}]", *(f"{f'{name} {key}'.strip()} [{effort}]" for key in table.values)]
+    rows = [
+        _numbers((*point, row[0] / scale, *row[1:]), ",") for point, curve in table.curves() for row in curve
     ]
-    for key, values in (("torque", table.torque), ("torque_low", table.low), ("torque_high", table.high)):
-        if values is not None:
-            lines += [matlab_row(key, values.ravel(order="F")), f"t.{key} = reshape(t.{key}, {size});"]
-    axes = [key for key in ("speed", "preload", "temperature") if len(getattr(table, key)) > 1]
-    inside = ", ".join(
-        f"max(min({'abs(speed)' if key == 'speed' else key}, t.{key}(end)), t.{key}(1))" for key in axes
+    return "\n".join([*_comment(table.head, table.about, "#"), ",".join(headings), *rows]) + "\n"
+
+
+def json_text(table: FrictionTable, _: str = "") -> str:
+    """Axes and arrays, units in the keys."""
+    about = {**table.about, "content": table.head[0], "sign": table.head[1]}
+    arrays = {"speed_rpm": table.speed / RPM} if table.rotary else {"velocity_m_s": table.speed}
+    if table.preload is not None and table.temperature is not None:
+        about["order"] = "torque_nm[speed][preload][temperature]"
+        arrays |= {"preload_n": table.preload, "temperature_c": table.temperature - CELSIUS}
+    name, unit = ("torque", "nm") if table.rotary else ("force", "n")
+    arrays |= {"_".join(filter(None, (name, key, unit))): values for key, values in table.values.items()}
+    return (
+        json.dumps({"about": about} | {key: array.tolist() for key, array in arrays.items()}, indent=1) + "\n"
     )
-    grid = ", ".join(f"t.{key}" for key in axes)
-    look_up = (
-        f"interp1(t.speed, squeeze(t.torque), {inside})"
-        if len(axes) == 1
-        else f"interpn({grid}, squeeze(t.torque), {inside})"
-    )
+
+
+def modelica_text(table: FrictionTable, _: str = "") -> str:
+    """A table for each preload and temperature over the signed speed: columns speed, torque, low, high; 0 at rest."""
+    (speed, per_second), (name, effort) = table.names
+    columns = f"{speed} [{per_second}], " + ", ".join(f"{key or name} [{effort}]" for key in table.values)
+    lines = ["#1", *_comment(table.head, table.about, "#")]
+    lines.append(f"# columns: {columns}. At rest 0; between the lowest speeds straight through 0")
+    for number, (point, curve) in enumerate(table.curves(at_rest=True), start=1):
+        lines += [f"# {point_text(point)}"] if point else []
+        lines += [f"double friction_{number}({curve.shape[0]},{curve.shape[1]})", *map(_numbers, curve)]
+    return "\n".join(lines) + "\n"
+
+
+def matlab_text(table: FrictionTable, function: str) -> str:
+    """A function of the name of the file: friction by interpolation, or the breakpoints for a Lookup Table."""
+    (speed, per_second), (name, effort) = table.names
+    if table.preload is None or table.temperature is None:
+        (_, curve), *_ = table.curves(at_rest=True)
+        axes, used = {"speed": curve[:, 0]}, ["speed"]
+        arrays = {key or "value": values for key, values in zip(table.values, curve[:, 1:].T, strict=True)}
+        call, usage = "speed", f"{speed} [{per_second}]"
+        look_up = "interp1(t.speed, t.value, max(min(speed, t.speed(end)), t.speed(1)))"
+    else:
+        axes = {"speed": table.speed, "preload": table.preload, "temperature": table.temperature - CELSIUS}
+        arrays = {f"{name}_{key}".rstrip("_"): values for key, values in table.values.items()}
+        call, usage = ", ".join(axes), "speed [rad/s], preload [N], temperature [degC]"
+        used = [key for key, values in axes.items() if len(values) > 1]
+        grid = ", ".join(f"t.{key}" for key in used)
+        inside = ", ".join(
+            f"max(min({'abs(speed)' if key == 'speed' else key}, t.{key}(end)), t.{key}(1))" for key in used
+        )
+        rule = "interp1" if len(used) == 1 else "interpn"
+        look_up = (
+            f"sign(speed) .* min(abs(speed) / t.speed(1), 1) .* {rule}({grid}, squeeze(t.{name}), {inside})"
+        )
+    lines = [
+        f"function [{name}, t] = {function}({call})",
+        *_comment(table.head, table.about, "%"),
+        f"% {name} [{effort}] = {function}({usage}); [~, t] = {function}() gives the breakpoints, for a Simulink "
+        f"{len(axes)}-D Lookup Table",
+        *(["% Below the lowest speed straight to 0"] if len(axes) > 1 else []),
+        *(f"t.{key} = [{_numbers(values)}];" for key, values in axes.items()),
+    ]
+    for key, values in arrays.items():
+        lines.append(f"t.{key} = [{_numbers(values.ravel(order='F'))}];")
+        if len(axes) > 1:
+            lines.append(f"t.{key} = reshape(t.{key}, [{' '.join(map(str, values.shape))}]);")
     lines += [
-        "if nargin == 0, torque = []; return, end",
-        *(f"{key} = {key} + zeros(size(speed));" for key in axes if key != "speed"),
-        f"torque = sign(speed) .* min(abs(speed) / t.speed(1), 1) .* {look_up};",
+        f"if nargin == 0, {name} = []; return, end",
+        *(f"{key} = {key} + zeros(size(speed));" for key in used if key != "speed"),
+        f"{name} = {look_up};",
         "end",
     ]
     return "\n".join(lines) + "\n"
 
 
+#: text of a table and name of the file by format; a compensation list is one of points
+FORMATS: dict[str, Callable[[FrictionTable, str], str]] = {
+    "csv": csv_text,
+    "json": json_text,
+    "modelica": modelica_text,
+    "matlab": matlab_text,
+}
+
+
 def twincat_text(
-    table: Described, lead: float, points: Points, current_per_torque: float, unit: float, where: str
+    table: FrictionTable, lead: float, points: Points, current_per_torque: float, unit: float, where: str
 ) -> str:
     """Compensation list: motor current over velocity, from 0 at rest.
 
@@ -146,26 +129,20 @@ def twincat_text(
                  lead [m];  unit : one of the drive's current [A];  where : preload and temperature, or directions
     """
     per_turn = 1e6 * lead / (2.0 * math.pi)  # um for one radian
-    entries = [
-        (0.0, 0.0),
-        *((w * per_turn, t * current_per_torque / unit) for w, t in zip(points.x, points.y, strict=True)),
-    ]
     lines = [
-        *comment(table, "#"),
+        *_comment(table.head, table.about, "#"),
         f"# {where}",
         f"# in: velocity of the axis [um/s]; out: motor current, 1 = {unit:.6g} A (the unit of the drive, "
         "P-COMP-00047)",
         "# builds before V3.1.3132 and V4.29 read whole numbers only: round both there",
         f"# torque over current at the screw {1.0 / current_per_torque:.6g} N.m/A",
-        f"# largest error {points.error * current_per_torque:.3g} A = {points.error:.3g} N.m from the first point "
-        "on; no list "
-        f"of as many points has less than {points.bound:.3g} N.m",
+        f"# largest error {points.error * current_per_torque:.3g} A = {points.error:.3g} N.m from the first point on; "
+        f"no list of as many points has less than {points.bound:.3g} N.m",
         f"{'frict_comp.mode':<32}3",
-        f"{'frict_comp.table_entries':<32}{len(entries)}",
+        f"{'frict_comp.table_entries':<32}{len(points.x) + 1}",
     ]
-    for number, (speed, current) in enumerate(entries):
-        lines += [
-            f"{f'frict_comp.table[{number}].in':<32}{speed:.10g}",
-            f"{f'frict_comp.table[{number}].out':<32}{current:.10g}",
-        ]
+    entries = [(0.0, 0.0), *zip(points.x * per_turn, points.y * current_per_torque / unit, strict=True)]
+    for number, entry in enumerate(entries):
+        for key, value in zip(("in", "out"), entry, strict=True):
+            lines.append(f"{f'frict_comp.table[{number}].{key}':<32}{value:.10g}")
     return "\n".join(lines) + "\n"

@@ -1,24 +1,23 @@
-"""Few points, joined by straight lines, with the least largest distance from a curve.
+"""Few points, joined by straight lines, near a curve.
 
-Straight pieces that need not meet give a lower bound: the least error at which so many cover the samples of the curve,
-each as long as the error allows (greedy, bisection over the error). Where the curve has one sign of curvature the
-pieces meet by themselves. Their ends are the places of the points; the values are the linear programme of the least
-largest error; the places are then moved one by one. Errors count at the samples and at the places themselves, where
-the lines bend; between samples the curve is the monotone cubic through them.
+Straight pieces that need not meet give a lower bound of the largest error: the smallest one at which so many cover the
+samples, each as long as the error allows (greedy, bisection over the error). The points are between their ends, where
+the pieces of a curve with one sign of curvature meet; their values are a weighted least squares whose weights follow
+the errors (Lawson 1961: towards the least largest error). Between samples the curve is the monotone cubic.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
-from scipy.optimize import linprog, minimize_scalar
 
 Array = NDArray[np.float64]
-#: bisections of the error; relative accuracy of a slope; passes over the places
-BISECTIONS, SLOPE, PASSES = 30, 1e-9, 3
+#: relative accuracy of the error;  slopes tried at once, rounds;  rounds of the weights
+ACCURACY, SLOPES, ROUNDS, WEIGHTS = 1e-3, 33, 6, 60
 
 
 class Points(NamedTuple):
@@ -35,56 +34,26 @@ def line_error(x: Array, y: Array) -> float:
     if len(x) < 3:
         return 0.0
     steps = np.diff(y) / np.diff(x)
-
-    def width(slope: float) -> float:
-        left = y - slope * x
-        return float(left.max() - left.min())
-
-    low, high = float(steps.min()), float(steps.max())
-    if not high > low:
-        return 0.5 * width(low)
-    found = minimize_scalar(
-        width, bounds=(low, high), method="bounded", options={"xatol": SLOPE * (high - low)}
-    )
-    return 0.5 * float(found.fun)
+    low, high, width = steps.min(), steps.max(), np.empty(0)
+    for _ in range(ROUNDS):
+        slopes = np.linspace(low, high, SLOPES)
+        width = np.ptp(y - slopes[:, None] * x, axis=1)
+        best = int(np.argmin(width))
+        low, high = slopes[max(best - 1, 0)], slopes[min(best + 1, SLOPES - 1)]
+    return 0.5 * float(width.min())
 
 
 def _starts(x: Array, y: Array, error: float, most: int) -> list[int] | None:
     """First samples of the longest pieces with at most an error; None: more than `most` are needed."""
-    starts, first, last = [0], 0, len(x) - 1
-    while True:
-        # the last sample of the piece is at least `low`; doubling steps, then bisection
-        low, high, step = min(first + 1, last), last, 2
-        while low < high:
-            tried = min(first + step, high) if step else (low + high + 1) // 2
-            if line_error(x[first : tried + 1], y[first : tried + 1]) <= error:
-                low, step = tried, 2 * step
-            else:
-                high, step = tried - 1, 0
-        if low >= last:
+    starts = [0]
+    while len(starts) <= most:
+        first = starts[-1]
+        ends = range(first + 1, len(x))
+        last = first + bisect_right(ends, error, key=lambda k: line_error(x[first : k + 1], y[first : k + 1]))
+        if last >= len(x) - 1:
             return starts
-        first = low + 1
-        starts.append(first)
-        if len(starts) > most:
-            return None
-
-
-def _values(curve: PchipInterpolator, places: Array) -> tuple[Array, float]:
-    """Values at places with the least largest distance from the curve, and that."""
-    x = np.union1d(curve.x, places)
-    y = curve(x)
-    hats = np.column_stack([np.interp(x, places, row) for row in np.eye(len(places))])
-    scale = float(np.ptp(y)) or 1.0
-    ones = np.ones((len(x), 1))
-    found = linprog(
-        np.r_[np.zeros(len(places)), 1.0],
-        A_ub=np.block([[hats, -ones], [-hats, -ones]]),
-        b_ub=np.r_[y, -y] / scale,
-        bounds=[(None, None)] * len(places) + [(0.0, None)],
-        method="highs",
-    )
-    values = np.asarray(found.x[:-1]) * scale
-    return values, float(np.max(np.abs(hats @ values - y)))
+        starts.append(last + 1)
+    return None
 
 
 def few_points(x: Array, y: Array, count: int) -> Points:
@@ -92,36 +61,45 @@ def few_points(x: Array, y: Array, count: int) -> Points:
 
     Parameters   x : (n,) rising, n >= 3;  y : (n,);  count : >= 2
     Example
-                 >>> found = few_points(np.linspace(0.0, 1.0, 401), np.linspace(0.0, 1.0, 401) ** 2, 5)
-                 >>> round(found.error, 3), len(found.x)  # 1/(8 * 4^2)
+                 >>> points = few_points(np.linspace(0.0, 1.0, 401), np.linspace(0.0, 1.0, 401) ** 2, 5)
+                 >>> round(points.error, 3), len(points.x)  # 1/(8 * 4^2)
                  (0.008, 5)
     """
     x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
-    low, high = 0.0, line_error(x, y)
-    best = [0]
-    if high > 1e-12 * float(np.max(np.abs(y))):
-        for _ in range(BISECTIONS):
-            middle = 0.5 * (low + high)
-            starts = _starts(x, y, middle, count - 1)
-            if starts is None:
-                low = middle
-            else:
-                high, best = middle, starts
-            if high - low <= 1e-3 * high:
-                break
-    inner = [0.5 * (x[k - 1] + x[k]) for k in best[1:]]
-    places = np.array([x[0], *inner, x[-1]])
-    curve = PchipInterpolator(x, y)
-    values, error = _values(curve, places)
-    for _ in range(PASSES):
-        before = error
-        for k in range(1, len(places) - 1):
-            for toward in (-0.5, 0.5, -0.1, 0.1):
-                tried = places.copy()
-                tried[k] += toward * abs(places[k + (1 if toward > 0 else -1)] - places[k]) * 0.5
-                new, worst = _values(curve, tried)
-                if worst < error * (1.0 - 1e-6):
-                    places, values, error = tried, new, worst
-        if error > 0.98 * before or error <= 1.02 * low:
-            break
+    low, high, starts = 0.0, line_error(x, y), [0]
+    while high - low > ACCURACY * high and high > 1e-12 * float(np.max(np.abs(y))):
+        middle = 0.5 * (low + high)
+        pieces = _starts(x, y, middle, count - 1)
+        if pieces is None:
+            low = middle
+        else:
+            high, starts = middle, pieces
+    places = np.array([x[0], *(0.5 * (x[k - 1] + x[k]) for k in starts[1:]), x[-1]])
+    values, error = _values(x, y, places)
+    # pieces that do not meet between two samples may do so at one of them
+    for number, first in enumerate(starts[1:], start=1):
+        for place in (x[first - 1], x[first]):
+            tried = np.r_[places[:number], place, places[number + 1 :]]
+            new, largest = _values(x, y, tried)
+            if largest < error:
+                places, values, error = tried, new, largest
     return Points(places, values, error, low)
+
+
+def _values(x: Array, y: Array, places: Array) -> tuple[Array, float]:
+    """Values at places, and their largest distance from the curve at its samples and at the places."""
+    at = np.union1d(x, places)
+    curve = PchipInterpolator(x, y)(at)
+    hats = np.column_stack([np.interp(at, places, row) for row in np.eye(len(places))])
+    best, error, weight = curve, np.inf, np.ones(len(at))
+    for _ in range(WEIGHTS):
+        root = np.sqrt(weight)
+        values = np.linalg.lstsq(hats * root[:, None], curve * root, rcond=None)[0]
+        distance = np.abs(hats @ values - curve)
+        if distance.max() < error:
+            best, error = values, float(distance.max())
+        if not error > 1e-14 * np.abs(curve).max():
+            break
+        weight = weight * np.maximum(distance / distance.max(), 1e-3)
+        weight = weight / weight.sum()
+    return best, error

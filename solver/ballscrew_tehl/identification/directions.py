@@ -39,6 +39,12 @@ class BothWays(NamedTuple):
     error: Array
     samples: Array
 
+    def at_screw(self, lead: float) -> BothWays:
+        """Speed [rad/s] and torque [N.m] at a screw of this lead [m/rad], from those of a linear axis."""
+        return BothWays(
+            self.speed / lead, self.mean * lead, self.difference * lead, self.error * lead, self.samples
+        )
+
 
 def both_ways(friction: Friction, offset_error: float = 0.0) -> BothWays:
     """At the speeds of the positive direction that the other one has as well; empty if there are none.

@@ -29,7 +29,7 @@ from scipy.stats import t as student
 
 from .directions import LIMIT, Friction, both_ways, varies
 from .log_file import Array, Progress
-from .motion import MOST_NOISE, Samples, effort_later, filtered
+from .motion import MOST_NOISE, OF_SAMPLES, Samples, effort_later, filtered
 from .regression import CONFIDENCE, FEWEST_BINS, Bins, alone, clusters_of, power, slope_moves, within
 from .signals import Signals
 
@@ -52,9 +52,12 @@ FARTHER, FARTHER_LEFT = 4.0, 0.5
 PLACES = 24
 #: mean square of their mean residuals over the standard errors from which on friction depends on the position
 UNEVEN = 3.0
-SIGN = "a force, torque or current is positive where it drives towards positive positions: check both signs"
-#: largest standard error of the inertia over its value
-VAGUE = 0.2
+SIGN = (
+    "a force, torque or current is positive where it drives towards positive positions: check both signs; a left-hand "
+    "thread has a negative --lead-mm, a drive that counts the other way a negative --ratio or torque constant"
+)
+#: largest standard error of the inertia over its value;  fraction of samples with friction along the motion
+VAGUE, MOST_ALONG = 0.2, 0.25
 
 
 @dataclass(frozen=True)
@@ -146,29 +149,30 @@ def identify(
         usable = int((samples.speed * sign > 0.0).sum()) * samples.each
         if usable < FEWEST_BINS * FEWEST:
             raise ValueError(
-                f"samples with {name} speed away from reversals = "
-                f"{usable}; "
-                f"allowed: at least {FEWEST_BINS * FEWEST} in each direction: the offset and friction are told "
-                "apart by "
-                "both directions; remedy: a log that moves both ways, with longer strokes"
+                f"samples with {name} speed away from reversals = {usable}; allowed: at least {FEWEST_BINS * FEWEST} "
+                "in each direction: both directions separate offset and friction; remedy: a log that moves both "
+                "ways, with longer strokes, and a column with its sign, no magnitude"
             )
-    known, later = delay is not None, effort_later(signals, samples)
+    user, later = (
+        _User(inertia, offset, 0.0 if delay is None else delay, delay is not None),
+        effort_later(signals, samples),
+    )
     if delay is None:
         delay, inside = estimated_delay(signals, samples.cutoff, travel)
+        user = user._replace(delay=delay)
         if not inside:
             notes.append(
                 f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: check that both signals are of "
                 "one log"
             )
-    samples = replace(samples, effort=later(delay))
+    samples = replace(samples, effort=later(user.delay))
     edges = Bins.of(samples, bins_wanted)
     bins = edges.place(samples.speed)
     count = edges.tally(bins)
-    given = _Given(inertia, offset, delay, known)
     farther = filtered(signals, FARTHER * travel, samples.cutoff)
-    others = [_other(signals, filtered(signals, travel, 0.5 * samples.cutoff), edges, given)]
+    others = [_other(signals, filtered(signals, travel, 0.5 * samples.cutoff), edges, user)]
     if len(farther.speed) >= FARTHER_LEFT * len(samples.speed):
-        others.append(_other(signals, farther, edges, given))
+        others.append(_other(signals, farther, edges, user))
     enough = (count * samples.each >= FEWEST) & (count * samples.each * samples.rate >= FEWEST_INDEPENDENT)
     use = enough[bins]
     left_out = signals.left_out | samples.left_out
@@ -180,15 +184,13 @@ def identify(
             f"no bin of speed with {FEWEST} samples in both directions; allowed: a longer log, or fewer bins (--bins)"
         )
     if not use.all():
-        names = ("speed", "acceleration", "jerk", "effort", "position", "run", "section", "index")
-        samples = replace(samples, **{name: getattr(samples, name)[use] for name in names})
-    kept = np.flatnonzero(enough)
+        samples = replace(samples, **{name: getattr(samples, name)[use] for name in OF_SAMPLES})
     bins = np.cumsum(enough)[bins[use]] - 1
-    others = [other._replace(total=other.total[kept]) for other in others]
-    return _fit(signals, samples, bins, others, given, left_out, notes)
+    others = [other._replace(total=other.total[enough]) for other in others]
+    return _result(signals, samples, _fit(signals, samples, bins, user), others, user, left_out, notes)
 
 
-class _Given(NamedTuple):
+class _User(NamedTuple):
     """What identify was given; delay as used, delay_known: it was given."""
 
     inertia: float | None
@@ -205,133 +207,195 @@ class _Other(NamedTuple):
     total: Array
 
 
-def _other(signals: Signals, samples: Samples, edges: Bins, given: _Given) -> _Other:
+def _other(signals: Signals, samples: Samples, edges: Bins, user: _User) -> _Other:
     if not len(samples.speed):
         return _Other(math.nan, math.nan, np.full(2 * edges.number, math.nan))
     bins = edges.place(samples.speed)
     count = edges.tally(bins)
-    effort = effort_later(signals, samples)(given.delay)
+    effort = effort_later(signals, samples)(user.delay)
     acceleration, jerk = alone(samples, bins, count)
-    value = given.inertia
+    value = user.inertia
     if value is None:
         value = float(acceleration @ effort) / power(acceleration, samples)
-    late = float(jerk @ effort) / max(value * float(jerk @ jerk), 1e-300)
+    late = float(jerk @ effort) / max(abs(value) * float(jerk @ jerk), 1e-300)
     safe = np.where(count * samples.each * samples.rate >= FEWEST_INDEPENDENT, count, math.nan)
-    return _Other(value, given.delay - late, edges.tally(bins, effort - value * samples.acceleration) / safe)
+    return _Other(value, user.delay - late, edges.tally(bins, effort - value * samples.acceleration) / safe)
 
 
-def _fit(
-    signals: Signals, samples: Samples, bins: np.ndarray, others: list[_Other], given: _Given,
-    left_out: dict[str, int], notes: list[str],
-) -> Identified:  # fmt: skip
+class _Fit(NamedTuple):
+    """Values of the least squares and their random errors.
+
+    number, speed, total : samples of a bin, its speed and effort with the offset
+    weights : of the bins in the offset, 0 if that is known;  residual : of the samples;  seen : inertia of the effort
+    errors, wide : standard error of a bin, half of its 95 % interval;  inertia_half, delay_half : half of theirs
+    usual : quantile of Student's t with as many clusters
+    """
+
+    inertia: float
+    offset: float
+    number: Array
+    speed: Array
+    total: Array
+    weights: Array
+    residual: Array
+    seen: float
+    errors: Array
+    wide: Array
+    inertia_half: float
+    delay_half: float
+    offset_variance: float
+    usual: float
+
+
+def _fit(signals: Signals, samples: Samples, bins: np.ndarray, user: _User) -> _Fit:
+    """Inertia, bins, offset; errors from what each cluster of time moves them."""
     count = np.bincount(bins).astype(float)
     acceleration, jerk = alone(samples, bins, count)
     squares = power(acceleration, samples)
-    value = given.inertia
-    if value is None:
-        value = float(acceleration @ samples.effort) / squares
+    seen = float(acceleration @ samples.effort) / squares
+    inertia = seen if user.inertia is None else user.inertia
     mean_acceleration = np.bincount(bins, samples.acceleration) / count
-    total = np.bincount(bins, samples.effort) / count - value * mean_acceleration
-    residual = samples.effort - value * samples.acceleration - total[bins]
+    total = np.bincount(bins, samples.effort) / count - inertia * mean_acceleration
+    residual = samples.effort - inertia * samples.acceleration - total[bins]
     speed = np.bincount(bins, samples.speed) / count
-    share = _offset_weights(speed, count)
-    offset, offset_error = given.offset or (float(share @ total), 0.0)
-    if given.offset:
-        share = np.zeros(len(count))
+    weights = _offset_weights(speed, count)
+    offset = float(weights @ total)
+    if user.offset:
+        offset, weights = user.offset[0], np.zeros(len(count))
     clusters, of_bin = clusters_of(samples, signals.step, bins)
     # sums of what each cluster moves: bins alone, the inertia, the values reported
     size = int(clusters.max()) + 1
-    own = np.bincount(clusters * len(count) + bins, residual, size * len(count)).reshape(size, -1) / count
+    alone_moved = (
+        np.bincount(clusters * len(count) + bins, residual, size * len(count)).reshape(size, -1) / count
+    )
     independent = count * samples.each * samples.rate
     freedom = max(1.0 - 2.0 * (len(count) + 1.0) / float(independent.sum()), 0.1)
     by_inertia, inertia_half = slope_moves(acceleration, residual, clusters, squares, freedom)
-    if given.inertia is not None:
-        by_inertia = np.zeros(size)
-    moved = own - np.outer(by_inertia, mean_acceleration)
-    of_offset = moved @ share
-    values = moved - of_offset[:, None]
+    by_jerk = max(abs(inertia) * float(jerk @ jerk), 1e-300)
+    moved = alone_moved - np.outer(by_inertia * (user.inertia is None), mean_acceleration)
+    of_offset = moved @ weights
     few = size / max(size - 1.0, 1.0)
-    deviation = float(np.sqrt(np.mean(residual**2)))
-    plain = deviation**2 / independent
-    seen = few * np.sum(values**2, axis=0)
-    ratio = max(float(np.sum(seen * of_bin) / np.sum(plain * of_bin)), 1.0)
+    plain = float(np.mean(residual**2)) / independent
+    variance = few * np.sum((moved - of_offset[:, None]) ** 2, axis=0)
+    ratio = max(float(np.sum(variance * of_bin) / np.sum(plain * of_bin)), 1.0)
     degrees = POOLED + of_bin - 1.0
-    errors = np.sqrt((POOLED * ratio * plain + (of_bin - 1.0) * seen) / degrees)
-    friction = total - offset
-    smeared = SMEAR * np.nan_to_num(others[0].total - total)
-    wide = np.sqrt(
-        (student.ppf(0.5 + 0.5 * CONFIDENCE, degrees) * errors) ** 2
-        + _within_a_bin(speed, friction) ** 2
-        + smeared**2
-        + (LIMIT * offset_error) ** 2
-    )
-    usual = float(student.ppf(0.5 + 0.5 * CONFIDENCE, max(size - 1, 1)))
-    # a bin that one cluster fills hides the error of that
-    offset_variance = max(few * float(of_offset @ of_offset), ratio * float(share**2 @ plain))
-    offset_wide = math.hypot(usual * math.sqrt(offset_variance), float(share @ smeared), LIMIT * offset_error)
-    delay, delay_limits = given.delay, None
-    if not given.delay_known:
-        _, half = slope_moves(jerk, residual, clusters, max(value * float(jerk @ jerk), 1e-300), freedom)
-        half += math.hypot(*(LATER * float(np.nan_to_num(other.delay - delay)) for other in others))
-        delay_limits = delay - half, delay + half
-    noise = samples.noise / max(float(np.var(samples.acceleration)), 1e-300)
+    errors = np.sqrt((POOLED * ratio * plain + (of_bin - 1.0) * variance) / degrees)
+    return _Fit(
+        inertia, offset, count, speed, total, weights, residual, seen, errors,
+        student.ppf(0.5 + 0.5 * CONFIDENCE, degrees) * errors, inertia_half,
+        slope_moves(jerk, residual, clusters, by_jerk, freedom)[1] if not user.delay_known else 0.0,
+        # a bin that one cluster fills hides the error of that
+        max(few * float(of_offset @ of_offset), ratio * float(weights**2 @ plain)),
+        float(student.ppf(0.5 + 0.5 * CONFIDENCE, max(size - 1, 1))),
+    )  # fmt: skip
+
+
+def _result(
+    signals: Signals, samples: Samples, fit: _Fit, others: list[_Other], user: _User, left_out: dict[str, int],
+    notes: list[str],
+) -> Identified:  # fmt: skip
+    """Values with limits that hold what another cutoff and travel change.
+
+    Raises       ValueError: the log does not determine them
+    """
+    deviation = float(np.sqrt(np.mean(fit.residual**2)))
     explained = 1.0 - deviation**2 / max(float(np.var(samples.effort)), 1e-300)
     if not explained >= 0.0:
-        seen, unit = float(acceleration @ samples.effort) / squares, "kg m2" if signals.rotary else "kg"
-        raise ValueError(
-            f"inertia given = {value:.4g} {unit}; the log shows about {seen:.3g} {unit}, and the given one explains "
-            "nothing of the effort; remedy: check it and the units of the log, or leave it out"
-        )
-    limits = None
-    if given.inertia is None:
-        half = math.hypot(
-            inertia_half, max(noise, MOST_NOISE) * value,
-            *(COARSER * float(np.nan_to_num(other.inertia - value)) for other in others),
-        )  # fmt: skip
-        limits = value - half, value + half
-        what, option = ("inertia", "--inertia-kgm2") if signals.rotary else ("mass", "--mass-kg")
-        if value < -half:
-            raise ValueError(f"{what} = {value:.4g}; allowed: > 0: {SIGN}")
-        if not half <= usual * VAGUE * value:
-            unit = "kg m2" if signals.rotary else "kg"
+        (what, unit), value = ("inertia", "kg m2") if signals.rotary else ("mass", "kg"), fit.inertia
+        if user.inertia is not None:
             raise ValueError(
-                f"{what} = {value:.4g} {unit} +- {half:.2g}; allowed: determined by the log: it has too little "
-                f"acceleration, or noise or delay beyond it; remedy: {option} with the known value, or a log with "
-                "ramps"
+                f"inertia given = {value:.4g} {unit}; the log shows about {fit.seen:.3g} {unit}, and the given one "
+                "explains nothing of the effort; remedy: check it and the units of the log, or leave it out"
             )
+        raise ValueError(
+            f"{what} = {value:.4g} {unit} explains nothing of the effort; allowed: motion and effort of one log, "
+            "each with a new value in each row; remedy: check columns, signs and sampling"
+        )
+    noise = samples.noise / max(float(np.var(samples.acceleration)), 1e-300)
+    limits = None if user.inertia is not None else _inertia_limits(signals, fit, noise, others)
+    friction, offset_error = fit.total - fit.offset, user.offset[1] if user.offset else 0.0
+    wrong = float(np.sum(fit.number * (np.sign(fit.speed) * friction < 0.0)) / fit.number.sum())
+    if wrong > MOST_ALONG:
+        raise ValueError(
+            f"friction along the motion in {100.0 * wrong:.0f} % of the samples; allowed: at most "
+            f"{100.0 * MOST_ALONG:.0f} %: {SIGN}{_magnitude(signals)}"
+        )
+    smeared = SMEAR * np.nan_to_num(others[0].total - fit.total)
+    wide = np.sqrt(
+        fit.wide**2 + _within_a_bin(fit.speed, friction) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2
+    )
+    offset_wide = math.hypot(
+        fit.usual * math.sqrt(fit.offset_variance), float(fit.weights @ smeared), LIMIT * offset_error
+    )
+    delay_limits = None
+    if not user.delay_known:
+        changes = [LATER * float(np.nan_to_num(other.delay - user.delay)) for other in others]
+        half = fit.delay_half + math.hypot(*changes)
+        delay_limits = user.delay - half, user.delay + half
+    bins = Friction(
+        fit.speed, friction, np.hypot(fit.errors, offset_error), friction - wide, friction + wide,
+        (fit.number * samples.each).astype(int),
+    )  # fmt: skip
+    places = _places(samples, fit.residual)
+    return Identified(
+        signals.rotary, fit.inertia, limits, fit.offset, (fit.offset - offset_wide, fit.offset + offset_wide),
+        user.offset[1] if user.offset else None, bins, user.delay, delay_limits, deviation, explained, places,
+        samples.cutoff, len(samples.speed) * samples.each, left_out,
+        [*notes, *_notes(signals.rotary, noise, bins, places, user)], signals.temperature, signals.preload,
+    )  # fmt: skip
+
+
+def _inertia_limits(signals: Signals, fit: _Fit, noise: float, others: list[_Other]) -> tuple[float, float]:
+    """95 % interval of a fitted inertia.
+
+    Raises       ValueError: negative, or not determined
+    """
+    value = fit.inertia
+    changes = (COARSER * float(np.nan_to_num(other.inertia - value)) for other in others)
+    half = math.hypot(fit.inertia_half, max(noise, MOST_NOISE) * value, *changes)
+    what, unit, option = (
+        ("inertia", "kg m2", "--inertia-kgm2") if signals.rotary else ("mass", "kg", "--mass-kg")
+    )
+    if value < -half:
+        raise ValueError(f"{what} = {value:.4g}; allowed: > 0: {SIGN}")
+    if not half <= fit.usual * VAGUE * value:
+        raise ValueError(
+            f"{what} = {value:.4g} {unit} +- {half:.2g}; allowed: determined by the log: it has too little "
+            f"acceleration, or noise or delay beyond it; remedy: {option} with the known value, or a log with ramps"
+            f"{_magnitude(signals)}"
+        )
+    return value - half, value + half
+
+
+def _magnitude(signals: Signals) -> str:
+    """Hint where the effort never changes its sign."""
+    never = all(float(section.effort.min()) >= 0.0 for section in signals.sections)
+    return "; the effort is never negative: a magnitude without its sign?" if never else ""
+
+
+def _notes(
+    rotary: bool, noise: float, friction: Friction, places: tuple[Array, Array, Array], user: _User
+) -> list[str]:
+    """What limits the result."""
+    notes, unit = [], "N m" if rotary else "N"
     if noise > 10.0 * MOST_NOISE:
         notes.append(f"noise is {100.0 * noise:.2g} % of the acceleration's variance at the lowest cutoff")
-    wrong = float(np.sum(count * (np.sign(speed) * friction < 0.0)) / count.sum())
-    if wrong > 0.5:
-        raise ValueError(
-            f"friction along the motion in {100.0 * wrong:.0f} % of the samples; allowed: less than half: {SIGN}"
-        )
-    errors = np.hypot(errors, offset_error)
-    bins_found = Friction(
-        speed, friction, errors, friction - wide, friction + wide, (count * samples.each).astype(int)
-    )
-    both = both_ways(bins_found, offset_error)
+    both = both_ways(friction, user.offset[1] if user.offset else 0.0)
     if varies(both):
         notes.append(
             f"(f+ - f-)/2, half the difference of friction between the directions, varies with speed, "
-            f"{both.difference.min():+.3g} to {both.difference.max():+.3g} {'N m' if signals.rotary else 'N'}"
-            + ("" if given.offset else ": it cannot all be an offset")
+            f"{both.difference.min():+.3g} to {both.difference.max():+.3g} {unit}"
+            + ("" if user.offset else ": it cannot all be an offset")
         )
-    places = _places(samples, residual)
     uneven = float(np.mean((places[1] / places[2]) ** 2)) if len(places[1]) else 0.0
     if uneven > UNEVEN:
         effort = float(np.sqrt(np.mean(places[1] ** 2)))
         notes.append(
-            f"friction depends on the position: mean residuals there {effort:.2g} {'N m' if signals.rotary else 'N'} "
-            "(root mean square); the intervals hold for the positions of this log"
-            + ("" if given.delay_known else ", that of the delay leaves out the bias by them")
+            f"friction depends on the position: mean residuals there {effort:.2g} {unit} (root mean square); the "
+            "intervals hold for the positions of this log"
+            + ("" if user.delay_known else ", that of the delay leaves out the bias by them")
         )
-    return Identified(
-        signals.rotary, value, limits, offset, (offset - offset_wide, offset + offset_wide),
-        given.offset[1] if given.offset else None, bins_found, delay, delay_limits,
-        deviation, explained, places, samples.cutoff, len(bins) * samples.each, left_out, notes,
-        signals.temperature, signals.preload,
-    )  # fmt: skip
+    return notes
 
 
 def _within_a_bin(speed: Array, friction: Array) -> Array:

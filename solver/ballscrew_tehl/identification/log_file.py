@@ -1,33 +1,38 @@
-"""Log of a drive from a CSV file: the signals that are needed, in SI, read in pieces.
+"""Log of a drive: the signals that are needed, in SI. Dialect and headings: `tables.csv_file`, `tables.headings`.
 
-Fields are separated by commas, semicolons or tabs. Numbers may have decimal commas. A few damaged rows are left out.
+A few damaged rows are left out.
 """
 
 from __future__ import annotations
 
-import io
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import islice
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
-from .log_format import MISSING, Format, is_number, read_format
-from .log_units import QUANTITIES, LogColumn
+from ..tables.csv_file import Numbers, Table, open_table
+from ..tables.headings import LOG, LOG_EXAMPLE, Column, both_are, lowered, parted, quantity_of
 
 Array = NDArray[np.float64]
 #: finished, total, what
 Progress = Callable[[int, int, str], None]
 
-#: bytes of a piece; bytes that the progress counts as one
-PIECE, MEGABYTE = 16_000_000, 1_000_000
-#: size from which reading is a stage of its own [MB]
-WORTH_SAYING = 5
-#: fewest rows of a log; largest share of rows without a value, of damaged rows; share of repeated
-#: time stamps from which on they have too few digits;  most error of such a stamp over its last digit
-FEWEST, MOST_EMPTY, MOST_DAMAGED, FEW_REPEATED, DIGIT = 200, 0.5, 0.01, 0.05, 1.5
+#: signals of the motion, the position first, and of the drive; the first that a log has is used
+MOTION = ("position", "screw_position", "speed", "screw_speed")
+EFFORT = ("force", "screw_torque", "torque", "current", "voltage")
+NEEDED = {"time": ("time",), "position or speed": MOTION, "current, torque, force or voltage": EFFORT}
+#: may be logged more slowly
+SLOW = ("temperature", "preload")
+#: TwinCAT Scope heads each column of time [ms] so
+SCOPE = "Name"
+#: rows that are converted at once
+PIECE = 100_000
+#: fewest rows of a log; largest fraction of rows without a value, of damaged rows; fraction of repeated time stamps
+#: from which on they have too few digits;  largest error of such a stamp over its last digit
+MIN_ROWS, MAX_EMPTY, MAX_DAMAGED, FEW_REPEATED, DIGIT = 200, 0.5, 0.01, 0.05, 1.5
 #: a value beyond this is damaged [SI]
 LARGEST = 1e12
 
@@ -37,7 +42,7 @@ class Log(NamedTuple):
 
     path: Path
     signals: dict[str, Array]
-    columns: dict[str, LogColumn]
+    columns: dict[str, Column]
     rows: int
     left_out: dict[str, int]
     notes: list[str]
@@ -56,120 +61,223 @@ def read_log(
     Raises       ValueError: cannot be read, headings not understood, damaged rows, too few rows, time not rising
     """
     path = Path(path)
+    table = open_table(path, lambda fields: _needed_places(fields, stated))
     try:
-        form = read_format(path, stated, wanted)
-        signals, damaged, first = _numbers(path, form, progress)
+        columns, unused = _columns_of(table, stated, wanted)
+        signals, damaged, first = _numbers(table, columns, progress)
     except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
-    columns, notes = form.columns, form.notes
-    rows = len(signals["time"]) + damaged
+        raise ValueError(str(error) if str(path) in str(error) else f"{path}: {error}") from error
+    notes = []
+    if count := table.above:
+        notes.append(
+            f"{count} line{'s' * (count > 1)} above the headings in line {table.heading_line} skipped"
+        )
+    if count := len(table.between):
+        notes.append(f"{count} line{'s' * (count > 1)} between headings and rows: no samples")
     for name, values in signals.items():
-        factor, offset = QUANTITIES[name].units[columns[name].unit]
-        beyond = np.abs(values) > LARGEST / factor
-        if beyond.any():
-            values[beyond] = np.nan
-            notes.append(
-                f"{int(beyond.sum())} values of {name} beyond {LARGEST:g} (SI) left out, the first in row "
-                f"{int(np.argmax(beyond)) + 1}"
-            )
-        if not np.isfinite(values).any():
-            raise ValueError(
-                f"{path}: column {columns[name].heading!r} has no numbers; allowed: a number in each row"
-            )
-        values += offset
-        values *= factor
-    if form.unused:
-        notes.append(f"columns not used: {', '.join(form.unused)}")
+        notes += _to_si(path, name, columns[name], values)
+    if unused:
+        notes.append(f"columns not used: {', '.join(unused)}")
     if damaged:
         notes.append(f"{damaged} damaged row{'s' * (damaged > 1)} left out, the first: {first}")
-    # a temperature or preload may be logged more slowly
-    needed = [name for name in signals if name not in ("temperature", "preload")]
-    good = np.logical_and.reduce([np.isfinite(signals[name]) for name in needed])
+    rows = len(signals["time"]) + damaged
+    good = np.logical_and.reduce([np.isfinite(signals[name]) for name in signals if name not in SLOW])
     left_out = {"rows without a number": int((~good).sum()), "damaged rows": damaged}
-    if not rows >= FEWEST or not good.sum() >= max(FEWEST, MOST_EMPTY * rows):
+    if not rows >= MIN_ROWS or not good.sum() >= max(MIN_ROWS, MAX_EMPTY * rows):
         raise ValueError(
-            f"{path}: {rows} rows, {int(good.sum())} of them complete; allowed: at least {FEWEST} rows, "
-            f"{100.0 * MOST_EMPTY:.0f} % of them complete: check the export of the log"
+            f"{path}: {rows} rows, {int(good.sum())} of them complete; allowed: at least {MIN_ROWS} rows, "
+            f"{100.0 * MAX_EMPTY:.0f} % of them complete: check the export of the log"
         )
     if not good.all():
         signals = {name: values[good] for name, values in signals.items()}
     return Log(path, _in_time(path, signals, left_out, notes), columns, rows, left_out, notes)
 
 
-def _numbers(path: Path, form: Format, progress: Progress) -> tuple[dict[str, Array], int, str]:
-    """Columns of numbers by signal, NaN where a value is missing; number of damaged rows left out, the first of them.
+def stated_columns(texts: Iterable[str]) -> dict[str, str]:
+    """Heading, with its unit or without, by signal.
 
-    Raises       ValueError: too many are damaged
+    Parameters   texts : of the option --column
+    Raises       ValueError: another form, an unknown signal, one given twice
     """
-    size = max(path.stat().st_size // MEGABYTE, 1)
-    parts: dict[str, list[Array]] = {name: [] for name in form.columns}
-    rows, line, count, first = 0, form.skipped, 0, ""
-    with path.open("rb") as raw:
-        for piece in _pieces(raw, form):
-            try:
-                values, damaged = _piece(piece, form)
-            except pd.errors.ParserError as error:
-                raise ValueError(f"below line {line}: {error}; allowed: quotes in pairs") from error
-            for name, found in values.items():
-                parts[name].append(found[~damaged] if damaged.any() else found)
-            if damaged.any() and not first:
-                first = _damage(piece.decode(errors="replace"), line, int(np.argmax(damaged)), form)
-            rows, count, line = rows + len(damaged), count + int(damaged.sum()), line + piece.count(b"\n")
-            if size >= WORTH_SAYING:
-                progress(min(raw.tell() // MEGABYTE, size), size, "MB of the log read")
-    if count > MOST_DAMAGED * rows:
+    stated: dict[str, str] = {}
+    for text in texts:
+        name, _, heading = (part.strip() for part in text.partition("="))
+        if name not in LOG or not heading or name in stated:
+            raise ValueError(
+                f"--column = {text}; allowed: QUANTITY=HEADING [UNIT], each QUANTITY once: {', '.join(LOG)}"
+            )
+        stated[name] = heading
+    return stated
+
+
+def _places(text: str, headings: Sequence[str]) -> list[int]:
+    """Where a stated heading stands: as it is written, else without units."""
+    same = [place for place, heading in enumerate(headings) if heading == text]
+    stem = parted(text)[0]
+    return same or [k for k, heading in enumerate(headings) if stem in (heading, parted(heading)[0])]
+
+
+def _needed_places(fields: Sequence[str], stated: Mapping[str, str]) -> list[int] | None:
+    """Places of time, motion and drive in a line; None: it is no line of headings."""
+    places: dict[str, int] = {}
+    for place, heading in enumerate(fields):
+        # a unit may follow
+        stem = lowered(parted("time" if heading == SCOPE else heading)[0]) + "_"
+        for name, quantity in LOG.items():
+            if any(stem.startswith(f"{known}_") for known in quantity.names):
+                places.setdefault(name, place)
+    for name, text in stated.items():
+        places |= dict.fromkeys([name] * len(_places(text, fields)), (_places(text, fields) or [0])[-1])
+    needed = [next((places[name] for name in names if name in places), -1) for names in NEEDED.values()]
+    return None if -1 in needed else needed
+
+
+def _columns_of(
+    table: Table, stated: Mapping[str, str], wanted: Sequence[str]
+) -> tuple[dict[str, Column], list[str]]:
+    """Columns that are used, by signal, and the headings of the others.
+
+    A row of units may stand between headings and rows.
+    """
+    scope = [k for k, text in enumerate(table.headings) if text == table.headings[0] == SCOPE]
+    headings = [("" if k else "time [ms]") if k in scope else text for k, text in enumerate(table.headings)]
+    for units in (*table.between, []):
+        below = [unit.strip("[]() ") for unit in units] + len(headings) * [""]
+        try:
+            columns, unused = _by_signal(headings, below, stated, wanted)
+            break
+        except ValueError:
+            if not units:
+                raise
+    if scope:
+        columns["time"] = columns["time"]._replace(place=_clock(table, columns, scope))
+    return columns, [text for text in unused if text]
+
+
+def _by_signal(
+    headings: Sequence[str], below: Sequence[str], stated: Mapping[str, str], wanted: Sequence[str]
+) -> tuple[dict[str, Column], list[str]]:
+    """Columns that are used, stated ones first, and the other headings;  below : row of units, or empty texts.
+
+    Raises       ValueError: a signal missing, without unit or with an unknown one, given twice
+    """
+    columns = {name: [_stated_column(name, text, headings, below)] for name, text in stated.items()}
+    taken, problems = {column.place for (column,) in columns.values()}, []
+    for place, heading in enumerate(headings):
+        try:
+            found = None if place in taken else quantity_of(heading, LOG, below=below[place])
+        except ValueError as error:
+            problems.append(str(error))
+            continue
+        if found is not None and found[0] not in stated:
+            columns.setdefault(found[0], []).append(Column(place, heading, found[1]))
+    for what, names in NEEDED.items():
+        if not columns.keys() & set(names):
+            raise ValueError(
+                f"column {what} missing (found: {', '.join(filter(None, headings))})"
+                f"{''.join(f'; {text}' for text in problems[:2])}; allowed: headings with units between commas, "
+                f'semicolons or tabs, such as {LOG_EXAMPLE}, or --column "QUANTITY=HEADING [UNIT]" for others, '
+                f"QUANTITY one of {', '.join(LOG)}"
+            )
+    motion = next(name for name in (*stated, *MOTION) if name in columns and name in MOTION)
+    effort = next(name for name in (*stated, *wanted, *EFFORT) if name in columns and name in EFFORT)
+    used: dict[str, Column] = {}
+    for name in ("time", motion, effort, *SLOW):
+        if len(same := columns.get(name, [])) > 1:
+            raise both_are(same, name, f'one, or --column "{name}=HEADING [UNIT]"')
+        if same:
+            used[name] = same[0]
+    places = {column.place for column in used.values()}
+    return used, [heading for place, heading in enumerate(headings) if place not in places]
+
+
+def _stated_column(name: str, text: str, headings: Sequence[str], below: Sequence[str]) -> Column:
+    """Column of the option --column."""
+    places = _places(text, headings)
+    if len(places) != 1:
+        raise ValueError(
+            f"--column {name}={text}: {len(places) or 'no'} such columns (found: {', '.join(headings)}); allowed: "
+            "one heading of the log and its unit"
+        )
+    heading, own = headings[places[0]], parted(text)[1]
+    unit = own or parted(heading)[1] or below[places[0]]
+    found = quantity_of(f"{name} [{unit}]" if unit else name, LOG)
+    assert found is not None
+    return Column(places[0], heading, found[1], bool(own))
+
+
+def _clock(table: Table, columns: Mapping[str, Column], scope: Sequence[int]) -> int:
+    """Place of the time of motion and drive, which is left of them.
+
+    Raises       ValueError: unlike times
+    """
+    names = [name for name in columns if name not in ("time", *SLOW)]
+    places = [max(place for place in scope if place < columns[name].place) for name in names]
+    rows = (row for _, row in islice(table.rows(), MIN_ROWS) if len(row) == len(table.headings))
+    if any(row[places[0]] != row[places[1]] for row in rows):
+        raise ValueError(
+            f"{names[0]} and {names[1]} have unlike times; allowed: an export at one sample time"
+        )
+    return places[0]
+
+
+def _numbers(
+    table: Table, columns: Mapping[str, Column], progress: Progress
+) -> tuple[dict[str, Array], int, str]:
+    """Values by signal, NaN where one is missing; number of damaged rows left out, the first of them.
+
+    Raises       ValueError: too many are damaged, numbers that can be read in two ways
+    """
+    numbers, fields, rows = Numbers(table), len(table.headings), table.rows(progress)
+    parts: dict[str, list[Array]] = {name: [] for name in columns}
+    total, damaged, first = 0, 0, ""
+    while piece := list(islice(rows, PIECE)):
+        lines = [line for line, _ in piece]
+        wrong = {
+            k: f"{len(row)} fields under {fields} headings"
+            for k, (_, row) in enumerate(piece)
+            if len(row) > fields
+        }
+        values = {}
+        for name, column in columns.items():
+            texts = [row[column.place] if column.place < len(row) else "" for _, row in piece]
+            values[name], text = numbers.add(column.place, lines, texts)
+            for k in np.flatnonzero(text):
+                wrong.setdefault(int(k), f"{column.heading} = {texts[k][:20]!r}")
+        kept = np.delete(np.arange(len(piece)), list(wrong))
+        for name, found in values.items():
+            parts[name].append(found[kept] if wrong else found)
+        if wrong and not first:
+            first = f"line {lines[min(wrong)]}: {wrong[min(wrong)]}"
+        total, damaged = total + len(piece), damaged + len(wrong)
+    numbers.check()
+    if damaged > MAX_DAMAGED * total:
+        commas = "; numbers with decimal commas need semicolons between the fields"
+        commas *= table.separator == "," and f"{2 * fields} fields" in first
         raise ValueError(
             f"{first}; allowed: a number, or an empty field for a sample that is missing, in each field of a heading "
-            f"({count} of {rows} rows are damaged, at most {100.0 * MOST_DAMAGED:g} % are left out)"
+            f"({damaged} of {total} rows are damaged, at most {100.0 * MAX_DAMAGED:g} % are left out){commas}"
         )
-    return {name: np.concatenate(found) for name, found in parts.items()}, count, first
+    if not total:
+        raise ValueError("no rows; allowed: a line of headings and one line per sample")
+    return {name: np.concatenate(found) for name, found in parts.items()}, damaged, first
 
 
-def _pieces(raw: BinaryIO, form: Format) -> Iterator[bytes]:
-    """The rows in pieces of whole lines, ASCII or UTF-8."""
-    file: Any = io.TextIOWrapper(raw, form.recoded, "replace") if form.recoded else raw
-    for _ in range(form.skipped):
-        file.readline()
-    while piece := file.read(PIECE):
-        whole = piece + file.readline()
-        yield whole.encode() if isinstance(whole, str) else whole
-
-
-def _piece(piece: bytes, form: Format) -> tuple[dict[str, Array], NDArray[np.bool_]]:
-    """Values of some lines by signal, NaN where missing or text; which rows have text or too many fields."""
-    places = [column.place for column in form.columns.values()]
-    # one field more than a row may have, which pandas would drop
-    longer = f"{form.separator * form.fields}\n".encode()
-    table = pd.read_csv(
-        io.BytesIO(longer + piece), sep=form.separator, decimal=form.decimal, header=None,
-        names=list(range(form.fields + 1)), usecols=[*places, form.fields], index_col=False, na_values=MISSING,
-        keep_default_na=False, skipinitialspace=True, low_memory=False, encoding_errors="replace",
-    )[1:]  # fmt: skip
-    damaged = table[form.fields].notna().to_numpy()
-    values = {}
-    for name, place in zip(form.columns, places, strict=True):
-        column = table[place]
-        if not pd.api.types.is_numeric_dtype(column.dtype):
-            written = column.astype(str)
-            numbers = written.str.replace(",", ".") if form.decimal == "," else written
-            found = pd.to_numeric(numbers, errors="coerce")
-            damaged = damaged | (found.isna() & column.notna()).to_numpy()
-            column = found
-        values[name] = column.to_numpy(dtype=np.float64)
-    return values, damaged
-
-
-def _damage(text: str, line: int, row: int, form: Format) -> str:
-    """What is wrong with a row of a piece;  line : lines above the piece."""
-    number, written = [(k, one) for k, one in enumerate(text.split("\n"), line + 1) if one.strip()][row]
-    fields = [field.strip('" \r') for field in written.split(form.separator)]
-    if len(fields) > form.fields:
-        return f"line {number}: {len(fields)} fields under {form.fields} headings"
-    for column in form.columns.values():
-        value = fields[column.place] if column.place < len(fields) else ""
-        if value not in MISSING and not is_number(value, form.decimal):
-            return f"line {number}: {column.heading} = {value[:20]!r}"
-    return f"line {number}: {written[:20]!r}"
+def _to_si(path: Path, name: str, column: Column, values: Array) -> list[str]:
+    """Convert in place; a note about values that are none."""
+    factor, offset = LOG[name].units[column.unit]
+    notes, beyond = [], np.abs(values) > LARGEST / factor
+    if beyond.any():
+        values[beyond] = np.nan
+        first = int(np.argmax(beyond)) + 1
+        notes = [
+            f"{int(beyond.sum())} values of {name} beyond {LARGEST:g} (SI) left out, the first in row {first}"
+        ]
+    if not np.isfinite(values).any():
+        raise ValueError(f"{path}: column {column.heading!r} has no numbers; allowed: a number in each row")
+    values += offset
+    values *= factor
+    return notes
 
 
 def _in_time(
@@ -183,11 +291,11 @@ def _in_time(
     step = np.diff(time)
     back = np.flatnonzero(step < 0.0)
     if back.size:
-        at = int(back[0])
+        row = int(back[0])
         raise ValueError(
-            f"{path}: time runs backwards {back.size} times, first from {time[at]:.9g} to {time[at + 1]:.9g} s "
+            f"{path}: time runs backwards {back.size} times, first from {time[row]:.9g} to {time[row + 1]:.9g} s "
             "after row "
-            f"{at + 1}; allowed: rising time: sort the rows, or give one log a file"
+            f"{row + 1}; allowed: rising time: sort the rows, or give one log a file"
         )
     first = np.flatnonzero(np.r_[True, step > 0.0])
     repeated = len(time) - len(first)
@@ -195,7 +303,7 @@ def _in_time(
         left_out["repeated time stamps"] = repeated
         return {name: values[first] for name, values in signals.items()} if repeated else signals
     # too few digits: samples at even times, if those agree with the stamps
-    if len(first) >= FEWEST:
+    if len(first) >= MIN_ROWS:
         index = np.arange(len(time))
         even = np.polyval(np.polyfit(index, time, 1), index)
         if float(np.max(np.abs(even - time))) <= DIGIT * float(np.median(step[step > 0.0])):

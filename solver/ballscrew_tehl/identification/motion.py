@@ -36,6 +36,7 @@ SLOW = 0.01
 TRAVEL, TRAVEL_ANGLE = 5e-5, 0.04
 #: a sample is kept of so many that fit a period of the cutoff
 PER_PERIOD = 4
+OF_SAMPLES = ("speed", "acceleration", "jerk", "effort", "position", "run", "section", "index")
 
 
 @dataclass(frozen=True)
@@ -135,59 +136,40 @@ def filtered(
     Parameters   travel : after a reversal that is left out, as the position;  cutoff : [Hz], None = chosen
     Raises       ValueError: none is left
     """
-    found, variance = chosen_cutoff(signals)
-    if cutoff is not None:
-        found = cutoff
-    each = max(int(1.0 / (PER_PERIOD * found * signals.step)), 1)
-    reach = math.ceil(RESPONSE / (found * signals.step))
-    names = "position", "speed", "acceleration", "jerk", "effort", "run", "section", "index"
-    parts: dict[str, list[Any]] = {name: [] for name in names}
-    counts = {
-        "ends of pieces (filter)": 0,
-        "near reversals (filter and presliding)": 0,
-        "slower than 1 % of the largest speed": 0,
-    }
+    chosen, variance = chosen_cutoff(signals)
+    cutoff = chosen if cutoff is None else cutoff
+    each = max(int(1.0 / (PER_PERIOD * cutoff * signals.step)), 1)
+    reach = math.ceil(RESPONSE / (cutoff * signals.step))
     pieces = []
     for number, section in enumerate(signals.sections):
         progress(number, len(signals.sections), "pieces filtered")
-        pieces.append(_differences(section, found, signals))
-    fastest = max(float(np.quantile(np.abs(piece[1]), 0.999)) for piece in pieces)
-    runs = 0
+        pieces.append(_differences(section, cutoff, signals))
+    slow = SLOW * max(float(np.quantile(np.abs(piece[1]), 0.999)) for piece in pieces)
+    runs, ends, near, slower, parts = 0, 0, 0, 0, []
     for number, (position, speed, acceleration, effort) in enumerate(pieces):
         count = len(speed)
         inner = np.zeros(count, dtype=bool)
         inner[reach : max(count - reach, reach)] = True
-        fast = np.abs(speed) >= SLOW * fastest
-        away, run = _away_from_reversals(position, speed, SLOW * fastest, reach, travel)
-        counts["ends of pieces (filter)"] += int((~inner).sum()) + 2
-        counts["slower than 1 % of the largest speed"] += int((inner & ~fast).sum())
-        counts["near reversals (filter and presliding)"] += int((inner & fast & ~away).sum())
+        fast = np.abs(speed) >= slow
+        away, run = _away_from_reversals(position, speed, slow, reach, travel)
+        ends += int((~inner).sum()) + 2
+        slower += int((inner & ~fast).sum())
+        near += int((inner & fast & ~away).sum())
         keep = np.flatnonzero(inner & fast & away)
         keep = keep[keep % each == 0]
-        whole = (
-            position,
-            speed,
-            acceleration,
-            np.gradient(acceleration, signals.step),
-            effort,
-            run + runs,
-            np.full(count, number),
-            np.arange(1, count + 1),
-        )
-        for name, values in zip(names, whole, strict=True):
-            parts[name].append(values[keep])
+        jerk, section_of = np.gradient(acceleration, signals.step), np.full(count, number)
+        columns = speed, acceleration, jerk, effort, position, run + runs, section_of, np.arange(1, count + 1)
+        parts.append([values[keep] for values in columns])
         runs += int(run.max(initial=0)) + 1
-    joined: dict[str, Any] = {name: np.concatenate(values) for name, values in parts.items()}
+    joined: dict[str, Any] = dict(zip(OF_SAMPLES, map(np.concatenate, zip(*parts, strict=True)), strict=True))
     # noise behind the filter, run twice, is independent over about this time
-    rate = min(1.0, 2.0 * 0.8 * found * signals.step)
-    return Samples(
-        **joined,
-        each=each,
-        rate=rate,
-        cutoff=found,
-        noise=acceleration_noise(variance, found, signals),
-        left_out=counts,
-    )
+    rate = min(1.0, 2.0 * 0.8 * cutoff * signals.step)
+    left_out = {
+        "ends of pieces (filter)": ends, "near reversals (filter and presliding)": near,
+        "slower than 1 % of the largest speed": slower,
+    }  # fmt: skip
+    noise = acceleration_noise(variance, cutoff, signals)
+    return Samples(**joined, each=each, rate=rate, cutoff=cutoff, noise=noise, left_out=left_out)
 
 
 def effort_later(signals: Signals, samples: Samples) -> Callable[[float], Array]:

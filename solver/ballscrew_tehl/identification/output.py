@@ -12,13 +12,13 @@ from .. import __version__
 from ..parameters.units import CELSIUS, RPM
 from .directions import LIMIT, both_ways, varies
 from .dynamics import Identified
+from .log_file import Array
 from .preload import Apart, Change, FoundPreload, ScrewFriction, measurement_rows
 
 #: what friction from one log is of
 CONTAINS = (
-    "the friction is that of the whole axis: screw, guides, seals and bearings of screw and motor together; one "
-    "log does "
-    "not tell them apart: give --guide-force-n, --seal-torque-nm or --without-nut LOG.csv"
+    "the friction is that of the whole axis: screw, guides, seals and bearings of screw and motor together; one log "
+    "does not tell them apart: give --guide-force-n, --seal-torque-nm or --without-nut LOG.csv"
 )
 HEADINGS = "preload [N],speed [r/min],temperature [degC],torque [N.m],torque error [N.m]"
 
@@ -56,80 +56,59 @@ def identified_data(found: Identified) -> dict[str, Any]:
     units, friction = units_of(found), found.friction
     both = both_ways(friction, found.offset_error or 0.0)
     motion = "acceleration" if not found.rotary else "angular acceleration"
-    data: dict[str, Any] = {
+    effort = {name: units.effort.format(f"{name}_" if name else "") for name in ("", "low", "high", "error")}
+
+    def rows(first: str, *columns: Array, keys: Sequence[str] = ("", "error")) -> list[dict[str, float]]:
+        names = first, *(effort[key] for key in keys)
+        return [dict(zip(names, map(float, row), strict=True)) for row in zip(*columns, strict=True)]
+
+    bins = rows(
+        units.speed, friction.speed / units.one, friction.value, friction.low, friction.high, friction.error,
+        keys=("", "low", "high", "error"),
+    )  # fmt: skip
+    errors = np.hypot(both.error, found.offset_error or 0.0)
+    return {
         "kind": "rotary" if found.rotary else "linear",
         "model": (
-            f"{units.effort.format('').rsplit('_', 1)[0] or 'force'} = {units.inertia.format('')} * {motion} + "
-            f"{units.offset.format('')} + friction(speed); friction is without the offset and has the sign of the "
-            "speed"
+            f"{effort[''].rsplit('_', 1)[0]} = {units.inertia.format('')} * {motion} + {units.offset.format('')} + "
+            "friction(speed); friction is without the offset and has the sign of the speed"
         ),
         **_limits(units.inertia, found.inertia, found.inertia_limits),
         **_limits(units.offset, found.offset, found.offset_limits),
         "offset_given": found.offset_error is not None,
         "friction": [
-            {
-                units.speed: float(friction.speed[i]) / units.one,
-                units.effort.format(""): float(friction.value[i]),
-                units.effort.format("low_"): float(friction.low[i]),
-                units.effort.format("high_"): float(friction.high[i]),
-                units.effort.format("error_"): float(friction.error[i]),
-                "samples": int(friction.samples[i]),
-            }
-            for i in range(len(friction.speed))
+            row | {"samples": int(count)} for row, count in zip(bins, friction.samples, strict=True)
         ],
-        "direction_difference": [
-            {
-                units.speed: float(speed) / units.one,
-                units.effort.format(""): float(half),
-                units.effort.format("error_"): math.hypot(error, found.offset_error or 0.0),
-            }
-            for speed, half, error in zip(both.speed, both.difference, both.error, strict=True)
-        ],
+        "direction_difference": rows(units.speed, both.speed / units.one, both.difference, errors),
         "direction_difference_varies": varies(both),
         **_limits("delay_{}s", found.delay, found.delay_limits),
         "cutoff_hz": found.cutoff,
         units.effort.format("residual_"): found.residual,
         "explained": found.explained,
-        "residual_over_position": [
-            {
-                units.place: float(place),
-                units.effort.format(""): float(mean),
-                units.effort.format("error_"): float(error),
-            }
-            for place, mean, error in zip(*found.places, strict=True)
-        ],
+        "residual_over_position": rows(units.place, *found.places),
         "samples": found.samples,
         "left_out": {reason: count for reason, count in found.left_out.items() if count},
         "temperature_c": None if found.temperature is None else found.temperature - CELSIUS,
         "notes": found.notes,
         "version": __version__,
     }
-    return data
 
 
 def preload_data(found: FoundPreload) -> dict[str, Any]:
     """What a map adds."""
     return {
-        "preload_n": found.preload,
-        "preload_low_n": found.low,
-        "preload_high_n": found.high,
-        "preload_interval": found.meaning,
-        "preload_log_low_n": found.log_low,
-        "preload_log_high_n": found.log_high,
-        "shape_deviation": found.deviation,
-        "shape_exponent_difference": found.slope,
-        "shape_fits": found.within,
-    }
+        "preload_n": found.preload, "preload_low_n": found.low, "preload_high_n": found.high,
+        "preload_interval": found.meaning, "preload_log_low_n": found.log_low, "preload_log_high_n": found.log_high,
+        "shape_deviation": found.deviation, "shape_exponent_difference": found.slope, "shape_fits": found.within,
+    }  # fmt: skip
 
 
 def change_data(change: Change) -> dict[str, Any]:
     """What a log before adds."""
     return {
-        "preload_before_n": change.before,
-        "preload_ratio": change.ratio,
-        "preload_ratio_low": change.low,
+        "preload_before_n": change.before, "preload_ratio": change.ratio, "preload_ratio_low": change.low,
         "preload_ratio_high": change.high,
-    }
+    }  # fmt: skip
 
 
 def apart_data(apart: Apart) -> dict[str, Any]:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from itertools import islice
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..parameters.units import RPM
-from .log_file import Array, Log
-from .log_units import EFFORT, MOTION, QUANTITIES, unit_family
+from ..tables.headings import ANGLE, LENGTH, LOG, SPEED, VELOCITY, Units, parted
+from .log_file import EFFORT, MOTION, Array, Log
 from .signals import Signals
 
 if TYPE_CHECKING:
@@ -36,8 +35,7 @@ def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> No
     Parameters   nut_map : of the screw, whose ranges of speed and torque are narrower
     Raises       ValueError: values, limits, the unit that would be plausible
     """
-    motion = next(name for name in MOTION if name in log.signals)
-    effort = next(name for name in EFFORT if name in log.signals)
+    motion, effort = (next(name for name in kind if name in log.signals) for kind in (MOTION, EFFORT))
     speed, acceleration = _largest(signals)
     speeds, accelerations = ROTARY if signals.rotary else LINEAR
     one, unit, change = (RPM, "r/min", "rad/s2") if signals.rotary else (1.0, "m/s", "m/s2")
@@ -62,7 +60,7 @@ def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> No
         ]
 
     def of_drive(ratio: float = 1.0) -> list[Finding]:
-        name, si = effort.removeprefix("screw_"), next(iter(QUANTITIES[effort].units))
+        name, si = effort.removeprefix("screw_"), next(iter(LOG[effort].units))
         return [
             (f"{name} up to", value * ratio, DRIVE[name], si, 1.0),
             ("torque at the screw up to", torque * ratio, torques, "N.m", 1.0),
@@ -81,28 +79,28 @@ def _check(log: Log, values: dict[str, Callable[..., list[Finding]]]) -> None:
     columns = {name: log.columns[name] for name in values if not log.columns[name].stated}
     if not wrong or not columns:
         return
-
-    def likely() -> Iterator[str]:
-        for name, column in columns.items():
-            units = unit_family(name, column.unit)
-            first = {factor: unit for unit, (factor, _) in reversed(units.items())}
-            for factor, unit in reversed(first.items()):
-                ratio = factor / units[column.unit][0]
-                if ratio != 1.0 and all(map(_within, values[name](ratio))):
-                    yield f'{name} in {unit}, {ratio:.4g} times: --column "{name}={column.stem} [{unit}]"'
-
-    found = list(islice(likely(), 2))
-    if not found and not any(value > high for _, value, (_, high), _, _ in wrong):
+    stems = {name: parted(column.heading)[0] for name, column in columns.items()}
+    likely = []
+    for name, column in columns.items():
+        units, tried = _family(name, column.unit), {1.0}
+        for unit, (factor, _) in units.items():
+            ratio = factor / units[column.unit][0]
+            if ratio not in tried and all(map(_within, values[name](ratio))):
+                likely.append(
+                    f'{name} in {unit}, {ratio:.4g} times: --column "{name}={stems[name]} [{unit}]"'
+                )
+            tried.add(ratio)
+    if not likely and not any(value > high for _, value, (_, high), _, _ in wrong):
         return
     shown = ", ".join(
         f"{what} {value / one:.4g} {unit} (plausible: {low / one:.3g} to {high / one:.6g})"
         for what, value, (low, high), unit, one in wrong
     )
-    remedy = "likely " + " or ".join(found)
-    if not found:
+    remedy = "likely " + " or ".join(likely[:2])
+    if not likely:
         remedy = f"check {' and '.join(repr(column.heading) for column in columns.values())}"
         remedy += " and --torque-constant-nm-a" * ("current" in columns)
-    stated = " ".join(f'--column "{name}={column.stem} [{column.unit}]"' for name, column in columns.items())
+    stated = " ".join(f'--column "{name}={stems[name]} [{column.unit}]"' for name, column in columns.items())
     raise ValueError(f"{log.path}: {shown}; {remedy}; if the log is right, state its units: {stated}")
 
 
@@ -124,3 +122,8 @@ def _largest(signals: Signals) -> tuple[float, float]:
         _usual([x[SHORT:] - x[:-SHORT] for x in pieces]) / (SHORT * step),
         _usual([x[2 * LONG :] - 2.0 * x[LONG:-LONG] + x[: -2 * LONG] for x in pieces]) / (LONG * step) ** 2,
     )
+
+
+def _family(name: str, unit: str) -> Units:
+    """Units that a unit may be mistaken for: an angle is no length."""
+    return next(units for units in (LENGTH, ANGLE, SPEED, VELOCITY, LOG[name].units) if unit in units)

@@ -88,19 +88,18 @@ def screw_friction(found: Identified, lead: float | None) -> ScrewFriction:
     Parameters   lead : [m/rad], needed of a linear axis
     Raises       ValueError: no lead, speeds of both directions apart
     """
-    scale = 1.0
-    if not found.rotary:
-        if lead is None:
-            raise ValueError(
-                "--lead-mm or --screw (missing); needed for the torque at the screw of a linear axis"
-            )
-        scale = lead
-    both = both_ways(found.friction, found.offset_error or 0.0)
+    if not found.rotary and lead is None:
+        raise ValueError(
+            "--lead-mm or --screw (missing); needed for the torque at the screw of a linear axis"
+        )
+    both = both_ways(found.friction, found.offset_error or 0.0).at_screw(
+        1.0 if found.rotary else abs(lead or 1.0)
+    )
     if not len(both.speed):
         raise ValueError(
             "no speed that both directions have in common; allowed: a log with the same speeds both ways"
         )
-    return ScrewFriction(both.speed / scale, both.mean * scale, both.error * scale, both.samples)
+    return ScrewFriction(both.speed, both.mean, both.error, both.samples)
 
 
 def without(friction: ScrewFriction, known: float, other: ScrewFriction | None = None) -> ScrewFriction:
@@ -112,10 +111,8 @@ def without(friction: ScrewFriction, known: float, other: ScrewFriction | None =
     if other is not None:
         if friction.speed.min() > other.speed.max() or friction.speed.max() < other.speed.min():
             raise ValueError(
-                f"speeds of the log without the nut = {other.speed.min() / RPM:.4g} to "
-                f"{other.speed.max() / RPM:.4g} r/min; "
-                f"allowed: those of the log, {friction.speed.min() / RPM:.4g} to {friction.speed.max() / RPM:.4g} "
-                "r/min"
+                f"speeds of the log without the nut = {_range(other.speed)}; allowed: those of the log, "
+                f"{_range(friction.speed)}"
             )
         torque = torque - np.interp(friction.speed, other.speed, other.torque)
         error = np.hypot(error, np.interp(friction.speed, other.speed, other.error))
@@ -123,13 +120,15 @@ def without(friction: ScrewFriction, known: float, other: ScrewFriction | None =
     if not mean > LEFT * float(np.mean(friction.torque)):
         raise ValueError(
             f"friction of the axis = {np.mean(friction.torque):.4g} N.m, without the known parts {mean:.4g} N.m; "
-            "allowed: "
-            "known parts smaller than the whole: check --guide-force-n, --seal-torque-nm, the log without the "
-            "nut, and "
-            "the torque constant or gain"
+            "allowed: known parts smaller than the whole: check --guide-force-n, --seal-torque-nm, the log without the "
+            "nut, and the torque constant or gain"
         )
     keep = torque > 0.0
     return ScrewFriction(friction.speed[keep], torque[keep], error[keep], friction.samples[keep])
+
+
+def _range(speed: Array) -> str:
+    return f"{speed.min() / RPM:.4g} to {speed.max() / RPM:.4g} r/min"
 
 
 def _inside(friction: ScrewFriction, law: Law) -> ScrewFriction:
@@ -141,10 +140,8 @@ def _inside(friction: ScrewFriction, law: Law) -> ScrewFriction:
     keep = (friction.speed >= low) & (friction.speed <= high)
     if not keep.sum() >= FEWEST_SPEEDS:
         raise ValueError(
-            f"speeds of the log within the map = {int(keep.sum())} of {len(keep)}, "
-            f"{friction.speed.min() / RPM:.4g} to "
-            f"{friction.speed.max() / RPM:.4g} r/min; allowed: at least {FEWEST_SPEEDS} in {low / RPM:.4g} to "
-            f"{high / RPM:.4g} r/min: check --ratio and --lead-mm"
+            f"speeds of the log within the map = {int(keep.sum())} of {len(keep)}, {_range(friction.speed)}; allowed: "
+            f"at least {FEWEST_SPEEDS} in {_range(np.array([low, high]))}: check --ratio and --lead-mm"
         )
     return ScrewFriction(*(values[keep] for values in friction))
 
@@ -181,34 +178,23 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
     friction = _inside(friction, law)
     lowest, highest = law.preloads
     preload = _fitted(friction, law, temperature)
-    at_ends = (
-        law.torque(lowest, friction.speed, temperature),
-        law.torque(highest, friction.speed, temperature),
-    )
     if not lowest * 1.001 < preload < highest * 0.999:
+        least, most = (np.mean(law.torque(end, friction.speed, temperature)) for end in (lowest, highest))
         raise ValueError(
-            f"torque of the nut = {np.mean(friction.torque):.4g} N.m in the mean; allowed: "
-            f"{np.mean(at_ends[0]):.4g} to "
-            f"{np.mean(at_ends[1]):.4g} N.m, that of this map (preload {lowest:g} to {highest:g} N); remedy: "
-            "check the "
-            "torque constant or gain, the known parts, --ratio and the lead"
+            f"torque of the nut = {np.mean(friction.torque):.4g} N.m in the mean; allowed: {least:.4g} to {most:.4g} "
+            f"N.m, that of this map (preload {lowest:g} to {highest:g} N); remedy: check the torque constant or gain, "
+            "the known parts, --ratio and the lead"
         )
     relative = np.hypot(friction.error / friction.torque, SHAPE)
     residual = np.log(friction.torque / law.torque(preload, friction.speed, temperature))
     step = 1e-3
-    rise = np.log(
-        law.torque(preload * (1.0 + step), friction.speed, temperature)
-        / law.torque(preload * (1.0 - step), friction.speed, temperature)
-    ) / (2.0 * step)
+    above, below = (law.torque(preload * (1.0 + side), friction.speed, temperature) for side in (step, -step))
+    rise = np.log(above / below) / (2.0 * step)
     excess = float(np.sum((residual / relative) ** 2)) / max(len(residual) - 1, 1)
-    own = math.sqrt(max(excess, 1.0) / float(np.sum((rise / relative) ** 2))) * LIMIT
+    of_log = math.sqrt(max(excess, 1.0) / float(np.sum((rise / relative) ** 2))) * LIMIT
     speed = float(np.exp(np.average(np.log(friction.speed), weights=1.0 / relative**2)))
-    meaning, low, high, factor = (
-        "95 %, of the log alone: this friction set has no interval",
-        preload,
-        preload,
-        (1.0, 1.0),
-    )
+    low = high = preload
+    meaning, factor = "95 %, of the log alone: this friction set has no interval", (1.0, 1.0)
     if law.nut_map.law == MECHANISTIC:
         torque = float(law.torque(preload, speed, temperature))
         ends = preload_interval(
@@ -219,13 +205,13 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
             meaning += f"; the {' and '.join(ends.at_edge)} end is that of the map"
         axes = law.nut_map.header["axes"]
         factor = map_interval(law.parameters, axes, law.friction_set, preload, speed, temperature).relative
-    wide = [
-        math.exp(math.copysign(math.hypot(math.log(end / preload), own), sign))
+    low, high = (
+        preload * math.exp(math.copysign(math.hypot(math.log(end / preload), of_log), sign))
         for end, sign in ((low, -1.0), (high, 1.0))
-    ]
+    )
     slope = float(np.polyfit(np.log(friction.speed), residual, 1)[0]) if np.ptp(friction.speed) > 0.0 else 0.0
     return FoundPreload(
-        preload, preload * wide[0], preload * wide[1], preload * math.exp(-own), preload * math.exp(own), meaning,
+        preload, low, high, preload * math.exp(-of_log), preload * math.exp(of_log), meaning,
         float(np.sqrt(np.mean(residual**2))), slope, excess <= 2.0, factor, speed, temperature,
     )  # fmt: skip
 
@@ -293,12 +279,14 @@ def told_apart(logs: list[tuple[ScrewFriction, float, float]], law: Law) -> Apar
     half = LIMIT * np.sqrt(variance)
     if not half[0] <= float(np.mean(torque)):
         raise ValueError(
-            f"part without the nut = {best[0]:.3g} +- {half[0]:.2g} N.m; allowed: told apart by the logs: "
-            "preloads or "
+            f"part without the nut = {best[0]:.3g} +- {half[0]:.2g} N.m; allowed: determined by the logs: preloads or "
             "temperatures that differ more"
         )
-    return Apart(*(float(x) for x in (
-        best[0], best[0] - half[0], best[0] + half[0], best[1], best[1] - half[1], best[1] + half[1])))  # fmt: skip
+    return Apart(
+        *np.ravel(
+            [(value, value - wide, value + wide) for value, wide in zip(best, half, strict=True)]
+        ).tolist()
+    )
 
 
 def measurement_rows(friction: ScrewFriction, most: int = 12) -> ScrewFriction:

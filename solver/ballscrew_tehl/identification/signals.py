@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -10,8 +12,8 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
-from .log_file import Array, Log
-from .log_units import ANGLE, EFFORT, MOTION, SPEED
+from ..tables.headings import ANGLE, SPEED
+from .log_file import EFFORT, MOTION, Array, Log
 
 #: a step of time longer than this many usual ones is a gap; jumps of a position that are whole periods within this
 #: share are those of an encoder that starts again; most of the jumps that may be none
@@ -22,6 +24,9 @@ JUMP, USUAL = 8.0, 0.999
 SLOWEST, UNEVEN = 20.0, 1e-3
 #: shortest section [samples]
 SHORTEST = 100
+#: rows over which a slow channel repeats its value, at least (two are smooth behind the filter); fraction of its
+#: changes that are in phase, of those that follow each other so
+MIN_HELD, SAME_PHASE, MOSTLY_HELD = 3, 0.99, 0.5
 
 
 class Drive(NamedTuple):
@@ -65,64 +70,49 @@ def signals_of(log: Log, drive: Drive) -> Signals:
 
     Raises       ValueError: an option missing, signals that are constant, sampled too slowly or in pieces too short
     """
-    motion_name = next(name for name in MOTION if name in log.signals)
-    effort_name = next(name for name in EFFORT if name in log.signals)
-    time, left_out, notes = log.signals["time"], dict(log.left_out), list(log.notes)
-    motion = log.signals[motion_name]
-    of_speed = motion_name.endswith("speed")
-    angular = log.columns[motion_name].unit in ANGLE or log.columns[motion_name].unit in SPEED
-    rotary = effort_name in ("torque", "screw_torque", "current")
+    names = [next(name for name in kind if name in log.signals) for kind in (MOTION, EFFORT)]
+    motion_name, effort_name = names
+    of_speed, unit = motion_name.endswith("speed"), log.columns[motion_name].unit
+    angular, rotary = unit in ANGLE or unit in SPEED, effort_name in ("torque", "screw_torque", "current")
     _check_options(drive, effort_name, rotary, angular)
-    for name in (motion_name, effort_name):
+    for name in names:
         values = log.signals[name]
         if not np.ptp(values) > 0.0:
             raise ValueError(
                 f"{log.path}: {name} is constant, {values[0]:.6g} SI; allowed: a log of an axis that moves both ways"
             )
+    log = _without_repeats(log, names)
+    time, left_out, notes = log.signals["time"], dict(log.left_out), list(log.notes)
+    motion, scale = log.signals[motion_name], _scale(rotary, angular, drive, motion_name)
     steps = np.diff(time)
-    step = float(np.median(steps))
+    step, resolution = float(np.median(steps)), _resolution(time)
     if not step * SLOWEST <= 1.0:
         raise ValueError(
             f"{log.path}: time between samples = {step:.4g} s; allowed: at most {1.0 / SLOWEST:g} s: check the "
             f"unit of time ({log.columns['time'].unit}), or log faster"
         )
-    resolution = _resolution(time)
     wraps: Array = np.empty(0)
     if not of_speed:
         motion, left_out[f"single samples of {motion_name} that jump"] = _despiked(motion)
         motion, wraps, wrap_note = _unwrapped(time, motion, log, motion_name, resolution)
         notes += wrap_note
-    motion = motion * _scale(rotary, angular, drive, motion_name)
     effort, left_out[f"single samples of {effort_name} that jump"] = _despiked(log.signals[effort_name])
-    effort = _effort(drive, effort_name, effort)
     ends = np.flatnonzero(steps > GAP * step) + 1
-    if ends.size:
-        notes.append(
-            f"{ends.size} gap{'s' * (ends.size > 1)} in time, the longest {steps.max():.3g} s: the pieces are apart"
-        )
-    if wraps.size:
-        notes.append(
-            f"{wraps.size} jump{'s' * (wraps.size > 1)} of the position that are no wrap: the pieces are apart"
-        )
-    cuts = np.unique(np.r_[ends, wraps]).astype(int)
-    inside = steps[steps <= GAP * step]
-    mean_step, spread = float(inside.mean()), float(np.ptp(inside))
-    rounded = float(np.max(np.abs(inside - step))) <= min(1.01 * resolution, 0.5 * step)
-    even = spread <= UNEVEN * step or (rounded and abs(mean_step / step - 1.0) <= 1e-2)
-    if even and abs(mean_step / step - 1.0) <= 1e-2:
-        step = mean_step
-    if not even:
-        notes.append(
-            f"uneven sampling, {inside.min():.3g} to {inside.max():.3g} s: interpolated on {step:.4g} s"
-        )
-    elif spread > UNEVEN * step:
-        notes.append(f"time rounded to {resolution:.3g} s: taken as evenly sampled, each {step:.6g} s")
+    for count, what in (
+        (ends.size, f"in time, the longest {steps.max():.3g} s"), (wraps.size, "of the position that are no wrap")
+    ):  # fmt: skip
+        if count:
+            word = "gap" if what.startswith("in") else "jump"
+            notes.append(f"{count} {word}{'s' * (count > 1)} {what}: the pieces are apart")
+    motion, effort = motion * scale, _effort(drive, effort_name, effort)
+    step, even, note = _sampling(steps[steps <= GAP * step], step, resolution)
     sections, short = [], 0
-    for first, last in zip(np.r_[0, cuts], np.r_[cuts, len(time)], strict=True):
+    cuts = np.unique(np.r_[0, ends, wraps, len(time)]).astype(int)
+    for first, last in pairwise(cuts):
         if last - first < SHORTEST:
             short += int(last - first)
             continue
-        t, x, y = time[first:last], motion[first:last], effort[first:last]
+        t, x, y = (values[first:last] for values in (time, motion, effort))
         if not even:
             new = np.arange(t[0], t[-1], step)
             x, y = CubicSpline(t, x)(new), np.interp(new, t, y)
@@ -133,23 +123,60 @@ def signals_of(log: Log, drive: Drive) -> Signals:
             f"{log.path}: all pieces between gaps and jumps are shorter than {SHORTEST} samples; allowed: a longer "
             "piece without a gap"
         )
-    means = {
-        name: float(np.nanmean(log.signals[name]))
+    temperature, preload = (
+        float(np.nanmean(log.signals[name])) if name in log.signals else None
         for name in ("temperature", "preload")
-        if name in log.signals
-    }
-    quantum = _quantum(log.signals[motion_name]) * abs(_scale(rotary, angular, drive, motion_name))
-    return Signals(
-        rotary,
-        of_speed,
-        step,
-        quantum,
-        sections,
-        means.get("temperature"),
-        means.get("preload"),
-        left_out,
-        notes,
     )
+    quantum = _quantum(log.signals[motion_name]) * abs(scale)
+    return Signals(rotary, of_speed, step, quantum, sections, temperature, preload, left_out, notes + note)
+
+
+def _sampling(inside: Array, step: float, resolution: float) -> tuple[float, bool, list[str]]:
+    """Time step of sections, whether their samples are even, a note.
+
+    Parameters   inside : steps of time that are no gaps;  step : the median
+    """
+    mean, spread = float(inside.mean()), float(np.ptp(inside))
+    near = abs(mean / step - 1.0) <= 1e-2
+    rounded = float(np.max(np.abs(inside - step))) <= min(1.01 * resolution, 0.5 * step)
+    if not (spread <= UNEVEN * step or (rounded and near)):
+        note = f"uneven sampling, {inside.min():.3g} to {inside.max():.3g} s: interpolated on {step:.4g} s"
+        return step, False, [note]
+    step = mean if near else step
+    if spread > UNEVEN * step:
+        return step, True, [f"time rounded to {resolution:.3g} s: taken as evenly sampled, each {step:.6g} s"]
+    return step, True, []
+
+
+def _without_repeats(log: Log, names: Sequence[str]) -> Log:
+    """The rows in which the slower of motion and effort is sampled, where an export repeats its value in between."""
+    rows = {name: _held_rows(log.signals[name]) for name in names}
+    name = max(names, key=lambda one: rows[one][0])
+    held, phase = rows[name]
+    if held < MIN_HELD:
+        return log
+    rate = 1.0 / float(np.median(np.diff(log.signals["time"])))
+    note = f"{name} repeats each value in {held} rows: one of them is used, {rate / held:.4g} of {rate:.4g} samples/s"
+    left_out = log.left_out | {
+        f"rows that repeat the {name}": len(log.signals[name]) - len(log.signals[name][phase::held])
+    }
+    signals = {key: values[phase::held] for key, values in log.signals.items()}
+    return log._replace(signals=signals, left_out=left_out, notes=[*log.notes, note])
+
+
+def _held_rows(values: Array) -> tuple[int, int]:
+    """Number of rows over which a value is repeated, and the first row with a new one; 1 if it is not.
+
+    The changes of a slow channel all are a whole number of such rows apart; those of a coarse encoder are not.
+    """
+    changes = np.flatnonzero(np.diff(values)) + 1
+    apart = np.diff(changes)
+    if len(apart) < SHORTEST:
+        return 1, 0
+    held = int(np.median(apart))
+    phase = int(np.bincount(changes % held).argmax())
+    same = float(np.mean(changes % held == phase))
+    return (held, phase) if same >= SAME_PHASE and float(np.mean(apart == held)) >= MOSTLY_HELD else (1, 0)
 
 
 def _scale(rotary: bool, angular: bool, drive: Drive, name: str) -> float:

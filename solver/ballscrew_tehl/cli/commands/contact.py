@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from ... import __version__
-from ...calibration.csv_table import read_rows
+from ...tables.csv_file import read_rows
 from ..parser import LAWS, RHEOLOGIES
 from ..shared.points import check_rows
 from ..shared.progress import QUIET, progress_bar

@@ -29,26 +29,44 @@ from ..shared.quantities import (
 from ..shared.results import print_results, say
 
 if TYPE_CHECKING:
-    from ...exchange.tables import FrictionTable
+    from ...exchange.friction_table import Array, FrictionTable
 
-#: file names by format; speeds of a table, points of a compensation list and the speeds that it is fitted to
+#: file names by format
 KINDS = {"twincat": "a file *.lis, *.txt", "csv": "a file *.csv", "modelica": "a file *.txt", "matlab": "a file *.m",
          "json": "a file *.json"}  # fmt: skip
 #: of the table of lists
 COLUMNS = ("file", "preload_n", "temperature_c", "entries", "largest_error_nm", "error_bound_nm")
+#: speeds of a table, points of a compensation list and the speeds that it is fitted to
 SPEEDS, MOST_POINTS, CURVE = 40, 20, 400
-#: texts by path, what is said of each
-Files = tuple[dict[Path, str], list[dict[str, Any]]]
+
+
+class _List(NamedTuple):
+    """Curve of a list: end of its file's name, what it is of, speed [rad/s], torque [N.m], what is said of it."""
+
+    suffix: str
+    where: str
+    speed: Array
+    torque: Array
+    about: dict[str, float]
+
+
+class _Export(NamedTuple):
+    """Table, or curves of the lists with lead [m] and current; what is said of all files.
+
+    current : of the motor per torque at the screw [A/(N.m)], its unit [A]
+    """
+
+    table: FrictionTable
+    lists: list[_List]
+    lead: float | None
+    current: tuple[float, float]
+    answer: dict[str, Any]
 
 
 def run_export(args: Namespace) -> int:
     """One file, or one for each preload and temperature of a compensation list."""
-    output = check_output(
-        "--output",
-        args.output,
-        KINDS[args.format],
-        inputs=(args.screw, args.map, args.friction, args.identified),
-    )
+    inputs = args.screw, args.map, args.friction, args.identified
+    output = check_output("--output", args.output, KINDS[args.format], inputs=inputs)
     if args.format == "matlab" and not re.fullmatch(r"[A-Za-z]\w{0,62}", output.stem):
         raise ValueError(
             f"--output = {output}; allowed: the name of a MATLAB function, letters, digits and _ only"
@@ -57,24 +75,53 @@ def run_export(args: Namespace) -> int:
     most = args.points or (MOST_POINTS if args.format == "twincat" else SPEEDS)
     if not 3 <= most <= CURVE:
         raise ValueError(f"--points = {most}; allowed: a whole number, 3 to {CURVE}")
-    files, answer = (_of_map if args.identified is None else _of_log)(args, output, most)
+    export = (_of_map if args.identified is None else _of_log)(args, most)
+    table = export.table
+    if args.format == "twincat":
+        files, answers = _lists(output, export, most)
+    else:
+        from ...exchange.formats import FORMATS
+
+        files = {output: FORMATS[args.format](table, output.stem)}
+        answers = [{"file": str(output), "speeds": len(table.speed)}]
+        if table.preload is not None and table.temperature is not None:
+            celsius = (table.temperature - CELSIUS).tolist()
+            answers[0] |= {"preload_n": table.preload.tolist(), "temperature_c": celsius}
     for path, text in files.items():
         with written("--output", path), whole_file(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
         say(f"written: {path}")
-    print_results(answer, args.json, args.format == "twincat", columns=COLUMNS)
+    answers = [{"format": args.format, **export.answer, **answer} for answer in answers]
+    print_results(answers, args.json, args.format == "twincat", columns=COLUMNS)
     return 0
 
 
-class _Current(NamedTuple):
-    """Of a compensation list: current of the motor per torque at the screw [A/(N.m)], unit [A]."""
+def _lists(output: Path, export: _Export, most: int) -> tuple[dict[Path, str], list[dict[str, Any]]]:
+    """Texts of compensation lists by path, and what is said of them."""
+    from ...exchange.formats import twincat_text
+    from ...exchange.piecewise import Points, few_points
 
-    per_torque: float
-    unit: float
+    if export.lead is None:
+        raise ValueError(
+            "--lead-mm (missing); needed with --format twincat, whose list is over the velocity of the axis"
+        )
+    files, answers = {}, []
+    for curve in export.lists:
+        # the entry at rest is one of them
+        points = Points(curve.speed, curve.torque, 0.0, 0.0)
+        if len(curve.speed) >= most:
+            points = few_points(curve.speed, curve.torque, most - 1)
+        path = output.with_name(f"{output.stem}{curve.suffix}{output.suffix}")
+        files[path] = twincat_text(export.table, export.lead, points, *export.current, curve.where)
+        answers.append({
+            "file": str(path), **curve.about, "entries": len(points.x) + 1, "largest_error_nm": points.error,
+            "error_bound_nm": points.bound, "largest_error_share": points.error / float(curve.torque.mean()),
+        })  # fmt: skip
+    return files, answers
 
 
-def _current(args: Namespace, constant: float | None = None, ratio: float = 1.0) -> _Current:
-    """From the options, or the constant and ratio of a log's drive.
+def _current(args: Namespace, constant: float | None = None, ratio: float = 1.0) -> tuple[float, float]:
+    """Current per torque at the screw [A/(N.m)] and its unit [A], from the options or a log's drive.
 
     Raises       ValueError: no torque constant, or one without need
     """
@@ -82,14 +129,11 @@ def _current(args: Namespace, constant: float | None = None, ratio: float = 1.0)
     if (given and not twincat) or (twincat and not given and constant is None):
         needed = "allowed only with" if given else "needed with"
         raise ValueError(f"--torque-constant-nm-a; {needed} --format twincat, whose list is a motor current")
-    options = ((TORQUE_CONSTANT, constant or 1.0), (RATIO, ratio), (CURRENT_UNIT, 1e-3))
-    constant, ratio, unit = (
-        usual
-        if getattr(args, quantity.name) is None
-        else quantity.checked(quantity.option, getattr(args, quantity.name))
-        for quantity, usual in options
-    )
-    return _Current(1.0 / (constant * ratio), unit)
+    for quantity in (TORQUE_CONSTANT, RATIO, CURRENT_UNIT):
+        if getattr(args, quantity.name) is not None:
+            quantity.checked(quantity.option, getattr(args, quantity.name))
+    constant = float(args.torque_constant_nm_a or constant or 1.0)
+    return 1.0 / (constant * float(args.ratio or ratio)), float(args.current_unit_a or 1e-3)
 
 
 def _speeds(args: Namespace, low: float, high: float) -> tuple[float, float]:
@@ -108,9 +152,10 @@ def _speeds(args: Namespace, low: float, high: float) -> tuple[float, float]:
     return max(ends[0], low), min(ends[1], high)
 
 
-def _of_map(args: Namespace, output: Path, most: int) -> Files:
-    """Texts of the friction of a map, and what is said of them."""
-    from ...exchange.tables import curve_speeds, friction_table, speeds_of
+def _of_map(args: Namespace, most: int) -> _Export:
+    """Friction of a map."""
+    from ...exchange.formats import point_text
+    from ...exchange.friction_table import curve_speeds, friction_table, speeds_of
 
     current = _current(args)
     if args.lead_mm is not None:
@@ -119,13 +164,21 @@ def _of_map(args: Namespace, output: Path, most: int) -> Files:
     nut_map = chosen.nut_map(args)
     preload, temperature = _grid(args, chosen)
     low, high = _speeds(args, *nut_map.header["axes"]["speed"][:2])
-    speed = curve_speeds(low, high, CURVE) if args.format == "twincat" else speeds_of(low, high, most)
+    twincat = args.format == "twincat"
+    speed = curve_speeds(low, high, CURVE) if twincat else speeds_of(low, high, most)
     with progress_bar(QUIET) as progress:
         table = friction_table(
-            nut_map, chosen.parameters, chosen.friction_set,
-            nut_map.law == MECHANISTIC and args.format != "twincat", speed, preload, temperature, progress,
+            nut_map, chosen.parameters, chosen.friction_set, nut_map.law == MECHANISTIC and not twincat, speed,
+            preload, temperature, progress,
         )  # fmt: skip
-    return _files(args, output, table, most, current)
+    lists = []
+    for j, k in np.ndindex(len(preload), len(temperature)):
+        point = float(preload[j]), float(temperature[k] - CELSIUS)
+        suffix = "_{:.6g}N_{:.6g}C".format(*point) if len(preload) * len(temperature) > 1 else ""
+        about = {"preload_n": point[0], "temperature_c": point[1]}
+        lists.append(_List(suffix, point_text(point), speed, table.torque[:, j, k], about))
+    answer = {"screw": table.about["screw"], "friction_set": table.about["friction set"]}
+    return _Export(table, lists, float(chosen.parameters.screw.lead), current, answer)
 
 
 def _grid(args: Namespace, chosen: Chosen) -> tuple[np.ndarray, np.ndarray]:
@@ -142,51 +195,9 @@ def _grid(args: Namespace, chosen: Chosen) -> tuple[np.ndarray, np.ndarray]:
     return np.unique(np.array(preloads)), np.unique(np.array(celsius)) + CELSIUS
 
 
-def _files(args: Namespace, output: Path, table: FrictionTable, most: int, current: _Current) -> Files:
-    """Texts by path, and what is said of them."""
-    from ...exchange import formats
-    from ...exchange.piecewise import few_points
-
-    head = {"format": args.format, "screw": table.about["screw"], "friction_set": table.about["friction set"]}
-    if args.format != "twincat":
-        text = {
-            "csv": formats.csv_text, "json": formats.json_text, "modelica": formats.modelica_text,
-            "matlab": lambda one: formats.matlab_text(one, output.stem),
-        }[args.format](table)  # fmt: skip
-        answer = {
-            "file": str(output),
-            "speeds": len(table.speed),
-            "preload_n": table.preload.tolist(),
-            "temperature_c": (table.temperature - CELSIUS).tolist(),
-        }
-        return {output: text}, [head | answer]
-    files, answers = {}, []
-    for j, preload in enumerate(table.preload):
-        for k, kelvin in enumerate(table.temperature):
-            # the entry at rest is one of them
-            points = few_points(table.speed, table.torque[:, j, k], most - 1)
-            where = f"preload {preload:.6g} N, oil {kelvin - CELSIUS:.6g} degC"
-            many = len(table.preload) * len(table.temperature) > 1
-            name = (
-                f"{output.stem}_{preload:.6g}N_{kelvin - CELSIUS:.6g}C{output.suffix}"
-                if many
-                else output.name
-            )
-            path = output.with_name(name)
-            files[path] = formats.twincat_text(table, table.lead, points, *current, where)
-            answers.append(head | {
-                "file": str(path), "preload_n": float(preload), "temperature_c": float(kelvin - CELSIUS),
-                "entries": len(points.x) + 1, "largest_error_nm": points.error, "error_bound_nm": points.bound,
-                "largest_error_share": points.error / float(table.torque[:, j, k].mean()),
-            })  # fmt: skip
-    return files, answers
-
-
-def _of_log(args: Namespace, output: Path, most: int) -> Files:
-    """Texts of the friction that identify has found, and what is said of them."""
-    from ...exchange import axis as formats
-    from ...exchange.formats import twincat_text
-    from ...exchange.piecewise import Points, few_points
+def _of_log(args: Namespace, most: int) -> _Export:
+    """Friction that identify has found."""
+    from ...exchange.friction_table import read_identified
 
     options = ("screw", "map", "friction", "kinematics", "preload_n", "temperature_c")
     if needless := [name for name in options if getattr(args, name) is not None]:
@@ -197,34 +208,18 @@ def _of_log(args: Namespace, output: Path, most: int) -> Files:
         raise ValueError(
             "--points with --identified; allowed: with --format twincat, other files have all speeds"
         )
-    found = formats.read_identified(args.identified)
+    axis = read_identified(args.identified)
     if args.lead_mm is not None:
-        found = found._replace(lead=1e-3 * LEAD.checked("--lead-mm", args.lead_mm))
+        axis = axis._replace(lead=1e-3 * abs(LEAD.checked("--lead-mm", args.lead_mm)))
     if args.speed_rpm is not None:
-        found = found.between(*_speeds(args, 0.0, math.inf))
-    head = {"format": args.format, "file": str(output), "log": found.about["log"]}
-    if args.format != "twincat":
-        text = {
-            "csv": formats.csv_text, "json": formats.json_text, "modelica": formats.modelica_text,
-            "matlab": lambda one: formats.matlab_text(one, output.stem),
-        }[args.format](found)  # fmt: skip
-        _current(args)
-        return {output: text}, [head | {"speeds": len(found.friction.speed)}]
-    if found.lead is None:
-        raise ValueError(
-            "--lead-mm (missing); needed with --format twincat, whose list is over the velocity of the axis"
+        axis = axis.between(*_speeds(args, 0.0, math.inf))
+    current, lists = _current(args, axis.torque_constant, axis.ratio), []
+    if args.format == "twincat" and axis.lead is not None:
+        both = axis.mean
+        differs = float(np.max(np.abs(both.difference)))
+        where = (
+            f"mean of both directions, for a list has none; each differs from it by up to "
+            f"{differs * current[0]:.3g} A = {differs:.3g} N.m"
         )
-    current, both = _current(args, found.torque_constant, found.ratio), found.mean
-    points = Points(both.speed, both.mean, 0.0, 0.0)
-    if len(both.speed) >= most:
-        points = few_points(both.speed, both.mean, most - 1)
-    apart = float(np.max(np.abs(both.difference)))
-    where = (
-        f"mean of both directions, for a list has none; each differs from it by up to "
-        f"{apart * current.per_torque:.3g} A = {apart:.3g} N.m"
-    )
-    text = twincat_text(found, found.lead, points, *current, where)
-    return {output: text}, [head | {
-        "entries": len(points.x) + 1, "largest_error_nm": points.error, "error_bound_nm": points.bound,
-        "largest_error_share": points.error / float(both.mean.mean()), "direction_difference_nm": apart,
-    }]  # fmt: skip
+        lists = [_List("", where, both.speed, both.mean, {"direction_difference_nm": differs})]
+    return _Export(axis.table, lists, axis.lead, current, {"log": axis.about["log"]})

@@ -47,7 +47,11 @@ class _Axis(NamedTuple):
         guide, seal = self.given["guide_force_n"] or 0.0, self.given["seal_torque_nm"] or 0.0
         if guide and self.lead is None:
             raise ValueError("--lead-mm or --screw (missing); needed with --guide-force-n")
-        return seal + guide * (self.lead or 0.0)
+        return seal + guide * abs(self.lead or 0.0)
+
+    def user_value(self, name: str, of_log: float | None) -> float | None:
+        """Of an option, else of the log."""
+        return of_log if self.given[name] is None else self.given[name]
 
     def stated(self, rotary: bool, names: tuple[str, str], power: int) -> tuple[float, float] | None:
         """A number that is given for the screw or for the linear axis, for the one of the log; factor to it.
@@ -69,7 +73,7 @@ class _Axis(NamedTuple):
 def run_identify(args: Namespace) -> int:
     """Fit of a log, its friction and preload, and the files that are wanted."""
     from ...identification import output
-    from ...identification.log_units import stated_columns
+    from ...identification.log_file import stated_columns
 
     columns, given = stated_columns(args.column), _given(args)
     _check(args, given)
@@ -88,9 +92,7 @@ def run_identify(args: Namespace) -> int:
     if args.measurements:
         assert friction is not None
         text = output.measurements_text(friction, _known_preload(found, axis), _temperature(found, args))
-        with written("--measurements", args.measurements), whole_file(Path(args.measurements)) as temporary:
-            temporary.write_text(text, encoding="utf-8")
-        say(f"written: {args.measurements}")
+        _write("--measurements", args.measurements, text)
     if args.plot:
         from ...calibration.plot import save_figure
         from ...identification.plot import identification_figure
@@ -100,14 +102,18 @@ def run_identify(args: Namespace) -> int:
             save_figure(figure, Path(args.plot))
         say(f"written: {args.plot}")
     if args.output:
-        with written("--output", args.output), whole_file(Path(args.output)) as temporary:
-            temporary.write_text(json.dumps(plain(data), indent=1) + "\n", encoding="utf-8")
-        say(f"written: {args.output}")
+        _write("--output", args.output, json.dumps(plain(data), indent=1) + "\n")
     if args.json:
         print_results([data], True, False)
     else:
         print(output.identified_text(found, data))
     return 0
+
+
+def _write(option: str, path: str, text: str) -> None:
+    with written(option, path), whole_file(Path(path)) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    say(f"written: {path}")
 
 
 def _given(args: Namespace) -> dict[str, float | None]:
@@ -161,10 +167,11 @@ def _axis(args: Namespace, given: dict[str, float | None], progress: Progress) -
 
     chosen = chosen_of(args)
     own = chosen.parameters.screw.lead / (2.0 * math.pi)
-    if lead is not None and not math.isclose(lead, own, rel_tol=1e-3):
+    if lead is not None and not math.isclose(abs(lead), own, rel_tol=1e-3):
         raise ValueError(
             f"--lead-mm = {given['lead_mm']:g}; allowed: that of the screw file, {2e3 * math.pi * own:.6g}"
         )
+    own = math.copysign(own, lead or own)
     if args.map is None and args.screw is not None and args.friction is None and not args.before:
         # the lead alone is wanted, unless the packaged map is that of the screw
         from ...nut_map.file import packaged_map_of
@@ -200,8 +207,8 @@ def _identified(path: str, axis: _Axis) -> Identified:
     check_units(log, signals, None if axis.law is None else axis.law.nut_map)
     inertia, offset = axis.stated(signals.rotary, INERTIAS, 2), axis.stated(signals.rotary, OFFSETS, 1)
     if offset is not None:
-        offset = offset[0], offset[1] * (given["offset_error"] or 0.0)
-    travel = TRAVEL if not signals.rotary else TRAVEL / axis.lead if axis.lead else TRAVEL_ANGLE
+        offset = offset[0], abs(offset[1]) * (given["offset_error"] or 0.0)
+    travel = TRAVEL if not signals.rotary else TRAVEL / abs(axis.lead) if axis.lead else TRAVEL_ANGLE
     delay = None if given["delay_ms"] is None else 1e-3 * given["delay_ms"]
     bins = None if given["bins"] is None else int(given["bins"])
     try:
@@ -240,13 +247,8 @@ def _temperature(found: Identified, args: Namespace) -> float:
     return found.temperature
 
 
-def _preload(found: Identified, axis: _Axis, name: str = "preload_n") -> float | None:
-    given = axis.given[name]
-    return found.preload if given is None else given
-
-
 def _known_preload(found: Identified, axis: _Axis) -> float:
-    value = _preload(found, axis)
+    value = axis.user_value("preload_n", found.preload)
     if value is None:
         raise ValueError(
             "--preload-n (missing); needed with --measurements, or a column preload [N] in the log"
@@ -270,7 +272,9 @@ def _with_law(
         stated = axis.given["before_temperature_c"]
         then = (earlier.temperature or temperature) if stated is None else stated + CELSIUS
         before = _nut(earlier, axis, other)
-        preloads = _preload(found, axis), _preload(earlier, axis, "before_preload_n")
+        preloads = (
+            axis.user_value("preload_n", found.preload), axis.user_value("before_preload_n", earlier.preload)
+        )  # fmt: skip
         if preloads[0] is not None and preloads[1] is not None:
             apart = told_apart([(friction, preloads[0], temperature), (before, preloads[1], then)], law)
             data |= output.apart_data(apart)
@@ -288,33 +292,21 @@ def _curve(axis: _Axis, found: Identified, friction: ScrewFriction, result: Foun
     """The law over the speeds of the log, with what was subtracted from the friction."""
     import numpy as np
 
+    from ...exchange.friction_table import friction_table
     from ...identification.plot import LawCurve
     from ...identification.preload import screw_friction
-    from ...nut_map.interval import map_interval
 
-    law = axis.law
+    law, whole = axis.law, screw_friction(found, axis.lead)
     assert law is not None
     low, high = law.nut_map.header["axes"]["speed"][:2]
-    whole = screw_friction(found, axis.lead)
     speed = np.linspace(max(float(whole.speed.min()), low), min(float(whole.speed.max()), high), 60)
-    parts = np.interp(speed, whole.speed, whole.torque) - np.interp(speed, friction.speed, friction.torque)
-    torque = law.torque(result.preload, speed, result.temperature)
-    ends = np.ones((2, len(speed)))
-    if law.nut_map.law == MECHANISTIC:
-        at = np.linspace(speed[0], speed[-1], 5)
-        axes = law.nut_map.header["axes"]
-        found_ends = [
-            map_interval(
-                law.parameters, axes, law.friction_set, result.preload, x, result.temperature
-            ).relative
-            for x in at
-        ]
-        ends = np.array([np.interp(speed, at, [pair[k] for pair in found_ends]) for k in (0, 1)])
-    scale = 1.0 if found.rotary else axis.lead or 1.0
-    known = (
-        f" and {parts.mean() / scale:.3g} {'N m' if found.rotary else 'N'} of other parts"
-        if np.any(parts > 1e-9)
-        else ""
-    )
-    value, lower, upper = ((torque * factor + parts) / scale for factor in (1.0, *ends))
+    other = np.interp(speed, whole.speed, whole.torque) - np.interp(speed, friction.speed, friction.torque)
+    table = friction_table(
+        law.nut_map, law.parameters, law.friction_set, law.nut_map.law == MECHANISTIC, speed,
+        np.array([result.preload]), np.array([result.temperature]),
+    )  # fmt: skip
+    scale, unit = (1.0, "N m") if found.rotary else (abs(axis.lead or 1.0), "N")
+    known = f" and {other.mean() / scale:.3g} {unit} of other parts" if np.any(other > 1e-9) else ""
+    bounds = [table.torque if values is None else values for values in (table.low, table.high)]
+    value, lower, upper = ((torque[:, 0, 0] + other) / scale for torque in (table.torque, *bounds))
     return LawCurve(speed * scale, value, lower, upper, f"law at a preload of {result.preload:.4g} N{known}")

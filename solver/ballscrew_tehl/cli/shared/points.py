@@ -2,18 +2,43 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from typing import NamedTuple
 
-from ...calibration.csv_table import read_rows
-from ...calibration.measurement_units import QUANTITIES, Column, UnknownUnitError, column_of
 from ...parameters.units import CELSIUS, RPM
+from ...tables.csv_file import read_rows
+from ...tables.headings import MEASURED, HeadingError, UnknownUnitError, quantity_of, si
 from .files import check_output
 from .quantities import Quantity
 from .results import say
+
+#: quantity of a heading: option of it, SI over its unit, offset of its unit
+_OPTIONS = {
+    "preload": ("preload_n", 1.0, 0.0),
+    "speed": ("speed_rpm", RPM, 0.0),
+    "temperature": ("temperature_c", 1.0, CELSIUS),
+    "torque": ("torque_nm", 1.0, 0.0),
+    "axial_load": ("axial_load_n", 1.0, 0.0),
+}
+
+
+class _Column(NamedTuple):
+    """Option of a column; quantity and unit, if the unit is not that of the option."""
+
+    option: str
+    other: tuple[str, str] | None = None
+
+    def value(self, text: str) -> str:
+        """A field in the unit of the option."""
+        if self.other is None:
+            return text
+        key, unit = self.other
+        try:
+            return f"{si(float(text), MEASURED[key], unit) / _OPTIONS[key][1] - _OPTIONS[key][2]:.12g}"
+        except ValueError:
+            return text
 
 
 def check_rows(args: Namespace) -> None:
@@ -30,11 +55,11 @@ def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[st
     Raises       ValueError: a value missing or not allowed, an unknown column similar to a known one
     """
     check_rows(args)
-    common: dict[str, float] = {}
-    for quantity in quantities:
-        given = getattr(args, quantity.name)
-        if given is not None:
-            common[quantity.name] = quantity.checked(quantity.option, given)
+    common = {
+        q.name: q.checked(q.option, getattr(args, q.name))
+        for q in quantities
+        if getattr(args, q.name) is not None
+    }
     if args.points is None:
         for quantity in quantities:
             if quantity.name not in common and quantity.default is None:
@@ -42,86 +67,76 @@ def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[st
                     f"{quantity.option} (missing); allowed: {quantity.allowed}, or --points FILE.csv"
                 )
         return [{q.name: common.get(q.name, _default(q)) for q in quantities}]
-    rows = [_by_option(args.points, row, quantities) for row in read_rows(args.points)]
-    _check_columns(args.points, rows[0], quantities)
-    points = []
-    for index, row in enumerate(rows, start=1):
-        point = {}
-        for quantity in quantities:
-            if row.get(quantity.name):
-                where = f"{args.points}: row {index}: {quantity.name}"
-                point[quantity.name] = quantity.checked(where, row[quantity.name])
-            elif quantity.name in common or quantity.default is not None:
-                point[quantity.name] = common.get(quantity.name, _default(quantity))
-            else:
-                raise ValueError(
-                    f"{args.points}: row {index}: {quantity.name} (missing); allowed: {quantity.allowed}, "
-                    f"in a column or by {quantity.option}"
-                )
-        points.append(point)
-    for quantity in quantities:
-        if quantity.name in common and all(row.get(quantity.name) for row in rows):
+    columns: dict[str, _Column | None] = {}
+    problems: list[HeadingError] = []
+
+    def is_used(heading: str) -> bool:
+        columns[heading] = None
+        try:
+            columns[heading] = _column(heading, quantities)
+        except HeadingError as error:
+            problems.append(error)
+        return columns[heading] is not None
+
+    rows = read_rows(args.points, is_used)
+    used = {heading: column for heading, column in columns.items() if column is not None}
+    options = {column.option for column in used.values()} | common.keys()
+    for error in problems:
+        # beside its quantity, a heading such as torque_low_nm is another one
+        if isinstance(error, UnknownUnitError) or _OPTIONS[error.key][0] not in options:
+            raise ValueError(f"{args.points}: {error}")
+    for heading, column in reversed(used.items()):
+        if any(other.option == column.option for text, other in used.items() if text != heading):
             raise ValueError(
-                f"{quantity.option} = {common[quantity.name]:g}, {args.points} has this column in all rows; remedy: "
-                "remove one"
+                f"{args.points}: columns given twice: {column.option}, also as {heading}; remedy: remove one"
+            )
+    if unused := [heading for heading, column in columns.items() if column is None]:
+        say(f"{args.points}: columns not used: {', '.join(unused)}")
+    points = [
+        _point(args.points, index, {c.option: c.value(row[text]) for text, c in used.items()}, quantities, common)
+        for index, row in enumerate(rows, start=1)
+    ]  # fmt: skip
+    for name, value in common.items():
+        if any(c.option == name and all(row[text] for row in rows) for text, c in used.items()):
+            option = f"--{name.replace('_', '-')}"
+            raise ValueError(
+                f"{option} = {value:g}, {args.points} has this column in all rows; remedy: remove one"
             )
     return points
 
 
-#: key of a heading with its unit in brackets: option of that quantity, SI over its unit, offset of its unit
-_OPTIONS = {
-    "preload": ("preload_n", 1.0, 0.0),
-    "speed": ("speed_rpm", RPM, 0.0),
-    "temperature": ("temperature_c", 1.0, CELSIUS),
-    "torque": ("torque_nm", 1.0, 0.0),
-    "axial_load": ("axial_load_n", 1.0, 0.0),
-}
+def _column(heading: str, quantities: Sequence[Quantity]) -> _Column | None:
+    """Option of a heading: its name, or as calibrate reads it, `preload [kN]`; None for any other one.
 
-
-def _by_option(path: Path, row: Mapping[str, str], quantities: Sequence[Quantity]) -> dict[str, str]:
-    """Fields by name of their option: columns named like an option, or as calibrate reads them, `preload [kN]`."""
-    known = [quantity.name for quantity in quantities]
-    found: dict[str, str] = {}
-    for heading, text in row.items():
-        name, value = heading.lower(), text
-        if name not in known and (column := _with_unit(path, heading, known)) is not None:
-            name, factor, offset = _OPTIONS[column.key]
-            try:
-                value = f"{column.si(float(text)) / factor - offset:.12g}"
-            except ValueError:
-                value = text
-        if name in found:
-            raise ValueError(f"{path}: columns given twice: {name}, also as {heading}; remedy: remove one")
-        found[name] = value
-    return found
-
-
-def _with_unit(path: Path, heading: str, known: Sequence[str]) -> Column | None:
-    """Quantity and unit of a heading such as `preload [kN]`; None for any other one.
-
-    Raises       ValueError: an unknown unit in brackets
+    Raises       ValueError: as quantity_of
     """
-    try:
-        return column_of(heading, {key: QUANTITIES[key] for key in _OPTIONS if _OPTIONS[key][0] in known}, ())
-    except UnknownUnitError as error:
-        raise ValueError(f"{path}: {error}") from None
-    except ValueError:
-        return None
+    known = [quantity.name for quantity in quantities]
+    if heading.lower() in known:
+        return _Column(heading.lower())
+    allowed = {key: MEASURED[key] for key, (option, *_) in _OPTIONS.items() if option in known}
+    found = quantity_of(heading, allowed, example=", ".join(known))
+    return None if found is None else _Column(_OPTIONS[found[0]][0], found)
+
+
+def _point(
+    path: str, index: int, row: Mapping[str, str], quantities: Sequence[Quantity], common: Mapping[str, float]
+) -> dict[str, float]:  # fmt: skip
+    """Values of a row, else those of the options, else the defaults."""
+    point = {}
+    for quantity in quantities:
+        if row.get(quantity.name):
+            point[quantity.name] = quantity.checked(
+                f"{path}: row {index}: {quantity.name}", row[quantity.name]
+            )
+        elif quantity.name in common or quantity.default is not None:
+            point[quantity.name] = common.get(quantity.name, _default(quantity))
+        else:
+            raise ValueError(
+                f"{path}: row {index}: {quantity.name} (missing); allowed: {quantity.allowed}, in a column or by "
+                f"{quantity.option}"
+            )
+    return point
 
 
 def _default(quantity: Quantity) -> float:
     return math.nan if quantity.default is None else quantity.default
-
-
-def _check_columns(path: str, columns: Mapping[str, str], quantities: Sequence[Quantity]) -> None:
-    """Reject a misspelt column; report columns that are not used."""
-    known = [quantity.name for quantity in quantities]
-    unused = [column for column in columns if column not in known]
-    for column in unused:
-        near = difflib.get_close_matches(
-            column, [name for name in known if name not in columns], n=1, cutoff=0.7
-        )
-        if near:
-            raise ValueError(f"{path}: column {column}; allowed: {', '.join(known)}; is {near[0]} meant?")
-    if unused:
-        say(f"{path}: columns not used: {', '.join(unused)}")

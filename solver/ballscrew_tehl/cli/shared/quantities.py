@@ -19,6 +19,8 @@ class Quantity(NamedTuple):
     default: float | None = None
     #: zero is rejected
     not_zero: bool = False
+    #: the bounds are those of the magnitude
+    signed: bool = False
 
     @property
     def option(self) -> str:
@@ -38,7 +40,11 @@ class Quantity(NamedTuple):
             words = f"{self.min_:g} to {self.max_:g}"
         elif math.isfinite(self.min_):
             words += f" >= {self.min_:g}"
-        return words + (", not 0" if self.not_zero else "")
+        return (
+            words
+            + (", not 0" if self.not_zero else "")
+            + (", or the same with a minus" if self.signed else "")
+        )
 
     def checked(self, where: str, value: Any) -> float:
         """The value as a float.
@@ -49,7 +55,8 @@ class Quantity(NamedTuple):
             number = float(value)
         except ValueError:
             number = math.nan
-        if not (math.isfinite(number) and self.min_ <= number <= self.max_) or (
+        size = abs(number) if self.signed else number
+        if not (math.isfinite(number) and self.min_ <= size <= self.max_) or (
             self.not_zero and number == 0.0
         ):
             celsius = number - CELSIUS
@@ -88,10 +95,12 @@ OFFSET = Quantity(
 )
 OFFSET_ERROR = OFFSET._replace(min_=0.0)
 IDENTIFY_OPTIONS = (
-    TORQUE_CONSTANT,
-    Quantity("gain_n_v", "force of the drive over its voltage [N/V]", 1e-6, 1e9),
-    RATIO,
-    LEAD,
+    TORQUE_CONSTANT._replace(signed=True),
+    Quantity("gain_n_v", "force of the drive over its voltage [N/V]", 1e-6, 1e9, signed=True),
+    RATIO._replace(signed=True),
+    LEAD._replace(
+        signed=True, help="lead of the screw, negative: left-hand thread [mm]; default: by screw or map"
+    ),
     Quantity("inertia_kgm2", "known inertia at the screw, axis included [kg m2]", 1e-12, 1e6),
     Quantity("mass_kg", "known moved mass, screw and motor included [kg]", 1e-6, 1e7),
     OFFSET,

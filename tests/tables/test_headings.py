@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from ballscrew_tehl.calibration.measurement_units import column_of, columns_of
+from ballscrew_tehl.calibration.measurement_file import measured_columns
+from ballscrew_tehl.tables.headings import MEASURED, quantity_of, si
 
 #: heading, value as written, quantity, SI; conversion factors of NIST SP 811
 CASES = """
@@ -25,6 +26,11 @@ speed [min^-1]; 60; speed; 6.283185307179586
 torque [lbf.in]; 10; torque; 1.129848290276167
 axial load [kN]; -0.5; axial_load; -500
 torque_uncertainty [%]; 2; torque_uncertainty; 0.02
+Moment [Nm]; 2; torque; 2
+Moment in N.cm; 40; torque; 0.4
+Drehzahl / 1/min; 60; speed; 6.283185307179586
+speed [turn/s]; 1; speed; 6.283185307179586
+torque [lb-in]; 10; torque; 1.129848290276167
 """
 REFUSED = """
 preload [kp]; speed [r/min]; torque [N.m] => column 'preload [kp]': unit 'kp'; allowed: N, kN, daN, kgf, lbf
@@ -41,15 +47,15 @@ preload [N]; speed [r/min]; torque [N.m]; weight; torque_uncertainty [%] => colu
 
 def test_a_heading_gives_quantity_and_factor():
     for line in CASES.strip().splitlines():
-        heading, value, key, si = line.split("; ")
-        column = column_of(heading)
-        assert column.key == key
-        assert math.isclose(column.si(float(value)), float(si), rel_tol=1e-12), line
+        heading, value, key, expected = line.split("; ")
+        found, unit = quantity_of(heading, MEASURED)
+        assert found == key
+        assert math.isclose(si(float(value), MEASURED[key], unit), float(expected), rel_tol=1e-12), line
 
 
 def test_ambiguous_headings_are_refused():
     for line in REFUSED.strip().splitlines():
         headings, message = line.split(" => ")
         with pytest.raises(ValueError, match=r"allowed|write|meant") as caught:
-            columns_of(headings.split("; "))
+            measured_columns(headings.split("; "))
         assert message in str(caught.value)

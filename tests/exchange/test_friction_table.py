@@ -6,16 +6,15 @@ import re
 import numpy as np
 import pytest
 
-from ballscrew_tehl.exchange import axis
 from ballscrew_tehl.exchange.formats import csv_text, json_text, matlab_text, modelica_text, twincat_text
+from ballscrew_tehl.exchange.friction_table import FrictionTable, read_identified
 from ballscrew_tehl.exchange.piecewise import few_points
-from ballscrew_tehl.exchange.tables import FrictionTable
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 
 SPEED = np.geomspace(1.0, 200.0, 7)
 TORQUE = np.array([[[0.3 + 1e-4 * f + 0.05 * w**0.5 / (k - 250.0) for k in (293.15, 313.15)] for f in (1e3, 2e3)]
                    for w in SPEED])  # fmt: skip
-TABLE = FrictionTable(SPEED, np.array([1e3, 2e3]), np.array([293.15, 313.15]), TORQUE, 0.9 * TORQUE, 1.1 * TORQUE, 8e-3,
+TABLE = FrictionTable(SPEED, np.array([1e3, 2e3]), np.array([293.15, 313.15]), TORQUE, 0.9 * TORQUE, 1.1 * TORQUE,
                       {"screw": "mine"})  # fmt: skip
 
 
@@ -107,20 +106,20 @@ def identified(path, rotary=True):
 def test_friction_of_an_axis_is_read_back_in_each_direction(tmp_path, rotary):
     path = tmp_path / "identified.json"
     speed, value = identified(path, rotary)
-    found = axis.read_identified(path)
+    found = read_identified(path)
     one = RPM if rotary else 1.0
-    lines = [line for line in axis.csv_text(found).splitlines() if not line.startswith("#")]
+    lines = [line for line in csv_text(found.table).splitlines() if not line.startswith("#")]
     assert lines[0].startswith("speed [r/min],torque [N.m]," if rotary else "velocity [m/s],force [N],")
     rows = np.array([numbers(line) for line in lines[1:]])
     assert np.allclose(rows, np.column_stack([speed / one, value, value - 0.01, value + 0.01]), rtol=1e-6)
-    data = json.loads(axis.json_text(found))
+    data = json.loads(json_text(found.table))
     assert np.allclose(data["torque_nm" if rotary else "force_n"], value, rtol=1e-6)
-    text = axis.modelica_text(found)
+    text = modelica_text(found.table)
     table = np.array([numbers(line) for line in text.split("double friction_1(15,4)\n")[1].splitlines()])
     assert np.allclose(np.delete(table, 7, axis=0), rows * [one, 1.0, 1.0, 1.0], rtol=1e-6)
     assert np.all(table[7] == 0.0)
     given = {
-        key: numbers(row) for key, row in re.findall(r"t\.(\w+) = \[(.*?)\];", axis.matlab_text(found, "f"))
+        key: numbers(row) for key, row in re.findall(r"t\.(\w+) = \[(.*?)\];", matlab_text(found.table, "f"))
     }
     assert np.allclose(given["speed"], table[:, 0])
     assert np.allclose(given["value"], table[:, 1], rtol=1e-6)
