@@ -81,13 +81,10 @@ def interval_table(
     at = {name: nearest(axes, name, value) for name, value in friction_set.calibrated_at.items()}
     force, speed, temperature = (tuple(axes[name]) for name in ("force", "speed", "temperature"))
     grid = MapGrid(force, speed, temperature)
-    here = BallContacts(parameters, ball_range(parameters, grid)), speeds[:, None], temperatures
-    set_here = replace(friction_set, calibrated_at=at)
-    ends = [
-        interval_ends(parameters, [force] * 2, *here, set_here)
-        for force in np.geomspace(light, heavy, nodes[0])
-    ]
-    return fit(np.log(ends).transpose(0, 2, 3, 1), (0, 1, 2))
+    contacts = BallContacts(parameters, ball_range(parameters, grid))
+    preloads, here = np.geomspace(light, heavy, nodes[0]), replace(friction_set, calibrated_at=at)
+    ends = interval_ends(parameters, preloads, contacts, speeds, temperatures, here)
+    return fit(np.log(np.stack(ends, axis=-1)), (0, 1, 2))
 
 
 #: relative accuracy of the ends of a preload
