@@ -8,14 +8,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ballscrew_fmu.archive import BuiltFmu
-from ballscrew_fmu.checks.check import check, recovered_preload, refuse_other_experiments, torque_tables
+from ballscrew_fmu.checks.check import check, recovered_preload, torque_tables
 from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.live_page.page import live_page
 from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, NATIVE_MODELS, FmuModel
 from ballscrew_fmu.native_fmu import compile as native_compile
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
-from ballscrew_fmu.pages.page import NOT_VALIDATED
-from ballscrew_fmu.pages.validation import validation_report
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.cli.shared.chosen import chosen_of
 from ballscrew_tehl.friction.sets import FrictionSet
@@ -109,14 +107,12 @@ def build(
     with tempfile.TemporaryDirectory(dir=folder, prefix=".build_") as scratch:
         built: list[tuple[BuiltFmu, str]] = []
         tables = note = page = ""
-        report = NOT_VALIDATED
         compiler = native_compile.find_compiler()
         advance("compiling the live page")
         if any(
             kind.model is FRICTION for kind in wanted
         ):  # of one screw, it would be the same in the other models
             page = inputs.live_page() if compiler.crosses else ""
-            report = validation_report(parameters, nut_map)
         references = {}
         for kind in wanted:
             model, path = kind.model, Path(scratch) / kind.file_name
@@ -125,26 +121,15 @@ def build(
             if model not in references:
                 references[model] = reference_of(nut_map, model)
             reference = references[model]
-            documents = {"live_page": page if of_friction else ""}
+            shown = page if of_friction else ""
             if kind.native:
-                validation = report if of_friction else NOT_VALIDATED
                 fmu = build_native_fmu(
-                    nut_map,
-                    kind.fmi_version,
-                    path,
-                    reference,
-                    validation,
-                    compiler.platforms,
-                    model,
-                    embed_map,
-                    **documents,
+                    nut_map, kind.fmi_version, path, reference, compiler.platforms, model, embed_map, shown
                 )
             else:
-                fmu = build_fmu(nut_map, path, model=model, **documents)
+                fmu = build_fmu(nut_map, path, model=model, live_page=shown)
             advance(f"checking {kind.file_name}")
             line = check(fmu.path, reference, model)
-            if kind.native:
-                refuse_other_experiments(fmu.path, reference)
             if model is MONITOR:
                 line += recovered_preload(fmu.path, parameters, nut_map)
             built.append((fmu, line))

@@ -1,15 +1,12 @@
 """Checks of a built FMU: validation in fmpy, replay against the map, torque compared with measurement."""
 
-import tempfile
-import zipfile
 from pathlib import Path
 
 from fmpy import validation
 
-from ballscrew_fmu.checks.experiments import experiments_in
 from ballscrew_fmu.checks.replay import AGREEMENT, CheckError, FmuInstance, check_replay, running
 from ballscrew_fmu.models import AXIS, FRICTION, FmuModel
-from ballscrew_fmu.native_fmu.experiments import FOLDER, Reference
+from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_tehl.calibration.csv_table import read_rows
 from ballscrew_tehl.calibration.measurements import PACKAGED_PRELOAD
 from ballscrew_tehl.friction.baselines import nsk_torque, zhou_torque
@@ -47,20 +44,6 @@ def refuse_findings(fmu: Path) -> None:
     """Raises CheckError with what the validation of fmpy finds."""
     if findings := validation.validate_fmu(str(fmu)):
         raise CheckError(f"fmpy validation of {fmu.name}: {' | '.join(findings)}")
-
-
-def refuse_other_experiments(fmu: Path, reference: Reference) -> None:
-    """Raises CheckError where the experiments in a native FMU are not those of the reference of its check."""
-    with tempfile.TemporaryDirectory(prefix="ballscrew_fmu_") as folder:
-        with zipfile.ZipFile(fmu) as archive:
-            archive.extractall(folder, [name for name in archive.namelist() if name.startswith(FOLDER)])
-        found = experiments_in(Path(folder))
-    for name, one in found.items():
-        count = len(one.outputs)
-        if one != reference._replace(
-            inputs=list(reference.inputs[:count]), outputs=list(reference.outputs[:count])
-        ):
-            raise CheckError(f"{fmu.name}: {name} is not the reference that the FMU was checked with")
 
 
 def torque_tables(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str:
