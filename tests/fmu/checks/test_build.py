@@ -131,7 +131,7 @@ def test_a_screw_file_alone_gives_the_fmus_that_are_asked_for(script, for_this_m
     assert sorted(path.name for path in (tmp_path / "fmus").iterdir()) == sorted(names)
     starts = {v.name: v.start for v in read_model_description(made[2]["file"]).modelVariables}
     assert float(starts["lead"]) == pytest.approx(0.01)
-    assert LAYERS == tuple(model.layer for model in NATIVE_MODELS)
+    assert tuple(model.layer for model in NATIVE_MODELS) == LAYERS
 
 
 # --- what stops a build: nothing is delivered ---

@@ -69,7 +69,7 @@ def test_every_fmu_replays_the_map_and_its_own_reference(built, model, kind, law
 
 
 def test_an_axis_with_another_equation_is_found(opened):
-    """Motion of the C code with another friction of the guide, damping or Coulomb law than the integration in Python."""
+    """Motion of the C code with other parameters than the integration in Python."""
     nut_map = closed_form()
     rows = list(axis_input(nut_map.header))
     assert reference_motion(opened, rows) <= 5e-4
