@@ -13,6 +13,7 @@ from ballscrew_tehl.whole_file import whole_file
 
 NAMESPACE = uuid.uuid5(uuid.NAMESPACE_URL, "https://fmi-standard.org/ballscrew-tehl")
 _EPOCH = (1980, 1, 1, 0, 0, 0)
+LEVEL = 6  # of zip; 9 takes 1.6 times as long for 0.2 % of a library and nothing of a map
 
 
 class BuiltFmu(NamedTuple):
@@ -24,14 +25,14 @@ class BuiltFmu(NamedTuple):
 
 def built(path: Path | str, files: Mapping[str, bytes]) -> BuiltFmu:
     """Write the FMU with these files."""
-    write_fmu(path, files)
-    root, content = ElementTree.fromstring(files["modelDescription.xml"]), Path(path).read_bytes()
+    content = write_fmu(path, files)
+    root = ElementTree.fromstring(files["modelDescription.xml"])
     token = root.get("guid") or root.get("instantiationToken") or ""
     return BuiltFmu(Path(path), token, hashlib.sha256(content).hexdigest(), len(content))
 
 
-def write_fmu(path: Path | str, files: Mapping[str, bytes]) -> None:
-    """Write a zip archive with fixed dates and order, atomically.
+def write_fmu(path: Path | str, files: Mapping[str, bytes]) -> bytes:
+    """Write a zip archive with fixed dates and order, atomically; returns its content.
 
     Raises       OSError: the folder cannot be written
     """
@@ -41,8 +42,9 @@ def write_fmu(path: Path | str, files: Mapping[str, bytes]) -> None:
             member = zipfile.ZipInfo(name, _EPOCH)
             member.create_system = 3  # unix, whatever the build system
             member.external_attr = 0o644 << 16
-            archive.writestr(member, files[name], zipfile.ZIP_DEFLATED, 9)
+            archive.writestr(member, files[name], zipfile.ZIP_DEFLATED, LEVEL)
     write_whole(Path(path), out.getvalue())
+    return out.getvalue()
 
 
 def write_whole(path: Path, content: bytes) -> None:

@@ -3,23 +3,20 @@
 import os
 import tempfile
 from argparse import Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import NamedTuple
 
+from ballscrew_fmu.archive import BuiltFmu
 from ballscrew_fmu.checks.check import check, recovered_preload, torque_tables
-from ballscrew_fmu.checks.experiments import check_experiments
-from ballscrew_fmu.checks.reference import STEP, reference_results
+from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.live_page.page import live_page
 from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, NATIVE_MODELS, FmuModel
 from ballscrew_fmu.native_fmu import compile as native_compile
-from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
-from ballscrew_fmu.pages.validation import validation_report
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.cli.shared.chosen import chosen_of
 from ballscrew_tehl.friction.sets import FrictionSet
-from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.nut_map.interval import interval_table
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.report.data import OperatingPoint
@@ -56,89 +53,94 @@ def read_inputs(
                  a screw and a map takes the GD4008-3 with an oil ISO VG 100
     Raises       ValueError or OSError: invalid input, with a message of one line
     """
-    chosen = chosen_of(Namespace(screw=screw, map=map_file, kinematics=kinematics, friction=friction))
-    nut_map = load_map(map_file, chosen.parameters, chosen.of_file)
-    return Inputs(chosen.parameters, nut_map, chosen.friction_set)
+    args = Namespace(screw=screw, map=map_file, kinematics=kinematics, friction=friction)
+    chosen = chosen_of(args)
+    return Inputs(chosen.parameters, chosen.nut_map(args), chosen.friction_set)
+
+
+class Kind(NamedTuple):
+    """An FMU to be built: version of FMI, for Python hosts or native."""
+
+    model: FmuModel
+    fmi_version: int
+    native: bool
+
+    @property
+    def file_name(self) -> str:
+        return native_file_name(self.fmi_version, self.model) if self.native else f"{self.model.name}.fmu"
+
+
+def kinds(
+    only: Collection[str] = (), fmi_version: int | None = None, python_only: bool = False
+) -> list[Kind]:
+    """FMUs of the models with these layers (none: all) and this version of FMI, those for Python hosts first.
+
+    Raises       ValueError: there are none
+    """
+    every = [Kind(model, 2, False) for model in MODELS]
+    if not python_only:
+        every += [Kind(model, version, True) for model in NATIVE_MODELS for version in (2, 3)]
+    found = [
+        kind
+        for kind in every
+        if (not only or kind.model.layer in only) and fmi_version in (None, kind.fmi_version)
+    ]
+    if not found:
+        raise ValueError("no FMU to build: those for Python hosts are friction and monitor, of FMI 2")
+    return found
 
 
 def build(
     inputs: Inputs,
     folder: Path,
+    wanted: Collection[Kind],
     advance: Advance = lambda text: None,
-    python_only: bool = False,
     embed_map: bool = False,
-) -> tuple[dict[Path, str], str, str]:
-    """Pack, check and deliver the FMUs.
+) -> tuple[dict[Path, tuple[BuiltFmu, str]], str, str]:
+    """Pack, check and deliver the FMUs. advance is called twice for each, and before them once.
 
-    Parameters   embed_map : compile the map into the native FMUs, which then open no file
-    Returns      results of the checks by FMU; tables of torques; what a missing compiler left out
+    Parameters   wanted : of `kinds`;  embed_map : compile the map into the native FMUs, which then open no file
+    Returns      FMUs with the results of their checks by file; tables of torques; what a missing compiler left out
     Raises       CheckError, BuildError, SourceError: no FMU is delivered; OSError: the folder cannot be written
     """
     parameters, nut_map = inputs.parameters, inputs.nut_map
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".build_") as scratch:
-        built, text, note = [], "", ""
+        built: list[tuple[BuiltFmu, str]] = []
+        tables = note = page = ""
         compiler = native_compile.find_compiler()
         advance("compiling the live page")
-        page = inputs.live_page() if compiler.crosses else ""
-        for model in MODELS:
-            advance(f"compiling and packing {model.name}")
-            fmu = build_fmu(nut_map, Path(scratch) / f"{model.name}.fmu", model=model, live_page=page).path
-            advance(f"checking {model.name}")
-            built.append((fmu, _checked(fmu, parameters, nut_map, model)))
-            if model is FRICTION:
-                text = torque_tables(fmu, parameters, nut_map)
-        if not python_only:
-            for model in NATIVE_MODELS:
-                built += _build_native(
-                    inputs, Path(scratch), advance, model, compiler.platforms, embed_map, page
+        if any(
+            kind.model is FRICTION for kind in wanted
+        ):  # of one screw, it would be the same in the other models
+            page = inputs.live_page() if compiler.crosses else ""
+        references = {}
+        for kind in wanted:
+            model, path = kind.model, Path(scratch) / kind.file_name
+            of_friction = model is FRICTION
+            advance(f"compiling and packing {kind.file_name}")
+            if model not in references:
+                references[model] = reference_of(nut_map, model)
+            reference = references[model]
+            shown = page if of_friction else ""
+            if kind.native:
+                fmu = build_native_fmu(
+                    nut_map, kind.fmi_version, path, reference, compiler.platforms, model, embed_map, shown
                 )
+            else:
+                fmu = build_fmu(nut_map, path, model=model, live_page=shown)
+            advance(f"checking {kind.file_name}")
+            line = check(fmu.path, reference, model)
+            if model is MONITOR:
+                line += recovered_preload(fmu.path, parameters, nut_map)
+            built.append((fmu, line))
+            if of_friction and not tables:
+                tables = torque_tables(fmu.path, parameters, nut_map)
         if not compiler.crosses:
             note = (
                 f"{compiler.name}: native FMUs for {', '.join(compiler.platforms)} only, no live page; for Linux, "
                 "Windows and macOS, and the page: python -m pip install ziglang"
             )
-        for made, _ in built:
-            os.replace(made, folder / made.name)
-    return {folder / made.name: line for made, line in built}, text, note
-
-
-def _build_native(
-    inputs: Inputs,
-    folder: Path,
-    advance: Advance,
-    model: FmuModel,
-    platforms: tuple[str, ...],
-    embed_map: bool,
-    page: str,
-) -> list[tuple[Path, str]]:
-    """The native FMUs of a model in a folder, each with the result of its checks."""
-    parameters, nut_map = inputs.parameters, inputs.nut_map
-    reference = Reference(STEP, *reference_results(nut_map, model))
-    report = validation_report(parameters, nut_map)
-    built = []
-    for version in (2, 3):
-        target = folder / native_file_name(version, model)
-        advance(f"compiling {model.name}, FMI {version}")
-        fmu = build_native_fmu(
-            nut_map,
-            version,
-            target,
-            reference,
-            report,
-            platforms,
-            model=model,
-            embed_map=embed_map,
-            live_page=page,
-        ).path
-        advance(f"checking {model.name}, FMI {version}")
-        line = _checked(fmu, parameters, nut_map, model)
-        worst = max(one.difference for one in check_experiments(fmu).values())
-        built.append((fmu, f"{line}; reference experiments: largest difference {worst:.1e}"))
-    return built
-
-
-def _checked(fmu: Path, parameters: Parameters, nut_map: NutMap, model: FmuModel) -> str:
-    """Result of the checks of one FMU, one line."""
-    line = check(fmu, nut_map, model)
-    return line + (recovered_preload(fmu, parameters, nut_map) if model is MONITOR else "")
+        for fmu, _ in built:
+            os.replace(fmu.path, folder / fmu.path.name)
+    return {folder / fmu.path.name: (fmu, line) for fmu, line in built}, tables, note

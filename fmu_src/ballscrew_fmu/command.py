@@ -12,12 +12,20 @@ from ballscrew_tehl.cli.parser import COMMANDS, INPUTS, JSON, OUTPUT, Command, o
 
 RUNS = "ballscrew_fmu.runs"
 # fmt: off
-BUILD = Command("build and check the FMUs of a screw from its map", f"{RUNS}:run_build", (
+#: of models.NATIVE_MODELS, repeated here
+LAYERS = ("friction", "monitor", "transmission", "axis")
+BUILD = Command("from a screw file to checked FMUs", f"{RUNS}:run_build", (
+    option("screw_file", "screw file, also as --screw; default: that in the map, or the packaged GD4008-3", "FILE.toml",
+           nargs="?"),
     option("--output", "folder for the FMUs; default: %(default)s", "FOLDER", default="dist"),
+    option("--only", "this model only: %(choices)s; may be repeated", "MODEL", action="append", choices=LAYERS,
+           default=[]),
+    option("--fmi", "this version of FMI only: 2 or 3; default: both", "VERSION", type=int, choices=(2, 3)),
     switch("--python-only", "only the FMUs for Python hosts"),
     switch("--embed-map", "native FMUs that open no file, of 15 MB each, for real-time targets"),
-), (*INPUTS, JSON), "--map my_map.npz --friction friction.toml --output my_fmus",
-    "Friction, preload monitor, transmission and axis, for Python hosts and native: C compiled with ziglang for Linux, "
+), (*INPUTS, JSON), "my_screw.toml --output my_fmus",
+    "The map is made in memory in some seconds, unless --map gives one or that of the screw is packaged. Friction, "
+    "preload monitor, transmission and axis, for Python hosts and native: C compiled with ziglang for Linux, "
     "Windows and macOS (the first time some minutes), without it for this machine only. Each FMU is validated by fmpy "
     "and replayed against the map; FMUs are delivered only if all checks pass. Same input, same bytes. Exit codes: 0 "
     "done, 1 a check or the compiler failed, 2 invalid input.", interrupted="no FMU delivered")
@@ -34,7 +42,7 @@ FMU_COMMANDS = {
     ), (*INPUTS, JSON), "--map my_map.npz --output my.html",
         "Torque over speed with its interval and parts, film, axial force of each nut, efficiency, and measured points "
         "from a CSV file over them. It contains the C code of the FMU as WebAssembly, and the map; no network. "
-        "Every FMU has it as documentation/live.html."),
+        "The FMUs of friction have it as documentation/live.html."),
 }
 EXAMPLES = Command("the example scripts: list them, or copy them into a folder", f"{RUNS}:run_examples", (
     option("--copy", "new folder for the scripts; default: they are listed", "FOLDER"),

@@ -1,7 +1,6 @@
 """What the commands of the FMUs do. What needs the extra `fmu` is imported when a command runs."""
 
 import ast
-import hashlib
 import json
 from argparse import Namespace
 from pathlib import Path
@@ -21,16 +20,18 @@ COMPILING = "live page: intervals computed, code compiled"
 def run_build(args: Namespace) -> int:
     """Build, check and deliver the FMUs, with their torque over the measured one."""
     from ballscrew_fmu import build
-    from ballscrew_fmu.checks.reference import CheckError
-    from ballscrew_fmu.models import MODELS, NATIVE_MODELS
+    from ballscrew_fmu.checks.replay import CheckError
     from ballscrew_fmu.native_fmu.compile import BuildError
     from ballscrew_fmu.native_fmu.sources import SourceError
     from ballscrew_tehl.runtime.packed import map_hash
 
     folder = Path(args.output)
     try_folder(f"--output = {folder}", folder)
-    inputs = build.read_inputs(args.screw, args.map, args.kinematics, args.friction)
-    steps = 1 + 2 * len(MODELS) + (0 if args.python_only else 4 * len(NATIVE_MODELS))
+    if args.screw and args.screw_file:
+        raise ValueError(f"{args.screw_file} and --screw = {args.screw}; give one screw file")
+    wanted = build.kinds(args.only, args.fmi, args.python_only)
+    inputs = build.read_inputs(args.screw_file or args.screw, args.map, args.kinematics, args.friction)
+    steps = 1 + 2 * len(wanted)
     columns = (TextColumn("{task.description:<40}"), BarColumn(24), TimeElapsedColumn())
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
@@ -43,7 +44,7 @@ def run_build(args: Namespace) -> int:
 
         try:
             with new_folder(folder):
-                checks, tables, note = build.build(inputs, folder, advance, args.python_only, args.embed_map)
+                fmus, tables, note = build.build(inputs, folder, wanted, advance, args.embed_map)
         except OSError as error:
             reason = error.strerror or error
             raise ValueError(f"--output {folder}: {reason}; needs a folder that can be written") from error
@@ -51,28 +52,33 @@ def run_build(args: Namespace) -> int:
             raise CommandError(f"check failed, no FMU delivered: {error}") from error
         except (BuildError, SourceError) as error:
             raise CommandError(f"no FMU delivered: {error}") from error
-    hashes = {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in checks}
     friction = inputs.nut_map.header.get("friction")
     if friction and friction["carried_over"]:
         say(friction["carried_over"])
     if note:
         say(note)
     if args.json:
-        files = [{"file": str(path), "check": checks[path], "sha256": hashes[path]} for path in checks]
+        files = [
+            {"file": str(path), "check": line, "sha256": fmu.sha256} for path, (fmu, line) in fmus.items()
+        ]
         print(json.dumps({"fmus": files, "friction": friction, "map_hash": map_hash(inputs.nut_map.header)}))
         return 0
-    print("\n".join((tables, "", *(f"{path.name}: {line}" for path, line in checks.items()))))
+    print(
+        "\n".join(
+            (*((tables, "") if tables else ()), *(f"{path.name}: {line}" for path, (_, line) in fmus.items()))
+        )
+    )
     if friction:
         print(f"friction: {friction['set']}, {friction['loss'] or 'not fitted'}; {friction['provenance']}")
-    for path, found in hashes.items():
-        print(f"{path}  {path.stat().st_size / 1024:.0f} kB\nsha256 {found}")
+    for path, (fmu, _) in fmus.items():
+        print(f"{path}  {fmu.size / 1024:.0f} kB\nsha256 {fmu.sha256}")
     return 0
 
 
 def run_check(args: Namespace) -> int:
     """Validate an FMU and replay its reference."""
     from ballscrew_fmu.checks.file_check import check_file
-    from ballscrew_fmu.checks.reference import CheckError
+    from ballscrew_fmu.checks.replay import CheckError
 
     try:
         lines = check_file(Path(args.fmu))

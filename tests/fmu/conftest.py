@@ -12,10 +12,9 @@ from native_library import CS, NativeInstance
 from processes import RUNS_HERE
 from synthetic_map import closed_form
 
-from ballscrew_fmu.checks.reference import STEP, reference_results
+from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.models import FRICTION
 from ballscrew_fmu.native_fmu.compile import this_platform
-from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
@@ -45,7 +44,7 @@ def built(tmp_path_factory):
                 build_fmu(closed_form(law), path, solver=stub_solver.SOURCES, model=model)
             elif not path.exists():
                 nut_map = closed_form(law)
-                reference = Reference(STEP, *reference_results(nut_map, model))
+                reference = reference_of(nut_map, model)
                 platforms = (this_platform(),)
                 build_native_fmu(nut_map, kind, path, reference, platforms=platforms, model=model)
         return path

@@ -4,9 +4,9 @@ from pathlib import Path
 
 from fmpy import validation
 
-from ballscrew_fmu.checks.reference import STEP, CheckError, reference_results
-from ballscrew_fmu.checks.replay import FmuInstance, kind_of, largest_difference, replay
-from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.checks.replay import AGREEMENT, CheckError, FmuInstance, check_replay, running
+from ballscrew_fmu.models import AXIS, FRICTION, FmuModel
+from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_tehl.calibration.measured_screw import (
     ASSUMED_TEMPERATURE,
     PACKAGED_PRELOAD,
@@ -22,39 +22,28 @@ from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 
-AGREEMENT = 1e-9  # relative difference between FMU and map
 SETTLED = 1.0  # [s] step after which all elements slide at the speeds of the tables
 
 
-def check(fmu: Path, nut_map: NutMap, model: FmuModel = FRICTION) -> str:
+def check(fmu: Path, reference: Reference, model: FmuModel = FRICTION) -> str:
     """Validation and replay of one FMU. Returns one line with the results.
 
     Raises       CheckError
     """
-    findings = validation.validate_fmu(str(fmu))
-    if findings:
-        raise CheckError(f"fmpy validation of {fmu.name}: {' | '.join(findings)}")
+    refuse_findings(fmu)
+    source = "its recorded result is" if model is AXIS else "the map gives"
     try:
-        worst = check_replay(fmu, nut_map, model)
+        worst = check_replay(fmu, reference, source)
     except CheckError as error:
         raise CheckError(f"{fmu.name}: {error}") from error
-    return f"fmpy: no finding; replay against the map: largest difference {worst:.1e} (limit {AGREEMENT:g})"
+    against = "its recorded results" if model is AXIS else "the map"
+    return f"fmpy: no finding; replay against {against}: largest difference {worst:.1e} (limit {AGREEMENT:g})"
 
 
-def check_replay(fmu: Path, nut_map: NutMap, model: FmuModel = FRICTION) -> float:
-    """Largest relative difference between the FMU in fmpy and the map over the reference input.
-
-    Raises       CheckError: an output differs by more than AGREEMENT
-    """
-    rows, expected = reference_results(nut_map, model)
-    outputs = replay(fmu, rows, STEP)
-    try:
-        worst, n, name, value, wanted = largest_difference(outputs, expected)
-    except ValueError as error:
-        raise CheckError(f"replay: {error}") from error
-    if not worst <= AGREEMENT:
-        raise CheckError(f"replay step {n}: {name} = {value!r}; the map gives {wanted!r}")
-    return worst
+def refuse_findings(fmu: Path) -> None:
+    """Raises CheckError with what the validation of fmpy finds."""
+    if findings := validation.validate_fmu(str(fmu)):
+        raise CheckError(f"fmpy validation of {fmu.name}: {' | '.join(findings)}")
 
 
 def torque_tables(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str:
@@ -62,7 +51,7 @@ def torque_tables(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str:
 
     Raises       CheckError: the FMU discards a step
     """
-    with FmuInstance(fmu) as instance:
+    with running(fmu) as instance:
 
         def torque(preload: float, speed: float, temperature: float) -> float:
             if not instance.step(SETTLED, preload=preload, speed=speed, temperature=temperature):
@@ -91,11 +80,11 @@ def recovered_preload(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str
     """
     if not is_measured(parameters.screw, nut_map.header["axes"]):
         return ""
-    with kind_of(fmu)(fmu) as instance:
-        try:
+    try:
+        with running(fmu) as instance:
             deviation = mean_deviations(table3(instance))[0]
-        except RuntimeError as error:
-            raise CheckError(f"{fmu.name}: {error}") from error
+    except CheckError as error:
+        raise CheckError(f"{fmu.name}: {error}") from error
     return f"; preload of Table 3: {100.0 * deviation:.2f} % mean deviation"
 
 
@@ -103,13 +92,13 @@ def table3(instance: FmuInstance) -> list[ValidationRow]:
     """Table 3 of Zhao et al. (2023) with an FMU: preload from the measured torque at 100 r/min.
 
     Parameters   instance : of replay
-    Raises       RuntimeError: a step is discarded, or a point is not in range
+    Raises       CheckError: a step is discarded, or a point is not in range
     """
     rows, speed = [], 100.0 * RPM
     for line in printed_rows(PACKAGED_PRELOAD):
         inputs = {"torque": float(line["torque_Nm"]), "speed": speed, "temperature": ASSUMED_TEMPERATURE}
         if not (instance.step(1e-3, **inputs) and instance.get("in_range")):
-            raise RuntimeError(f"no preload in range for {inputs}: {instance.messages[-1:]}")
+            raise CheckError(f"no preload in range for {inputs}: {instance.messages[-1:]}")
         others = tuple(float(line[key]) for key in ("zhao_N", "zhou_N", "nsk_N"))
         measured = float(line["preload_N"])
         rows.append(ValidationRow(measured, speed, measured, (instance.get("preload"), *others)))

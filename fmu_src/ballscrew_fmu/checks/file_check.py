@@ -1,12 +1,10 @@
 """What an FMU file says of itself (`ballscrew_fmu info`), and its checks without the map that it was built from
 (`ballscrew_fmu check`): validation in fmpy, and the reference experiments that a native FMU carries."""
 
-import contextlib
 import shutil
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
@@ -14,13 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
-from fmpy import validation
 from fmpy.model_description import ModelDescription
 
-from ballscrew_fmu.checks.check import AGREEMENT, check_replay
-from ballscrew_fmu.checks.experiments import check_experiments, has_experiments
-from ballscrew_fmu.checks.reference import CheckError
-from ballscrew_fmu.checks.replay import FmuInstance, kind_of
+from ballscrew_fmu.checks.check import refuse_findings
+from ballscrew_fmu.checks.experiments import experiments_in
+from ballscrew_fmu.checks.reference import reference_of
+from ballscrew_fmu.checks.replay import AGREEMENT, CheckError, check_replay, replay
 from ballscrew_fmu.models import MODELS
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, hash_in
 from ballscrew_tehl.runtime.evaluate import NutMap
@@ -66,8 +63,7 @@ def check_file(fmu: Path) -> list[str]:
     Raises       ValueError: not an FMU; CheckError: what is wrong, one line
     """
     description = read_description(fmu)
-    if findings := validation.validate_fmu(str(fmu)):
-        raise CheckError(f"fmpy validation of {fmu.name}: {' | '.join(findings)}")
+    refuse_findings(fmu)
     lines = ["fmpy validation: no finding"]
     if (note := _map_note(fmu, description.description or "")) is not None:
         lines.append(note)
@@ -96,40 +92,28 @@ def _run_checks(folder: Path, model: str) -> list[str]:
     """
     own = next((one for one in MODELS if one.name == model), None)
     nut_map = folder / "resources" / "nut_map.npz"
+    found, source = experiments_in(folder), "the reference in the FMU is"
     if own is not None and nut_map.exists():
         try:
-            worst = check_replay(folder, NutMap.from_npz(nut_map), own)
+            found, source = {"map": reference_of(NutMap.from_npz(nut_map), own)}, "the map gives"
         except MapError as error:
             raise CheckError(f"made by another version of this package: {error}") from error
-        return [f"replay against the map in the FMU: largest difference {worst:.1e} (limit {AGREEMENT:g})"]
-    stepped = _stepped(folder)
-    if not has_experiments(folder):
-        return [f"{stepped}; the FMU carries no reference results"]
-    return [
-        stepped,
-        *(
-            f"{name} of the reference in the FMU, {one.steps} steps: largest difference {one.difference:.1e} "
+    if not found:
+        (outputs,) = replay(folder, [{}])
+        if wrong := [name for name, value in outputs.items() if value != value]:
+            raise CheckError(f"not a number after a step with the start values: {', '.join(wrong)}")
+        return [f"a step with the start values: {len(outputs)} outputs; the FMU carries no reference results"]
+    lines = []
+    for name, reference in found.items():
+        try:
+            worst = check_replay(folder, reference, source)
+        except CheckError as error:
+            raise CheckError(f"{name}: {error}") from error
+        lines.append(
+            f"replay against {name} in the FMU, {len(reference.inputs)} steps: largest difference {worst:.1e} "
             f"(limit {AGREEMENT:g})"
-            for name, one in check_experiments(folder).items()
-        ),
-    ]
-
-
-@contextlib.contextmanager
-def _running(folder: Path) -> Iterator[FmuInstance]:
-    """An instance of the FMU.
-
-    Raises       CheckError: it cannot be loaded or instantiated, with what the FMU says itself
-    """
-    kind = kind_of(folder)
-    one = kind.__new__(kind)
-    try:
-        one.__init__(folder)  # type: ignore[misc]  # apart from new: its messages outlive a failure
-    except Exception as error:
-        said = [text for _, text in getattr(one, "messages", [])]
-        raise CheckError(" ".join((said[-1] if said else str(error)).split())) from error
-    with one:
-        yield one
+        )
+    return lines
 
 
 def read_description(fmu: Path) -> ModelDescription:
@@ -173,14 +157,3 @@ def _platforms(fmu: Path) -> list[str]:
     with zipfile.ZipFile(fmu) as archive:
         parts = [name.split("/") for name in archive.namelist()]
     return sorted({part[1] for part in parts if part[0] == "binaries" and len(part) > 2})
-
-
-def _stepped(folder: Path) -> str:
-    """One step with the start values."""
-    with _running(folder) as one:
-        if not one.step():
-            raise CheckError(f"a step with the start values is discarded: {one.messages[-1][1]}")
-        numbers = {name: float(value) for name, value in one.outputs().items()}
-    if wrong := [name for name, value in numbers.items() if value != value]:
-        raise CheckError(f"not a number after a step with the start values: {', '.join(wrong)}")
-    return f"a step with the start values: {len(numbers)} outputs, all numbers"

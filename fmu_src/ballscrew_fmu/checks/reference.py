@@ -1,15 +1,16 @@
 """Reference inputs of the models and the outputs of the map for them, which a built FMU must reproduce."""
 
-import functools
 import math
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ballscrew_fmu.checks.replay import replay
+from ballscrew_fmu.checks.axis_motion import axis_motion
+from ballscrew_fmu.checks.replay import CheckError, replay
 from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION, FmuModel
 from ballscrew_fmu.native_fmu.compile import this_platform
+from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.variables.friction import INPUTS, Variable
 from ballscrew_fmu.variables.monitor import monitor_variables
@@ -30,10 +31,6 @@ from ballscrew_tehl.runtime.transmission import TransmissionInputs, Transmission
 
 STEP = 1e-3  # [s] communication step of the replay
 RECOVERY = 1e-6  # relative error of the preload of the monitor for a torque computed from a known preload
-
-
-class CheckError(RuntimeError):
-    """A built FMU fails a check. No FMU is delivered."""
 
 
 def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
@@ -95,21 +92,21 @@ def friction_results(
     return results
 
 
-def reference_results(
-    nut_map: NutMap, model: FmuModel = FRICTION
-) -> tuple[list[dict[str, float]], list[dict[str, Any]]]:
+def reference_of(nut_map: NutMap, model: FmuModel = FRICTION) -> Reference:
     """Reference input and the outputs of the map for it, with the start values of the parameters.
 
-    Raises       CheckError: the preload of the monitor differs from the one its reference torque is computed from
+    Raises       CheckError: the preload of the monitor differs from the one its reference torque is computed from; as
+                 axis_results
     """
     if model is AXIS:
-        return axis_results(nut_map)
+        rows = list(axis_input(nut_map.header))
+        return Reference(STEP, rows, axis_results(nut_map, rows))
     if model is TRANSMISSION:
         motion = list(transmission_input(nut_map.header, STEP))
-        return motion, transmission_outputs(nut_map, motion, STEP)
+        return Reference(STEP, motion, transmission_outputs(nut_map, motion, STEP))
     rows = list(reference_input(nut_map.header))
     if model is not MONITOR:
-        return rows, friction_results(nut_map, rows)
+        return Reference(STEP, rows, friction_results(nut_map, rows))
     results = friction_results(nut_map, rows, presliding=False)
     inputs = [
         {"torque": result["friction_torque"]}
@@ -120,7 +117,7 @@ def reference_results(
     error = preload_error([row["preload"] for row in rows], outputs)
     if not error <= RECOVERY:
         raise CheckError(f"preload from torque: relative error {error:.1e}; allowed {RECOVERY:g}")
-    return inputs, outputs
+    return Reference(STEP, inputs, outputs)
 
 
 def _outputs_and_law(
@@ -212,6 +209,7 @@ def transmission_outputs(
 
 # of the axis
 
+MOTION = 1e-3  # of the range of a quantity: difference of both integrations, from the error_bound of the FMU
 BALANCE = 1e-9  # of the throughput: error of the energies of the axis over its reference input
 
 
@@ -230,19 +228,28 @@ def axis_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
         }
 
 
-@functools.lru_cache(maxsize=2)  # an FMU of each version has these references and is compared with them
-def axis_results(nut_map: NutMap) -> tuple[list[dict[str, float]], list[dict[str, Any]]]:
-    """Reference input of the axis and its outputs. It has no twin in Python: they are those of an FMU for this machine.
-    Checked: the balance of energies, and the friction against the map.
+def axis_results(nut_map: NutMap, inputs: Sequence[Mapping[str, float]]) -> list[dict[str, Any]]:
+    """Outputs of the axis, recorded from an FMU for this machine, once three checks have found them right.
 
-    Raises       CheckError
+    Raises       CheckError: as check_axis
     """
-    inputs = list(axis_input(nut_map.header))
     with tempfile.TemporaryDirectory(prefix="ballscrew_axis_") as scratch:
         made = build_native_fmu(
             nut_map, 2, Path(scratch) / "axis.fmu", platforms=(this_platform(),), model=AXIS
         )
         results = replay(made.path, inputs, STEP)
+    check_axis(nut_map, inputs, results)
+    return results
+
+
+def check_axis(
+    nut_map: NutMap, inputs: Sequence[Mapping[str, float]], results: Sequence[Mapping[str, Any]]
+) -> float:
+    """Energies of an axis, its friction against the map, its motion against an integration in Python (axis_motion).
+
+    Returns      largest difference of the motion, over the range of the quantity
+    Raises       CheckError
+    """
     defaults = FrictionParameters(*nut_map.defaults)
     for n, (row, found) in enumerate(zip(inputs, results, strict=True)):
         kept = [found[name] for name in ("heat", "kinetic_energy", "potential_energy", "stored_energy")]
@@ -256,4 +263,15 @@ def axis_results(nut_map: NutMap) -> tuple[list[dict[str, float]], list[dict[str
             raise CheckError(
                 f"axis, step {n}: viscous_torque = {found['viscous_torque']!r}; the map {nut.viscous_torque!r}"
             )
-    return inputs, results
+    motion = list(axis_motion(nut_map, inputs, STEP))
+    differences = {
+        name: max(abs(row[name] - found[name]) for row, found in zip(motion, results, strict=True))
+        / (max(row[name] for row in motion) - min(row[name] for row in motion))
+        for name in motion[0]
+    }
+    name, worst = max(differences.items(), key=lambda one: (math.isnan(one[1]), one[1]))
+    if not worst <= MOTION:
+        raise CheckError(
+            f"axis: {name} differs by {worst:.1e} of its range from an integration in Python; allowed {MOTION:g}"
+        )
+    return worst

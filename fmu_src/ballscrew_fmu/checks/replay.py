@@ -1,9 +1,10 @@
 """An FMU of FMI 2.0 or 3.0 stepped in fmpy, with variables by name, for the checks and the tests."""
 
+import contextlib
 import math
 import shutil
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +21,16 @@ from fmpy.fmi2 import (
 )
 from fmpy.fmi3 import FMU3Slave
 
+from ballscrew_fmu.native_fmu.experiments import Reference
+
 FMI2_DISCARD = 2
+AGREEMENT = 1e-9  # relative difference between an FMU and its reference
 Rows = Sequence[Mapping[str, Any]]  # outputs of steps by name
 FLOOR = 0.01  # of the largest value of an output: smaller ones are compared with this
+
+
+class CheckError(RuntimeError):
+    """An FMU fails a check. No FMU is delivered."""
 
 
 class FmuInstance:
@@ -161,17 +169,51 @@ def kind_of(fmu: Path | str) -> type[FmuInstance]:
     return Fmu3Instance if version.startswith("3") else FmuInstance
 
 
+@contextlib.contextmanager
+def running(fmu: Path | str, **start: float) -> Iterator[FmuInstance]:
+    """An instance of an FMU, packed or in a folder.
+
+    Raises       CheckError: it cannot be loaded, instantiated or stepped, with what the FMU says itself
+    """
+    kind = kind_of(fmu)
+    one = kind.__new__(kind)
+    try:
+        one.__init__(fmu, **start)  # type: ignore[misc]  # apart from new: its messages outlive a failure
+        with one:
+            yield one
+    except CheckError:
+        raise
+    except Exception as error:  # fmpy raises Exception itself
+        said = [text for _, text in getattr(one, "messages", [])]
+        raise CheckError(" ".join((said[-1] if said else str(error)).split())) from error
+
+
 def replay(
-    fmu: Path | str, rows: Iterable[dict[str, float]], step_size: float = 1e-3
+    fmu: Path | str, rows: Iterable[Mapping[str, float]], step_size: float = 1e-3, **start: float
 ) -> list[dict[str, Any]]:
     """Outputs after each step of an input sequence. A row may be limited to the inputs that change.
 
-    Raises       RuntimeError: the FMU discards a step
+    Raises       CheckError: as running, or the FMU discards a step
     """
     results = []
-    with kind_of(fmu)(fmu) as instance:
+    with running(fmu, **start) as instance:
         for row in rows:
             if not instance.step(step_size, **row):
-                raise RuntimeError(f"the FMU discards the step at {row}: {instance.messages[-1][1]}")
+                raise CheckError(f"the FMU discards the step at {row}: {instance.messages[-1][1]}")
             results.append(instance.outputs())
     return results
+
+
+def check_replay(fmu: Path | str, reference: Reference, source: str) -> float:
+    """Largest relative difference between an FMU in fmpy and a reference, which comes from `source`.
+
+    Raises       CheckError: an output differs by more than AGREEMENT, or as replay
+    """
+    outputs = replay(fmu, reference.inputs, reference.step, **reference.parameters)
+    try:
+        worst, n, name, value, wanted = largest_difference(outputs, reference.outputs)
+    except ValueError as error:
+        raise CheckError(f"replay: {error}") from error
+    if not worst <= AGREEMENT:
+        raise CheckError(f"replay step {n}: {name} = {value!r}; {source} {wanted!r}")
+    return worst

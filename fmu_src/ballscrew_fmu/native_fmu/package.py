@@ -22,7 +22,7 @@ from ballscrew_fmu.native_fmu.experiments import FOLDER, Reference, reference_fi
 from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
 from ballscrew_fmu.native_fmu.sources import NATIVE_NAME as NATIVE_NAME
 from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources
-from ballscrew_fmu.pages.page import NOT_VALIDATED, Validation, icon, native_documentation
+from ballscrew_fmu.pages.page import icon, native_documentation
 from ballscrew_fmu.python_fmu.solver_cache import digest
 from ballscrew_tehl import __version__
 from ballscrew_tehl.runtime.evaluate import NutMap
@@ -40,7 +40,6 @@ def native_files(
     nut_map: NutMap,
     fmi_version: int,
     reference: Reference | None = None,
-    validation: Validation = NOT_VALIDATED,
     platforms: Sequence[str] = tuple(PLATFORMS),
     model: FmuModel = FRICTION,
     embed_map: bool = False,
@@ -66,9 +65,7 @@ def native_files(
     if fmi_version == 2:
         files["model.png"] = icon("png")
     built_for = f"libraries for {', '.join(platforms)}"
-    documentation = native_documentation(
-        header, fmi_version, built_for, validation, model, embed_map, live_page
-    )
+    documentation = native_documentation(header, fmi_version, built_for, model, embed_map, live_page)
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     if reference is not None:
         files |= {f"{FOLDER}/{name}": text for name, text in reference_files(reference, model).items()}
@@ -113,12 +110,11 @@ def build_native_fmu(
     fmi_version: int,
     path: Path | str,
     reference: Reference | None = None,
-    validation: Validation = NOT_VALIDATED,
     platforms: Sequence[str] = tuple(PLATFORMS),
     model: FmuModel = FRICTION,
     embed_map: bool = False,
     live_page: str = "",
 ) -> BuiltFmu:
     """Build one native FMU of a map, written to path. Other arguments as in native_files."""
-    files = native_files(nut_map, fmi_version, reference, validation, platforms, model, embed_map, live_page)
+    files = native_files(nut_map, fmi_version, reference, platforms, model, embed_map, live_page)
     return built(path, files)

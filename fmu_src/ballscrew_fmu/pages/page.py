@@ -3,7 +3,7 @@
 import importlib.resources
 from collections.abc import Callable, Mapping
 from importlib.metadata import distribution
-from typing import Any, NamedTuple
+from typing import Any
 
 from jinja2 import ChoiceLoader, PackageLoader
 
@@ -25,13 +25,6 @@ TEMPLATES.globals = ELEMENTS.globals | {
 }  # fmt: skip
 
 
-class Validation(NamedTuple):
-    """Results of the validation: tables as HTML, plots as PNG by file name."""
-
-    tables: str = ""
-    plots: Mapping[str, bytes] = {}
-
-
 #: file of the live page beside index.html; what index.html shows of it
 LIVE = "live.html"
 LIVE_BLOCK = Html(
@@ -39,7 +32,6 @@ LIVE_BLOCK = Html(
     "and axial load, your measured points over the curve. It computes offline with the C code and the map of this "
     'FMU.</p>\n<iframe class="live" title="Live page" loading="lazy" src="{0}"></iframe>'
 ).format(LIVE)
-NOT_VALIDATED = Validation("<p>Not recorded in this build.</p>")
 
 
 def icon(kind: str) -> bytes:
@@ -68,7 +60,6 @@ def native_documentation(
     header: Mapping[str, Any],
     fmi_version: int,
     platforms: str,
-    validation: Validation = NOT_VALIDATED,
     model: FmuModel = FRICTION,
     embed_map: bool = False,
     live_page: str = "",
@@ -82,11 +73,11 @@ def native_documentation(
     texts = {
         "index.html": _page(
             model.native_name, model, header, variables, live_page, native=True, fmi_version=fmi_version,
-            platforms=platforms, validation=validation, embed_map=embed_map,
+            platforms=platforms, embed_map=embed_map,
         ),
         "licenses/license.txt": _licences(native=True),
     }  # fmt: skip
-    return _with_live_page(texts, live_page) | dict(validation.plots)
+    return _with_live_page(texts, live_page)
 
 
 def _with_live_page(texts: Mapping[str, str], live_page: str) -> dict[str, bytes]:

@@ -56,19 +56,19 @@ class Traction(NamedTuple):
     """What the shear stress of the contacts follows from.
 
     viscosity (n, c, RADIAL) [Pa s] at the radial nodes; pressure (n, c): largest [Pa]; film (n, c) [m]; asperities
-    (n, c): their share of the load; tau_0 [Pa], limiting: Lambda [1], boundary: mu_b [1].
+    (n, c): their share of the load; tau_0 [Pa], limiting: Lambda [1], boundary: mu_b [1], (n, 1) or of all balls.
     """
 
     viscosity: Array
     pressure: Array
     film: Array
     asperities: Array
-    tau_0: float
-    limiting: float
-    boundary: float
+    tau_0: Any
+    limiting: Any
+    boundary: Any
 
     def take(self, rows: Any) -> Traction:
-        """That of some balls."""
+        """That of some balls, with the same constants."""
         viscosity, pressure, film, asperities = (part[rows] for part in self[:4])
         return Traction(viscosity, pressure, film, asperities, *self[4:])
 
@@ -231,7 +231,7 @@ def _least_potential(
 
 
 def _balls(motion: ContactMotion, speed: Array, axes: Array, traction: Traction) -> _Balls:
-    tau_0 = traction.tau_0
+    tau_0, limiting, boundary = (np.asarray(constant)[..., None, None] for constant in traction[4:])
     p = (traction.pressure[..., None] * np.sqrt(1.0 - radial_nodes()[0] ** 2))[..., None]
     asperities = traction.asperities[..., None, None]
     return _Balls(
@@ -239,11 +239,11 @@ def _balls(motion: ContactMotion, speed: Array, axes: Array, traction: Traction)
         motion.offset * speed[:, None, None],
         motion.differential * speed[:, None],
         axes,
-        (traction.viscosity / (traction.film[..., None] * tau_0))[..., None],
+        traction.viscosity[..., None] / (traction.film[..., None, None] * tau_0),
         # beyond, sinh overflows
-        np.sinh(np.minimum(traction.limiting * p / tau_0, 300.0)),
+        np.sinh(np.minimum(limiting * p / tau_0, 300.0)),
         (1.0 - asperities) * tau_0,
-        asperities * traction.boundary * p,
+        asperities * boundary * p,
     )
 
 

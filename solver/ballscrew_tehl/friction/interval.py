@@ -35,7 +35,8 @@ from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_VG100
 from ..physics.ball_law import Array
-from .mechanistic import ContactValues, ball_ball_coefficient, law_constants, torque_line
+from ..physics.load import nut_loads
+from .mechanistic import ContactValues, ball_ball_coefficient, law_constants, powers_of_nuts, torque_line
 from .sets import CALIBRATED_AT, FrictionSet, load_friction_sets
 from .torque import nut_forces
 
@@ -49,6 +50,8 @@ FITTED_COEFFICIENT, LEFT_OUT = "net_sliding_coefficient", "leave_one_out"
 BY_ONE_TORQUE = (FITTED_COEFFICIENT, "boundary_friction", "limiting_shear_coefficient")
 #: what the ends of an interval are
 MEANING = "about 80 %, from bounded constants"
+#: torque_line over parameters: torque without ball on ball, and what it rises by per coefficient [N.m]
+TorqueLine = Callable[[Parameters], tuple[Any, Any]]
 
 
 class Fit(NamedTuple):
@@ -153,23 +156,32 @@ def torque_of_constants(
     parameters: Parameters,
     forces: Sequence[float],
     contacts: ContactValues,
-    speed: Any,
-    temperature: Any,
+    speed: float,
+    temperature: float,
     friction_set: FrictionSet,
 ) -> Callable[[Mapping[str, float]], Any]:
     """Torque [N.m] over values of the bounded constants by name; those not given are as in the parameters.
 
-    Parameters   forces : of the nuts [N];  contacts : of the balls, found once;  speed [rad/s] > 0, temperature [K]:
-                 floats, or arrays (s, 1) and (t,), which give a torque (s, t)
+    Parameters   forces : of the nuts [N];  contacts : of the balls, found once;  speed [rad/s] > 0, temperature [K]
                  friction_set : its coefficient k is that of the constants in the parameters. It varies with them unless
                  it was fitted to this screw or the screw file states it.
                  Calibrated on one torque: it is fitted to that torque again
     """
-    ratio, coefficient, _ = friction_set.values
-    friction = parameters.friction
-    fitted = fit_of(friction_set, parameters) is not None
-    held = fitted or friction.net_sliding_coefficient is not None
     remembered = _Remembered(contacts)
+
+    def line(changed: Parameters) -> tuple[Any, Any]:
+        return torque_line(changed, forces, remembered, speed, temperature, friction_set.values[0])
+
+    return _torque_over(parameters, line, contacts, friction_set)
+
+
+def _torque_over(
+    parameters: Parameters, line: TorqueLine, contacts: ContactValues, friction_set: FrictionSet
+) -> Callable[[Mapping[str, float]], Any]:
+    """torque_of_constants with a torque_line over parameters."""
+    coefficient = friction_set.values[1]
+    fitted = fit_of(friction_set, parameters) is not None
+    held = fitted or parameters.friction.net_sliding_coefficient is not None
     calibrated = fitted and friction_set.calibrated_at
     again = _fitted_again(parameters, contacts, friction_set) if calibrated else None
     kappa = implied_thrust(coefficient, parameters)
@@ -181,7 +193,7 @@ def torque_of_constants(
             k = again(changed)
         elif not held:
             k = ball_ball_coefficient(changed.friction, values.get("ball_thrust", kappa))
-        rest, slope = torque_line(changed, forces, remembered, speed, temperature, ratio)
+        rest, slope = line(changed)
         return rest + values.get(FITTED_COEFFICIENT, k) * slope
 
     return torque
@@ -237,18 +249,38 @@ def torque_interval(
 
 def interval_ends(
     parameters: Parameters,
-    forces: Sequence[float],
+    preloads: Array,
     contacts: ContactValues,
-    speed: Array,
-    temperature: Array,
+    speeds: Array,
+    temperatures: Array,
     friction_set: FrictionSet,
 ) -> tuple[Array, Array]:
-    """Ends of the interval over the torque (s, t) at speeds (s, 1) > 0 and temperatures (t,).
+    """Ends of the interval over the torque (p, s, t) at preloads [N], speeds [rad/s] > 0 and temperatures [K].
 
-    Others as torque_interval, at least one force > 0.
+    Without axial load. All points and constants side by side: a point by itself, as torque_interval, takes 50 times as
+    long.
     """
-    torque = torque_of_constants(parameters, forces, contacts, speed, temperature, friction_set)
+    screw, names = parameters.screw, unknown_constants(parameters)
+    nuts = [(nut_loads(screw, float(force), screw.loaded_ball_count), None) for force in preloads]
+    ends = [{name: end} for name in names for end in (BOUNDED[name].low, BOUNDED[name].high)]
+    variants = [with_constants(parameters, values) for values in ({}, *ends)]
+    at = speeds[:, None], temperatures
+    powers = powers_of_nuts(variants, nuts, *at, _Remembered(contacts))
+    lines = {
+        _key(changed): (
+            # both nuts alike
+            2.0 * np.array([nut.torque(friction_set.values[0], 0.0) for nut in of]),
+            2.0 * np.array([nut.thrust_factor * nut.ball_ball for nut in of]),
+        )
+        for changed, of in zip(variants, powers, strict=True)
+    }
+    torque = _torque_over(parameters, lambda changed: lines[_key(changed)], contacts, friction_set)
     return _ends(_ends_and_moments(torque, torque({}), parameters, friction_set)[1])
+
+
+def _key(parameters: Parameters) -> tuple[float | None, ...]:
+    """Of parameters that differ in their constants alone."""
+    return tuple(law_constants(parameters).values())
 
 
 def _ends_and_moments(

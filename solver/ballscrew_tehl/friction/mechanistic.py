@@ -48,6 +48,10 @@ SHEAR_EXPONENT = 4.0 / 3.0
 BLUNT = 4.0
 #: quantities of a contact that the law takes, see atlas.groups.QUANTITIES
 QUANTITIES = ("rolling_loss", "central_film", "core_pressure", "core_area", "mean_rise")
+#: those of law_constants that the motion of a ball follows from
+SHEAR_CONSTANTS = (
+    "roughness_height", "eyring_stress", "limiting_shear_coefficient", "boundary_friction", "asperity_film_ratio",
+)  # fmt: skip
 
 
 class ContactValues(Protocol):
@@ -197,43 +201,61 @@ def nut_powers(
                  does its oil supply: the loads of one nut differ by some percent. Oversize balls: a ball has one motion
                  between all its flanks, and of its shear those of this nut count
     """
-    (found,) = powers_of_nuts(parameters, [(loads, opposed)], speed, temperature, contacts)
+    ((found,),) = powers_of_nuts([parameters], [(loads, opposed)], speed, temperature, contacts)
     return found
 
 
 def powers_of_nuts(
-    parameters: Parameters,
+    variants: Sequence[Parameters],
     nuts: Sequence[tuple[Array, Array | None]],
     speed: Any,
     temperature: Any,
     contacts: ContactValues,
-) -> list[NutPowers]:
-    """nut_powers of several nuts, loads and opposed of each, whose balls are brought into equilibrium side by side."""
+) -> list[list[NutPowers]]:
+    """nut_powers of several nuts, loads and opposed of each, for each of the variants.
+
+    Parameters   variants : parameters of one screw and oil with other constants of the law. The balls of all are
+                 brought into equilibrium side by side, those of variants with the same SHEAR_CONSTANTS once
+    """
     speed, temperature = np.broadcast_arrays(
         np.atleast_2d(np.asarray(speed, float)), np.atleast_2d(np.asarray(temperature, float))
     )
-    loaded: list[tuple[int, Array, _MeanBall]] = []
+    loaded: list[tuple[int, Array, Array]] = []
     for k, (loads, opposed) in enumerate(nuts):
         loads = np.asarray(loads, dtype=float)
         others = loads if opposed is None else np.asarray(opposed, dtype=float)
         check_motion(np.append(loads, others), speed)
         if np.any(loads > 0.0):
-            own = loads[loads > 0.0]
-            loaded.append((k, own, _mean_ball(parameters, own, others, speed, temperature, contacts)))
-    shears = _shear(parameters, [ball for _, _, ball in loaded], speed) if loaded else []
-    found = [UNLOADED_POWERS] * len(nuts)
-    for (k, loads, ball), shear in zip(loaded, shears, strict=True):
-        found[k] = _powers(parameters, loads, ball, shear, speed, temperature, contacts)
+            loaded.append((k, loads[loads > 0.0], others))
+    found = [[UNLOADED_POWERS] * len(nuts) for _ in variants]
+    if not loaded:
+        return found
+    at = speed, temperature, contacts
+    balls = [
+        [_mean_ball(parameters, own, others, *at) for _, own, others in loaded] for parameters in variants
+    ]
+    constants = [law_constants(parameters) for parameters in variants]
+    keys = [tuple(of[name] for name in SHEAR_CONSTANTS) for of in constants]
+    once = dict(zip(keys, balls, strict=True))
+    shears = iter(_shear([ball for of in once.values() for ball in of], speed))
+    by_key = {key: [next(shears) for _ in loaded] for key in once}
+    for parameters, own_balls, key, powers in zip(variants, balls, keys, found, strict=True):
+        for (k, loads, _), ball, shear in zip(loaded, own_balls, by_key[key], strict=True):
+            powers[k] = _powers(parameters, loads, ball, shear, *at)
     return found
 
 
 class _MeanBall(NamedTuple):
-    """Ball with the mean_load of a nut: its load [N], contacts by raceway, motion, columns of its loaded diagonals."""
+    """Ball with the mean_load of a nut: its load [N], contacts by raceway, motion, columns of its loaded diagonals.
+
+    constants : of ball_equilibrium.Traction: tau_0 [Pa], Lambda, mu_b
+    """
 
     load: float
     contacts: Mapping[str, Mapping[str, Array]]
     motion: ContactMotion
     columns: Sequence[Mapping[str, Mapping[str, Array]]]
+    constants: tuple[float, float, float]
 
 
 def _mean_ball(
@@ -259,7 +281,9 @@ def _mean_ball(
     columns = [
         _columns(parameters, load, speed, temperature, of) for load, of in zip(means, found, strict=True)
     ]
-    return _MeanBall(means[0], found[0], motion, columns)
+    friction = parameters.friction
+    constants = friction.limiting_shear_coefficient, friction.boundary_friction
+    return _MeanBall(means[0], found[0], motion, columns, (parameters.lubricant.eyring_stress, *constants))
 
 
 def _powers(
@@ -351,16 +375,15 @@ def _columns(
     return columns
 
 
-def _shear(parameters: Parameters, balls: Sequence[_MeanBall], speed: Array) -> list[Array]:
+def _shear(balls: Sequence[_MeanBall], speed: Array) -> list[Array]:
     """Shear power (s, t) [W] of mean balls in the contacts of the first of their loaded diagonals.
 
     All balls at one temperature side by side, each from its motion at the temperature before.
     """
-    friction = parameters.friction
     diagonals = [len(ball.columns) for ball in balls]
     count, (speeds, temperatures) = max(diagonals), speed.shape
     if min(diagonals) < count:
-        return [_shear(parameters, [ball], speed)[0] for ball in balls]
+        return [_shear([ball], speed)[0] for ball in balls]
     of_balls = []
     for ball in balls:
         contacts = [diagonal[raceway] for raceway in RACEWAYS for diagonal in ball.columns]
@@ -376,10 +399,9 @@ def _shear(parameters: Parameters, balls: Sequence[_MeanBall], speed: Array) -> 
     )
     each, near, before = np.tile(speed[:, 0], len(balls)), None, None
     power = np.empty((len(each), temperatures))
-    traction = Traction(
-        column["viscosity"], column["pressure"], column["film"], column["share"], parameters.lubricant.eyring_stress,
-        friction.limiting_shear_coefficient, friction.boundary_friction,
-    )  # fmt: skip
+    constants = np.repeat([ball.constants for ball in balls], speeds, axis=0)[:, :, None]
+    names = "viscosity", "pressure", "film", "share"
+    traction = Traction(*(column[name] for name in names), *np.moveaxis(constants, 1, 0))
     for t in range(temperatures):
         found = ball_equilibrium(motion, each, column["axes"][:, t], traction.take(np.s_[:, t]), near)
         power[:, t] = found.power[:, ::count].sum(axis=1)

@@ -131,14 +131,14 @@ def mechanistic_values(parameters: Parameters, contacts: BallContacts, grid: Map
     forces, speeds, temperatures = _nodes(grid)
     loads = [nut_loads(parameters.screw, float(f), parameters.screw.loaded_ball_count) for f in forces]
     at = speeds[:, None], temperatures
-    powers = powers_of_nuts(parameters, [(own, None) for own in loads], *at, contacts)
+    (powers,) = powers_of_nuts([parameters], [(own, None) for own in loads], *at, contacts)
     values = np.stack(
         [np.stack([p.rolling_screw, p.rolling_nut, p.shear, p.thrust_factor], axis=-1) for p in powers]
     )
     alone = np.array([(p.hysteresis, p.ball_ball, 1.0) for p in powers])
     if parameters.screw.preload_kind == FOUR_POINT:
         two = [(own, np.zeros_like(own)) for own in loads]
-        free = powers_of_nuts(parameters, two, speeds[:, None], temperatures[SPARSE], contacts)
+        (free,) = powers_of_nuts([parameters], two, speeds[:, None], temperatures[SPARSE], contacts)
         ratios = [one.shear / p.shear[:, SPARSE] for one, p in zip(free, powers, strict=True)]
         alone[:, 2] = np.exp(np.mean(np.log(ratios), axis=(1, 2)))
     return values, alone

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..atlas.ball_contacts import BallContacts
-from ..friction.interval import TorqueInterval, fit_of, interval_ends, torque_interval, unknown_constants
+from ..friction.interval import TorqueInterval, fit_of, interval_ends, unknown_constants
 from ..friction.mechanistic import law_constants
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, preload_from_torque
@@ -101,10 +101,9 @@ def relative_intervals(
     Raises       ArithmeticError: equilibrium of a ball not found
     """
     at = {name: nearest(axes, name, value) for name, value in friction_set.calibrated_at.items()}
-    here = contacts or BallContacts(parameters), speeds[:, None], temperatures
-    set_here = replace(friction_set, calibrated_at=at)
-    ends = [interval_ends(parameters, [preload] * 2, *here, set_here) for preload in preloads]
-    return np.moveaxis(np.array(ends), 1, -1)
+    here = replace(friction_set, calibrated_at=at)
+    read = contacts or BallContacts(parameters)
+    return np.stack(interval_ends(parameters, preloads, read, speeds, temperatures, here), axis=-1)
 
 
 #: relative accuracy of the ends of a preload
