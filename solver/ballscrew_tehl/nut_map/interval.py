@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..atlas.ball_contacts import BallContacts
-from ..friction.interval import TorqueInterval, fit_of, interval_ends, unknown_constants
+from ..friction.interval import TorqueInterval, fit_of, interval_ends, torque_interval, unknown_constants
 from ..friction.mechanistic import law_constants
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, preload_from_torque
