@@ -50,8 +50,8 @@ def test_errors_carry_the_name_that_was_called(capsys):
     assert first.startswith("ballscrew map build: error: --output (missing)")
     assert second.startswith("ballscrew check: error: none.fmu")
     with pytest.raises(SystemExit):
-        main(["plot"])
-    assert "; is map plot meant? (see --help)" in capsys.readouterr().err
+        main(["repot"])
+    assert "; is report meant? (see --help)" in capsys.readouterr().err
 
 
 def test_completion_imports_nothing_slow(tmp_path):

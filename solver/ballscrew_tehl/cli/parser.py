@@ -188,7 +188,7 @@ COMMANDS = {
     "identify": Command("inertia, offset, friction and preload from a log of a drive",
                         _command("identify:run_identify"), (
         option("log", "log of an axis that moves both ways", "LOG.csv"),
-        option("--column", "a column by its heading and unit: \"current=Iq_act [A]\" (repeat it)", "NAME=HEADING",
+        option("--column", "a column by heading: \"current=Iq_act [A]\" (repeat it)", "NAME=HEADING",
                action="append", default=[]),
         *_of((*IDENTIFY_OPTIONS, TEMPERATURE)),
         option("--without-nut", "log of the same axis without the nut, which is subtracted", "LOG.csv"),
