@@ -28,7 +28,7 @@ from typing import Any, NoReturn
 from rich.console import Console
 
 from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, PLATFORMS, WARNINGS, BuildError, find_compiler
-from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
+from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, map_bytes
 from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources
 from ballscrew_tehl import load_map, load_screw
 

@@ -12,7 +12,8 @@ from ballscrew_fmu.checks.experiments import check_experiments
 from ballscrew_fmu.checks.reference import STEP, reference_results
 from ballscrew_fmu.live_page.page import live_page
 from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, NATIVE_MODELS, FmuModel
-from ballscrew_fmu.native_fmu import compile as native_compile
+from ballscrew_fmu.native_fmu import libraries
+from ballscrew_fmu.native_fmu.compile import INSTALL
 from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.pages.validation import validation_report
@@ -60,6 +61,18 @@ def read_inputs(
     return Inputs(chosen.parameters, nut_map, chosen.friction_set)
 
 
+def to_compile(
+    inputs: Inputs, python_only: bool = False, embed_map: bool = False
+) -> list[tuple[libraries.Library, str]]:
+    """Libraries that a build has to compile first; none from a wheel, and once from a clone.
+
+    Raises       BuildError: there is no compiler;  SourceError: a file is missing
+    """
+    header = inputs.nut_map.header
+    platforms = libraries.provider(header, embed_map).platforms
+    return libraries.missing(header, platforms, native=not (python_only or embed_map))
+
+
 def build(
     inputs: Inputs,
     folder: Path,
@@ -77,11 +90,12 @@ def build(
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".build_") as scratch:
         built, text, note = [], "", ""
-        compiler = native_compile.find_compiler()
-        advance("compiling the live page")
+        compiler = libraries.provider(nut_map.header, embed_map)
+        libraries.compile_all(to_compile(inputs, python_only, embed_map), advance)
+        advance("live page")
         page = inputs.live_page() if compiler.crosses else ""
         for model in MODELS:
-            advance(f"compiling and packing {model.name}")
+            advance(f"packing {model.name}")
             fmu = build_fmu(nut_map, Path(scratch) / f"{model.name}.fmu", model=model, live_page=page).path
             advance(f"checking {model.name}")
             built.append((fmu, _checked(fmu, parameters, nut_map, model)))
@@ -95,7 +109,7 @@ def build(
         if not compiler.crosses:
             note = (
                 f"{compiler.name}: native FMUs for {', '.join(compiler.platforms)} only, no live page; for Linux, "
-                "Windows and macOS, and the page: python -m pip install ziglang"
+                f"Windows and macOS, and the page: {INSTALL}"
             )
         for made, _ in built:
             os.replace(made, folder / made.name)
@@ -118,7 +132,7 @@ def _build_native(
     built = []
     for version in (2, 3):
         target = folder / native_file_name(version, model)
-        advance(f"compiling {model.name}, FMI {version}")
+        advance(f"packing {model.name}, FMI {version}")
         fmu = build_native_fmu(
             nut_map,
             version,

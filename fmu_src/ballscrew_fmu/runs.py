@@ -42,6 +42,8 @@ def run_build(args: Namespace) -> int:
                 say(f"{progress.tasks[task].completed:.0f} of {steps}: {text}")
 
         try:
+            steps += len(build.to_compile(inputs, args.python_only, args.embed_map))
+            progress.update(task, total=steps)
             with new_folder(folder):
                 checks, tables, note = build.build(inputs, folder, advance, args.python_only, args.embed_map)
         except OSError as error:
@@ -110,7 +112,7 @@ def run_pack(args: Namespace) -> int:
     """Write a map in the form in which native FMUs read it."""
     from ballscrew_fmu import build
     from ballscrew_fmu.archive import write_whole
-    from ballscrew_fmu.native_fmu.map_file import map_bytes
+    from ballscrew_fmu.native_fmu.resource_files import map_bytes
     from ballscrew_tehl.runtime.packed import map_hash
 
     output = check_output("--output", args.output, "a file *.bin")

@@ -33,7 +33,7 @@ from native_library import (
 from synthetic_map import make_map
 
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
-from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
+from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, map_bytes
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
 from ballscrew_tehl.runtime.constants import ELEMENTS
 from ballscrew_tehl.runtime.packed import FrictionParameters

@@ -17,7 +17,7 @@ from paths import FMU_SUPPORT, ROOT, SUPPORT
 from synthetic_map import closed_form, make_map
 
 from ballscrew_fmu.models import FRICTION, MONITOR
-from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
+from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, map_bytes
 from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources, prefix
 from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, MECHANISTIC
 

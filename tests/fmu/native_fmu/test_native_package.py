@@ -19,7 +19,7 @@ from ballscrew_fmu.checks.replay import kind_of
 from ballscrew_fmu.native_fmu import compile as native_build
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, BuildError, build_libraries, universal_library
 from ballscrew_fmu.native_fmu.experiments import Reference
-from ballscrew_fmu.native_fmu.map_file import map_bytes
+from ballscrew_fmu.native_fmu.resource_files import map_bytes
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_files
 from ballscrew_fmu.native_fmu.sources import (
     NATIVE_NAME,

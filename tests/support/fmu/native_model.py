@@ -17,7 +17,7 @@ from paths import NATIVE_HOSTS
 
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, WARNINGS
-from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
+from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, map_bytes
 from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources
 from ballscrew_tehl.runtime.packed import SURFACES
 

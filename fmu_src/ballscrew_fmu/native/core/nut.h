@@ -1,5 +1,5 @@
-/* Torque and films of the double nut from the map, independent of variables and FMI. Numbers: number.h. The functions
-   in doubles are compiled in nut.c. A file with dual numbers also includes nut_law.h and has its own copies. */
+/* Torque and films of the double nut from the map, independent of variables and FMI. Numbers: number.h. all.c has
+   the functions in doubles, a file with dual numbers its own copies. */
 #ifndef BALLSCREW_NUT_H
 #define BALLSCREW_NUT_H
 
@@ -77,7 +77,7 @@ typedef struct {
 #ifdef DUAL_NUMBERS
 #define NUT_FUNCTION static inline
 #else
-#define NUT_FUNCTION
+#define NUT_FUNCTION INTERNAL
 #endif
 
 NUT_FUNCTION void nut_loads(const Map *map, Number preload, Number axial_load, Loads *loads);

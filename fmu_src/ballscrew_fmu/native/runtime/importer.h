@@ -5,12 +5,13 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "map.h"
+#include "screw.h"
 
 typedef enum { STATUS_OK, STATUS_WARNING, STATUS_DISCARD, STATUS_ERROR, STATUS_FATAL } Status; /* as FMI 2 and FMI 3 */
 
 enum { CATEGORIES = 5 };
-extern const char *const log_categories[CATEGORIES]; /* by status */
+static const char *const log_categories[CATEGORIES] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError",
+                                                       "logStatusFatal"}; /* by status */
 
 #define MESSAGE_SIZE 640
 
@@ -25,12 +26,14 @@ struct Importer {
 };
 
 /* Message if no instance can be created. Logged whatever the log settings. */
-void importer_error(const Importer *importer, const char *name, const char *format, ...);
+INTERNAL void importer_error(const Importer *importer, const char *name, const char *format, ...);
 
-/* The map in the resources, or that which is compiled in (resources.c). NULL with a message if it cannot be used. */
-Map *importer_map(const Importer *importer, const char *name, const char *resources, bool is_uri);
+/* Screw and map in the resources, located by URI (FMI 2) or path (FMI 3), or compiled in. token: of the importer, must be
+   that of the screw. NULL with a message if they cannot be used. */
+INTERNAL Map *importer_resources(const Importer *importer, const char *name, const char *token, const char *resources,
+                                          bool is_uri, Screw *screw);
 
 /* Text of a number, the same on every platform. */
-const char *number_text(double value, char text[32]);
+INTERNAL const char *number_text(double value, char text[32]);
 
 #endif

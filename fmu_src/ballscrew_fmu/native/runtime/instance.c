@@ -6,15 +6,18 @@
 
 /* --- create and free --------------------------------------------------------------------------------------------- */
 
-/* Which map the results are from: that in the resources can be replaced. */
+/* Which map the results are from, that in the resources can be replaced; and of which screw its friction numbers are. */
 static void report_map(Instance *instance)
 {
-    const char *found = instance->map->identity.content_hash;
+    const char *found = instance->map->identity.content_hash, *described = instance->screw.map;
 
     (void)instance_log(instance, STATUS_OK, "map %s, %s friction law", found, map_law_name(instance->map->law));
-    if (strcmp(found, MODEL_MAP) != 0) {
+    if (strcmp(found, described) != 0) {
         instance_warn(instance, "map %.12s replaces map %.12s, which the start values of the model description belong to",
-             found, MODEL_MAP);
+             found, described);
+    }
+    if (instance->screw.origin[0] != '\0') {
+        instance_warn(instance, "%s", instance->screw.origin);
     }
 }
 
@@ -22,20 +25,14 @@ Instance *instance_create(const Importer *importer, unsigned kind, const char *n
                           const char *resources, bool is_uri, bool logging)
 {
     Instance *instance;
+    Screw screw;
     Map *map;
 
     if (name == NULL || name[strspn(name, " \t\r\n\f\v")] == '\0') {
         importer_error(importer, name, "instance name is empty; needs a name");
         return NULL;
     }
-    if (token == NULL || strcmp(token, MODEL_TOKEN) != 0) {
-        importer_error(importer, name,
-                       "GUID or instantiation token is %.100s, this binary has %s: model description and binary "
-                       "belong to different FMUs",
-                       token != NULL ? token : "NULL", MODEL_TOKEN);
-        return NULL;
-    }
-    map = importer_map(importer, name, resources, is_uri);
+    map = importer_resources(importer, name, token, resources, is_uri, &screw);
     if (map == NULL) {
         return NULL;
     }
@@ -49,15 +46,13 @@ Instance *instance_create(const Importer *importer, unsigned kind, const char *n
     instance->importer = *importer;
     instance->kind = kind;
     instance->map = map;
+    instance->screw = screw;
     instance->call = "";
     instance->logging = logging;
     instance->categories = ALL_CATEGORIES;
     instance->saved.next = instance->saved.previous = &instance->saved;
     (void)instance_reset(instance);
     report_map(instance);
-    if (MODEL_ORIGIN[0] != '\0') {
-        instance_warn(instance, "%s", MODEL_ORIGIN);
-    }
     return instance;
 }
 
@@ -256,7 +251,7 @@ Status instance_reset(Instance *instance)
     Situation *now = &instance->now;
 
     memset(now, 0, sizeof *now);
-    model_reset(&now->model, instance->map, instance->kind == MODEL_EXCHANGE);
+    model_reset(&now->model, instance->map, instance->screw.start, instance->kind == MODEL_EXCHANGE);
     now->model.events = instance->kind == MODEL_EXCHANGE || instance->event_mode;
     now->stop = HUGE_VAL;
     now->state = INSTANTIATED;
@@ -415,27 +410,36 @@ Status instance_free_state(Instance *instance, void **state)
     return STATUS_OK;
 }
 
+/* What a saved state must belong to. */
+static Owner owner_of(const Instance *instance)
+{
+    const Owner owner = {instance->screw.token, instance->map->identity.content_hash};
+    return owner;
+}
+
 Status instance_serialized_size(Instance *instance, const void *state, size_t *size)
 {
     if (state == NULL || size == NULL) {
         return missing(instance);
     }
-    *size = situation_size(&((const Saved *)state)->situation, instance->map);
+    *size = situation_size(&((const Saved *)state)->situation, owner_of(instance));
     return STATUS_OK;
 }
 
 Status instance_serialize(Instance *instance, const void *state, unsigned char *bytes, size_t size)
 {
     const Saved *saved = state;
+    size_t needed;
 
     if (saved == NULL || bytes == NULL) {
         return missing(instance);
     }
-    if (size != situation_size(&saved->situation, instance->map)) {
+    needed = situation_size(&saved->situation, owner_of(instance));
+    if (size != needed) {
         return instance_fail(instance, "room for %lu bytes; an FMU state has %lu", (unsigned long)size,
-                             (unsigned long)situation_size(&saved->situation, instance->map));
+                             (unsigned long)needed);
     }
-    situation_write(&saved->situation, instance->map, bytes);
+    situation_write(&saved->situation, owner_of(instance), bytes);
     return STATUS_OK;
 }
 
@@ -448,7 +452,7 @@ Status instance_deserialize(Instance *instance, const unsigned char *bytes, size
     if (bytes == NULL || state == NULL) {
         return missing(instance);
     }
-    if (!situation_read(&situation, instance->map, bytes, size, reason, sizeof reason)) {
+    if (!situation_read(&situation, owner_of(instance), bytes, size, reason, sizeof reason)) {
         return instance_fail(instance, "serialized FMU state %s", reason);
     }
     if (store(instance, &situation, &fresh) != STATUS_OK) {

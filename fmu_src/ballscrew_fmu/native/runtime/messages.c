@@ -9,6 +9,15 @@ static const char *const state_names[] = {"Instantiated", "Initialization Mode",
                                           "Step Mode",    "Terminated",          "Error",      "Intermediate Update Mode"};
 #define STATE_NAMES (sizeof state_names / sizeof state_names[0])
 
+const char *number_text(double value, char text[32])
+{
+    if (value != value) {
+        return "nan";
+    }
+    (void)snprintf(text, 32, "%.10g", value);
+    return text;
+}
+
 bool instance_logs(const Instance *instance, Status status)
 {
     return instance->logging && instance->importer.logger != NULL && (instance->categories >> status & 1U) != 0U;

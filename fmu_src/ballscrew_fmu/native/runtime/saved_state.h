@@ -44,14 +44,18 @@ struct Saved {
 };
 
 /* New state in the ring of this head. NULL: no memory. */
-Saved *saved_new(Saved *head, const Importer *importer);
-void saved_release(Saved *saved, const Importer *importer);
+INTERNAL Saved *saved_new(Saved *head, const Importer *importer);
+INTERNAL void saved_release(Saved *saved, const Importer *importer);
 
-/* Number of bytes; write that many bytes; read. map: of the instance. False: the bytes are rejected, with the
-   reason. */
-size_t situation_size(const Situation *situation, const Map *map);
-void situation_write(const Situation *situation, const Map *map, unsigned char *bytes);
-bool situation_read(Situation *situation, const Map *map, const unsigned char *bytes, size_t size, char *reason,
-                    size_t reason_size);
+/* FMU and map of an instance; a state of another one is rejected. */
+typedef struct {
+    const char *token, *map;
+} Owner;
+
+/* Number of bytes; write that many bytes; read. False: the bytes are rejected, with the reason. */
+INTERNAL size_t situation_size(const Situation *situation, Owner owner);
+INTERNAL void situation_write(const Situation *situation, Owner owner, unsigned char *bytes);
+INTERNAL bool situation_read(Situation *situation, Owner owner, const unsigned char *bytes, size_t size, char *reason,
+                                      size_t reason_size);
 
 #endif

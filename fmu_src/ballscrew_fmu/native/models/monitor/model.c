@@ -106,14 +106,11 @@ static void compute_lambda_ratio(Model *model)
 
 /* --- interface --------------------------------------------------------------------------------------------------- */
 
-void model_reset(Model *model, const Map *map, bool continuous)
+void model_reset(Model *model, const Map *map, const double start[VARIABLE_COUNT], bool continuous)
 {
-    model_start(model, map, continuous);
+    model_start(model, map, start, continuous);
     model_latch(model);
 }
-
-extern bool model_accepts(int reference, double value);
-extern void model_set(Model *model, int reference, double value);
 
 void model_latch(Model *model)
 {
