@@ -1,9 +1,9 @@
-"""The compiled parts of the FMUs, which are the same for all screws: libraries of the native FMUs, entry libraries of the
-FMUs for Python hosts, WebAssembly of the live page.
+"""The compiled parts of the FMUs, which are the same for all screws: libraries of the native FMUs, entry libraries of
+the FMUs for Python hosts, WebAssembly of the live page.
 
-A wheel carries them for all platforms (folder prebuilt, made by `python -m ballscrew_fmu.native_fmu.libraries` before the
-wheel is built). Elsewhere they are compiled once and kept in the cache of the user. The name of a file has the hash of
-sources and options, and in the cache the compiler: what other sources left behind is not found.
+A wheel carries them for all platforms: `python -m ballscrew_fmu.native_fmu.libraries` puts them in the folder prebuilt
+before it is built. Elsewhere they are compiled once and kept in the cache of the user. The name of a file has the hash
+of sources and options, and in the cache the compiler: what other sources left behind is not found.
 """
 
 import contextlib

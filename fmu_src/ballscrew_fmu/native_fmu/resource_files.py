@@ -1,7 +1,7 @@
 """Files in the resources of the native FMUs: the nut map (nut_map.bin), and the screw that an FMU is of (screw.bin).
 
-Both begin with a magic, the size of the file and the checksum of what follows. A map is the same file in the FMUs of all
-models and may be replaced by that of another screw; the screw belongs to one FMU.
+Both begin with a magic, the size of the file and the checksum of what follows. A map is the same file in the FMUs of
+all models and may be replaced by that of another screw; the screw belongs to one FMU.
 """
 
 import re

@@ -234,7 +234,7 @@ def page_sources(header: Mapping[str, Any]) -> dict[str, bytes]:
 
 
 def entry_sources(variables: Sequence[Variable]) -> dict[str, bytes]:
-    """Sources of the entry library of an FMU for Python hosts: which references are of which type and can be set when."""
+    """Sources of the entry library of an FMU for Python hosts, with types of all references, and when they are set."""
 
     def row(v: Variable) -> str:
         settable = "NEVER" if v.causality == "output" else "INITIALLY" if v.fixed else "ALWAYS"

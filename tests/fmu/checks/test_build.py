@@ -16,7 +16,6 @@ from paths import ROOT
 from ballscrew_fmu import build
 from ballscrew_fmu.checks import check, reference
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, this_platform
-from ballscrew_fmu.python_fmu import entry_library
 from ballscrew_tehl.friction.sets import FrictionSet, write_friction_sets
 from ballscrew_tehl.parameters.file import load_screw
 
@@ -65,9 +64,8 @@ def with_synthetic_map(monkeypatch, synthetic_nut_map):
 def for_this_machine(monkeypatch):
     """Native FMUs for this machine only; test_native_package covers the other platforms."""
     own = {this_platform(): PLATFORMS[this_platform()]}
-    monkeypatch.setattr("ballscrew_fmu.native_fmu.compile.PLATFORMS", own)
-    yield
-    entry_library._compiled.cache_clear()  # other tests build for all platforms
+    for module in ("compile", "libraries"):
+        monkeypatch.setattr(f"ballscrew_fmu.native_fmu.{module}.PLATFORMS", own)
 
 
 def one_line(capsys):
