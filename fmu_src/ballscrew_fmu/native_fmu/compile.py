@@ -80,8 +80,8 @@ def find_compiler() -> Compiler:
     own = next((found for name in candidates if name and (found := shutil.which(name))), None)
     if own is None:
         raise BuildError(
-            f"no C compiler: neither ziglang, which builds for Linux, Windows and macOS ({INSTALL}) nor cc, gcc or clang "
-            "on the path"
+            f"no C compiler: neither ziglang, which builds for Linux, Windows and macOS ({INSTALL}) nor cc, gcc or "
+            "clang on the path"
         )
     version = _run([own, "-dumpfullversion", "-dumpversion"], Path.cwd(), own).split()[0]
     return Compiler((own,), f"{Path(own).stem} {version}", (this_platform(),), False)

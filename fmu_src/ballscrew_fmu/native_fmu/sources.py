@@ -164,7 +164,8 @@ static const unsigned char screw_file[] = {{
 """
 _ALL = """\
 /* GENERATED: all of the FMU in one unit, except the laws in dual numbers. */
-#define _POSIX_C_SOURCE 200809L
+#define _POSIX_C_SOURCE 200809L /* O_NOFOLLOW, */
+#define _DARWIN_C_SOURCE        /* on macOS */
 {includes}
 """
 _ENTRY_TABLE = """\

@@ -28,7 +28,7 @@
     if (instance == NULL) {                                    \
         return fmi2Error;                                      \
     }
-#define RETURN(status) return (fmi2Status)(status)
+#define RETURN(status) return (fmi2Status)instance_end(instance, status)
 
 /* A function with one call. */
 #define FORWARD(name, kinds, states, arguments, call) \

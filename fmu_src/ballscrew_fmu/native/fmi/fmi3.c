@@ -34,7 +34,7 @@
     if (self == NULL) {                                        \
         return fmi3Error;                                      \
     }
-#define RETURN(status) return (fmi3Status)(status)
+#define RETURN(status) return (fmi3Status)instance_end(self, status)
 
 /* A function with one call. */
 #define FORWARD(name, kinds, states, arguments, call) \

@@ -96,6 +96,7 @@ Instance *instance_begin(void *handle, const Call *call)
         (void)instance_fail(instance, "called in %s; legal in %s", here,
                             legal[0] != '\0' ? legal : "no state of this FMU");
     }
+    (void)instance_end(instance, STATUS_ERROR);
     return NULL;
 }
 

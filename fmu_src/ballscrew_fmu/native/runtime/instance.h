@@ -44,7 +44,16 @@ INTERNAL void instance_free(Instance *instance);
 /* Start of every FMI call. NULL: the call is illegal, which is logged, and the instance has failed. */
 INTERNAL Instance *instance_begin(void *handle, const Call *call);
 
-/* Messages (messages.c). Log and return: STATUS_ERROR, the instance has failed; or STATUS_DISCARD, nothing has changed. */
+/* End of every FMI call: after an error only reset, restore and free are legal. */
+static inline Status instance_end(Instance *instance, Status status)
+{
+    if (status == STATUS_ERROR) {
+        instance->now.state = FAILED;
+    }
+    return status;
+}
+
+/* Messages (messages.c). Log and return the status: STATUS_ERROR; or STATUS_DISCARD, nothing has changed. */
 INTERNAL Status instance_log(Instance *instance, Status status, const char *format, ...);
 #define instance_fail(instance, ...) instance_log(instance, STATUS_ERROR, __VA_ARGS__)
 #define instance_discard(instance, ...) instance_log(instance, STATUS_DISCARD, __VA_ARGS__)

@@ -38,9 +38,6 @@ Status instance_log(Instance *instance, Status status, const char *format, ...)
         }
         instance->importer.emit(&instance->importer, instance->name, status, log_categories[status], message);
     }
-    if (status == STATUS_ERROR) {
-        instance->now.state = FAILED;
-    }
     return status;
 }
 

@@ -1,6 +1,7 @@
 /* External functions of the Modelica package, on the model of the native FMUs (model.h): inputs are set, the point is
    latched, results are read. */
-#define _POSIX_C_SOURCE 200809L
+#define _POSIX_C_SOURCE 200809L /* of file.c, */
+#define _DARWIN_C_SOURCE        /* on macOS */
 #include "BallScrewFriction.h"
 
 #include <math.h>
