@@ -108,28 +108,6 @@ def run_info(args: Namespace) -> int:
     return 0
 
 
-def run_pack(args: Namespace) -> int:
-    """Write a map in the form in which native FMUs read it."""
-    from ballscrew_fmu import build
-    from ballscrew_fmu.archive import write_whole
-    from ballscrew_fmu.native_fmu.resource_files import map_bytes
-    from ballscrew_tehl.runtime.packed import map_hash
-
-    output = check_output("--output", args.output, "a file *.bin")
-    nut_map = build.read_inputs(args.screw, args.map, args.kinematics, args.friction).nut_map
-    with written("--output", output):
-        write_whole(output, map_bytes(nut_map))
-    parameters = nut_map.header["defaults"]
-    if args.json:
-        found = {"file": str(output), "map_hash": map_hash(nut_map.header), "law": nut_map.law}
-        print(json.dumps({**found, "parameters": parameters}))
-        return 0
-    print(f"{args.output}  map {map_hash(nut_map.header)}, {nut_map.law} friction law")
-    for name, value in parameters.items():
-        print(f"{name} = {value:g}")
-    return 0
-
-
 def run_page(args: Namespace) -> int:
     """Write the live page of a screw."""
     from ballscrew_fmu import build

@@ -60,7 +60,7 @@ _FAT_MAGIC = 0xCAFEBABE
 _FAT_ALIGNMENT = 14  # 2^14 bytes, the page of arm64
 _CPU_TYPES = {0x01000007: 3, 0x0100000C: 0}  # x86_64, arm64: cpu subtype "all"
 _MACH_MAGIC_64 = 0xFEEDFACF
-INSTALL = "python -m pip install ziglang"
+INSTALL = "python -m pip install ziglang"  # or the extra compile
 _ZIG = (sys.executable, "-m", "ziglang")
 
 

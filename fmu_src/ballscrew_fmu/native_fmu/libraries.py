@@ -100,40 +100,34 @@ def provider(header: Mapping[str, Any], embed_map: bool = False) -> Compiler:
     return find_compiler()
 
 
-def contents(
-    library: Library, platforms: Sequence[str] | None = None, kept: Path | None = None
-) -> dict[str, bytes]:
-    """The compiled library by platform.
+def contents(library: Library, platforms: Sequence[str] | None = None) -> dict[str, bytes]:
+    """The compiled library by platform; None: of all.
 
-    Parameters   platforms : None: all of it;  kept : folder of those that have been compiled; None: of the user
     Raises       BuildError: it has to be compiled, and there is no compiler for a platform, or its first error
     """
-    return {
-        platform: _content(library, platform, kept)
-        for platform in (library.platforms if platforms is None else platforms)
-    }
+    return {platform: _content(library, platform) for platform in platforms or library.platforms}
 
 
-def _content(library: Library, platform: str, kept: Path | None) -> bytes:
+def _content(library: Library, platform: str) -> bytes:
     shipped = PREBUILT / library.file(platform)
-    if kept is None and shipped.is_file():
+    if shipped.is_file():
         return shipped.read_bytes()
-    compiler = find_compiler()
-    file = _kept(library, platform, compiler, kept)
+    file = _kept(library, platform, find_compiler())
     with contextlib.suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)
     if not os.access(file.parent, os.W_OK):  # each time again
-        return build_libraries(library.sources, library.units, library.name, (platform,))[platform]
+        return _built(library, platform)
     with FileLock(f"{file}.lock"):
         if not file.is_file():
-            made = build_libraries(library.sources, library.units, library.name, (platform,))[platform]
-            write_whole(file, made)
+            write_whole(file, _built(library, platform))
     return file.read_bytes()
 
 
-def _kept(library: Library, platform: str, compiler: Compiler, kept: Path | None) -> Path:
-    if kept is not None:
-        return kept / library.file(platform)
+def _built(library: Library, platform: str) -> bytes:
+    return build_libraries(library.sources, library.units, library.name, (platform,))[platform]
+
+
+def _kept(library: Library, platform: str, compiler: Compiler) -> Path:
     by = re.sub(r"[^\w.]+", "_", compiler.name)
     return user_cache() / "libraries" / f"{library.file(platform)}.{by}"
 
@@ -154,22 +148,20 @@ def missing(
     return [
         (one, platform)
         for one, platform in found
-        if (compiler.crosses or platform != WASM) and not _kept(one, platform, compiler, None).is_file()
+        if (compiler.crosses or platform != WASM) and not _kept(one, platform, compiler).is_file()
     ]
 
 
-def compile_all(
-    wanted: Sequence[tuple[Library, str]], advance: Callable[[str], None], kept: Path | None = None
-) -> None:
+def compile_all(wanted: Sequence[tuple[Library, str]], advance: Callable[[str], None]) -> None:
     """Compile what is wanted, two at a time.
 
-    Parameters   advance : called with what is compiled next;  kept : as in contents
+    Parameters   advance : called with what is compiled next
     Raises       BuildError: as contents
     """
 
     def one(library: Library, platform: str) -> None:
         advance(f"compiling {library.name} for {platform}")
-        contents(library, (platform,), kept)
+        contents(library, (platform,))
 
     with ThreadPoolExecutor(max_workers=min(2, os.cpu_count() or 1)) as pool:
         running = [pool.submit(one, library, platform) for library, platform in wanted]
@@ -185,14 +177,15 @@ def main() -> int:
     """Fill the folder prebuilt of a clone, for the wheel that is built next."""
     from ballscrew_tehl.nut_map.file import load_map
 
-    folder, compiler = Path(str(PREBUILT)), find_compiler()
+    folder, compiler, header = Path(str(PREBUILT)), find_compiler(), load_map(None).header
     shutil.rmtree(folder, ignore_errors=True)
-    wanted = [(one, platform) for one in all_libraries(load_map(None).header) for platform in one.platforms]
-    compile_all(wanted, lambda text: print(text, flush=True), folder)
-    for lock in folder.glob("*.lock"):
-        lock.unlink()
+    compile_all(missing(header, compiler.platforms), lambda text: print(text, flush=True))
+    for library in all_libraries(header):
+        for platform, content in contents(library).items():
+            write_whole(folder / library.file(platform), content)
     (folder / COMPILER_FILE).write_text(compiler.name, encoding="utf-8")
-    print(f"{folder}: {len(wanted)} libraries, {sum(p.stat().st_size for p in folder.iterdir())} bytes")
+    size = sum(path.stat().st_size for path in folder.iterdir())
+    print(f"{folder}: libraries of {compiler.name}, {size} bytes")
     return 0
 
 
