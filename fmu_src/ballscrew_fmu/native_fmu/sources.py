@@ -48,6 +48,10 @@ FMI_HEADERS = {
 }
 _HERE = importlib.resources.files("ballscrew_fmu") / "native"
 ALL = "all.c"
+_ORDER = (  # of the files that all.c includes: each calls those before it
+    "file.c", "map.c", "axis_step.c", "model.c", "resources.c", "messages.c", "values.c", "derivative.c", "saved_state.c",
+    "instance.c", "step_in_parts.c", "fmi2.c", "fmi3.c",
+)  # fmt: skip
 _SHARED = ("core", "models", "runtime", "fmi")  # folders; in addition one folder of models
 
 _TABLE = """\
@@ -213,7 +217,7 @@ def native_sources(
         files[Path(name).name] = (_HERE / "models" / name).read_bytes()
     if missing := [f"fmi{version}.c" for version in fmi_versions if f"fmi{version}.c" not in files]:
         raise SourceError(f"{missing[0]} not found in {_HERE}; install the project again")
-    parts = ["nut_law.h", *sorted(name for name in files if name.endswith(".c") and name != model.dual)]
+    parts = [name for name in _ORDER if name in files]
     if embedded is not None:
         files["embedded.h"] = _embedded_source(embedded).encode()
         parts.insert(0, "embedded.h")

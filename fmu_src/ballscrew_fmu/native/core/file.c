@@ -1,12 +1,20 @@
-#include "file.h"
-
+/* Files of the resources: eight characters that name the format, size of the file, checksum of what follows, content.
+   Little-endian, a multiple of eight bytes. */
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "constants.h"
+
+#define FILE_MAGIC_SIZE 8
+#define FILE_HEAD_SIZE (FILE_MAGIC_SIZE + 16)
+
 #define LARGEST_FILE 268435456
 
-uint64_t little_endian(const unsigned char bytes[8])
+static inline uint64_t little_endian(const unsigned char bytes[8])
 {
     uint64_t value = 0;
     for (int i = 7; i >= 0; --i) {
@@ -25,8 +33,9 @@ static uint64_t checksum(const unsigned char *bytes, size_t size)
     return sum;
 }
 
-bool file_fails(const unsigned char *bytes, size_t size, const char *magic, const char *name, const char *what,
-                char *message, size_t message_size)
+/* True, with the reason in message, if these bytes are not a whole file of the format. name, what: for messages */
+INTERNAL bool file_fails(const unsigned char *bytes, size_t size, const char *magic, const char *name, const char *what,
+                         char *message, size_t message_size)
 {
     char found[FILE_MAGIC_SIZE + 1] = "";
 
@@ -88,7 +97,8 @@ static FILE *open_file(const char *path) { return fopen(path, "rb"); }
 
 #endif
 
-unsigned char *file_read(const char *path, size_t *size, char *message, size_t message_size)
+/* Content of a file, path in UTF-8, in new memory (free). NULL, with the reason in message. */
+INTERNAL unsigned char *file_read(const char *path, size_t *size, char *message, size_t message_size)
 {
     FILE *file = open_file(path);
     unsigned char *bytes = NULL;

@@ -5,13 +5,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "file.h"
 #include "lock.h"
 
 #define NUMBERS (3 * MAP_AXES + MAP_DEFAULTS + 2) /* before the coefficients */
 #define MOST_NODES 4096
 
-const char *map_law_name(int law)
+/* Name of a friction law. */
+INTERNAL const char *map_law_name(int law)
 {
     static const char *const names[LAWS] = LAW_NAMES;
     return law >= 0 && law < LAWS ? names[law] : "unknown";
@@ -163,7 +163,8 @@ static Map *map_for_all(Map *map)
     return map;
 }
 
-void map_free(Map *map)
+/* End of use by one of those who have got it. */
+INTERNAL void map_free(Map *map)
 {
     Map **place;
     bool last = false;
@@ -188,7 +189,8 @@ void map_free(Map *map)
 
 /* --- compiled in ------------------------------------------------------------------------------------------------- */
 
-Map *map_compiled(char *message, size_t message_size)
+/* map_numbers and map_identity of embedded.h; no file is opened */
+INTERNAL Map *map_compiled(char *message, size_t message_size)
 {
     Map *map = map_in_use(&map_identity);
     const char *wrong;
@@ -243,8 +245,9 @@ static Map *decoded(const unsigned char *bytes, size_t size, const char *name, c
     return map_for_all(map);
 }
 
-Map *map_from_bytes(const unsigned char *bytes, size_t size, int law, const char *name, char *message,
-                    size_t message_size)
+/* The same from the bytes of a file; name for messages. */
+INTERNAL Map *map_from_bytes(const unsigned char *bytes, size_t size, int law, const char *name, char *message,
+                             size_t message_size)
 {
     MapIdentity identity = {0, 0, ""};
     Map *map;
@@ -275,7 +278,8 @@ Map *map_from_bytes(const unsigned char *bytes, size_t size, int law, const char
     return map;
 }
 
-Map *map_read(const char *path, int law, char *message, size_t message_size)
+/* Map from a file, path in UTF-8, for a model of this law. NULL if it cannot be used, with the reason in message. */
+INTERNAL Map *map_read(const char *path, int law, char *message, size_t message_size)
 {
     size_t size;
     unsigned char *bytes = file_read(path, &size, message, message_size);

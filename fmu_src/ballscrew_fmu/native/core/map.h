@@ -48,28 +48,7 @@ struct Map {
     double data[1];      /* the numbers of the file; of a compiled map none */
 };
 
-#ifndef DUAL_NUMBERS /* a file with dual numbers uses maps only */
-
 #define ANY_LAW (-1)
-
-#ifdef EMBEDDED_RESOURCES /* map_numbers and map_identity of embedded.h; no file is opened */
-INTERNAL Map *map_compiled(char *message, size_t message_size);
-#else
-/* Map from a file, path in UTF-8, for a model of this law. NULL if it cannot be used, with the reason in message. */
-INTERNAL Map *map_read(const char *path, int law, char *message, size_t message_size);
-
-/* The same from the bytes of a file; name for messages. */
-INTERNAL Map *map_from_bytes(const unsigned char *bytes, size_t size, int law, const char *name, char *message,
-                             size_t message_size);
-#endif
-
-/* End of use by one of those who have got it. */
-INTERNAL void map_free(Map *map);
-
-/* Name of a friction law. */
-INTERNAL const char *map_law_name(int law);
-
-#endif
 
 /* Cell and position of a value, clamped to the axis. */
 static inline Place axis_place(const Axis *axis, double value)

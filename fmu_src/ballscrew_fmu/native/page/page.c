@@ -8,7 +8,6 @@
 
 #include "file.c"
 #include "map.c"
-#include "nut_law.h"
 
 #define EXPORTED __attribute__((visibility("default")))
 

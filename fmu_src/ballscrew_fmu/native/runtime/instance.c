@@ -21,8 +21,22 @@ static void report_map(Instance *instance)
     }
 }
 
-Instance *instance_create(const Importer *importer, unsigned kind, const char *name, const char *token,
-                          const char *resources, bool is_uri, bool logging)
+INTERNAL Status instance_reset(Instance *instance)
+{
+    Situation *now = &instance->now;
+
+    memset(now, 0, sizeof *now);
+    model_reset(&now->model, instance->map, instance->screw.start, instance->kind == MODEL_EXCHANGE);
+    now->model.events = instance->kind == MODEL_EXCHANGE || instance->event_mode;
+    now->stop = HUGE_VAL;
+    now->state = INSTANTIATED;
+    now->stale = true;
+    return STATUS_OK;
+}
+
+/* NULL, with a message, if the instance cannot be created. resources: folder of screw and map, as URI or as path. */
+INTERNAL Instance *instance_create(const Importer *importer, unsigned kind, const char *name, const char *token,
+                                   const char *resources, bool is_uri, bool logging)
 {
     Instance *instance;
     Screw screw;
@@ -56,7 +70,7 @@ Instance *instance_create(const Importer *importer, unsigned kind, const char *n
     return instance;
 }
 
-void instance_free(Instance *instance)
+INTERNAL void instance_free(Instance *instance)
 {
     if (instance != NULL) {
         /* the standards require that freeInstance frees all memory, including saved states */
@@ -75,7 +89,8 @@ static const char *kind_name(unsigned kind)
     return kind == CO_SIMULATION ? "co-simulation" : "model exchange";
 }
 
-Instance *instance_begin(void *handle, const Call *call)
+/* Start of every FMI call. NULL: the call is illegal, which is logged, and the instance has failed. */
+INTERNAL Instance *instance_begin(void *handle, const Call *call)
 {
     Instance *instance = handle;
     char here[32], legal[192];
@@ -213,7 +228,8 @@ static bool is_time(double value)
     return fabs(value) < TOO_LARGE;
 }
 
-Status instance_setup(Instance *instance, double start, bool stop_defined, double stop)
+/* Life cycle. */
+INTERNAL Status instance_setup(Instance *instance, double start, bool stop_defined, double stop)
 {
     char text[32], other[32];
 
@@ -227,13 +243,13 @@ Status instance_setup(Instance *instance, double start, bool stop_defined, doubl
     return STATUS_OK;
 }
 
-Status instance_enter(Instance *instance, unsigned state)
+INTERNAL Status instance_enter(Instance *instance, unsigned state)
 {
     instance->now.state = state;
     return STATUS_OK;
 }
 
-Status instance_exit_initialization(Instance *instance)
+INTERNAL Status instance_exit_initialization(Instance *instance)
 {
     Situation *now = &instance->now;
 
@@ -247,24 +263,13 @@ Status instance_exit_initialization(Instance *instance)
     return STATUS_OK;
 }
 
-Status instance_reset(Instance *instance)
-{
-    Situation *now = &instance->now;
-
-    memset(now, 0, sizeof *now);
-    model_reset(&now->model, instance->map, instance->screw.start, instance->kind == MODEL_EXCHANGE);
-    now->model.events = instance->kind == MODEL_EXCHANGE || instance->event_mode;
-    now->stop = HUGE_VAL;
-    now->state = INSTANTIATED;
-    now->stale = true;
-    return STATUS_OK;
-}
-
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
 #define TIME_SHARE 1e-3 /* of a step: allowed difference of communication points, in addition to rounding */
 
-Status instance_begin_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
+/* Co-simulation. A step: arguments and values are checked, the model steps, the time is set. longest: [s] for which the
+   inputs were constant. */
+INTERNAL Status instance_begin_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
     Situation *now = &instance->now;
     const double tolerance = TIME_SHARE * step + 4.0 * DBL_EPSILON * fabs(time);
@@ -295,7 +300,7 @@ Status instance_begin_step(Instance *instance, double time, double step, bool ze
     return STATUS_OK;
 }
 
-void instance_end_step(Instance *instance, double time, double longest)
+INTERNAL void instance_end_step(Instance *instance, double time, double longest)
 {
     instance->now.stale = false;
     instance->now.time = time;
@@ -312,7 +317,7 @@ void instance_end_step(Instance *instance, double time, double longest)
 #endif
 }
 
-Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
+INTERNAL Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
     const Status status = instance_begin_step(instance, time, step, zero_allowed, check_time);
 
@@ -325,7 +330,8 @@ Status instance_step(Instance *instance, double time, double step, bool zero_all
 
 /* --- events and model exchange ----------------------------------------------------------------------------------- */
 
-Status instance_set_time(Instance *instance, double time)
+/* Model exchange. Vectors are in values.c; length is that of the array of the importer. */
+INTERNAL Status instance_set_time(Instance *instance, double time)
 {
     char text[32];
 
@@ -337,7 +343,8 @@ Status instance_set_time(Instance *instance, double time)
     return STATUS_OK;
 }
 
-Status instance_enter_event_mode(Instance *instance)
+/* Co-simulation and model exchange. */
+INTERNAL Status instance_enter_event_mode(Instance *instance)
 {
     if (!instance->now.model.events) {
         return instance_fail(instance, "called in Step Mode without event mode; legal in instances with eventModeUsed = true");
@@ -346,7 +353,7 @@ Status instance_enter_event_mode(Instance *instance)
     return instance_enter(instance, EVENT_MODE);
 }
 
-Status instance_event(Instance *instance, bool *state_changed)
+INTERNAL Status instance_event(Instance *instance, bool *state_changed)
 {
     instance_follow(instance);
     if (instance->now.postponed && !instance->now.unchecked) {
@@ -377,12 +384,13 @@ static Status store(Instance *instance, const Situation *situation, void **state
     return STATUS_OK;
 }
 
-Status instance_save(Instance *instance, void **state)
+/* Saved states. */
+INTERNAL Status instance_save(Instance *instance, void **state)
 {
     return state == NULL ? missing(instance) : store(instance, &instance->now, state);
 }
 
-Status instance_restore(Instance *instance, const void *state)
+INTERNAL Status instance_restore(Instance *instance, const void *state)
 {
     const Saved *saved = state;
 
@@ -402,7 +410,7 @@ Status instance_restore(Instance *instance, const void *state)
     return STATUS_OK;
 }
 
-Status instance_free_state(Instance *instance, void **state)
+INTERNAL Status instance_free_state(Instance *instance, void **state)
 {
     if (state != NULL && *state != NULL) {
         saved_release(*state, &instance->importer);
@@ -418,7 +426,7 @@ static Owner owner_of(const Instance *instance)
     return owner;
 }
 
-Status instance_serialized_size(Instance *instance, const void *state, size_t *size)
+INTERNAL Status instance_serialized_size(Instance *instance, const void *state, size_t *size)
 {
     if (state == NULL || size == NULL) {
         return missing(instance);
@@ -427,7 +435,7 @@ Status instance_serialized_size(Instance *instance, const void *state, size_t *s
     return STATUS_OK;
 }
 
-Status instance_serialize(Instance *instance, const void *state, unsigned char *bytes, size_t size)
+INTERNAL Status instance_serialize(Instance *instance, const void *state, unsigned char *bytes, size_t size)
 {
     const Saved *saved = state;
     size_t needed;
@@ -444,7 +452,7 @@ Status instance_serialize(Instance *instance, const void *state, unsigned char *
     return STATUS_OK;
 }
 
-Status instance_deserialize(Instance *instance, const unsigned char *bytes, size_t size, void **state)
+INTERNAL Status instance_deserialize(Instance *instance, const unsigned char *bytes, size_t size, void **state)
 {
     Situation situation;
     char reason[MESSAGE_SIZE / 2];

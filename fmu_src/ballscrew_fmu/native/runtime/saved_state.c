@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "saved_state.h"
+#include "instance.h"
 
 /* Layout, little-endian: magic, checksum of all that follows, layout version, total size, then token and map of the
    FMU, each with its length, then the fields in the order of pass_situation. */
@@ -15,7 +15,8 @@
 
 /* --- in memory --------------------------------------------------------------------------------------------------- */
 
-Saved *saved_new(Saved *head, const Importer *importer)
+/* New state in the ring of this head. NULL: no memory. */
+INTERNAL Saved *saved_new(Saved *head, const Importer *importer)
 {
     Saved *saved = importer->allocate(1, sizeof *saved);
 
@@ -27,7 +28,7 @@ Saved *saved_new(Saved *head, const Importer *importer)
     return saved;
 }
 
-void saved_release(Saved *saved, const Importer *importer)
+INTERNAL void saved_release(Saved *saved, const Importer *importer)
 {
     saved->previous->next = saved->next;
     saved->next->previous = saved->previous;
@@ -192,7 +193,8 @@ static uint64_t hash_of_bytes(const unsigned char *bytes, size_t size)
     return sum;
 }
 
-size_t situation_size(const Situation *situation, Owner owner)
+/* Number of bytes; write that many bytes; read. False: the bytes are rejected, with the reason. */
+INTERNAL size_t situation_size(const Situation *situation, Owner owner)
 {
     Walk walk = {MEASURE, NULL, NULL, owner, 0, 0, true};
     Situation copy = *situation;
@@ -203,7 +205,7 @@ size_t situation_size(const Situation *situation, Owner owner)
     return walk.at;
 }
 
-void situation_write(const Situation *situation, Owner owner, unsigned char *bytes)
+INTERNAL void situation_write(const Situation *situation, Owner owner, unsigned char *bytes)
 {
     Walk walk = {WRITE, bytes, NULL, owner, 0, 0, true};
     Situation copy = *situation;
@@ -236,8 +238,8 @@ static bool possible(const Situation *situation)
     return true;
 }
 
-bool situation_read(Situation *situation, Owner owner, const unsigned char *bytes, size_t size, char *reason,
-                    size_t reason_size)
+INTERNAL bool situation_read(Situation *situation, Owner owner, const unsigned char *bytes, size_t size, char *reason,
+                             size_t reason_size)
 {
     Walk walk = {READ, NULL, bytes, owner, 0, size, true};
     unsigned version = 0, written = 0;

@@ -9,7 +9,6 @@
 
 #include "file.c"
 #include "map.c"
-#include "nut_law.h"
 #include "model.c"
 
 /* of the Modelica tool (ModelicaUtilities.h); does not return */

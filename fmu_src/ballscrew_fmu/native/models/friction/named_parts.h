@@ -2,7 +2,7 @@
 #ifndef BALLSCREW_NAMED_PARTS_H
 #define BALLSCREW_NAMED_PARTS_H
 
-#include "nut.h"
+#include "nut_law.h"
 #include "presliding_law.h"
 #include "variables.h"
 

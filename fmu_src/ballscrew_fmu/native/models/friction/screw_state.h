@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#include "nut.h"
+#include "nut_law.h"
 #include "variables.h"
 
 struct Model {

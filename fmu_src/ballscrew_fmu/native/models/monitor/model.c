@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "nut.h"
+#include "nut_law.h"
 #include "search.h"
 
 /* --- outputs of the latched point -------------------------------------------------------------------------------- */
