@@ -170,6 +170,12 @@ _ALL = """\
 /* GENERATED: all of the FMU in one unit, except the laws in dual numbers. */
 #define _POSIX_C_SOURCE 200809L /* O_NOFOLLOW, */
 #define _DARWIN_C_SOURCE        /* on macOS */
+#if defined(_WIN32)
+#define WIN32_LEAN_AND_MEAN
+#include <windows.h>
+#undef near
+#undef far
+#endif
 {includes}
 """
 _ENTRY_TABLE = """\
