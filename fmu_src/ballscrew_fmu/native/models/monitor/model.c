@@ -271,7 +271,7 @@ void model_set_mean_power(Model *model, double mean)
 
 /* --- derivatives ------------------------------------------------------------------------------------------------- */
 
-#define DIFFERENCE 1e-4 /* relative change of the inputs in the difference of sensitivities */
+#define SLOPE_STEP 1e-4 /* relative change of the inputs in the difference of sensitivities */
 
 static Along motion_along(const Model *model, const double direction[VARIABLE_COUNT])
 {
@@ -314,7 +314,7 @@ static double sensitivity_slope(const Model *model, const double direction[VARIA
     if (!(size > 0.0)) {
         return 0.0;
     }
-    h = DIFFERENCE / size;
+    h = SLOPE_STEP / size;
     for (int side = 0; side < 2; ++side) {
         const double step = side == 0 ? -h : h, highest = model->map->force.hi;
         Estimate end;
