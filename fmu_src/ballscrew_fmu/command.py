@@ -18,8 +18,8 @@ BUILD = Command("build and check the FMUs of a screw from its map", f"{RUNS}:run
     switch("--embed-map", "native FMUs that open no file, of 15 MB each, for real-time targets"),
 ), (*INPUTS, JSON), "--map my_map.npz --friction friction.toml --output my_fmus",
     "Friction, preload monitor, transmission and axis, for Python hosts and native, for Linux, Windows and macOS. A "
-    "wheel has the libraries. A clone compiles them once, some minutes with ziglang (extra compile), without it by the C "
-    "compiler of this machine for it only; --embed-map always compiles. Each FMU is validated by fmpy "
+    "wheel has the libraries. A clone compiles them once, some minutes with ziglang (extra compile), without it by "
+    "the C compiler of this machine for it only; --embed-map always compiles. Each FMU is validated by fmpy "
     "and replayed against the map; FMUs are delivered only if all checks pass. Same input, same bytes. Exit codes: 0 "
     "done, 1 a check or the compiler failed, 2 invalid input.", interrupted="no FMU delivered")
 FMU_FILE = option("fmu", "an FMU of this program", "FILE.fmu")
