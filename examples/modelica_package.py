@@ -27,8 +27,9 @@ from typing import Any, NoReturn
 
 from rich.console import Console
 
+from ballscrew_fmu.models import FRICTION
 from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, PLATFORMS, WARNINGS, BuildError, find_compiler
-from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
+from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, map_bytes
 from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources
 from ballscrew_tehl import load_map, load_screw
 
@@ -36,7 +37,8 @@ NAME = "BallScrewFriction"
 SOURCE = Path(__file__).resolve().parent / "modelica" / NAME
 OUTPUT = Path(__file__).resolve().parents[1] / "dist" / "modelica"
 FOLDERS = {"x86_64-linux": "linux64", "x86_64-windows": "win64"}  # of Resources/Library
-UNITS = ("map.c", "nut.c", "model.c", "friction_tangent.c", "variables.c")  # of the runtime, without FMI
+INCLUDED = ("file.c", "map.c", "model.c")  # of the runtime, without FMI, by BallScrewFriction.c
+UNITS = (f"{NAME}.c", FRICTION.dual)  # that are compiled
 
 
 def assemble(nut_map: Any, folder: Path, platforms: Sequence[str] = tuple(FOLDERS)) -> Path:
@@ -47,15 +49,14 @@ def assemble(nut_map: Any, folder: Path, platforms: Sequence[str] = tuple(FOLDER
     Raises       BuildError: the library cannot be compiled;  OSError: cannot be written
     """
     folder.mkdir(parents=True, exist_ok=True)
-    # FMI is not used; the token of an FMU has no meaning here
-    runtime = native_sources(nut_map.header, 2, "")
+    runtime = native_sources(nut_map.header, ())
     with tempfile.TemporaryDirectory(prefix=f".{NAME}_", dir=folder) as scratch:
         package = Path(scratch) / NAME
         shutil.copytree(SOURCE, package)
         _set_screw(package / "package.mo", nut_map.header["screw"])
         resources = package / "Resources"
         headers = (name for name in runtime if name.endswith(".h") and not is_fmi_header(name))
-        for name in (*UNITS, *headers):
+        for name in (*INCLUDED, FRICTION.dual, *headers):
             (resources / "Source" / name).write_bytes(runtime[name])
         (resources / "Data").mkdir()
         (resources / "Data" / MAP_FILE).write_bytes(map_bytes(nut_map))
@@ -90,7 +91,7 @@ def _build(resources: Path, library: Path, target: str) -> None:
     zig = [sys.executable, "-m", "ziglang"]
     with tempfile.TemporaryDirectory() as scratch:
         objects = []
-        for unit in sorted((resources / "Source").glob("*.c")):
+        for unit in (resources / "Source" / name for name in UNITS):
             made = Path(scratch) / f"{unit.stem}.o"
             options = [o for o in COMPILER_OPTIONS if not o.startswith("-fvisibility")]
             pic = ["-fPIC"] if "linux" in target else []

@@ -12,7 +12,8 @@ from ballscrew_fmu.checks.check import check, recovered_preload, torque_tables
 from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.live_page.page import live_page
 from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, NATIVE_MODELS, FmuModel
-from ballscrew_fmu.native_fmu import compile as native_compile
+from ballscrew_fmu.native_fmu import libraries
+from ballscrew_fmu.native_fmu.compile import INSTALL
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.cli.shared.chosen import chosen_of
@@ -90,6 +91,19 @@ def kinds(
     return found
 
 
+def to_compile(
+    inputs: Inputs, wanted: Collection[Kind], embed_map: bool = False
+) -> list[tuple[libraries.Library, str]]:
+    """Libraries that a build has to compile first; none from a wheel, and once from a clone.
+
+    Raises       BuildError: there is no compiler;  SourceError: a file is missing
+    """
+    header = inputs.nut_map.header
+    platforms = libraries.provider(header, embed_map).platforms
+    native = any(kind.native for kind in wanted) and not embed_map
+    return libraries.missing(header, platforms, native=native)
+
+
 def build(
     inputs: Inputs,
     folder: Path,
@@ -108,17 +122,17 @@ def build(
     with tempfile.TemporaryDirectory(dir=folder, prefix=".build_") as scratch:
         built: list[tuple[BuiltFmu, str]] = []
         tables = note = page = ""
-        compiler = native_compile.find_compiler()
-        advance("compiling the live page")
-        if any(
-            kind.model is FRICTION for kind in wanted
-        ):  # of one screw, it would be the same in the other models
+        compiler = libraries.provider(nut_map.header, embed_map)
+        libraries.compile_all(to_compile(inputs, wanted, embed_map), advance)
+        if any(kind.model is FRICTION for kind in wanted):
+            # of one screw, it would be the same in the other models
+            advance("live page")
             page = inputs.live_page() if compiler.crosses else ""
         references = {}
         for kind in wanted:
             model, path = kind.model, Path(scratch) / kind.file_name
             of_friction = model is FRICTION
-            advance(f"compiling and packing {kind.file_name}")
+            advance(f"packing {kind.file_name}")
             if model not in references:
                 references[model] = reference_of(nut_map, model)
             reference = references[model]
@@ -139,7 +153,7 @@ def build(
         if not compiler.crosses:
             note = (
                 f"{compiler.name}: native FMUs for {', '.join(compiler.platforms)} only, no live page; for Linux, "
-                "Windows and macOS, and the page: python -m pip install ziglang"
+                f"Windows and macOS, and the page: {INSTALL}"
             )
         for fmu, _ in built:
             os.replace(fmu.path, folder / fmu.path.name)

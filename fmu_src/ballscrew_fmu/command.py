@@ -25,8 +25,9 @@ BUILD = Command("from a screw file to checked FMUs", f"{RUNS}:run_build", (
     switch("--embed-map", "native FMUs that open no file, of 15 MB each, for real-time targets"),
 ), (*INPUTS, JSON), "my_screw.toml --output my_fmus",
     "The map is made in memory in some seconds, unless --map gives one or that of the screw is packaged. Friction, "
-    "preload monitor, transmission and axis, for Python hosts and native: C compiled with ziglang for Linux, "
-    "Windows and macOS (the first time some minutes), without it for this machine only. Each FMU is validated by fmpy "
+    "preload monitor, transmission and axis, for Python hosts and native, for Linux, Windows and macOS. A wheel has "
+    "the libraries. A clone compiles them once, some minutes with ziglang (extra compile), without it by the compiler "
+    "of this machine for it only; --embed-map always compiles. Each FMU is validated by fmpy "
     "and replayed against the map; FMUs are delivered only if all checks pass. Same input, same bytes. Exit codes: 0 "
     "done, 1 a check or the compiler failed, 2 invalid input.", interrupted="no FMU delivered")
 FMU_FILE = option("fmu", "an FMU of this program", "FILE.fmu")
@@ -48,13 +49,7 @@ EXAMPLES = Command("the example scripts: list them, or copy them into a folder",
     option("--copy", "new folder for the scripts; default: they are listed", "FOLDER"),
 ), (JSON,), "--copy examples",
     "They find the FMUs in the folder dist beside theirs, where `ballscrew build` puts them.")
-PACK = Command("write a map as nut_map.bin, for a native FMU that is built", f"{RUNS}:run_pack", (
-    option("--output", f"{OUTPUT}; default: %(default)s", "FILE.bin", default="nut_map.bin"),
-), (*INPUTS, JSON), "--map my_map.npz --output nut_map.bin",
-    "Put in place of the file of this name in the resources of a native FMU of the same law, it gives the friction of "
-    "this screw without a build. Start values, limits and dependencies stay those of the FMU: set the parameters that "
-    "are printed.")
-FMUS = Command("FMUs of a ball screw.", actions={**FMU_COMMANDS, "map": PACK})
+FMUS = Command("FMUs of a ball screw.", actions=FMU_COMMANDS)
 BALLSCREW = Command(
     "Friction of preloaded ball screws by thermal elastohydrodynamic lubrication.",
     example="torque --preload-n 2000 --speed-rpm 1000 --temperature-c 30",
@@ -63,7 +58,6 @@ BALLSCREW = Command(
     "  register-python-argcomplete --shell fish ballscrew | source, in fish",
     actions={
         **COMMANDS, **FMU_COMMANDS,
-        "map": COMMANDS["map"]._replace(actions={**COMMANDS["map"].actions, "pack": PACK}),
         "report": COMMANDS["report"]._replace(run=f"{RUNS}:run_report"),
         "examples": EXAMPLES,
     },

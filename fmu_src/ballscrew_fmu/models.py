@@ -34,6 +34,7 @@ class FmuModel(NamedTuple):
     slave: str  # module of the base class {name}Base; "": native only
     refines: bool  # the FMU contains the contact solver
     layer: str  # folder of the model in native/models
+    dual: str  # file there with the laws in dual numbers
     terminals: tuple[Terminal, ...] = ()
     borrowed: tuple[str, ...] = ()  # files of other models in native/models
     step: float = 1e-3  # [s] of the default experiment
@@ -60,6 +61,7 @@ FRICTION = FmuModel(
     "ballscrew_fmu.python_fmu.slave",
     refines=True,
     layer="friction",
+    dual="friction_tangent.c",
     terminals=(
         Terminal(
             "shaft",
@@ -79,6 +81,7 @@ MONITOR = FmuModel(
     "ballscrew_fmu.python_fmu.monitor_slave",
     refines=False,
     layer="monitor",
+    dual="search.c",
     terminals=(
         Terminal(
             "shaft",
@@ -108,6 +111,7 @@ TRANSMISSION = FmuModel(
     slave="",
     refines=False,
     layer="transmission",
+    dual="transmission_tangent.c",
     terminals=(
         Terminal(
             "shaft",
@@ -145,6 +149,7 @@ AXIS = FmuModel(
     slave="",
     refines=False,
     layer="axis",
+    dual="axis_tangent.c",
     terminals=(
         Terminal(
             "shaft",

@@ -43,6 +43,8 @@ def run_build(args: Namespace) -> int:
                 say(f"{progress.tasks[task].completed:.0f} of {steps}: {text}")
 
         try:
+            steps += len(build.to_compile(inputs, wanted, args.embed_map))
+            progress.update(task, total=steps)
             with new_folder(folder):
                 fmus, tables, note = build.build(inputs, folder, wanted, advance, args.embed_map)
         except OSError as error:
@@ -109,28 +111,6 @@ def run_info(args: Namespace) -> int:
         cells = (v["name"], v["causality"], v["unit"], v["start"], v["min"], v["max"])
         table.add_row(*("" if cell is None else str(cell) for cell in cells))
     Console(width=110).print(table)
-    return 0
-
-
-def run_pack(args: Namespace) -> int:
-    """Write a map in the form in which native FMUs read it."""
-    from ballscrew_fmu import build
-    from ballscrew_fmu.archive import write_whole
-    from ballscrew_fmu.native_fmu.map_file import map_bytes
-    from ballscrew_tehl.runtime.packed import map_hash
-
-    output = check_output("--output", args.output, "a file *.bin")
-    nut_map = build.read_inputs(args.screw, args.map, args.kinematics, args.friction).nut_map
-    with written("--output", output):
-        write_whole(output, map_bytes(nut_map))
-    parameters = nut_map.header["defaults"]
-    if args.json:
-        found = {"file": str(output), "map_hash": map_hash(nut_map.header), "law": nut_map.law}
-        print(json.dumps({**found, "parameters": parameters}))
-        return 0
-    print(f"{args.output}  map {map_hash(nut_map.header)}, {nut_map.law} friction law")
-    for name, value in parameters.items():
-        print(f"{name} = {value:g}")
     return 0
 
 

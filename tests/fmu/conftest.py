@@ -1,5 +1,6 @@
 """FMUs of the closed-form map, each built once for all tests and all workers."""
 
+import contextlib
 import functools
 import os
 from pathlib import Path
@@ -16,6 +17,7 @@ from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.models import FRICTION
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.package import build_native_fmu
+from ballscrew_fmu.python_fmu import solver_cache
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
@@ -100,11 +102,17 @@ COMPILER_CACHE = os.environ.get("ZIG_GLOBAL_CACHE_DIR") or os.path.join(
     os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "zig"
 )
 
+LIBRARIES = solver_cache.user_cache() / "libraries"  # the same of the compiled libraries
+
 
 @pytest.fixture(autouse=True)
 def user_cache(monkeypatch, tmp_path_factory):
     """A cache folder of the tests for all FMUs that refine."""
     folder = tmp_path_factory.getbasetemp() / "cache"
+    (folder / "ballscrew_tehl").mkdir(parents=True, exist_ok=True)
+    with contextlib.suppress(OSError):  # there already; or Windows, which compiles again
+        LIBRARIES.mkdir(parents=True, exist_ok=True)
+        (folder / "ballscrew_tehl" / "libraries").symlink_to(LIBRARIES)
     monkeypatch.setenv("ZIG_GLOBAL_CACHE_DIR", COMPILER_CACHE)
     for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"):
         monkeypatch.setenv(name, str(folder))

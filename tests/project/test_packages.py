@@ -1,5 +1,6 @@
-"""Wheel and source archive: what they hold, and that the wheel alone evaluates a map and writes an FMU elsewhere."""
+"""Wheel and source archive: what they hold, and that the wheel alone builds and checks all FMUs, without a compiler."""
 
+import os
 import shutil
 import tarfile
 import zipfile
@@ -8,14 +9,29 @@ import pytest
 from paths import ROOT
 from processes import output
 
+from ballscrew_fmu.native_fmu.compile import PLATFORMS
+
 BUILD = "from setuptools import build_meta as b; print(b.build_sdist('out')); print(b.build_wheel('out'))"
-#: run with the unpacked wheel alone: a point of the map, a screw file, an FMU for Python hosts
+#: run with the unpacked wheel alone, without any C compiler: a point of the map, a screw file, all FMUs
 USE = """
+import os, sys
+sys.modules["ziglang"] = None
+os.environ["PATH"] = os.environ["CC"] = ""
 from ballscrew_fmu.command import main
+from ballscrew_fmu.native_fmu.compile import BuildError, find_compiler
+try:
+    find_compiler()
+except BuildError:
+    pass
+else:
+    raise SystemExit("there is a compiler")
 assert main(["torque", "--preload-n", "2000", "--speed-rpm", "500", "--temperature-c", "30", "--json"]) == 0
 assert main(["init", "my.toml"]) == 0
-assert main(["build", "--python-only", "--output", "fmus"]) == 0
-assert main(["check", "fmus/BallScrewFriction.fmu"]) == 0
+assert main(["build", "--output", "fmus"]) == 0
+for fmu in sorted(os.listdir("fmus")):
+    assert main(["check", f"fmus/{fmu}"]) == 0
+assert main(["page", "--output", "page.html"]) == 0
+assert main(["build", "--embed-map", "--output", "embedded"]) == 1
 import ballscrew_tehl
 print(ballscrew_tehl.__file__)
 """
@@ -26,10 +42,12 @@ LEFT_OUT = (".*", "dist", "build", "*.egg-info", "__pycache__", "*.nb[ci]", "*.p
 def test_archives_are_complete_and_the_wheel_alone_works(tmp_path):
     project, elsewhere = tmp_path / "project", tmp_path / "elsewhere"
     shutil.copytree(ROOT, project, ignore=shutil.ignore_patterns(*LEFT_OUT))
+    sources = os.pathsep.join(str(project / name) for name in ("solver", "fmu_src"))
     files = {"pyproject.toml", "build_fmu.py", "README.md", "CHANGELOG.md", "LICENSE", "CITATION.cff"}
     for folder in ("solver", "fmu_src", "tests", "examples", "docs"):
         found = (path for path in (project / folder).rglob("*") if path.is_file())
         files |= {path.relative_to(project).as_posix() for path in found}
+    output("-m", "ballscrew_fmu.native_fmu.libraries", folder=project, PYTHONPATH=sources)
     output("-c", BUILD, folder=project)
     (source,), (wheel,) = (project / "out").glob("*.tar.gz"), (project / "out").glob("*.whl")
     with tarfile.open(source) as archive:
@@ -42,4 +60,11 @@ def test_archives_are_complete_and_the_wheel_alone_works(tmp_path):
     assert any(name.startswith("ballscrew_fmu/native/core/") and name.endswith(".h") for name in names)
     elsewhere.mkdir()
     printed = output("-c", USE, folder=elsewhere, PYTHONPATH=str(tmp_path / "site"))
+    fmus = list((elsewhere / "fmus").iterdir())
+    assert len(fmus) == 10
+    assert sum(f"{fmu.name}: fmpy: no finding; replay" in printed for fmu in fmus) == 10
+    with zipfile.ZipFile(elsewhere / "fmus" / "BallScrewAxis_fmi3.fmu") as archive:
+        folders = {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")}
+    assert folders == set(PLATFORMS)
+    assert not (elsewhere / "embedded").exists()
     assert printed.splitlines()[-1].startswith(str(tmp_path))

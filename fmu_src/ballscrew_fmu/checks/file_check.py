@@ -19,7 +19,7 @@ from ballscrew_fmu.checks.experiments import experiments_in
 from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.checks.replay import AGREEMENT, CheckError, check_replay, replay
 from ballscrew_fmu.models import MODELS
-from ballscrew_fmu.native_fmu.map_file import MAP_FILE, hash_in
+from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, hash_in
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MapError
 

@@ -7,7 +7,6 @@ folder uplot with its licence.
 """
 
 import base64
-import functools
 import importlib.resources
 import math
 import zlib
@@ -17,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ballscrew_fmu.native_fmu.compile import build_wasm
-from ballscrew_fmu.native_fmu.map_file import map_bytes
-from ballscrew_fmu.native_fmu.sources import native_sources
+from ballscrew_fmu.native_fmu.compile import WASM
+from ballscrew_fmu.native_fmu.libraries import contents, page_library
+from ballscrew_fmu.native_fmu.resource_files import map_bytes
 from ballscrew_fmu.variables.friction import law_name, start_preload
 from ballscrew_tehl import __version__
 from ballscrew_tehl.calibration.measured_screw import ASSUMED_TEMPERATURE, packaged_measurements
@@ -38,7 +37,6 @@ from ballscrew_tehl.runtime.packed import MECHANISTIC, SURFACES, map_hash
 from ballscrew_tehl.tables.headings import MEASURED, MEASURED_EXAMPLE
 
 _ROOT = importlib.resources.files("ballscrew_fmu")
-_UNITS = ("map.c", "nut.c", "variables.c")  # of the sources of the FMU; the page adds page.c
 _TRENDS = ["", *(trend.Trend(*at).text for at in ((True, False), (False, True), (True, True)))]
 _START_SPEED = 1000.0  # [r/min]
 
@@ -72,9 +70,12 @@ def live_page(
     friction = header.get("friction") or {"set": "", "provenance": "", "carried_over": "", "errors": {}}
     kind = parameters.screw.preload_kind
     published, words = _published(parameters), PRELOAD_WORDS[kind]
-    contents = {"wasm": _packed(_module(nut_map)), "map": _packed(_by_byte(map_bytes(nut_map)))}
+    packed = {
+        "wasm": _packed(contents(page_library(header))[WASM]),
+        "map": _packed(_by_byte(map_bytes(nut_map))),
+    }
     if ends is not None:
-        contents["ends"] = _packed(_by_byte(np.asarray(ends, dtype="<f8").tobytes()))
+        packed["ends"] = _packed(_by_byte(np.asarray(ends, dtype="<f8").tobytes()))
     mean = friction["errors"].get("mean")
     about = {
         "law": tuple(SURFACES).index(law),
@@ -109,7 +110,7 @@ def live_page(
         map_hash=map_hash(header),
         version=__version__,
         about=about,
-        contents=contents,
+        contents=packed,
     )
 
 
@@ -124,18 +125,6 @@ _AS_HIGH_AS_ITS_CONTENT = (
     "const main = this.contentDocument.querySelector('main'); new ResizeObserver(() => {"
     "this.style.height = Math.ceil(main.getBoundingClientRect().height) + 40 + 'px'}).observe(main)"
 )
-
-
-@functools.cache
-def _compiled(sources: tuple[tuple[str, bytes], ...]) -> bytes:
-    return build_wasm(dict(sources), "page")
-
-
-def _module(nut_map: NutMap) -> bytes:
-    sources = native_sources(nut_map.header, 2, "")
-    own = {name: text for name, text in sources.items() if name.endswith(".h") or name in _UNITS}
-    own["page.c"] = (_ROOT / "native" / "page" / "page.c").read_bytes()
-    return _compiled(tuple(sorted(own.items())))
 
 
 def _packed(content: bytes) -> str:

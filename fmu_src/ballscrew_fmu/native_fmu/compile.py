@@ -14,7 +14,6 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
@@ -44,9 +43,13 @@ PLATFORMS: Mapping[str, Platform] = {  # by platform tuple of FMI 3
     "x86_64-darwin": Platform("x86_64-macos", ".dylib", ("-shared", "-fPIC")),
     "aarch64-darwin": Platform("aarch64-macos", ".dylib", ("-shared", "-fPIC")),
 }
-_WASM = Platform(
-    "wasm32-wasi", ".wasm", ("-mexec-model=reactor", "-DBALLSCREW_NO_THREADS", "-Wl,--export-dynamic")
-)
+WASM = "WebAssembly"  # a module that imports nothing, with the functions of default visibility
+TARGETS = {
+    **PLATFORMS,
+    WASM: Platform(
+        "wasm32-wasi", ".wasm", ("-mexec-model=reactor", "-DBALLSCREW_NO_THREADS", "-Wl,--export-dynamic")
+    ),
+}
 # -ffp-contract=off: no fused multiply-add on aarch64, so that all platforms round alike
 COMPILER_OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden")
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
@@ -57,6 +60,7 @@ _FAT_MAGIC = 0xCAFEBABE
 _FAT_ALIGNMENT = 14  # 2^14 bytes, the page of arm64
 _CPU_TYPES = {0x01000007: 3, 0x0100000C: 0}  # x86_64, arm64: cpu subtype "all"
 _MACH_MAGIC_64 = 0xFEEDFACF
+INSTALL = "python -m pip install ziglang"  # or the extra compile
 _ZIG = (sys.executable, "-m", "ziglang")
 
 
@@ -76,8 +80,8 @@ def find_compiler() -> Compiler:
     own = next((found for name in candidates if name and (found := shutil.which(name))), None)
     if own is None:
         raise BuildError(
-            "no C compiler: neither ziglang, which builds for Linux, Windows and macOS (python -m pip install ziglang) "
-            "nor cc, gcc or clang on the path"
+            f"no C compiler: neither ziglang, which builds for Linux, Windows and macOS ({INSTALL}) nor cc, gcc or "
+            "clang on the path"
         )
     version = _run([own, "-dumpfullversion", "-dumpversion"], Path.cwd(), own).split()[0]
     return Compiler((own,), f"{Path(own).stem} {version}", (this_platform(),), False)
@@ -94,32 +98,24 @@ def this_platform() -> str:
     system = {"win32": "windows"}.get(sys.platform, sys.platform)
     if f"{processor}-{system}" not in PLATFORMS:
         raise BuildError(
-            f"no libraries for {processor}-{system} without ziglang, only for {', '.join(PLATFORMS)}: python -m pip "
-            "install ziglang"
+            f"no libraries for {processor}-{system} without ziglang, only for {', '.join(PLATFORMS)}: {INSTALL}"
         )
     return f"{processor}-{system}"
 
 
 def build_libraries(
-    sources: Mapping[str, bytes], name: str, platforms: Sequence[str] = tuple(PLATFORMS)
+    sources: Mapping[str, bytes], units: Sequence[str], name: str, platforms: Sequence[str]
 ) -> dict[str, bytes]:
-    """Shared libraries by platform tuple.
+    """Shared libraries by platform of TARGETS.
 
-    Parameters   sources : C files and headers by name;  name : of the library, without suffix
+    Parameters   sources : C files and headers by name;  units : those that are compiled
+                 name : of the library, without suffix
     Raises       BuildError: there is no compiler for a platform, or its first error
     """
     compiler = find_compiler()
-    if missing := [name for name in platforms if name not in compiler.platforms]:
-        raise BuildError(
-            f"{compiler.name} does not compile for {', '.join(missing)}: python -m pip install ziglang, which does"
-        )
-    with ThreadPoolExecutor(max_workers=min(2, os.cpu_count() or 1)) as pool:
-        running = {platform: pool.submit(_build, compiler, sources, name, platform) for platform in platforms}
-        try:
-            return {platform: future.result() for platform, future in running.items()}
-        except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
+    if missing := [name for name in platforms if not compiler.crosses and name not in compiler.platforms]:
+        raise BuildError(f"{compiler.name} does not compile for {', '.join(missing)}: {INSTALL}, which does")
+    return {platform: _compiled(compiler, sources, units, name, platform) for platform in platforms}
 
 
 def universal_library(slices: Sequence[bytes]) -> bytes:
@@ -140,35 +136,18 @@ def universal_library(slices: Sequence[bytes]) -> bytes:
     return table.ljust(page, b"\0") + body
 
 
-def _build(compiler: Compiler, sources: Mapping[str, bytes], name: str, platform: str) -> bytes:
-    target = PLATFORMS[platform]
-    library = f"{name}{target.suffix}"
-    if platform.endswith("darwin"):
-        target = target._replace(options=(*target.options, f"-Wl,-install_name,@rpath/{library}"))
-    return _compiled(compiler, sources, library, target, platform)
-
-
-def build_wasm(sources: Mapping[str, bytes], name: str) -> bytes:
-    """A WebAssembly module that imports nothing, with the functions of default visibility.
-
-    Parameters   as build_libraries
-    Raises       BuildError: there is no ziglang, or its first error
-    """
-    compiler = find_compiler()
-    if not compiler.crosses:
-        raise BuildError(f"{compiler.name} does not compile for WebAssembly: python -m pip install ziglang")
-    return _compiled(compiler, sources, f"{name}{_WASM.suffix}", _WASM, "WebAssembly")
-
-
 def _compiled(
-    compiler: Compiler, sources: Mapping[str, bytes], library: str, target: Platform, what: str
+    compiler: Compiler, sources: Mapping[str, bytes], units: Sequence[str], name: str, platform: str
 ) -> bytes:
+    target = TARGETS[platform]
+    library, options = f"{name}{target.suffix}", target.options
+    if platform.endswith("darwin"):
+        options = (*options, f"-Wl,-install_name,@rpath/{library}")
     with tempfile.TemporaryDirectory(prefix="ballscrew_native_") as scratch:
         folder = Path(scratch)
         (folder / "fmi").mkdir()
         for file, content in sources.items():
             (folder / ("fmi" if is_fmi_header(file) else ".") / file).write_bytes(content)
-        units = sorted(file for file in sources if file.endswith(".c"))
         # FMI 3.0 headers cause warnings, which -isystem suppresses
         command = [
             *compiler.command,
@@ -180,7 +159,7 @@ def _compiled(
             "-isystem",
             "fmi",
         ]
-        _run([*command, "-o", library, *units, *target.options], folder, what)
+        _run([*command, "-o", library, *units, *options], folder, platform)
         return (folder / library).read_bytes()
 
 

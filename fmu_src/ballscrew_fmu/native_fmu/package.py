@@ -1,7 +1,7 @@
 """Packs the native FMUs, FMI 2.0 and FMI 3.0: libraries, sources, map, documentation, icon, reference results.
 
-Same map, code and ziglang give the same bytes. The token in description and libraries is a hash of the files of the FMU
-and of the sources and options that the libraries are compiled from.
+Same map, code and ziglang give the same bytes. The libraries are the same for all screws: what an FMU is of is in its
+resources. The token in description and resources is a hash of the files of the FMU.
 """
 
 import uuid
@@ -11,17 +11,12 @@ from pathlib import Path
 from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, built
 from ballscrew_fmu.description.native import build_description, native_description, terminals
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.native_fmu.compile import (
-    COMPILER_OPTIONS,
-    PLATFORMS,
-    build_libraries,
-    find_compiler,
-    universal_library,
-)
+from ballscrew_fmu.native_fmu.compile import PLATFORMS, build_libraries, universal_library
 from ballscrew_fmu.native_fmu.experiments import FOLDER, Reference, reference_files
-from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
+from ballscrew_fmu.native_fmu.libraries import contents, native_library, provider
+from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, SCREW_FILE, map_bytes, screw_bytes
 from ballscrew_fmu.native_fmu.sources import NATIVE_NAME as NATIVE_NAME
-from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources
+from ballscrew_fmu.native_fmu.sources import Embedded, is_fmi_header, native_sources, table_hash, units_of
 from ballscrew_fmu.pages.page import icon, native_documentation
 from ballscrew_fmu.python_fmu.solver_cache import digest
 from ballscrew_tehl import __version__
@@ -48,15 +43,15 @@ def native_files(
     """Files of one native FMU by path, with its token.
 
     Parameters   fmi_version : 2 or 3;  platforms : names from compile.PLATFORMS
-                 embed_map : compile the map into the libraries, which then open no file
+                 embed_map : compile map and screw into the libraries, which then open no file; needs a compiler
                  live_page : for the documentation; "": none
     Raises       BuildError or SourceError, with a message of one line
     """
-    header = nut_map.header
-    compiler = find_compiler()
-    tool = f"ballscrew-tehl {__version__} with {compiler.name}"
+    header, units = nut_map.header, units_of(model)
+    tool = f"ballscrew-tehl {__version__} with {provider(header, embed_map).name}"
+    hash_of_table = table_hash(header, model)
+    map_file = {f"resources/{MAP_FILE}": map_bytes(nut_map)}
     files = {
-        **({} if embed_map else {f"resources/{MAP_FILE}": map_bytes(nut_map)}),
         # FMILibrary refuses the file of FMI 3.0 in an FMI 2.0 FMU
         **({"terminalsAndIcons/terminalsAndIcons.xml": terminals(model)} if fmi_version == 3 else {}),
         "terminalsAndIcons/icon.svg": icon("svg"),
@@ -70,21 +65,32 @@ def native_files(
     if reference is not None:
         files |= {f"{FOLDER}/{name}": text for name, text in reference_files(reference, model).items()}
 
-    def complete(token: str) -> tuple[dict[str, bytes], dict[str, bytes]]:
-        """All sources; the files of the FMU among them, with the descriptions."""
-        sources = native_sources(header, fmi_version, token, model, nut_map if embed_map else None)
-        units = sorted(name for name in sources if name.endswith(".c"))
-        shown = {f"sources/{name}": text for name, text in sources.items() if not is_fmi_header(name)}
-        shown["sources/buildDescription.xml"] = build_description(units, model)
-        shown["modelDescription.xml"] = native_description(header, fmi_version, token, tool, units, model)
-        return sources, shown
+    def of_token(token: str) -> tuple[dict[str, bytes], bytes]:
+        description = native_description(header, fmi_version, token, tool, units, model)
+        return {"modelDescription.xml": description}, screw_bytes(header, model, hash_of_table, token)
 
-    sources, shown = complete("")
-    recipe = {"recipe": " ".join((compiler.name, *COMPILER_OPTIONS, *platforms)).encode()}
-    token = str(uuid.uuid5(NAMESPACE, digest({**files, **shown, **sources, **recipe})))
-    sources, shown = complete(token)
-    libraries = build_libraries(sources, model.native_name, platforms)
-    return {**files, **shown, **_binaries(libraries, fmi_version, model.native_name)}
+    sources = native_sources(header, (fmi_version,), model)
+    files["sources/buildDescription.xml"] = build_description(units, model)
+    files |= _in_fmu(sources)
+    if not embed_map:
+        files |= _binaries(contents(native_library(header, model), platforms), fmi_version, model.native_name)
+    description, screw = of_token("")
+    token = str(uuid.uuid5(NAMESPACE, digest({**files, **map_file, **description, SCREW_FILE: screw})))
+    description, screw = of_token(token)
+    if not embed_map:
+        return {**files, **description, **map_file, f"resources/{SCREW_FILE}": screw}
+    sources = native_sources(header, (fmi_version,), model, Embedded(nut_map, screw))
+    libraries = build_libraries(sources, units, model.native_name, platforms)
+    return {
+        **files,
+        **description,
+        **_in_fmu(sources),
+        **_binaries(libraries, fmi_version, model.native_name),
+    }
+
+
+def _in_fmu(sources: Mapping[str, bytes]) -> dict[str, bytes]:
+    return {f"sources/{name}": text for name, text in sources.items() if not is_fmi_header(name)}
 
 
 def _binaries(libraries: Mapping[str, bytes], fmi_version: int, name: str) -> dict[str, bytes]:

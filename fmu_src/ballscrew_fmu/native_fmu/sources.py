@@ -1,26 +1,34 @@
 """C sources of the native FMUs: the hand-written runtime, the table of variables as C, the FMI headers of fmpy.
 
 The runtime is in folders (native/core, models, runtime, fmi). In an FMU its files are in sources/ without folders, as
-importers compile them without include paths. constants.h is generated from the constants of the Python law. The FMI
-headers are needed to compile but, as the standard requires, are not in the FMU (is_fmi_header).
+importers compile them without include paths. Two files are compiled: all.c, which includes the others, so that their
+names are internal (INTERNAL in constants.h), and that with the laws in dual numbers. The sources are the same for all
+screws. The FMI headers are needed to compile but, as the standard requires, are not in the FMU (is_fmi_header).
 
-All external names of the runtime begin with the model and the token of the FMU (macros in constants.h), so that several
-FMUs can be linked into one program; the names of the FMI functions begin with FMI2_FUNCTION_PREFIX or
-FMI3_FUNCTION_PREFIX, if it is defined.
+External names are those of the FMI functions, which begin with FMI2_FUNCTION_PREFIX or FMI3_FUNCTION_PREFIX, if it is
+defined, and of the functions in dual numbers, which begin with that too, else with the name of the model: several FMUs
+can be linked into one program.
 """
 
 import hashlib
 import importlib.resources
-import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import fmpy
 
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.native_fmu.map_file import MAGIC, MAP_FILE, checksum, map_numbers
-from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable, origin_text
+from ballscrew_fmu.native_fmu.resource_files import (
+    MAP_FILE,
+    MAP_MAGIC,
+    ORIGIN_SIZE,
+    SCREW_FILE,
+    SCREW_MAGIC,
+    checksum,
+    map_numbers,
+)
+from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable
 from ballscrew_tehl.runtime import constants
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import (
@@ -39,9 +47,14 @@ FMI_HEADERS = {
     3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
 }
 _HERE = importlib.resources.files("ballscrew_fmu") / "native"
+ALL = "all.c"
+_ORDER = (  # of the files that all.c includes: each calls those before it
+    "file.c", "map.c", "axis_step.c", "model.c", "resources.c", "messages.c", "values.c", "derivative.c",
+    "saved_state.c", "instance.c", "step_in_parts.c", "fmi2.c", "fmi3.c",
+)  # fmt: skip
 _SHARED = ("core", "models", "runtime", "fmi")  # folders; in addition one folder of models
 
-_HEADER = """\
+_TABLE = """\
 /* GENERATED from the table of variables: do not edit. */
 #ifndef BALLSCREW_VARIABLES_H
 #define BALLSCREW_VARIABLES_H
@@ -50,12 +63,8 @@ _HEADER = """\
 
 #include "constants.h"
 
-#define MODEL_NAME "{name}"
 #define MODEL_STATE "{layer}_state.h" /* the struct Model */
-#define MODEL_TOKEN "{token}" /* guid of FMI 2, instantiationToken of FMI 3 */
-#define MODEL_MAP "{content_hash}" /* hash of the map that the table of variables is from */
-#define MODEL_LAW {law}_LAW /* of its friction: required of a map in the resources */
-#define MODEL_ORIGIN "{origin}" /* of friction numbers that were measured on another screw; logged at instantiation */
+#define TABLE_HASH "{table_hash}" /* of this file and constants.h: that of a screw must be the same */
 
 #define FIRST_REFERENCE {first_reference}U /* value reference of variable 0 of the table below */
 
@@ -88,43 +97,46 @@ typedef struct {{
     bool boolean;
     bool fixed;     /* a parameter that cannot be set after the initialization */
     bool shown;     /* a state that is an output, too */
-    double start;   /* of inputs, parameters and the state, else 0 */
     double lowest;  /* lower bound of inputs, parameters and the state */
     double nominal; /* 1 for booleans */
 }} Variable;
 
-extern const Variable model_variables[VARIABLE_COUNT];
+static const Variable model_variables[VARIABLE_COUNT] = {{
+{rows}
+}};
 
 #endif
 """
-_TABLE = """\
-/* GENERATED from the table of variables: do not edit. */
-#include "variables.h"
-
-const Variable model_variables[VARIABLE_COUNT] = {{
-{rows}
-}};
-"""
 _CONSTANTS = """\
-/* GENERATED from ballscrew_tehl/runtime/constants.py, packed.py and native_fmu/map_file.py: do not edit. */
+/* GENERATED from ballscrew_tehl/runtime/constants.py, packed.py and native_fmu/resource_files.py: do not edit. */
 #ifndef BALLSCREW_CONSTANTS_H
 #define BALLSCREW_CONSTANTS_H
 
-/* External names begin with this prefix, other in each FMU. */
-#ifndef BALLSCREW_PREFIX
-#define BALLSCREW_PREFIX {prefix}
+#define MODEL_NAME "{name}"
+
+/* of functions that only all.c has and uses; tests replace it */
+#ifndef INTERNAL
+#define INTERNAL static inline
+#endif
+/* External names begin with this prefix, other in each FMU of a program. */
+#if defined(FMI2_FUNCTION_PREFIX)
+#define BALLSCREW_PREFIX FMI2_FUNCTION_PREFIX
+#elif defined(FMI3_FUNCTION_PREFIX)
+#define BALLSCREW_PREFIX FMI3_FUNCTION_PREFIX
+#else
+#define BALLSCREW_PREFIX {name}_
 #endif
 #define BALLSCREW_JOINED(prefix, name) prefix##name
 #define BALLSCREW_NAMED(prefix, name) BALLSCREW_JOINED(prefix, name)
-{names}
 
 {constants}
 
 #define MAP_FILE "{map_file}"
-#define MAP_MAGIC "{magic}"
+#define MAP_MAGIC "{map_magic}"
 #define MAP_AXES {axes}
-#define MAP_COMPILED {compiled} /* 1: the map is in nut_map.c and no file is opened */
-{number_count}
+#define SCREW_FILE "{screw_file}"
+#define SCREW_MAGIC "{screw_magic}"
+#define ORIGIN_SIZE {origin_size}
 enum {{ {laws}, LAWS }};
 #define LAW_NAMES {{{law_names}}}
 
@@ -139,85 +151,126 @@ enum {{ {defaults}, MAP_DEFAULTS }};
 
 #endif
 """
-_MAP = """\
-/* GENERATED from the map: do not edit. */
+_EMBEDDED = """\
+/* GENERATED from the map and the screw: do not edit. */
+#define EMBEDDED_RESOURCES
 #include "map.h"
 
-const MapIdentity map_identity = {{{size}U, UINT64_C({checksum}), "{content_hash}"}};
+static const MapIdentity map_identity = {{{size}U, UINT64_C({checksum}), "{content_hash}"}};
 
-const double map_numbers[MAP_NUMBER_COUNT] = {{
+static const double map_numbers[] = {{
 {numbers}
 }};
+
+static const unsigned char screw_file[] = {{
+{screw}
+}};
 """
-# declarations of external functions and tables in the headers, which begin a line
-_FUNCTION = re.compile(r"^(?!static|typedef|return|#)[A-Za-z_][\w \t]*[ *](\w+)\(", re.MULTILINE)
-_TABLE_NAME = re.compile(r"^extern const [^;()]*?(\w+)(?:\[[^;]*\])?;", re.MULTILINE)
+_ALL = """\
+/* GENERATED: all of the FMU in one unit, except the laws in dual numbers. */
+#define _POSIX_C_SOURCE 200809L /* O_NOFOLLOW, */
+#define _DARWIN_C_SOURCE        /* on macOS */
+#if defined(_WIN32)
+#define WIN32_LEAN_AND_MEAN
+#include <windows.h>
+#undef near
+#undef far
+#endif
+{includes}
+"""
+_ENTRY_TABLE = """\
+/* GENERATED from the table of variables: do not edit. */
+#define FIRST_REFERENCE {first}U
+
+static const Variable variables[] = {{
+{rows}
+}};
+"""
 
 
 class SourceError(RuntimeError):
     """A source of the native FMU is missing."""
 
 
+class Embedded(NamedTuple):
+    """What is compiled into an FMU that opens no file."""
+
+    nut_map: NutMap
+    screw: bytes  # file of the screw
+
+
 def native_sources(
     header: Mapping[str, Any],
-    fmi_version: int,
-    token: str,
+    fmi_versions: Sequence[int] = (2, 3),
     model: FmuModel = FRICTION,
-    compiled_map: NutMap | None = None,
+    embedded: Embedded | None = None,
 ) -> dict[str, bytes]:
-    """All C sources and headers of one native FMU by file name: shared files and those of the model.
+    """All C sources and headers of a model by file name: shared files and those of the model.
 
-    Parameters   header : of the map (start values, content hash);  fmi_version : 2 or 3
-                 token : guid or instantiationToken that the binary expects
-                 compiled_map : the map, to be compiled in; None: it is read from the resources
+    Parameters   header : of any map: the sources are the same for all
+                 embedded : what is compiled in; None: it is read from the resources
     Raises       SourceError: a file of fmpy or of this package is missing
     """
-    other = "fmi3" if fmi_version == 2 else "fmi2"
+    others = tuple(f"fmi{version}." for version in (2, 3) if version not in fmi_versions)
     folders = [_HERE / name for name in _SHARED] + [_HERE / "models" / model.layer]
     files = {
         entry.name: entry.read_bytes()
         for folder in folders
         for entry in sorted(folder.iterdir(), key=lambda entry: entry.name)
-        if entry.name.endswith((".c", ".h")) and not entry.name.startswith(other)
+        if entry.name.endswith((".c", ".h")) and not entry.name.startswith(others)
     }
     for name in model.borrowed:
         files[Path(name).name] = (_HERE / "models" / name).read_bytes()
-    if f"fmi{fmi_version}.c" not in files:
-        raise SourceError(f"fmi{fmi_version}.c not found in {_HERE}; install the project again")
-    files |= fmi_headers(fmi_version)
-    generated = variable_sources(header, token, model)
-    if compiled_map is not None:
-        generated["nut_map.c"] = _map_source(compiled_map)
-    count = 0 if compiled_map is None else map_numbers(compiled_map).size
-    written = {name: text.decode() for name, text in files.items() if not is_fmi_header(name)} | generated
-    generated["constants.h"] = _constants(prefix(token, model), external_names(written), count)
-    return files | {name: text.encode() for name, text in generated.items()}
+    if missing := [f"fmi{version}.c" for version in fmi_versions if f"fmi{version}.c" not in files]:
+        raise SourceError(f"{missing[0]} not found in {_HERE}; install the project again")
+    parts = [name for name in _ORDER if name in files]
+    if embedded is not None:
+        files["embedded.h"] = _embedded_source(embedded).encode()
+        parts.insert(0, "embedded.h")
+    includes = "\n".join(f'#include "{name}"' for name in parts)
+    for version in fmi_versions:
+        files |= fmi_headers(version)
+    return {**files, **generated_headers(header, model), ALL: _ALL.format(includes=includes).encode()}
 
 
-def external_names(sources: Mapping[str, str]) -> list[str]:
-    """Names of all functions and tables that headers of the runtime declare: those with external linkage."""
-    names = set()
-    for name, text in sources.items():
-        if name.endswith(".h"):
-            plain = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
-            names |= {*_FUNCTION.findall(plain), *_TABLE_NAME.findall(plain)}
-    return sorted(names)
+def units_of(model: FmuModel) -> tuple[str, str]:
+    """The sources of a model that are compiled."""
+    return ALL, model.dual
 
 
-def prefix(token: str, model: FmuModel = FRICTION) -> str:
-    """Prefix of all external names of an FMU: model and token."""
-    return f"{model.native_name}_{hashlib.sha256(token.encode()).hexdigest()[:12]}_"
+def page_sources(header: Mapping[str, Any]) -> dict[str, bytes]:
+    """Sources of the live page: page.c and what it includes of those of the friction."""
+    files = native_sources(header, ())
+    return {**files, "page.c": (_HERE / "page" / "page.c").read_bytes()}
 
 
-def _map_source(nut_map: NutMap) -> str:
-    """nut_map.c: the numbers of the map file in hexadecimal, so that none is rounded."""
-    numbers = map_numbers(nut_map)
+def entry_sources(variables: Sequence[Variable]) -> dict[str, bytes]:
+    """Sources of the entry library of an FMU for Python hosts, with types of all references, and when they are set."""
+
+    def row(v: Variable) -> str:
+        settable = "NEVER" if v.causality == "output" else "INITIALLY" if v.fixed else "ALWAYS"
+        return f'    {{"{v.name}", {str(v.unit is None).lower()}, {settable}}},'
+
+    table = _ENTRY_TABLE.format(first=FIRST_REFERENCE, rows="\n".join(map(row, variables)))
+    return {
+        "entry_table.h": table.encode(),
+        "entry.c": (_HERE / "python_host" / "entry.c").read_bytes(),
+        "uri.h": (_HERE / "runtime" / "uri.h").read_bytes(),
+        **fmi_headers(2),
+    }
+
+
+def _embedded_source(embedded: Embedded) -> str:
+    """embedded.h: the numbers of the map in hexadecimal, so that none is rounded, and the file of the screw."""
+    numbers = map_numbers(embedded.nut_map)
     rows = (", ".join(float.hex(x) for x in numbers[n : n + 4].tolist()) for n in range(0, numbers.size, 4))
-    return _MAP.format(
+    screw = (", ".join(map(str, embedded.screw[n : n + 24])) for n in range(0, len(embedded.screw), 24))
+    return _EMBEDDED.format(
         size=numbers.nbytes,
         checksum=f"0x{checksum(numbers.astype('<f8').tobytes()):016x}",
-        content_hash=map_hash(nut_map.header),
+        content_hash=map_hash(embedded.nut_map.header),
         numbers=",\n".join(f"    {row}" for row in rows),
+        screw=",\n".join(f"    {row}" for row in screw),
     )
 
 
@@ -238,56 +291,45 @@ def is_fmi_header(name: str) -> bool:
     return any(name in names for names in FMI_HEADERS.values())
 
 
-def variable_sources(header: Mapping[str, Any], token: str, model: FmuModel = FRICTION) -> dict[str, str]:
-    """variables.h and variables.c: the table of variables as C.
+def table_hash(header: Mapping[str, Any], model: FmuModel = FRICTION) -> str:
+    """Hash of the table of variables and of the constants, in a library and in the files of the screws for it."""
+    return hashlib.sha256((_variables(header, model, "") + _constants(model)).encode()).hexdigest()
 
-    Raises       ValueError: the token has characters that are not allowed
-    """
-    if not re.fullmatch(r"[{}\w.-]*", token):
-        raise ValueError(f"token = {token!r}; needs letters, digits, braces, dots and dashes only")
+
+def generated_headers(header: Mapping[str, Any], model: FmuModel = FRICTION) -> dict[str, bytes]:
+    """The table of variables and the constants as C."""
+    table = _variables(header, model, table_hash(header, model))
+    return {"variables.h": table.encode(), "constants.h": _constants(model).encode()}
+
+
+def _variables(header: Mapping[str, Any], model: FmuModel, hash_of_table: str) -> str:
     table = model.native_variables(header)
     inputs = [v for v in table if v.causality == "input"]
     states = {v.derivative_of for v in table if v.derivative_of}
-    return {
-        "variables.h": _HEADER.format(
-            name=model.native_name,
-            layer=model.layer,
-            token=token,
-            content_hash=map_hash(header),
-            law=str(header["law"]).upper(),
-            first_reference=FIRST_REFERENCE,
-            origin=_c_text(origin_text(header)),
-            references=",\n".join(f"    {v.name.upper()}" for v in table),
-            first=inputs[0].name.upper(),
-            inputs=len(inputs),
-            parts=int(model.parts),
-        ),
-        "variables.c": _TABLE.format(rows="\n".join(_row(v, states) for v in table)),
-    }
-
-
-def _c_text(text: str) -> str:
-    """Content of a C string literal in UTF-8: quotes, backslashes and what is not ASCII as octal numbers."""
-    plain = (
-        chr(byte) if 32 <= byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}"
-        for byte in text.encode()
+    return _TABLE.format(
+        layer=model.layer,
+        table_hash=hash_of_table,
+        first_reference=FIRST_REFERENCE,
+        references=",\n".join(f"    {v.name.upper()}" for v in table),
+        first=inputs[0].name.upper(),
+        inputs=len(inputs),
+        parts=int(model.parts),
+        rows="\n".join(_row(v, states) for v in table),
     )
-    return "".join(plain)
 
 
-def _constants(prefix: str, names: Sequence[str], numbers: int) -> str:
-    """constants.h. numbers : of the map that is compiled in, 0: none"""
+def _constants(model: FmuModel) -> str:
     named = {name: value for name, value in vars(constants).items() if name.isupper()}
     films = SURFACES[FILM_SHEAR][TORQUE_SURFACES:]  # the same in each law
     return _CONSTANTS.format(
-        prefix=prefix,
-        names="\n".join(f"#define {name} BALLSCREW_NAMED(BALLSCREW_PREFIX, {name})" for name in names),
-        compiled=int(numbers > 0),
-        number_count=f"#define MAP_NUMBER_COUNT {numbers}\n" if numbers else "",
+        name=model.native_name,
         law_names=", ".join(f'"{law}"' for law in SURFACES),
         constants="\n".join(f"#define {name} {value!r}" for name, value in named.items()),
         map_file=MAP_FILE,
-        magic=MAGIC.decode(),
+        map_magic=MAP_MAGIC.decode(),
+        screw_file=SCREW_FILE,
+        screw_magic=SCREW_MAGIC.decode(),
+        origin_size=ORIGIN_SIZE,
         axes=len(AXES),
         defaults=", ".join(f"{name.upper()}_DEFAULT" for name in DEFAULTS),
         laws=", ".join(f"{law.upper()}_LAW" for law in SURFACES),
@@ -308,7 +350,7 @@ def _row(v: Variable, states: Collection[str]) -> str:
     else:
         kind = v.causality.upper()
     lowest = (v.minimum or 0.0) if v.causality == "parameter" else -constants.TOO_LARGE
-    numbers = ", ".join(repr(float(x)) for x in (v.start or 0.0, lowest, v.nominal or 1.0))
+    numbers = f"{float(lowest)!r}, {float(v.nominal or 1.0)!r}"
     flags = ", ".join(
         str(flag).lower() for flag in (v.unit is None, v.fixed, kind == "STATE" and v.causality == "output")
     )

@@ -178,7 +178,7 @@ def fmu_files(
     files[f"resources/{script}.py"] = entry.encode()
     files["resources/slavemodule.txt"] = script.encode()
     files[f"resources/{MAP_FILE}"] = nut_map.to_npz()
-    files |= binaries(model.name, model.variables(nut_map.header))
+    files |= binaries(nut_map.header, model)
     documentation = documentation_files(nut_map.header, model, live_page)
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     tool = f"ballscrew-tehl {__version__} with pythonfmu {version('pythonfmu')}"

@@ -20,7 +20,6 @@ from ballscrew_fmu.checks import check, reference, replay
 from ballscrew_fmu.command import LAYERS
 from ballscrew_fmu.models import NATIVE_MODELS
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, this_platform
-from ballscrew_fmu.python_fmu import entry_library
 from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.friction.sets import FrictionSet, write_friction_sets
 from ballscrew_tehl.parameters.file import load_screw
@@ -70,9 +69,8 @@ def with_synthetic_map(monkeypatch, synthetic_nut_map):
 def for_this_machine(monkeypatch):
     """Native FMUs for this machine only; test_native_package covers the other platforms."""
     own = {this_platform(): PLATFORMS[this_platform()]}
-    monkeypatch.setattr("ballscrew_fmu.native_fmu.compile.PLATFORMS", own)
-    yield
-    entry_library._compiled.cache_clear()  # other tests build for all platforms
+    for module in ("compile", "libraries"):
+        monkeypatch.setattr(f"ballscrew_fmu.native_fmu.{module}.PLATFORMS", own)
 
 
 def one_line(capsys):

@@ -30,10 +30,11 @@ from native_library import (
     NativeInstance,
     doubles,
 )
+from native_model import put_resources
 from synthetic_map import make_map
 
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
-from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
+from ballscrew_fmu.native_fmu.resource_files import map_bytes
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
 from ballscrew_tehl.runtime.constants import ELEMENTS
 from ballscrew_tehl.runtime.packed import FrictionParameters
@@ -92,7 +93,7 @@ def test_refused_instances_report_the_reason():
         for wrong, found in (
             ({"token": "{other}"}, rf"\{{other\}}.*{re.escape(TOKEN)}"), ({"token": None}, "NULL.*" + re.escape(TOKEN)),
             ({"name": None}, "name is empty"), ({"name": b" \t"}, "name is empty"), ({"resources": None}, "resources"),
-            ({"resources": "/no/such/folder"}, "/no/such/folder/nut_map.bin"), ({"token": "x" * 5000}, "x{50}"),
+            ({"resources": "/no/such/folder"}, "/no/such/folder/screw.bin"), ({"token": "x" * 5000}, "x{50}"),
         ):  # fmt: skip
             for options in ({}, {"logging": False}, {"logger": False}):
                 with NativeInstance(version, kind, **options, **wrong) as one:
@@ -519,12 +520,6 @@ FOLDERS = ("with space, plus+, hash#, percent%41, \u00fc and [brackets]", "100%"
            "back\\slash", "\u6ede\u73e0\U0001f529", "n" * 255)  # fmt: skip
 
 
-def put_map(folder, content=None):
-    folder.mkdir(parents=True)
-    (folder / MAP_FILE).write_bytes(map_bytes(NUT_MAP) if content is None else content)
-    return str(folder)
-
-
 def loads(version, resources, kind=CS):
     """Whether an instance is created; otherwise there is one message."""
     with NativeInstance(version, kind, resources=resources) as one:
@@ -535,14 +530,14 @@ def loads(version, resources, kind=CS):
 def test_uris_and_paths_of_odd_folders(tmp_path):
     """A URI is decoded once, a path never; FMI 2 takes what is not a URI as path."""
     for name in FOLDERS:
-        folder = put_map(Path(os.fsdecode(os.fsencode(str(tmp_path)) + b"/" + name.encode())))
+        folder = put_resources(Path(os.fsdecode(os.fsencode(str(tmp_path)) + b"/" + name.encode())), NUT_MAP)
         place = os.fsencode(folder).decode()
         for form in ("file://{}", "file:{}", "file://localhost{}", "FILE://LOCALHOST{}", "file://{}/"):
             assert loads(2, form.format(quote(place))), (form, name)
         assert loads(2, "file://" + "".join("/" if c == 47 else f"%{c:02X}" for c in place.encode()))
         assert all((loads(3, f"{place}/"), loads(3, place, ME), loads(2, place)))
-    put_map(tmp_path / "a b")
-    damaged = put_map(tmp_path / "a%20b", b"nothing")
+    put_resources(tmp_path / "a b", NUT_MAP)
+    damaged = put_resources(tmp_path / "a%20b", NUT_MAP, nut_map=b"nothing")
     for version, place in ((3, f"file://{tmp_path}/100%25"), (3, damaged), (2, "file://" + quote(damaged)),
                            (3, "/" + "y" * 1_000_000)):  # fmt: skip
         assert not loads(version, place)
@@ -557,7 +552,7 @@ def test_uris_and_paths_of_odd_folders(tmp_path):
 def test_a_map_of_another_screw_replaces_that_in_the_resources(tmp_path, version, kind):
     """Results are those of the new map with the parameters of the model description, and a warning says so."""
     other = make_map(viscous_scale=2.0)
-    folder = put_map(tmp_path / "other", map_bytes(other))
+    folder = put_resources(tmp_path / "other", NUT_MAP, nut_map=map_bytes(other))
     with NativeInstance(version, kind, resources=folder) as one, NativeInstance(version, kind) as built:
         new, old = (m.header["content_hash"][:12] for m in (other, NUT_MAP))
         assert [m.status for m in one.opening] == [OK, WARNING]

@@ -11,14 +11,20 @@ from pathlib import Path
 import pytest
 from fmu_checks import fmi_functions
 from native_library import NativeInstance
-from native_model import FLAGS, c_host, compiled_model, compiler
+from native_model import FLAGS, TOKEN, c_host, compiled_model, compiler, put_resources, resources
 from native_walk import WALKED, sealed_map
 from paths import FMU_SUPPORT, ROOT, SUPPORT
 from synthetic_map import closed_form, make_map
 
 from ballscrew_fmu.models import FRICTION, MONITOR
-from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
-from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources, prefix
+from ballscrew_fmu.native_fmu.resource_files import (
+    HEAD_SIZE,
+    MAP_FILE,
+    SCREW_FILE,
+    map_bytes,
+    screw_bytes,
+)
+from ballscrew_fmu.native_fmu.sources import Embedded, is_fmi_header, native_sources, table_hash, units_of
 from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, MECHANISTIC
 
 pytestmark = pytest.mark.slow
@@ -56,8 +62,8 @@ def test_memory_is_taken_for_maps_and_by_the_allocator_of_the_importer_alone():
     }
     once = {(f"runtime/{name}.c", "allocate") for name in ("saved_state", "resources", "instance")}
     assert {names for names in taken if len(names) > 1} == once | {
-        ("core/map.c", "calloc", "calloc", "malloc")
-    }
+        ("core/map.c", "calloc", "calloc"), ("core/file.c", "malloc")
+    }  # fmt: skip
 
 
 LOCKS = {  # of lock.h; on which the sanitizer must find a race
@@ -70,7 +76,7 @@ LOCKS = {  # of lock.h; on which the sanitizer must find a race
 def test_instances_in_threads_share_maps_safely(tmp_path, lock):
     """Made, stepped, saved and freed: as in a serial run. Without a lock the thread sanitizer finds the race."""
     options, races = LOCKS[lock]
-    (tmp_path / MAP_FILE).write_bytes(map_bytes(OTHER))
+    put_resources(tmp_path, OTHER)
     try:
         program = c_host(NUT_MAP, "threads", "-g", "-O0", "-fsanitize=thread", *options)
     except FileNotFoundError as error:
@@ -105,31 +111,155 @@ def test_a_thousand_instances_share_one_map_and_leave_nothing():
 
 
 def test_fmus_of_two_screws_and_the_monitor_fit_into_one_program(tmp_path):
-    """With the maps compiled in: all external names differ, no file is opened."""
+    """With screws and maps compiled in: all external names differ, no file is opened. They are linked, and run."""
     nm = shutil.which("nm") or pytest.skip("no nm")
-    fmus = (("one", FRICTION, 2, NUT_MAP), ("two", FRICTION, 3, OTHER), ("three", MONITOR, 2, NUT_MAP))
-    names = set()
+    fmus = (("one", FRICTION, 2, NUT_MAP), ("two", FRICTION, 2, OTHER), ("three", MONITOR, 3, NUT_MAP))
+    names, objects = set(), []
     for name, model, version, nut_map in fmus:
         place = tmp_path / name
         (place / "fmi").mkdir(parents=True)
-        sources = native_sources(nut_map.header, version, f"token-{name}", model, nut_map)
+        screw = resources(nut_map, model, name)[SCREW_FILE]
+        sources = native_sources(nut_map.header, (version,), model, Embedded(nut_map, screw))
         for file, content in sources.items():
             (place / ("fmi" if is_fmi_header(file) else ".") / file).write_bytes(content)
         options = (
             "-std=c99", "-Wall", "-Werror", *FLAGS, f"-DFMI{version}_FUNCTION_PREFIX={name}_", "-isystem",
             "fmi",
         )  # fmt: skip
-        units = sorted(file for file in sources if file.endswith(".c"))
-        run(*compiler(), *options, "-c", *units, cwd=place)
-        units = [place / unit.replace(".c", ".o") for unit in units]
+        run(*compiler(), *options, "-c", *units_of(model), cwd=place)
+        units = [place / unit.replace(".c", ".o") for unit in units_of(model)]
         found = set(re.findall(r"^\S* [A-TV-Z] (\S+)$", run(nm, "-g", *units), re.MULTILINE))
-        own = {n for n in found if n.startswith(prefix(f"token-{name}", model))}
-        assert len(own) > 40
-        assert found - own == {f"{name}_{function}" for function in fmi_functions(version)}
+        assert {f"{name}_{function}" for function in fmi_functions(version)} <= found
+        assert {one for one in found if not one.startswith(f"{name}_")} == set()
         assert not found & names
         names |= found
+        objects += units
         wanted = run(nm, "-u", *units)
         assert not re.search(r"\b(fopen|fread|fseek|_wfopen|open)\w*\b", wanted)
+    host = tmp_path / "host.c"
+    host.write_text(TWO_SCREWS)
+    run(
+        *compiler(),
+        "-std=c99",
+        "-isystem",
+        tmp_path / "one" / "fmi",
+        "-o",
+        tmp_path / "host",
+        host,
+        *objects,
+        "-lm",
+    )
+    expected = [m.evaluate(2000.0, 10.0, 303.15) for m in (NUT_MAP, OTHER)]
+    found = [float(text) for text in run(tmp_path / "host").split()]
+    assert found == pytest.approx([one.viscous_torque for one in expected], rel=1e-12)
+
+
+TWO_SCREWS = """
+#include <stdio.h>
+#define FMI2_FUNCTION_PREFIX one_
+#include "fmi2Functions.h"
+#undef fmi2Functions_h
+#undef FMI2_FUNCTION_PREFIX
+#define DECLARE(name) extern fmi2##name##TYPE one_fmi2##name, two_fmi2##name;
+DECLARE(Instantiate) DECLARE(SetupExperiment) DECLARE(EnterInitializationMode) DECLARE(SetReal) DECLARE(GetReal)
+#define RUN(screw)                                                                                  \\
+    {                                                                                               \\
+        const fmi2ValueReference in[] = {1, 2, 3}, out = 6;                                          \\
+        const double at[] = {2000.0, 10.0, 303.15};                                                  \\
+        double torque = 0.0;                                                                         \\
+        fmi2Component c = screw##_fmi2Instantiate("a", fmi2CoSimulation, #screw, NULL, NULL, 0, 0);    \\
+        if (c == NULL || screw##_fmi2SetReal(c, in, 3, at) != fmi2OK                                   \\
+            || screw##_fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0) != fmi2OK                           \\
+            || screw##_fmi2EnterInitializationMode(c) != fmi2OK                                        \\
+            || screw##_fmi2GetReal(c, &out, 1, &torque) != fmi2OK) {                                   \\
+            return 1;                                                                                \\
+        }                                                                                            \\
+        printf("%.17g\\n", torque);                                                                  \\
+    }
+int main(void)
+{
+    RUN(one)
+    RUN(two)
+    return 0;
+}
+"""
+
+
+# --- the file of the screw ---
+
+
+def test_a_screw_file_that_is_not_of_this_library_is_refused_with_one_message(tmp_path):
+    good = resources(NUT_MAP)[SCREW_FILE]
+    table, own = table_hash(NUT_MAP.header), FRICTION.native_name
+
+    def refusal(content, version=2):
+        put_resources(tmp_path, NUT_MAP, screw=content)
+        with NativeInstance(version, resources=str(tmp_path)) as one:
+            assert one.handle or [message.status for message in one.messages] == [3]
+            return "" if one.handle else one.last
+
+    assert refusal(good) == ""
+    start = HEAD_SIZE + 4 * 64 + 8  # of the first start value
+    nan = good[:start] + struct.pack("<d", float("nan")) + good[start + 8 :]
+    for content, found in (
+        (screw_bytes(NUT_MAP.header, MONITOR, table, TOKEN), f"is of {MONITOR.native_name}, this library is {own}"),
+        (screw_bytes(NUT_MAP.header, FRICTION, "0" * 64, TOKEN), f"000000000000, this library has {table[:12]}"),
+        (screw_bytes(NUT_MAP.header, FRICTION, table, "{other}"), "the resources have {other}"),
+        (sealed_map(good[:-8]), "another version"), (sealed_map(good + bytes(8)), "another version"),
+        (sealed_map(nan), "start value of preload is not valid"), (b"BSFSCR00" + good[8:], "begins with 'BSFSCR01'"),
+        (map_bytes(NUT_MAP), "not a screw"), (b"", "0 bytes"),
+    ):  # fmt: skip
+        for version in (2, 3):
+            assert found in refusal(content, version), found
+    for size in range(0, len(good), 7):
+        assert refusal(good[:size]), size
+    for bit in range(0, 8 * len(good), 3):
+        flipped = bytearray(good)
+        flipped[bit // 8] ^= 1 << bit % 8
+        assert refusal(bytes(flipped)), bit
+
+
+@pytest.mark.skipif(os.name != "posix", reason="makes links and pipes")
+@pytest.mark.parametrize("name", [SCREW_FILE, MAP_FILE])
+def test_what_is_no_file_is_refused_with_one_message(tmp_path, name):
+    """Missing, a folder, a link, a pipe and a device, which has no end, and 2 GB of zeros."""
+    place, good = tmp_path / name, tmp_path / "good"
+
+    def refused(found):
+        for version in (2, 3):
+            with NativeInstance(version, resources=str(tmp_path)) as one:
+                assert one.handle is None
+                assert [message.status for message in one.messages] == [3]
+                assert found in one.last
+                assert name in one.last
+
+    put_resources(tmp_path, NUT_MAP)
+    place.rename(good)
+    refused("cannot be opened")
+    place.mkdir()
+    refused("needs a file")
+    place.rmdir()
+    for target in (good, tmp_path / "nothing", Path("/dev/zero"), place):
+        place.symlink_to(target)
+        refused("needs a file")
+        place.unlink()
+    os.mkfifo(place)
+    refused("needs a file")
+    place.unlink()
+    with place.open("wb") as file:
+        file.truncate(2**31 + 8)
+    refused("too large")
+
+
+def test_two_screws_in_one_library_have_their_own_numbers(tmp_path):
+    """The library is the same, loaded once; start values, map and token are those of each."""
+    folder, token = put_resources(tmp_path, OTHER, FRICTION, "other"), "other"
+    at = {"preload": 2000.0, "speed": 10.0, "temperature": 303.15}
+    with NativeInstance(2) as one, NativeInstance(3, resources=folder, token=token) as two:
+        for instance, nut_map in ((one, NUT_MAP), (two, OTHER)):
+            instance.start(**at).go()
+            expected = nut_map.evaluate(*at.values())
+            assert instance.get("viscous_torque")[0] == pytest.approx(expected.viscous_torque, rel=1e-12)
 
 
 # --- the map file ---
@@ -142,7 +272,7 @@ LAW = 8 * (3 * len(AXES) + len(DEFAULTS))  # [bytes] axes and defaults, before t
 def test_damaged_and_foreign_map_files_are_refused(tmp_path):
     def refusal(content, nut_map=NUT_MAP):
         """Why there is no instance; empty if there is one."""
-        (tmp_path / MAP_FILE).write_bytes(content)
+        put_resources(tmp_path, nut_map, nut_map=content)
         with NativeInstance(2, resources=str(tmp_path), nut_map=nut_map) as one:
             return "" if one.handle else one.last
 

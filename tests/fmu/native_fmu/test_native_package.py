@@ -11,24 +11,29 @@ import pytest
 from fmu_checks import exports, findings, fmi_functions, machine_of, members
 from native_model import FLAGS
 from processes import elsewhere, output
+from reference_screw import GD4008
 from synthetic_map import closed_form, make_map
 
 from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks.check import check
 from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.checks.replay import kind_of
+from ballscrew_fmu.models import FRICTION, NATIVE_MODELS
 from ballscrew_fmu.native_fmu import compile as native_build
-from ballscrew_fmu.native_fmu.compile import PLATFORMS, BuildError, build_libraries, universal_library
+from ballscrew_fmu.native_fmu.compile import PLATFORMS, WASM, BuildError, build_libraries, universal_library
 from ballscrew_fmu.native_fmu.experiments import Reference
-from ballscrew_fmu.native_fmu.map_file import map_bytes
+from ballscrew_fmu.native_fmu.libraries import entry_library, native_library, page_library
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_files
+from ballscrew_fmu.native_fmu.resource_files import map_bytes, screw_bytes
 from ballscrew_fmu.native_fmu.sources import (
     NATIVE_NAME,
     SourceError,
     is_fmi_header,
     native_sources,
-    variable_sources,
 )
+from ballscrew_fmu.python_fmu.solver_cache import digest
+from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 pytestmark = pytest.mark.slow
 REFERENCE = Reference(
@@ -62,7 +67,7 @@ def native_unpacked(native_fmus):
 
 
 def token_of(files):
-    return re.search(rb'MODEL_TOKEN "([^"]+)"', files["sources/variables.h"])[1].decode()
+    return re.search(rb'instantiationToken="([^"]+)"', files["modelDescription.xml"])[1].decode()
 
 
 @VERSIONS
@@ -102,6 +107,27 @@ def test_another_process_and_folder_build_the_same_bytes(synthetic_nut_map, monk
     assert len({*tokens, here.guid}) == 4
 
 
+def test_the_libraries_are_the_same_for_all_screws_and_versions():
+    """Of both laws and of another screw: sources, libraries and what is kept of them."""
+    maps = [closed_form(FILM_SHEAR), closed_form(MECHANISTIC), make_map(2.0), load_map(None, GD4008)]
+    for model in NATIVE_MODELS:
+        library, *others = (native_library(nut_map.header, model) for nut_map in maps)
+        assert all(other == library for other in others)
+        found = {
+            digest(
+                {
+                    n: c
+                    for n, c in native_files(nut_map, 2, platforms=HOST, model=model).items()
+                    if n.startswith("binaries/")
+                }
+            )
+            for nut_map in maps
+        }
+        assert len(found) == 1
+    assert len({entry_library(nut_map.header, FRICTION).file(HOST[0]) for nut_map in maps}) == 1
+    assert len({page_library(nut_map.header).file(WASM) for nut_map in maps}) == 1
+
+
 def test_libraries_of_all_platforms(native_fmus, native_unpacked):
     files = {name.removeprefix("binaries/"): content for name, content in members(native_fmus[2]).items()}
     fat, thin = (files[f"{folder}/{NATIVE_NAME}.dylib"] for folder in ("darwin64", "aarch64-darwin"))
@@ -125,7 +151,7 @@ def test_libraries_of_all_platforms(native_fmus, native_unpacked):
         (library,) = (Path(native_unpacked[2]) / "binaries" / folder).iterdir()
         text = output("-W", "--dyn-syms", library, program=readelf)
         defined = {line.split()[7] for line in text.splitlines() if re.search(r"GLOBAL +DEFAULT +\d+ ", line)}
-        assert defined == set(fmi_functions(2))
+        assert defined == {*fmi_functions(2), *fmi_functions(3)}
         versions = {n for line in text.splitlines() for n in re.findall(r"GLIBC_([\d.]+)", line)}
         assert all(tuple(map(int, n.split("."))) <= (2, 17) for n in versions)
 
@@ -173,14 +199,14 @@ def test_without_ziglang_the_compiler_of_the_machine_builds_for_it_alone(
     found, here = native_build.find_compiler(), native_build.this_platform()
     assert (found.command, found.platforms) == ((own,), (here,))
     with pytest.raises(BuildError, match=r"does not compile for aarch64-darwin: .*pip install ziglang"):
-        build_libraries({}, NATIVE_NAME, (here, "aarch64-darwin"))
+        build_libraries({}, (), NATIVE_NAME, (here, "aarch64-darwin"))
     build_native_fmu(synthetic_nut_map, 3, tmp_path / "own.fmu", platforms=found.platforms)
     with zipfile.ZipFile(tmp_path / "own.fmu") as archive:
         archive.extractall(tmp_path / "own")
     assert found.name in (tmp_path / "own/modelDescription.xml").read_text(encoding="utf-8")
     monkeypatch.setattr(native_build.shutil, "which", lambda _: None)
     with pytest.raises(BuildError, match=r"pip install ziglang") as error:
-        build_libraries({}, NATIVE_NAME)
+        build_libraries({}, (), NATIVE_NAME, (here,))
     assert "\n" not in str(error.value)
     monkeypatch.setattr(native_build.machine, "machine", lambda: "riscv64")
     with pytest.raises(
@@ -195,10 +221,10 @@ def test_one_line_for_what_cannot_be_built(synthetic_nut_map, monkeypatch, tmp_p
         (b"int f(double x);\nint f(double x) { return x; }\n", r"a\.c:2:.*conversion"),  # warnings are errors
     ):  # fmt: skip
         with pytest.raises(BuildError, match=found) as error:
-            build_libraries({"a.c": text}, "a", ("x86_64-linux",))
+            build_libraries({"a.c": text}, ("a.c",), "a", ("x86_64-linux",))
         assert "\n" not in str(error.value)
     with pytest.raises(ValueError, match="token"):
-        variable_sources(synthetic_nut_map.header, '"; int x')
+        screw_bytes(synthetic_nut_map.header, FRICTION, "", '"; int x')
     monkeypatch.setattr("ballscrew_fmu.native_fmu.sources.fmpy.__file__", str(tmp_path / "__init__.py"))
     with pytest.raises(SourceError, match=r"fmi2Functions\.h not found"):
-        native_sources(synthetic_nut_map.header, 2, "")
+        native_sources(synthetic_nut_map.header)

@@ -97,10 +97,15 @@ def unit_findings(root):
 
 def _identity(root, files, version):
     token = root.get("guid" if version == 2 else "instantiationToken")
-    binaries = {name: content for name, content in files.items() if name.startswith("binaries/")}
-    found = [f"{name} lacks the token {token}" for name, c in binaries.items() if token.encode() not in c]
-    if f'MODEL_TOKEN "{token}"'.encode() not in files["sources/variables.h"]:
-        found.append(f"the sources lack the token {token}")
+    kept = {name: content for name, content in files.items() if name.startswith(("binaries/", "sources/"))}
+    found = [f"{name} has the token {token}" for name, c in kept.items() if token.encode() in c]
+    if token.encode() not in files["resources/screw.bin"]:
+        found.append(f"the resources lack the token {token}")
+    table = re.search(rb'TABLE_HASH "(\w{64})"', files["sources/variables.h"])[1]
+    sealed = {
+        name: c for name, c in files.items() if name.startswith("binaries/") or name == "resources/screw.bin"
+    }
+    found += [f"{name} lacks the hash of the variables" for name, c in sealed.items() if table not in c]
     return found if token else ["no token"]
 
 

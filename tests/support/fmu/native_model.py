@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +17,8 @@ from paths import NATIVE_HOSTS
 
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, WARNINGS
-from ballscrew_fmu.native_fmu.map_file import MAP_FILE, map_bytes
-from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources
+from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, SCREW_FILE, map_bytes, screw_bytes
+from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources, table_hash, units_of
 from ballscrew_tehl.runtime.packed import SURFACES
 
 TOKEN = "{test}"
@@ -35,20 +35,34 @@ def compiler() -> list[str]:
     return [found] if found else [sys.executable, "-m", "ziglang", "cc"]
 
 
-def runtime_sources(nut_map, model: FmuModel = FRICTION, token: str = TOKEN) -> dict[str, bytes]:
+def runtime_sources(nut_map, model: FmuModel = FRICTION) -> dict[str, bytes]:
     """Sources of the runtime with both FMI versions, the FMI headers in fmi/."""
-    both = {
-        name: text for v in (2, 3) for name, text in native_sources(nut_map.header, v, token, model).items()
-    }
-    return {f"fmi/{name}" if is_fmi_header(name) else name: text for name, text in both.items()}
+    sources = native_sources(nut_map.header, model=model)
+    return {f"fmi/{name}" if is_fmi_header(name) else name: text for name, text in sources.items()}
 
 
-def compile_once(sources: Mapping[str, bytes], name: str, *options: str) -> Path:
+def resources(nut_map, model: FmuModel = FRICTION, token: str = TOKEN) -> dict[str, bytes]:
+    """Files that an instance reads."""
+    screw = screw_bytes(nut_map.header, model, table_hash(nut_map.header, model), token)
+    return {MAP_FILE: map_bytes(nut_map), SCREW_FILE: screw}
+
+
+def put_resources(folder: Path, *arguments, **files: bytes | None) -> str:
+    """The folder with these resources; files : others in their places by stem, None: none."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in resources(*arguments).items():
+        if (content := files.get(name.partition(".")[0], content)) is not None:
+            (folder / name).write_bytes(content)
+    return str(folder)
+
+
+def compile_once(sources: Mapping[str, bytes], units: Sequence[str], name: str, *options: str) -> Path:
     """Program or library `name` of C sources, in a folder of its own in CACHE. Compiled if it is not there.
+
+    Parameters   units : those that are compiled
 
     Raises       RuntimeError: messages of the compiler
     """
-    units = sorted(file for file in sources if file.endswith(".c"))
     command = [
         *compiler(), "-std=c99", *WARNINGS, *options, *FLAGS, "-I.", "-isystem", "fmi", "-o", name, *units,
     ]  # fmt: skip
@@ -73,11 +87,10 @@ def compile_once(sources: Mapping[str, bytes], name: str, *options: str) -> Path
 @functools.cache
 def _library(nut_map, model: FmuModel, options: tuple[str, ...]) -> Path:
     shared = [option for option in COMPILER_OPTIONS if not option.startswith("-fvisibility")]
-    sources = runtime_sources(nut_map, model) | {MAP_FILE: map_bytes(nut_map)}
-    # plain names of all functions, for ctypes
-    return compile_once(
-        sources, "runtime.so", *shared, "-Wshadow", "-DBALLSCREW_PREFIX=", "-shared", "-fPIC", *options
-    )
+    sources = runtime_sources(nut_map, model) | resources(nut_map, model)
+    # all functions have external names, for ctypes
+    names = ("-DINTERNAL=extern", "-shared", "-fPIC")
+    return compile_once(sources, units_of(model), "runtime.so", *shared, "-Wshadow", *names, *options)
 
 
 def compiled_model(nut_map, model: FmuModel = FRICTION, sanitize: bool = False) -> Path:
@@ -98,8 +111,8 @@ def c_host(nut_map, name: str, *options: str) -> Path:
     if len(compiler()) > 1 and any("sanitize" in option for option in options):
         raise FileNotFoundError("no C compiler of the system: sanitizers not run")
     sources = runtime_sources(nut_map)
-    sources |= {MAP_FILE: map_bytes(nut_map), f"{name}.c": (NATIVE_HOSTS / f"{name}.c").read_bytes()}
-    return compile_once(sources, name, *options)
+    sources |= {**resources(nut_map), f"{name}.c": (NATIVE_HOSTS / f"{name}.c").read_bytes()}
+    return compile_once(sources, (f"{name}.c", *units_of(FRICTION)), name, f'-DTOKEN="{TOKEN}"', *options)
 
 
 class NativeModel:
@@ -120,11 +133,13 @@ class NativeModel:
         found = self._library.map_read(path, law, message, ctypes.c_size_t(1000))
         assert found, message.value
         self._map = ctypes.c_void_p(found)
+        starts = [float(v.start or 0.0) for v in model.native_variables(nut_map.header)]
+        self._start = (ctypes.c_double * len(starts))(*starts)
         self._model = ctypes.create_string_buffer(ROOM)
         self.reset(continuous)
 
     def reset(self, continuous: bool = False) -> None:
-        self._library.model_reset(self._model, self._map, continuous)
+        self._library.model_reset(self._model, self._map, self._start, continuous)
 
     def set(self, **values: float) -> None:
         for name, value in values.items():

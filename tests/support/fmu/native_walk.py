@@ -20,6 +20,7 @@ from native_library import (
     ME,
     NUT_MAP,
     OK,
+    VARIABLES,
     WARNING,
     NativeInstance,
     counting_functions,
@@ -143,7 +144,8 @@ def damaged_maps(rng: random.Random) -> None:
     model = ctypes.create_string_buffer(8192)
     content, message = (path.parent / "nut_map.bin").read_bytes(), ctypes.create_string_buffer(400)
     head = 88 + 8 * 20  # numbers of axes, defaults and law
-    seen = set()
+    starts = [float(v.start or 0.0) for v in VARIABLES]
+    start, seen = doubles(*starts), set()
     for n in range(FILES):
         kind = n % 5
         if kind == 0:
@@ -161,7 +163,7 @@ def damaged_maps(rng: random.Random) -> None:
         if found is None:
             assert message.value.startswith(b"map")
             continue
-        library.model_reset(model, c_void_p(found), False)
+        library.model_reset(model, c_void_p(found), start, False)
         for _ in range(5):
             for index, top in enumerate((20000.0, 2000.0, 400.0, 20000.0)):
                 library.model_set(model, index, ctypes.c_double(rng.uniform(-0.1, 1.0) * top))

@@ -5,16 +5,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#if defined(_WIN32) && !MAP_COMPILED
-#include <windows.h>
-#endif
-
 #include "lock.h"
 
 #define NUMBERS (3 * MAP_AXES + MAP_DEFAULTS + 2) /* before the coefficients */
 #define MOST_NODES 4096
 
-const char *map_law_name(int law)
+/* Name of a friction law. */
+INTERNAL const char *map_law_name(int law)
 {
     static const char *const names[LAWS] = LAW_NAMES;
     return law >= 0 && law < LAWS ? names[law] : "unknown";
@@ -166,7 +163,8 @@ static Map *map_for_all(Map *map)
     return map;
 }
 
-void map_free(Map *map)
+/* End of use by one of those who have got it. */
+INTERNAL void map_free(Map *map)
 {
     Map **place;
     bool last = false;
@@ -187,11 +185,12 @@ void map_free(Map *map)
     }
 }
 
-#if MAP_COMPILED
+#ifdef EMBEDDED_RESOURCES
 
 /* --- compiled in ------------------------------------------------------------------------------------------------- */
 
-Map *map_compiled(char *message, size_t message_size)
+/* map_numbers and map_identity of embedded.h; no file is opened */
+INTERNAL Map *map_compiled(char *message, size_t message_size)
 {
     Map *map = map_in_use(&map_identity);
     const char *wrong;
@@ -205,7 +204,7 @@ Map *map_compiled(char *message, size_t message_size)
         return NULL;
     }
     map->identity = map_identity;
-    wrong = map_over(map, map_numbers, MAP_NUMBER_COUNT);
+    wrong = map_over(map, map_numbers, sizeof map_numbers / sizeof *map_numbers);
     if (wrong != NULL) {
         (void)snprintf(message, message_size, "the map that is compiled in: %s", wrong);
         free(map);
@@ -218,61 +217,7 @@ Map *map_compiled(char *message, size_t message_size)
 
 /* --- file -------------------------------------------------------------------------------------------------------- */
 
-#define MAGIC_SIZE (sizeof MAP_MAGIC - 1)
-#define HEAD_SIZE (MAGIC_SIZE + 16 + HASH_SIZE)
-#define LARGEST_FILE 268435456
-
-static uint64_t little_endian(const unsigned char *bytes)
-{
-    uint64_t value = 0;
-    for (int i = 7; i >= 0; --i) {
-        value = value << 8 | bytes[i];
-    }
-    return value;
-}
-
-/* FNV-1a of words of eight bytes. A remainder of fewer bytes is omitted: the check of the size finds it. */
-static uint64_t checksum(const unsigned char *bytes, size_t size)
-{
-    uint64_t sum = UINT64_C(14695981039346656037);
-    for (size_t i = 0; i < size / 8; ++i) {
-        sum = (sum ^ little_endian(bytes + 8 * i)) * UINT64_C(1099511628211);
-    }
-    return sum;
-}
-
-/* True, with the reason in message, if a file is damaged or of another format. */
-static bool file_fails(const unsigned char *bytes, size_t size, const char *name, MapIdentity *identity, char *message,
-                       size_t message_size)
-{
-    char found[MAGIC_SIZE + 1] = "";
-
-    for (size_t i = 0; i < MAGIC_SIZE && i < size; ++i) {
-        found[i] = bytes[i] > ' ' && bytes[i] < 127 ? (char)bytes[i] : '.';
-    }
-    if (size < MAGIC_SIZE + 16 || memcmp(bytes, MAP_MAGIC, MAGIC_SIZE) != 0) {
-        (void)snprintf(message, message_size, "%s: %.0f bytes that begin with '%s': not a nut map of this format, "
-                       "which begins with '" MAP_MAGIC "'", name, (double)size, found);
-        return true;
-    }
-    identity->size = little_endian(bytes + MAGIC_SIZE);
-    identity->checksum = little_endian(bytes + MAGIC_SIZE + 8);
-    if (identity->size != size || size > LARGEST_FILE || size < HEAD_SIZE + 8 * NUMBERS || size % 8 != 0) {
-        (void)snprintf(message, message_size, "%s: %.0f bytes, expected %.0f: truncated or damaged", name, (double)size,
-                       (double)identity->size);
-        return true;
-    }
-    if (identity->checksum != checksum(bytes + MAGIC_SIZE + 16, size - MAGIC_SIZE - 16)) {
-        (void)snprintf(message, message_size, "%s: wrong checksum: damaged", name);
-        return true;
-    }
-    for (size_t i = 0; i < HASH_SIZE; ++i) {
-        const char c = (char)bytes[MAGIC_SIZE + 16 + i];
-        identity->content_hash[i] = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') ? c : '.';
-    }
-    identity->content_hash[HASH_SIZE] = '\0';
-    return false;
-}
+#define HEAD_SIZE (FILE_HEAD_SIZE + HASH_SIZE)
 
 /* A map from a file that is not damaged. */
 static Map *decoded(const unsigned char *bytes, size_t size, const char *name, const MapIdentity *identity,
@@ -300,20 +245,31 @@ static Map *decoded(const unsigned char *bytes, size_t size, const char *name, c
     return map_for_all(map);
 }
 
-Map *map_from_bytes(const unsigned char *bytes, size_t size, int law, const char *name, char *message,
-                    size_t message_size)
+/* The same from the bytes of a file; name for messages. */
+INTERNAL Map *map_from_bytes(const unsigned char *bytes, size_t size, int law, const char *name, char *message,
+                             size_t message_size)
 {
-    MapIdentity identity;
+    MapIdentity identity = {0, 0, ""};
     Map *map;
 
-    if (file_fails(bytes, size, name, &identity, message, message_size)) {
+    if (file_fails(bytes, size, MAP_MAGIC, name, "nut map", message, message_size)) {
         return NULL;
+    }
+    if (size < HEAD_SIZE + 8 * NUMBERS) {
+        (void)snprintf(message, message_size, "%s: %.0f bytes: truncated or damaged", name, (double)size);
+        return NULL;
+    }
+    identity.size = size;
+    identity.checksum = little_endian(bytes + FILE_MAGIC_SIZE + 8);
+    for (size_t i = 0; i < HASH_SIZE; ++i) {
+        const char c = (char)bytes[FILE_HEAD_SIZE + i];
+        identity.content_hash[i] = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') ? c : '.';
     }
     map = map_in_use(&identity);
     if (map == NULL) {
         map = decoded(bytes, size, name, &identity, message, message_size);
     }
-    if (map != NULL && map->law != law) {
+    if (map != NULL && law != ANY_LAW && map->law != law) {
         (void)snprintf(message, message_size, "%s: map %.12s has the friction law %s, expected %s: another model",
                        name, identity.content_hash, map_law_name(map->law), map_law_name(law));
         map_free(map);
@@ -322,60 +278,15 @@ Map *map_from_bytes(const unsigned char *bytes, size_t size, int law, const char
     return map;
 }
 
-static FILE *open_file(const char *path)
+/* Map from a file, path in UTF-8, for a model of this law. NULL if it cannot be used, with the reason in message. */
+INTERNAL Map *map_read(const char *path, int law, char *message, size_t message_size)
 {
-#ifdef _WIN32
-    wchar_t wide[32768];
-    int length = MultiByteToWideChar(CP_UTF8, MB_ERR_INVALID_CHARS, path, -1, wide, 32768);
-    return length > 0 ? _wfopen(wide, L"rb") : NULL;
-#else
-    return fopen(path, "rb");
-#endif
-}
+    size_t size;
+    unsigned char *bytes = file_read(path, &size, message, message_size);
+    Map *map = bytes != NULL ? map_from_bytes(bytes, size, law, path, message, message_size) : NULL;
 
-Map *map_read(const char *path, int law, char *message, size_t message_size)
-{
-    FILE *file = open_file(path);
-    unsigned char *bytes = NULL;
-    Map *map = NULL;
-    long size = -1;
-
-    if (file == NULL) {
-        (void)snprintf(message, message_size, "%s: cannot be opened", path);
-        return NULL;
-    }
-    if (fseek(file, 0, SEEK_END) == 0) {
-        size = ftell(file);
-    }
-    if (size < 0 || size > LARGEST_FILE || fseek(file, 0, SEEK_SET) != 0) {
-        (void)snprintf(message, message_size, "%s: cannot be read, or too large for a map", path);
-    } else if ((bytes = malloc((size_t)size + 1)) == NULL) {
-        (void)snprintf(message, message_size, "%s: not enough memory to read it", path);
-    } else if (fread(bytes, 1, (size_t)size, file) != (size_t)size) {
-        (void)snprintf(message, message_size, "%s: cannot be read", path);
-    } else {
-        map = map_from_bytes(bytes, (size_t)size, law, path, message, message_size);
-    }
     free(bytes);
-    (void)fclose(file);
     return map;
 }
 
 #endif
-
-/* --- splines ----------------------------------------------------------------------------------------------------- */
-
-Place axis_place(const Axis *axis, double value)
-{
-    Place place;
-    double t;
-    value = value > axis->lo ? value : axis->lo;
-    value = value < axis->hi ? value : axis->hi;
-    t = ((axis->logarithmic ? log(value) : value) - axis->origin) * axis->scale;
-    place.cell = (int)t;
-    if (place.cell > axis->last) {
-        place.cell = axis->last;
-    }
-    place.t = t - place.cell;
-    return place;
-}

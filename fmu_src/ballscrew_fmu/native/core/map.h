@@ -4,6 +4,7 @@
 #ifndef BALLSCREW_MAP_H
 #define BALLSCREW_MAP_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -47,28 +48,23 @@ struct Map {
     double data[1];      /* the numbers of the file; of a compiled map none */
 };
 
-/* Map from a file, path in UTF-8, for a model of this law. NULL if it cannot be used, with the reason in message. */
-Map *map_read(const char *path, int law, char *message, size_t message_size);
-
-/* The same from the bytes of a file; name for messages. */
-Map *map_from_bytes(const unsigned char *bytes, size_t size, int law, const char *name, char *message,
-                    size_t message_size);
-
-#if MAP_COMPILED
-/* The same from the numbers of a file that are compiled in (nut_map.c). No file is opened. */
-extern const double map_numbers[MAP_NUMBER_COUNT];
-extern const MapIdentity map_identity;
-Map *map_compiled(char *message, size_t message_size);
-#endif
-
-/* End of use by one of those who have got it. */
-void map_free(Map *map);
-
-/* Name of a friction law. */
-const char *map_law_name(int law);
+#define ANY_LAW (-1)
 
 /* Cell and position of a value, clamped to the axis. */
-Place axis_place(const Axis *axis, double value);
+static inline Place axis_place(const Axis *axis, double value)
+{
+    Place place;
+    double t;
+    value = value > axis->lo ? value : axis->lo;
+    value = value < axis->hi ? value : axis->hi;
+    t = ((axis->logarithmic ? log(value) : value) - axis->origin) * axis->scale;
+    place.cell = (int)t;
+    if (place.cell > axis->last) {
+        place.cell = axis->last;
+    }
+    place.t = t - place.cell;
+    return place;
+}
 
 /* Weights of the four B-splines of a cell, and their first and second derivatives with respect to t. */
 static inline void cubic_weights(double t, double weights[4])

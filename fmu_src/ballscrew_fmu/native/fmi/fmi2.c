@@ -28,7 +28,7 @@
     if (instance == NULL) {                                    \
         return fmi2Error;                                      \
     }
-#define RETURN(status) return (fmi2Status)(status)
+#define RETURN(status) return (fmi2Status)instance_end(instance, status)
 
 /* A function with one call. */
 #define FORWARD(name, kinds, states, arguments, call) \
@@ -130,7 +130,7 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
         RETURN(instance_missing_array(instance));
     }
     for (size_t i = 0; i < nvr; ++i) {
-        bool found;
+        bool found = false;
         const Status status = instance_get_boolean(instance, vr[i], &found);
         if (status != STATUS_OK) {
             RETURN(status);

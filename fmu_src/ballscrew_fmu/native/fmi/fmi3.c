@@ -16,6 +16,13 @@
 /* States in which each call is legal: sections 2.3, 3.2 and 4.2 of FMI 3.0.2. Conditions on the variable are in
    settable_in of values.c. Differs from the standard: setTime in Event Mode is accepted, as importers call it
    there. */
+/* in one unit with fmi2.c */
+#undef BEGIN
+#undef RETURN
+#undef FORWARD
+#undef EVALUATED
+#undef SETTABLE
+#undef RUNNING
 #define RUNNING (STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE)
 #define EVALUATED (INITIALIZATION_MODE | RUNNING | TERMINATED | FAILED)
 #define READABLE (EVALUATED | INTERMEDIATE_UPDATE_MODE)
@@ -27,7 +34,7 @@
     if (self == NULL) {                                        \
         return fmi3Error;                                      \
     }
-#define RETURN(status) return (fmi3Status)(status)
+#define RETURN(status) return (fmi3Status)instance_end(self, status)
 
 /* A function with one call. */
 #define FORWARD(name, kinds, states, arguments, call) \

@@ -19,10 +19,10 @@ typedef struct Model Model;
 #include MODEL_STATE
 
 /* Set the start values. continuous: model exchange. events is set to this, too. */
-void model_reset(Model *model, const Map *map, bool continuous);
+INTERNAL void model_reset(Model *model, const Map *map, const double start[VARIABLE_COUNT], bool continuous);
 
 /* Whether an input, a parameter or the state may have this value: finite, >= lower bound, < TOO_LARGE. */
-inline bool model_accepts(int reference, double value)
+INTERNAL bool model_accepts(int reference, double value)
 {
     return value >= model_variables[reference].lowest && value < TOO_LARGE;
 }
@@ -35,57 +35,57 @@ static inline bool model_is_set(const Variable *variable)
 }
 
 /* Value of a variable: as set for inputs and parameters, computed for all others (booleans 0 or 1). */
-double model_get(Model *model, int reference);
+INTERNAL double model_get(Model *model, int reference);
 
 /* Store a value that model_accepts. Inputs, parameters and continuous states only. */
-inline void model_set(Model *model, int reference, double value)
+INTERNAL void model_set(Model *model, int reference, double value)
 {
     model->value[reference] = value;
 }
 
 /* From now on the outputs are those of the current values, at an instant. */
-void model_latch(Model *model);
+INTERNAL void model_latch(Model *model);
 
 /* Co-simulation: advance by step > 0 with constant inputs. Outputs are those at the end of the step. step = 0: latch
    only. */
-void model_step(Model *model, double step);
+INTERNAL void model_step(Model *model, double step);
 
 /* What is beyond the map and clamped at the latched point, an input or an output that the friction depends on: one bit
    per variable of the table, from the first input. Less than 29 bits. */
-unsigned model_clamped(Model *model);
+INTERNAL unsigned model_clamped(Model *model);
 
 /* Whether the fields of a saved state other than value and latched are valid. */
-bool model_possible(const Model *model);
+INTERNAL bool model_possible(const Model *model);
 
 /* Clear the map and all fields that are computed from the others. */
-void model_clear_computed(Model *model);
+INTERNAL void model_clear_computed(Model *model);
 
 /* Models with MODEL_PARTS. Co-simulation with event mode: whether there is an event at the latched point; within a step
    there is none. A step in parts: power of the part just made [W], 0 if the model has none; mean of all parts, which
    replaces it. */
-bool model_event_due(Model *model);
-double model_power(Model *model);
-void model_set_mean_power(Model *model, double mean);
+#if MODEL_PARTS
+INTERNAL bool model_event_due(Model *model);
+INTERNAL double model_power(Model *model);
+INTERNAL void model_set_mean_power(Model *model, double mean);
+#endif
 
 /* Events, at the latched point: initial mode; change of mode at an event, true if a continuous state has
    changed; event indicators, which are stored in value. */
-void model_initial_event(Model *model);
-bool model_event(Model *model);
-void model_indicators(Model *model);
+INTERNAL void model_initial_event(Model *model);
+INTERNAL bool model_event(Model *model);
+INTERNAL void model_indicators(Model *model);
 
 /* Derivatives of outputs and rates at the latched point and step, along a direction of inputs, parameters and continuous
    states. 0 where an output does not change smoothly. */
-void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], double slopes[VARIABLE_COUNT]);
+INTERNAL void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], double slopes[VARIABLE_COUNT]);
 
 /* Of model_reset: all is 0 except what every Model has. */
-static inline void model_start(Model *model, const Map *map, bool continuous)
+static inline void model_start(Model *model, const Map *map, const double start[VARIABLE_COUNT], bool continuous)
 {
     memset(model, 0, sizeof *model);
     model->map = map;
     model->continuous = model->events = continuous;
-    for (int i = 0; i < VARIABLE_COUNT; ++i) {
-        model->value[i] = model_variables[i].start;
-    }
+    memcpy(model->value, start, sizeof model->value);
 }
 
 #endif

@@ -6,6 +6,9 @@
 
 #include "friction_point.h"
 
+#include "file.c"
+#include "map.c"
+
 #define EXPORTED __attribute__((visibility("default")))
 
 /* After the variables of the FMU. torque_low, torque_high: NAN without a table of intervals; clamped: one bit per input,
@@ -53,18 +56,13 @@ EXPORTED void *page_bytes(size_t size) { return malloc(size); }
 EXPORTED const char *page_open(const unsigned char *bytes, size_t size, int law, double lead)
 {
     static char message[256];
-    const double *numbers;
 
     page.map = map_from_bytes(bytes, size, law, "map", message, sizeof message);
     if (page.map == NULL) {
         return message;
     }
-    numbers = page.map->defaults;
     page.lead = lead;
-    page.value[APPARENT_VISCOSITY_RATIO] = numbers[APPARENT_VISCOSITY_RATIO_DEFAULT];
-    page.value[NET_SLIDING_COEFFICIENT] = numbers[NET_SLIDING_COEFFICIENT_DEFAULT];
-    page.value[ROUGHNESS_HEIGHT] = numbers[ROUGHNESS_HEIGHT_DEFAULT];
-    page.value[BREAKAWAY_FACTOR] = numbers[BREAKAWAY_FACTOR_DEFAULT];
+    friction_of_map(page.map, page.value);
     return "";
 }
 

@@ -6,36 +6,47 @@
 
 /* --- create and free --------------------------------------------------------------------------------------------- */
 
-/* Which map the results are from: that in the resources can be replaced. */
+/* Which map the results are from, that in the resources can be replaced; and of which screw its friction numbers are. */
 static void report_map(Instance *instance)
 {
-    const char *found = instance->map->identity.content_hash;
+    const char *found = instance->map->identity.content_hash, *described = instance->screw.map;
 
     (void)instance_log(instance, STATUS_OK, "map %s, %s friction law", found, map_law_name(instance->map->law));
-    if (strcmp(found, MODEL_MAP) != 0) {
+    if (strcmp(found, described) != 0) {
         instance_warn(instance, "map %.12s replaces map %.12s, which the start values of the model description belong to",
-             found, MODEL_MAP);
+             found, described);
+    }
+    if (instance->screw.origin[0] != '\0') {
+        instance_warn(instance, "%s", instance->screw.origin);
     }
 }
 
-Instance *instance_create(const Importer *importer, unsigned kind, const char *name, const char *token,
-                          const char *resources, bool is_uri, bool logging)
+INTERNAL Status instance_reset(Instance *instance)
+{
+    Situation *now = &instance->now;
+
+    memset(now, 0, sizeof *now);
+    model_reset(&now->model, instance->map, instance->screw.start, instance->kind == MODEL_EXCHANGE);
+    now->model.events = instance->kind == MODEL_EXCHANGE || instance->event_mode;
+    now->stop = HUGE_VAL;
+    now->state = INSTANTIATED;
+    now->stale = true;
+    return STATUS_OK;
+}
+
+/* NULL, with a message, if the instance cannot be created. resources: folder of screw and map, as URI or as path. */
+INTERNAL Instance *instance_create(const Importer *importer, unsigned kind, const char *name, const char *token,
+                                   const char *resources, bool is_uri, bool logging)
 {
     Instance *instance;
+    Screw screw;
     Map *map;
 
     if (name == NULL || name[strspn(name, " \t\r\n\f\v")] == '\0') {
         importer_error(importer, name, "instance name is empty; needs a name");
         return NULL;
     }
-    if (token == NULL || strcmp(token, MODEL_TOKEN) != 0) {
-        importer_error(importer, name,
-                       "GUID or instantiation token is %.100s, this binary has %s: model description and binary "
-                       "belong to different FMUs",
-                       token != NULL ? token : "NULL", MODEL_TOKEN);
-        return NULL;
-    }
-    map = importer_map(importer, name, resources, is_uri);
+    map = importer_resources(importer, name, token, resources, is_uri, &screw);
     if (map == NULL) {
         return NULL;
     }
@@ -49,19 +60,17 @@ Instance *instance_create(const Importer *importer, unsigned kind, const char *n
     instance->importer = *importer;
     instance->kind = kind;
     instance->map = map;
+    instance->screw = screw;
     instance->call = "";
     instance->logging = logging;
     instance->categories = ALL_CATEGORIES;
     instance->saved.next = instance->saved.previous = &instance->saved;
     (void)instance_reset(instance);
     report_map(instance);
-    if (MODEL_ORIGIN[0] != '\0') {
-        instance_warn(instance, "%s", MODEL_ORIGIN);
-    }
     return instance;
 }
 
-void instance_free(Instance *instance)
+INTERNAL void instance_free(Instance *instance)
 {
     if (instance != NULL) {
         /* the standards require that freeInstance frees all memory, including saved states */
@@ -80,7 +89,8 @@ static const char *kind_name(unsigned kind)
     return kind == CO_SIMULATION ? "co-simulation" : "model exchange";
 }
 
-Instance *instance_begin(void *handle, const Call *call)
+/* Start of every FMI call. NULL: the call is illegal, which is logged, and the instance has failed. */
+INTERNAL Instance *instance_begin(void *handle, const Call *call)
 {
     Instance *instance = handle;
     char here[32], legal[192];
@@ -101,6 +111,7 @@ Instance *instance_begin(void *handle, const Call *call)
         (void)instance_fail(instance, "called in %s; legal in %s", here,
                             legal[0] != '\0' ? legal : "no state of this FMU");
     }
+    (void)instance_end(instance, STATUS_ERROR);
     return NULL;
 }
 
@@ -217,7 +228,8 @@ static bool is_time(double value)
     return fabs(value) < TOO_LARGE;
 }
 
-Status instance_setup(Instance *instance, double start, bool stop_defined, double stop)
+/* Life cycle. */
+INTERNAL Status instance_setup(Instance *instance, double start, bool stop_defined, double stop)
 {
     char text[32], other[32];
 
@@ -231,13 +243,13 @@ Status instance_setup(Instance *instance, double start, bool stop_defined, doubl
     return STATUS_OK;
 }
 
-Status instance_enter(Instance *instance, unsigned state)
+INTERNAL Status instance_enter(Instance *instance, unsigned state)
 {
     instance->now.state = state;
     return STATUS_OK;
 }
 
-Status instance_exit_initialization(Instance *instance)
+INTERNAL Status instance_exit_initialization(Instance *instance)
 {
     Situation *now = &instance->now;
 
@@ -251,24 +263,13 @@ Status instance_exit_initialization(Instance *instance)
     return STATUS_OK;
 }
 
-Status instance_reset(Instance *instance)
-{
-    Situation *now = &instance->now;
-
-    memset(now, 0, sizeof *now);
-    model_reset(&now->model, instance->map, instance->kind == MODEL_EXCHANGE);
-    now->model.events = instance->kind == MODEL_EXCHANGE || instance->event_mode;
-    now->stop = HUGE_VAL;
-    now->state = INSTANTIATED;
-    now->stale = true;
-    return STATUS_OK;
-}
-
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
 #define TIME_SHARE 1e-3 /* of a step: allowed difference of communication points, in addition to rounding */
 
-Status instance_begin_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
+/* Co-simulation. A step: arguments and values are checked, the model steps, the time is set. longest: [s] for which the
+   inputs were constant. */
+INTERNAL Status instance_begin_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
     Situation *now = &instance->now;
     const double tolerance = TIME_SHARE * step + 4.0 * DBL_EPSILON * fabs(time);
@@ -299,7 +300,7 @@ Status instance_begin_step(Instance *instance, double time, double step, bool ze
     return STATUS_OK;
 }
 
-void instance_end_step(Instance *instance, double time, double longest)
+INTERNAL void instance_end_step(Instance *instance, double time, double longest)
 {
     instance->now.stale = false;
     instance->now.time = time;
@@ -316,7 +317,7 @@ void instance_end_step(Instance *instance, double time, double longest)
 #endif
 }
 
-Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
+INTERNAL Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
     const Status status = instance_begin_step(instance, time, step, zero_allowed, check_time);
 
@@ -329,7 +330,8 @@ Status instance_step(Instance *instance, double time, double step, bool zero_all
 
 /* --- events and model exchange ----------------------------------------------------------------------------------- */
 
-Status instance_set_time(Instance *instance, double time)
+/* Model exchange. Vectors are in values.c; length is that of the array of the importer. */
+INTERNAL Status instance_set_time(Instance *instance, double time)
 {
     char text[32];
 
@@ -341,7 +343,8 @@ Status instance_set_time(Instance *instance, double time)
     return STATUS_OK;
 }
 
-Status instance_enter_event_mode(Instance *instance)
+/* Co-simulation and model exchange. */
+INTERNAL Status instance_enter_event_mode(Instance *instance)
 {
     if (!instance->now.model.events) {
         return instance_fail(instance, "called in Step Mode without event mode; legal in instances with eventModeUsed = true");
@@ -350,7 +353,7 @@ Status instance_enter_event_mode(Instance *instance)
     return instance_enter(instance, EVENT_MODE);
 }
 
-Status instance_event(Instance *instance, bool *state_changed)
+INTERNAL Status instance_event(Instance *instance, bool *state_changed)
 {
     instance_follow(instance);
     if (instance->now.postponed && !instance->now.unchecked) {
@@ -381,12 +384,13 @@ static Status store(Instance *instance, const Situation *situation, void **state
     return STATUS_OK;
 }
 
-Status instance_save(Instance *instance, void **state)
+/* Saved states. */
+INTERNAL Status instance_save(Instance *instance, void **state)
 {
     return state == NULL ? missing(instance) : store(instance, &instance->now, state);
 }
 
-Status instance_restore(Instance *instance, const void *state)
+INTERNAL Status instance_restore(Instance *instance, const void *state)
 {
     const Saved *saved = state;
 
@@ -406,7 +410,7 @@ Status instance_restore(Instance *instance, const void *state)
     return STATUS_OK;
 }
 
-Status instance_free_state(Instance *instance, void **state)
+INTERNAL Status instance_free_state(Instance *instance, void **state)
 {
     if (state != NULL && *state != NULL) {
         saved_release(*state, &instance->importer);
@@ -415,31 +419,40 @@ Status instance_free_state(Instance *instance, void **state)
     return STATUS_OK;
 }
 
-Status instance_serialized_size(Instance *instance, const void *state, size_t *size)
+/* What a saved state must belong to. */
+static Owner owner_of(const Instance *instance)
+{
+    const Owner owner = {instance->screw.token, instance->map->identity.content_hash};
+    return owner;
+}
+
+INTERNAL Status instance_serialized_size(Instance *instance, const void *state, size_t *size)
 {
     if (state == NULL || size == NULL) {
         return missing(instance);
     }
-    *size = situation_size(&((const Saved *)state)->situation, instance->map);
+    *size = situation_size(&((const Saved *)state)->situation, owner_of(instance));
     return STATUS_OK;
 }
 
-Status instance_serialize(Instance *instance, const void *state, unsigned char *bytes, size_t size)
+INTERNAL Status instance_serialize(Instance *instance, const void *state, unsigned char *bytes, size_t size)
 {
     const Saved *saved = state;
+    size_t needed;
 
     if (saved == NULL || bytes == NULL) {
         return missing(instance);
     }
-    if (size != situation_size(&saved->situation, instance->map)) {
+    needed = situation_size(&saved->situation, owner_of(instance));
+    if (size != needed) {
         return instance_fail(instance, "room for %lu bytes; an FMU state has %lu", (unsigned long)size,
-                             (unsigned long)situation_size(&saved->situation, instance->map));
+                             (unsigned long)needed);
     }
-    situation_write(&saved->situation, instance->map, bytes);
+    situation_write(&saved->situation, owner_of(instance), bytes);
     return STATUS_OK;
 }
 
-Status instance_deserialize(Instance *instance, const unsigned char *bytes, size_t size, void **state)
+INTERNAL Status instance_deserialize(Instance *instance, const unsigned char *bytes, size_t size, void **state)
 {
     Situation situation;
     char reason[MESSAGE_SIZE / 2];
@@ -448,7 +461,7 @@ Status instance_deserialize(Instance *instance, const unsigned char *bytes, size
     if (bytes == NULL || state == NULL) {
         return missing(instance);
     }
-    if (!situation_read(&situation, instance->map, bytes, size, reason, sizeof reason)) {
+    if (!situation_read(&situation, owner_of(instance), bytes, size, reason, sizeof reason)) {
         return instance_fail(instance, "serialized FMU state %s", reason);
     }
     if (store(instance, &situation, &fresh) != STATUS_OK) {

@@ -1,13 +1,83 @@
-/* One instance for both FMI versions: legal calls by state, messages, time, values, saved states. Independent of the
-   FMI headers: fmi2.c and fmi3.c translate the calls. */
+/* One instance for both FMI versions: screw, importer, states of the standards, saved states. Independent of the FMI
+   headers: fmi2.c and fmi3.c translate the calls. */
 #ifndef BALLSCREW_INSTANCE_H
 #define BALLSCREW_INSTANCE_H
 
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "importer.h"
-#include "saved_state.h"
+#include "model.h"
+
+/* What differs between the FMUs of a model, read from the resources. */
+typedef struct {
+    char token[HASH_SIZE + 1]; /* guid of FMI 2, instantiationToken of FMI 3 */
+    char map[HASH_SIZE + 1];   /* content hash of the map that the model description is of */
+    int law;                   /* of its friction: required of the map */
+    double start[VARIABLE_COUNT]; /* of inputs, parameters and the state, else 0 */
+    char origin[ORIGIN_SIZE];  /* of friction numbers that were measured on another screw; "": none */
+} Screw;
+
+typedef enum { STATUS_OK, STATUS_WARNING, STATUS_DISCARD, STATUS_ERROR, STATUS_FATAL } Status; /* as FMI 2 and FMI 3 */
+
+enum { CATEGORIES = 5 };
+static const char *const log_categories[CATEGORIES] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError",
+                                                       "logStatusFatal"}; /* by status */
+
+#define MESSAGE_SIZE 640
+
+/* Arguments of the importer at instantiation. */
+typedef struct Importer Importer;
+struct Importer {
+    void (*emit)(const Importer *importer, const char *instance_name, Status status, const char *category,
+                 const char *message); /* calls the logger as in this FMI version */
+    void (*logger)(void);              /* of the importer, cast back by emit; NULL: none */
+    void *environment;
+    void *(*allocate)(size_t count, size_t size); /* zeroed, as calloc */
+    void (*release)(void *memory);
+};
+
+/* States of the state machines of the standards, as bits of a set. FAILED is "error" of FMI 2 and Terminated of FMI 3,
+   where the same calls are allowed. */
+enum {
+    INSTANTIATED = 1,
+    INITIALIZATION_MODE = 2,
+    EVENT_MODE = 4,
+    CONTINUOUS_TIME_MODE = 8,
+    STEP_MODE = 16,
+    TERMINATED = 32,
+    FAILED = 64,
+    ANY_STATE = 127,
+    INTERMEDIATE_UPDATE_MODE = 128 /* within a step: is never saved, and only a few calls are allowed */
+};
+
+/* Content of a saved state. */
+typedef struct {
+    Model model;
+    double time; /* [s] last communication point, or as set in model exchange */
+    double stop; /* [s] infinity: not defined */
+    unsigned state;
+    unsigned warned; /* warnings already logged: bit per clamped variable, and these */
+    bool stale;      /* a value was set after the outputs were computed */
+    bool unchecked;  /* co-simulation: a value that was set may be invalid */
+    bool postponed;  /* co-simulation: initialization ended with an invalid value; the first good step does it */
+    bool reported;   /* event mode of co-simulation: the last step ended at an event, which is not handled yet */
+} Situation;
+
+/* beyond the bits of model_clamped */
+#define WARNED_TIME (1U << 29)
+#define WARNED_STEP (1U << 30)
+#define WARNED_COUPLING (1U << 31)
+
+typedef struct Saved Saved;
+struct Saved {
+    Saved *next, *previous; /* ring, with a head that has no state */
+    Situation situation;
+};
+
+/* FMU and map of an instance; a state of another one is rejected. */
+typedef struct {
+    const char *token, *map;
+} Owner;
 
 enum { CO_SIMULATION = 1, MODEL_EXCHANGE = 2, BOTH_KINDS = 3 };
 
@@ -30,91 +100,30 @@ struct Instance {
     unsigned categories; /* bit per status */
     const char *call;    /* current call, for messages */
     Map *map;
+    Screw screw;
     Saved saved; /* head of the ring of states saved by the importer */
     Importer importer;
     char name[1];
 };
 
-/* NULL, with a message, if the instance cannot be created. resources: folder of the map, as URI or as path. */
-Instance *instance_create(const Importer *importer, unsigned kind, const char *name, const char *token,
-                          const char *resources, bool is_uri, bool logging);
-void instance_free(Instance *instance);
+/* End of every FMI call: after an error only reset, restore and free are legal. */
+static inline Status instance_end(Instance *instance, Status status)
+{
+    if (status == STATUS_ERROR) {
+        instance->now.state = FAILED;
+    }
+    return status;
+}
 
-/* Start of every FMI call. NULL: the call is illegal, which is logged, and the instance has failed. */
-Instance *instance_begin(void *handle, const Call *call);
-
-/* Messages (messages.c). Log and return: STATUS_ERROR, the instance has failed; or STATUS_DISCARD, nothing has changed. */
-Status instance_log(Instance *instance, Status status, const char *format, ...);
 #define instance_fail(instance, ...) instance_log(instance, STATUS_ERROR, __VA_ARGS__)
 #define instance_discard(instance, ...) instance_log(instance, STATUS_DISCARD, __VA_ARGS__)
 #define instance_warn(instance, ...) (void)instance_log(instance, STATUS_WARNING, __VA_ARGS__)
-bool instance_logs(const Instance *instance, Status status);
 #define ALL_CATEGORIES ((1U << CATEGORIES) - 1U)
-Status instance_set_logging(Instance *instance, bool on, size_t count, const char *const categories[]);
-
-/* Names of a set of states, e.g. "Event Mode, Terminated". */
-void instance_list_states(unsigned states, char *text, size_t size);
-
-/* Life cycle. */
-Status instance_setup(Instance *instance, double start, bool stop_defined, double stop);
-Status instance_enter(Instance *instance, unsigned state);
-Status instance_exit_initialization(Instance *instance);
-Status instance_reset(Instance *instance);
-
-/* Values (values.c), by value reference. A call that fails or is discarded stores nothing. In co-simulation a value
-   that is not valid is stored, and steps are discarded until it is replaced, as in the FMU for Python hosts. */
-unsigned instance_index(unsigned reference); /* in the table of variables; VARIABLE_COUNT: none */
-bool instance_is_valid(Instance *instance);  /* all values that were set; if not, the first one is logged */
-Status instance_missing_array(Instance *instance);
-/* Update the outputs after valid values were set. In step mode of co-simulation only a step updates them. */
-void instance_follow(Instance *instance);
-Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[]);
-Status instance_set_reals(Instance *instance, const unsigned references[], size_t count, const double values[]);
-Status instance_get_boolean(Instance *instance, unsigned reference, bool *value);
-Status instance_set_boolean(Instance *instance, unsigned reference, bool value);
-Status instance_no_variables(Instance *instance, const char *type, const unsigned references[], size_t count);
-
-/* Derivatives of outputs and rates with respect to inputs, continuous states and, in initialization mode, parameters
-   (derivative.c). Forward: sensitivity of each unknown for the seed of the knowns. Adjoint: sensitivity of each known
-   for the seed of the unknowns. */
-Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t unknown_count,
-                           const unsigned knowns[], size_t known_count, const double seed[], double sensitivity[],
-                           bool adjoint);
-
-/* Co-simulation. A step: arguments and values are checked, the model steps, the time is set. longest: [s] for which the
-   inputs were constant. */
-Status instance_begin_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time);
-void instance_end_step(Instance *instance, double time, double longest);
-Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time);
 
 /* Co-simulation with event mode or intermediate updates (step_in_parts.c). */
 typedef struct {
     bool event; /* due at the end */
     bool early; /* before the end of the communication step */
 } StepEnd;
-Status instance_step_in_parts(Instance *instance, double time, double step, StepEnd *end);
-
-/* Co-simulation and model exchange. */
-Status instance_enter_event_mode(Instance *instance);
-
-/* Number of variables of a causality. */
-size_t instance_count(enum Causality causality);
-
-/* Model exchange. Vectors are in values.c; length is that of the array of the importer. */
-Status instance_set_time(Instance *instance, double time);
-Status instance_event(Instance *instance, bool *state_changed);
-Status instance_set_states(Instance *instance, const double states[], size_t length);
-Status instance_get_states(Instance *instance, double states[], size_t length);
-Status instance_get_rates(Instance *instance, double rates[], size_t length);
-Status instance_get_nominals(Instance *instance, double nominals[], size_t length);
-Status instance_get_indicators(Instance *instance, double indicators[], size_t length);
-
-/* Saved states. */
-Status instance_save(Instance *instance, void **state);
-Status instance_restore(Instance *instance, const void *state);
-Status instance_free_state(Instance *instance, void **state);
-Status instance_serialized_size(Instance *instance, const void *state, size_t *size);
-Status instance_serialize(Instance *instance, const void *state, unsigned char *bytes, size_t size);
-Status instance_deserialize(Instance *instance, const unsigned char *bytes, size_t size, void **state);
 
 #endif

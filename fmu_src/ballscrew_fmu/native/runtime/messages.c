@@ -9,12 +9,23 @@ static const char *const state_names[] = {"Instantiated", "Initialization Mode",
                                           "Step Mode",    "Terminated",          "Error",      "Intermediate Update Mode"};
 #define STATE_NAMES (sizeof state_names / sizeof state_names[0])
 
-bool instance_logs(const Instance *instance, Status status)
+/* Text of a number, the same on every platform. */
+INTERNAL const char *number_text(double value, char text[32])
+{
+    if (value != value) {
+        return "nan";
+    }
+    (void)snprintf(text, 32, "%.10g", value);
+    return text;
+}
+
+INTERNAL bool instance_logs(const Instance *instance, Status status)
 {
     return instance->logging && instance->importer.logger != NULL && (instance->categories >> status & 1U) != 0U;
 }
 
-Status instance_log(Instance *instance, Status status, const char *format, ...)
+/* Messages (messages.c). Log and return the status: STATUS_ERROR; or STATUS_DISCARD, nothing has changed. */
+INTERNAL Status instance_log(Instance *instance, Status status, const char *format, ...)
 {
     char message[MESSAGE_SIZE];
     va_list arguments;
@@ -29,13 +40,10 @@ Status instance_log(Instance *instance, Status status, const char *format, ...)
         }
         instance->importer.emit(&instance->importer, instance->name, status, log_categories[status], message);
     }
-    if (status == STATUS_ERROR) {
-        instance->now.state = FAILED;
-    }
     return status;
 }
 
-Status instance_set_logging(Instance *instance, bool on, size_t count, const char *const wanted[])
+INTERNAL Status instance_set_logging(Instance *instance, bool on, size_t count, const char *const wanted[])
 {
     unsigned mask = count == 0 ? ALL_CATEGORIES : 0U;
 
@@ -59,7 +67,8 @@ Status instance_set_logging(Instance *instance, bool on, size_t count, const cha
     return STATUS_OK;
 }
 
-void instance_list_states(unsigned states, char *text, size_t size)
+/* Names of a set of states, e.g. "Event Mode, Terminated". */
+INTERNAL void instance_list_states(unsigned states, char *text, size_t size)
 {
     size_t used = 0;
 

@@ -1,57 +1,158 @@
-/* The map of an instance: in the resources of the FMU, located by URI (FMI 2) or path (FMI 3), or compiled in. */
+/* Screw and map of an instance, in the resources of the FMU or compiled in, and messages without an instance. */
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
-#include "importer.h"
+#include "instance.h"
 #include "uri.h"
-#include "variables.h"
 
-#if MAP_COMPILED
-
-Map *importer_map(const Importer *importer, const char *name, const char *resources, bool is_uri)
+/* Message if no instance can be created. Logged whatever the log settings. */
+INTERNAL void importer_error(const Importer *importer, const char *name, const char *format, ...)
 {
-    char message[128];
-    Map *map = map_compiled(message, sizeof message);
+    char message[MESSAGE_SIZE];
+    va_list arguments;
 
-    (void)resources, (void)is_uri;
-    if (map == NULL) {
-        importer_error(importer, name, "%s", message);
+    if (importer->logger != NULL) {
+        va_start(arguments, format);
+        (void)vsnprintf(message, sizeof message, format, arguments);
+        va_end(arguments);
+        importer->emit(importer, name != NULL ? name : "", STATUS_ERROR, log_categories[STATUS_ERROR], message);
     }
-    return map;
+}
+
+/* --- the screw: layout in native_fmu/resource_files.py ---------------------------------------------------------------- */
+
+#define SCREW_SIZE (FILE_HEAD_SIZE + 4 * HASH_SIZE + 8 + 8 * VARIABLE_COUNT + ORIGIN_SIZE)
+
+/* Text of a field; returns the byte after it. */
+static const unsigned char *text_of(const unsigned char *bytes, size_t length, char *text)
+{
+    memcpy(text, bytes, length);
+    text[length] = '\0';
+    return bytes + length;
+}
+
+/* Screw from the bytes of a file; name for messages. False, with the reason in message, if it is not one of this
+   library. */
+INTERNAL bool screw_from_bytes(const unsigned char *bytes, size_t size, const char *name, Screw *screw, char *message,
+                               size_t message_size)
+{
+    char model[HASH_SIZE + 1], table[HASH_SIZE + 1];
+    const unsigned char *at = bytes + FILE_HEAD_SIZE;
+
+    if (file_fails(bytes, size, SCREW_MAGIC, name, "screw", message, message_size)) {
+        return false;
+    }
+    if (size < FILE_HEAD_SIZE + 2 * HASH_SIZE) {
+        (void)snprintf(message, message_size, "%s: %.0f bytes: truncated or damaged", name, (double)size);
+        return false;
+    }
+    at = text_of(at, HASH_SIZE, model);
+    at = text_of(at, HASH_SIZE, table);
+    if (strcmp(model, MODEL_NAME) != 0) {
+        (void)snprintf(message, message_size, "%s is of %.64s, this library is " MODEL_NAME ": another model", name, model);
+        return false;
+    }
+    if (strcmp(table, TABLE_HASH) != 0 || size != SCREW_SIZE) {
+        (void)snprintf(message, message_size, "%s is of variables %.12s, this library has %.12s: another version", name,
+                       table, TABLE_HASH);
+        return false;
+    }
+    at = text_of(at, HASH_SIZE, screw->token);
+    at = text_of(at, HASH_SIZE, screw->map);
+    screw->law = at[0] < LAWS ? (int)at[0] : LAWS;
+    at += 8;
+    for (int i = 0; i < VARIABLE_COUNT; ++i, at += 8) {
+        const uint64_t bits = little_endian(at);
+        memcpy(&screw->start[i], &bits, sizeof bits);
+        if (model_is_set(&model_variables[i]) ? !model_accepts(i, screw->start[i]) : bits != 0) {
+            (void)snprintf(message, message_size, "%s: start value of %s is not valid", name, model_variables[i].name);
+            return false;
+        }
+    }
+    (void)text_of(at, ORIGIN_SIZE - 1, screw->origin);
+    return true;
+}
+
+/* --- both ----------------------------------------------------------------------------------------------------------- */
+
+/* True, with the reason in message, if the model description is of another FMU. */
+static bool token_fails(const char *token, const Screw *screw, char *message, size_t message_size)
+{
+    if (token != NULL && strcmp(token, screw->token) == 0) {
+        return false;
+    }
+    (void)snprintf(message, message_size, "GUID or instantiation token is %.100s, the resources have %s: model description "
+                   "and resources belong to different FMUs", token != NULL ? token : "NULL", screw->token);
+    return true;
+}
+
+#ifdef EMBEDDED_RESOURCES
+
+#define NEEDS_RESOURCES false
+
+static Map *read_resources(const char *folder, const char *token, Screw *screw, char *message, size_t message_size)
+{
+    (void)folder;
+    return screw_from_bytes(screw_file, sizeof screw_file, "screw that is compiled in", screw, message, message_size)
+                   && !token_fails(token, screw, message, message_size)
+               ? map_compiled(message, message_size)
+               : NULL;
 }
 
 #else
 
-Map *importer_map(const Importer *importer, const char *name, const char *resources, bool is_uri)
-{
-    char message[MESSAGE_SIZE], *path;
-    Map *map;
-    size_t length;
+#define NEEDS_RESOURCES true
 
-    if (resources == NULL) {
-        importer_error(importer, name, "location of the resources is NULL; needed to read " MAP_FILE);
+/* folder has room for the name of a file. */
+static Map *read_resources(char *folder, const char *token, Screw *screw, char *message, size_t message_size)
+{
+    size_t length = strlen(folder), size;
+    unsigned char *bytes;
+    bool good;
+
+    if (length > 0 && folder[length - 1] != '/' && folder[length - 1] != '\\') {
+        folder[length++] = '/';
+    }
+    strcpy(folder + length, SCREW_FILE);
+    bytes = file_read(folder, &size, message, message_size);
+    good = bytes != NULL && screw_from_bytes(bytes, size, folder, screw, message, message_size)
+           && !token_fails(token, screw, message, message_size);
+    free(bytes);
+    strcpy(folder + length, MAP_FILE);
+    return good ? map_read(folder, screw->law, message, message_size) : NULL;
+}
+
+#endif
+
+/* Screw and map in the resources, located by URI (FMI 2) or path (FMI 3), or compiled in. token: of the importer, must be
+   that of the screw. NULL with a message if they cannot be used. */
+INTERNAL Map *importer_resources(const Importer *importer, const char *name, const char *token, const char *resources,
+                                 bool is_uri, Screw *screw)
+{
+    char message[MESSAGE_SIZE], *folder = NULL;
+    Map *map = NULL;
+
+    if (resources == NULL && NEEDS_RESOURCES) {
+        importer_error(importer, name, "location of the resources is NULL; needed to read " SCREW_FILE);
         return NULL;
     }
-    path = importer->allocate(1, strlen(resources) + sizeof "/" MAP_FILE);
-    if (path == NULL) {
+    resources = resources != NULL ? resources : "";
+    folder = importer->allocate(1, strlen(resources) + sizeof "/" SCREW_FILE MAP_FILE);
+    if (folder == NULL) {
         importer_error(importer, name, "not enough memory");
         return NULL;
     }
     if (is_uri) {
-        path_of_uri(resources, path);
+        path_of_uri(resources, folder);
     } else {
-        strcpy(path, resources);
+        strcpy(folder, resources);
     }
-    length = strlen(path);
-    if (length > 0 && path[length - 1] != '/' && path[length - 1] != '\\') {
-        path[length++] = '/';
-    }
-    strcpy(path + length, MAP_FILE);
-    map = map_read(path, MODEL_LAW, message, sizeof message);
-    importer->release(path);
+    map = read_resources(folder, token, screw, message, sizeof message);
+    importer->release(folder);
     if (map == NULL) {
         importer_error(importer, name, "%s", message);
     }
     return map;
 }
-
-#endif

@@ -4,18 +4,19 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "saved_state.h"
+#include "instance.h"
 
 /* Layout, little-endian: magic, checksum of all that follows, layout version, total size, then token and map of the
    FMU, each with its length, then the fields in the order of pass_situation. */
-#define MAGIC "BSFSTATE"
-#define MAGIC_SIZE 8
-#define CHECKED_FROM (MAGIC_SIZE + 8)
+#define STATE_MAGIC "BSFSTATE"
+#define STATE_MAGIC_SIZE 8
+#define CHECKED_FROM (STATE_MAGIC_SIZE + 8)
 #define LAYOUT_VERSION 4U
 
 /* --- in memory --------------------------------------------------------------------------------------------------- */
 
-Saved *saved_new(Saved *head, const Importer *importer)
+/* New state in the ring of this head. NULL: no memory. */
+INTERNAL Saved *saved_new(Saved *head, const Importer *importer)
 {
     Saved *saved = importer->allocate(1, sizeof *saved);
 
@@ -27,7 +28,7 @@ Saved *saved_new(Saved *head, const Importer *importer)
     return saved;
 }
 
-void saved_release(Saved *saved, const Importer *importer)
+INTERNAL void saved_release(Saved *saved, const Importer *importer)
 {
     saved->previous->next = saved->next;
     saved->next->previous = saved->previous;
@@ -41,7 +42,7 @@ typedef struct {
     enum { MEASURE, WRITE, READ } way;
     unsigned char *to;
     const unsigned char *from;
-    const char *map; /* content hash of the map of the instance */
+    Owner owner;
     size_t at;
     size_t size; /* READ: of the bytes */
     bool good;   /* READ: complete and valid so far */
@@ -161,9 +162,9 @@ static void pass_situation(Walk *walk, Situation *situation)
 /* Head and fields. *sum and *size are not checked here. */
 static void pass_all(Walk *walk, Situation *situation, uint64_t *sum, unsigned *version, unsigned *size)
 {
-    const char *const magic = MAGIC;
+    const char *const magic = STATE_MAGIC;
 
-    for (size_t i = 0; i < MAGIC_SIZE; ++i) {
+    for (size_t i = 0; i < STATE_MAGIC_SIZE; ++i) {
         uint64_t byte = (unsigned char)magic[i];
         pass_bytes(walk, &byte, 1);
         walk->good = walk->good && byte == (unsigned char)magic[i];
@@ -174,8 +175,8 @@ static void pass_all(Walk *walk, Situation *situation, uint64_t *sum, unsigned *
     if (!walk->good || *version != LAYOUT_VERSION) {
         return;
     }
-    pass_text(walk, MODEL_TOKEN);
-    pass_text(walk, walk->map);
+    pass_text(walk, walk->owner.token);
+    pass_text(walk, walk->owner.map);
     if (walk->good) {
         pass_situation(walk, situation);
     }
@@ -192,9 +193,10 @@ static uint64_t hash_of_bytes(const unsigned char *bytes, size_t size)
     return sum;
 }
 
-size_t situation_size(const Situation *situation, const Map *map)
+/* Number of bytes; write that many bytes; read. False: the bytes are rejected, with the reason. */
+INTERNAL size_t situation_size(const Situation *situation, Owner owner)
 {
-    Walk walk = {MEASURE, NULL, NULL, map->identity.content_hash, 0, 0, true};
+    Walk walk = {MEASURE, NULL, NULL, owner, 0, 0, true};
     Situation copy = *situation;
     unsigned version = LAYOUT_VERSION, size = 0;
     uint64_t sum = 0;
@@ -203,16 +205,16 @@ size_t situation_size(const Situation *situation, const Map *map)
     return walk.at;
 }
 
-void situation_write(const Situation *situation, const Map *map, unsigned char *bytes)
+INTERNAL void situation_write(const Situation *situation, Owner owner, unsigned char *bytes)
 {
-    Walk walk = {WRITE, bytes, NULL, map->identity.content_hash, 0, 0, true};
+    Walk walk = {WRITE, bytes, NULL, owner, 0, 0, true};
     Situation copy = *situation;
-    unsigned version = LAYOUT_VERSION, size = (unsigned)situation_size(situation, map);
+    unsigned version = LAYOUT_VERSION, size = (unsigned)situation_size(situation, owner);
     uint64_t sum = 0;
 
     pass_all(&walk, &copy, &sum, &version, &size);
     sum = hash_of_bytes(bytes + CHECKED_FROM, size - CHECKED_FROM);
-    walk.at = MAGIC_SIZE;
+    walk.at = STATE_MAGIC_SIZE;
     pass_bytes(&walk, &sum, 8);
 }
 
@@ -236,23 +238,23 @@ static bool possible(const Situation *situation)
     return true;
 }
 
-bool situation_read(Situation *situation, const Map *map, const unsigned char *bytes, size_t size, char *reason,
-                    size_t reason_size)
+INTERNAL bool situation_read(Situation *situation, Owner owner, const unsigned char *bytes, size_t size, char *reason,
+                             size_t reason_size)
 {
-    Walk walk = {READ, NULL, bytes, map->identity.content_hash, 0, size, true};
+    Walk walk = {READ, NULL, bytes, owner, 0, size, true};
     unsigned version = 0, written = 0;
     uint64_t sum = 0;
 
     memset(situation, 0, sizeof *situation);
     pass_all(&walk, situation, &sum, &version, &written);
-    if (size <= CHECKED_FROM || memcmp(bytes, MAGIC, MAGIC_SIZE) != 0 || written != size
+    if (size <= CHECKED_FROM || memcmp(bytes, STATE_MAGIC, STATE_MAGIC_SIZE) != 0 || written != size
         || sum != hash_of_bytes(bytes + CHECKED_FROM, size - CHECKED_FROM)) {
         (void)snprintf(reason, reason_size, "of %lu bytes is damaged or not of this FMU", (unsigned long)size);
     } else if (version != LAYOUT_VERSION) {
         (void)snprintf(reason, reason_size, "has layout %u, this FMU reads layout %u", version, LAYOUT_VERSION);
     } else if (!walk.good || walk.at != size || !possible(situation)) {
-        (void)snprintf(reason, reason_size, "is of another version or map; this FMU has %s and map %.12s", MODEL_TOKEN,
-                       map->identity.content_hash);
+        (void)snprintf(reason, reason_size, "is of another version or map; this FMU has %s and map %.12s", owner.token,
+                       owner.map);
     } else {
         return true;
     }

@@ -105,7 +105,7 @@ static Status discard(Instance *instance, const Situation *before)
     return STATUS_DISCARD;
 }
 
-Status instance_step_in_parts(Instance *instance, double time, double step, StepEnd *end)
+INTERNAL Status instance_step_in_parts(Instance *instance, double time, double step, StepEnd *end)
 {
     if (instance->update != NULL) {
         const Situation before = instance->now;

@@ -17,7 +17,9 @@ static unsigned settable_in(const Variable *variable)
     }
 }
 
-unsigned instance_index(unsigned reference)
+/* Values (values.c), by value reference. A call that fails or is discarded stores nothing. In co-simulation a value
+   that is not valid is stored, and steps are discarded until it is replaced, as in the FMU for Python hosts. */
+INTERNAL unsigned instance_index(unsigned reference)
 {
     const unsigned index = reference - FIRST_REFERENCE; /* wraps around below the first */
 
@@ -29,7 +31,7 @@ static bool is_real(unsigned index)
     return index < (unsigned)VARIABLE_COUNT && !model_variables[index].boolean;
 }
 
-Status instance_missing_array(Instance *instance)
+INTERNAL Status instance_missing_array(Instance *instance)
 {
     return instance_fail(instance, "an array is a NULL pointer");
 }
@@ -49,7 +51,8 @@ static Status invalid(Instance *instance, unsigned index, double value)
                             number_text(TOO_LARGE, highest));
 }
 
-bool instance_is_valid(Instance *instance)
+/* all values that were set; if not, the first one is logged */
+INTERNAL bool instance_is_valid(Instance *instance)
 {
     const double *value = instance->now.model.value;
 
@@ -63,7 +66,8 @@ bool instance_is_valid(Instance *instance)
     return true;
 }
 
-void instance_follow(Instance *instance)
+/* Update the outputs after valid values were set. In step mode of co-simulation only a step updates them. */
+INTERNAL void instance_follow(Instance *instance)
 {
     if (instance->now.stale
         && (instance->kind == MODEL_EXCHANGE
@@ -88,7 +92,7 @@ static bool can_be_set(Instance *instance, unsigned index)
     return false;
 }
 
-Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[])
+INTERNAL Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[])
 {
     if (count > 0 && (references == NULL || values == NULL)) {
         return instance_missing_array(instance);
@@ -107,7 +111,7 @@ Status instance_get_reals(Instance *instance, const unsigned references[], size_
     return STATUS_OK;
 }
 
-Status instance_set_reals(Instance *instance, const unsigned references[], size_t count, const double values[])
+INTERNAL Status instance_set_reals(Instance *instance, const unsigned references[], size_t count, const double values[])
 {
     if (count > 0 && (references == NULL || values == NULL)) {
         return instance_missing_array(instance);
@@ -137,7 +141,7 @@ Status instance_set_reals(Instance *instance, const unsigned references[], size_
     return STATUS_OK;
 }
 
-Status instance_get_boolean(Instance *instance, unsigned reference, bool *value)
+INTERNAL Status instance_get_boolean(Instance *instance, unsigned reference, bool *value)
 {
     const unsigned index = instance_index(reference);
 
@@ -149,7 +153,7 @@ Status instance_get_boolean(Instance *instance, unsigned reference, bool *value)
     return STATUS_OK;
 }
 
-Status instance_set_boolean(Instance *instance, unsigned reference, bool value)
+INTERNAL Status instance_set_boolean(Instance *instance, unsigned reference, bool value)
 {
     const unsigned index = instance_index(reference);
 
@@ -164,7 +168,7 @@ Status instance_set_boolean(Instance *instance, unsigned reference, bool value)
     return STATUS_OK;
 }
 
-Status instance_no_variables(Instance *instance, const char *type, const unsigned references[], size_t count)
+INTERNAL Status instance_no_variables(Instance *instance, const char *type, const unsigned references[], size_t count)
 {
     if (count == 0) {
         return STATUS_OK;
@@ -184,6 +188,17 @@ static Status check_length(Instance *instance, const double array[], size_t leng
     return array == NULL && length > 0 ? instance_missing_array(instance) : STATUS_OK;
 }
 
+/* Number of variables of a causality. */
+INTERNAL size_t instance_count(enum Causality causality)
+{
+    size_t count = 0;
+
+    for (int i = 0; i < VARIABLE_COUNT; ++i) {
+        count += model_variables[i].causality == causality;
+    }
+    return count;
+}
+
 /* Values of the variables of a causality, in the order of the table. */
 static Status get_all(Instance *instance, enum Causality causality, double values[], size_t length)
 {
@@ -197,17 +212,7 @@ static Status get_all(Instance *instance, enum Causality causality, double value
     return status;
 }
 
-size_t instance_count(enum Causality causality)
-{
-    size_t count = 0;
-
-    for (int i = 0; i < VARIABLE_COUNT; ++i) {
-        count += model_variables[i].causality == causality;
-    }
-    return count;
-}
-
-Status instance_set_states(Instance *instance, const double states[], size_t length)
+INTERNAL Status instance_set_states(Instance *instance, const double states[], size_t length)
 {
     Status status = check_length(instance, states, length, instance_count(CAUSALITY_STATE));
     const double *state = states;
@@ -226,18 +231,18 @@ Status instance_set_states(Instance *instance, const double states[], size_t len
     return status;
 }
 
-Status instance_get_states(Instance *instance, double states[], size_t length)
+INTERNAL Status instance_get_states(Instance *instance, double states[], size_t length)
 {
     return get_all(instance, CAUSALITY_STATE, states, length);
 }
 
-Status instance_get_rates(Instance *instance, double rates[], size_t length)
+INTERNAL Status instance_get_rates(Instance *instance, double rates[], size_t length)
 {
     instance_follow(instance);
     return get_all(instance, CAUSALITY_RATE, rates, length);
 }
 
-Status instance_get_nominals(Instance *instance, double nominals[], size_t length)
+INTERNAL Status instance_get_nominals(Instance *instance, double nominals[], size_t length)
 {
     Status status;
 
@@ -253,7 +258,7 @@ Status instance_get_nominals(Instance *instance, double nominals[], size_t lengt
     return status;
 }
 
-Status instance_get_indicators(Instance *instance, double indicators[], size_t length)
+INTERNAL Status instance_get_indicators(Instance *instance, double indicators[], size_t length)
 {
     const Status status = check_length(instance, indicators, length, instance_count(CAUSALITY_INDICATOR));
     Model *model = &instance->now.model;

@@ -98,9 +98,7 @@ IDENTIFY_OPTIONS = (
     TORQUE_CONSTANT._replace(signed=True),
     Quantity("gain_n_v", "force of the drive over its voltage [N/V]", 1e-6, 1e9, signed=True),
     RATIO._replace(signed=True),
-    LEAD._replace(
-        signed=True, help="lead, negative: left-hand [mm]; default: by screw or map"
-    ),
+    LEAD._replace(signed=True, help="lead, negative: left-hand [mm]; default: by screw or map"),
     Quantity("inertia_kgm2", "known inertia at the screw, axis included [kg m2]", 1e-12, 1e6),
     Quantity("mass_kg", "known moved mass, screw and motor included [kg]", 1e-6, 1e7),
     OFFSET,

@@ -33,7 +33,7 @@ static void require(int good)
 static void begin(const char *resources)
 {
     reached = 0.0;
-    require((fmu = fmi2Instantiate("bench", fmi2CoSimulation, MODEL_TOKEN, resources, NULL, 0, 0)) != NULL);
+    require((fmu = fmi2Instantiate("bench", fmi2CoSimulation, TOKEN, resources, NULL, 0, 0)) != NULL);
     require(fmi2SetupExperiment(fmu, 0, 0.0, 0.0, 0, 0.0) == fmi2OK && fmi2EnterInitializationMode(fmu) == fmi2OK
             && fmi2ExitInitializationMode(fmu) == fmi2OK);
 }

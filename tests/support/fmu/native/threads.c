@@ -37,7 +37,7 @@ static fmi2Component begun(Job *job, int round)
     const int kind = job->number + round;
     const fmi2Boolean on = kind % 3 != 0;
     fmi2Component fmu =
-        fmi2Instantiate("host", fmi2CoSimulation, MODEL_TOKEN, job->resources[kind / 2 % 2], NULL, 0, 0);
+        fmi2Instantiate("host", fmi2CoSimulation, TOKEN, job->resources[kind / 2 % 2], NULL, 0, 0);
 
     REQUIRE(fmu != NULL);
     REQUIRE(fmi2SetupExperiment(fmu, 0, 0.0, 0.0, 0, 0.0) == fmi2OK);

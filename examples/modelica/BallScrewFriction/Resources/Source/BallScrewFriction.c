@@ -1,11 +1,15 @@
 /* External functions of the Modelica package, on the model of the native FMUs (model.h): inputs are set, the point is
    latched, results are read. */
+#define _POSIX_C_SOURCE 200809L /* of file.c, */
+#define _DARWIN_C_SOURCE        /* on macOS */
 #include "BallScrewFriction.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-#include "model.h"
+#include "file.c"
+#include "map.c"
+#include "model.c"
 
 /* of the Modelica tool (ModelicaUtilities.h); does not return */
 void ModelicaFormatError(const char *format, ...);
@@ -41,21 +45,21 @@ static Model *at(void *map, size_t count, const Setting settings[])
 void *ballScrewMap_open(const char *fileName)
 {
     char message[1024];
+    double start[VARIABLE_COUNT] = {0.0};
     Handle *handle = calloc(1, sizeof *handle);
 
     if (handle == NULL) {
         ModelicaFormatError("BallScrewFriction: no memory\n");
         return NULL;
     }
-    handle->map = map_read(fileName, MODEL_LAW, message, sizeof message);
+    handle->map = map_read(fileName, ANY_LAW, message, sizeof message);
     if (handle->map == NULL) {
         free(handle);
         ModelicaFormatError("BallScrewFriction: %s\n", message);
         return NULL;
     }
-    model_reset(&handle->model, handle->map, true);
-    model_set(&handle->model, REGULARIZATION_SPEED, 0.0);
-    model_set(&handle->model, PRESLIDING, 0.0);
+    friction_of_map(handle->map, start);
+    model_reset(&handle->model, handle->map, start, true);
     return handle;
 }
 

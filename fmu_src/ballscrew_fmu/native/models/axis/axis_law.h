@@ -5,7 +5,7 @@
 
 #include "contacts.h"
 #include "named_parts.h"
-#include "tangent.h"
+#include "axis_tangent.h"
 
 #define STANDARD_GRAVITY 9.80665 /* [m/s2] */
 #define STEEL_DENSITY 7850.0     /* [kg/m3] */

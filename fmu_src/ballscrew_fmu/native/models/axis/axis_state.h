@@ -35,6 +35,6 @@ struct Model {
 
 /* Whether the last step is not within the error bound. */
 #define MODEL_CUTS_STEPS
-bool model_step_cut(const struct Model *model);
+INTERNAL bool model_step_cut(const struct Model *model);
 
 #endif

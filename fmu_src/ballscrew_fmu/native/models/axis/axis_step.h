@@ -28,6 +28,6 @@ typedef struct {
 } Advance;
 
 /* at: inputs and parameters; step > 0. */
-void axis_advance(const Map *map, const double at[VARIABLE_COUNT], double step, Advance *state);
+INTERNAL void axis_advance(const Map *map, const double at[VARIABLE_COUNT], double step, Advance *state);
 
 #endif

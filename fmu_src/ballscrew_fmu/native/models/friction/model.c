@@ -313,6 +313,8 @@ bool model_event(Model *model)
     return changed;
 }
 
+#if MODEL_PARTS
+
 /* The elements slide within a step, exactly: only in_range has events. */
 bool model_event_due(Model *model)
 {
@@ -327,6 +329,8 @@ void model_set_mean_power(Model *model, double mean)
     model->power_of_parts += mean - model_get(model, POWER_LOSS);
     model->outputs_known = false;
 }
+
+#endif
 
 /* --- derivatives --- */
 

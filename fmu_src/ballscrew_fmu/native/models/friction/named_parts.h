@@ -2,7 +2,7 @@
 #ifndef BALLSCREW_NAMED_PARTS_H
 #define BALLSCREW_NAMED_PARTS_H
 
-#include "nut.h"
+#include "nut_law.h"
 #include "presliding_law.h"
 #include "variables.h"
 
@@ -11,6 +11,15 @@ static inline Friction friction_of(const Number at[])
     const Friction out = {at[APPARENT_VISCOSITY_RATIO], at[NET_SLIDING_COEFFICIENT], at[ROUGHNESS_HEIGHT],
                           at[BREAKAWAY_FACTOR]};
     return out;
+}
+
+/* The start values that a map carries. */
+static inline void friction_of_map(const Map *map, double value[])
+{
+    value[APPARENT_VISCOSITY_RATIO] = map->defaults[APPARENT_VISCOSITY_RATIO_DEFAULT];
+    value[NET_SLIDING_COEFFICIENT] = map->defaults[NET_SLIDING_COEFFICIENT_DEFAULT];
+    value[ROUGHNESS_HEIGHT] = map->defaults[ROUGHNESS_HEIGHT_DEFAULT];
+    value[BREAKAWAY_FACTOR] = map->defaults[BREAKAWAY_FACTOR_DEFAULT];
 }
 
 /* Presliding stiffness at these loads: as set, or from the screw. One that is next to 0 counts as 0, or a state would not

@@ -13,15 +13,12 @@
 static inline const Point *locate(Model *model);
 static void compute_outputs(Model *model);
 
-void model_reset(Model *model, const Map *map, bool continuous)
+void model_reset(Model *model, const Map *map, const double start[VARIABLE_COUNT], bool continuous)
 {
-    model_start(model, map, continuous);
+    model_start(model, map, start, continuous);
     model->in_range = true;
     model_latch(model);
 }
-
-extern bool model_accepts(int reference, double value);
-extern void model_set(Model *model, int reference, double value);
 
 static inline void compute_films(Model *model)
 {

@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#include "nut.h"
+#include "nut_law.h"
 #include "variables.h"
 
 struct Model {
@@ -53,11 +53,11 @@ struct Model {
 /* Whether a step that has been made is too long for the elements, with their stiffness [N.m/rad] and damping
    [N.m.s/rad]. */
 #define MODEL_WARNS_OF_STEPS
-bool model_step_too_long(struct Model *model, double step, double *stiffness, double *damping);
+INTERNAL bool model_step_too_long(struct Model *model, double step, double *stiffness, double *damping);
 
 #ifdef MODEL_COUPLING
 /* Whether the exchange of motion and force in steps of this length [s] is unstable, and which is not. */
-bool model_coupling_unstable(struct Model *model, double step, CouplingLimit *limit);
+INTERNAL bool model_coupling_unstable(struct Model *model, double step, CouplingLimit *limit);
 #endif
 
 #endif

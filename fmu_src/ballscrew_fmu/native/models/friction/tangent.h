@@ -18,6 +18,8 @@ typedef struct {
     double heat;     /* [J] dissipated before the step; model exchange: at events */
 } Moment;
 
+#define slopes_along BALLSCREW_NAMED(BALLSCREW_PREFIX, slopes_along)
+
 /* at: inputs, parameters and the elements at the start of the step */
 void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
                   const Moment *moment, double slopes[VARIABLE_COUNT]);

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "nut.h"
+#include "nut_law.h"
 #include "search.h"
 
 /* --- outputs of the latched point -------------------------------------------------------------------------------- */
@@ -106,14 +106,11 @@ static void compute_lambda_ratio(Model *model)
 
 /* --- interface --------------------------------------------------------------------------------------------------- */
 
-void model_reset(Model *model, const Map *map, bool continuous)
+void model_reset(Model *model, const Map *map, const double start[VARIABLE_COUNT], bool continuous)
 {
-    model_start(model, map, continuous);
+    model_start(model, map, start, continuous);
     model_latch(model);
 }
-
-extern bool model_accepts(int reference, double value);
-extern void model_set(Model *model, int reference, double value);
 
 void model_latch(Model *model)
 {
@@ -274,7 +271,7 @@ void model_set_mean_power(Model *model, double mean)
 
 /* --- derivatives ------------------------------------------------------------------------------------------------- */
 
-#define DIFFERENCE 1e-4 /* relative change of the inputs in the difference of sensitivities */
+#define SLOPE_STEP 1e-4 /* relative change of the inputs in the difference of sensitivities */
 
 static Along motion_along(const Model *model, const double direction[VARIABLE_COUNT])
 {
@@ -317,7 +314,7 @@ static double sensitivity_slope(const Model *model, const double direction[VARIA
     if (!(size > 0.0)) {
         return 0.0;
     }
-    h = DIFFERENCE / size;
+    h = SLOPE_STEP / size;
     for (int side = 0; side < 2; ++side) {
         const double step = side == 0 ? -h : h, highest = model->map->force.hi;
         Estimate end;

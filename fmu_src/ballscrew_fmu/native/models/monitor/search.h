@@ -8,6 +8,11 @@
 #include "map.h"
 #include "variables.h"
 
+#define torque_of_preload BALLSCREW_NAMED(BALLSCREW_PREFIX, torque_of_preload)
+#define preload_of_torque BALLSCREW_NAMED(BALLSCREW_PREFIX, preload_of_torque)
+#define torque_along BALLSCREW_NAMED(BALLSCREW_PREFIX, torque_along)
+#define lambda_ratio_along BALLSCREW_NAMED(BALLSCREW_PREFIX, lambda_ratio_along)
+
 typedef struct {
     double preload, torque; /* [N], [N.m] */
     double slope;           /* [N.m/N] derivative of torque with respect to preload */

@@ -1,6 +1,6 @@
 /* Derivatives of outputs and rates of the axis along one direction. */
-#ifndef BALLSCREW_TANGENT_H
-#define BALLSCREW_TANGENT_H
+#ifndef BALLSCREW_AXIS_TANGENT_H
+#define BALLSCREW_AXIS_TANGENT_H
 
 #include "map.h"
 #include "variables.h"
@@ -14,6 +14,8 @@ typedef struct {
     double heat;     /* [J] of all steps; model exchange: of events */
     double supplied; /* [J] of all steps */
 } Moment;
+
+#define slopes_along BALLSCREW_NAMED(BALLSCREW_PREFIX, slopes_along)
 
 /* at: inputs, parameters and states, at an instant */
 void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],

@@ -1,0 +1,128 @@
+/* Files of the resources: eight characters that name the format, size of the file, checksum of what follows, content.
+   Little-endian, a multiple of eight bytes. */
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "constants.h"
+
+#define FILE_MAGIC_SIZE 8
+#define FILE_HEAD_SIZE (FILE_MAGIC_SIZE + 16)
+
+#define LARGEST_FILE 268435456
+
+static inline uint64_t little_endian(const unsigned char bytes[8])
+{
+    uint64_t value = 0;
+    for (int i = 7; i >= 0; --i) {
+        value = value << 8 | bytes[i];
+    }
+    return value;
+}
+
+/* FNV-1a of words of eight bytes. A remainder of fewer bytes is omitted: the check of the size finds it. */
+static uint64_t checksum(const unsigned char *bytes, size_t size)
+{
+    uint64_t sum = UINT64_C(14695981039346656037);
+    for (size_t i = 0; i < size / 8; ++i) {
+        sum = (sum ^ little_endian(bytes + 8 * i)) * UINT64_C(1099511628211);
+    }
+    return sum;
+}
+
+/* True, with the reason in message, if these bytes are not a whole file of the format. name, what: for messages */
+INTERNAL bool file_fails(const unsigned char *bytes, size_t size, const char *magic, const char *name, const char *what,
+                         char *message, size_t message_size)
+{
+    char found[FILE_MAGIC_SIZE + 1] = "";
+
+    for (size_t i = 0; i < FILE_MAGIC_SIZE && i < size; ++i) {
+        found[i] = bytes[i] > ' ' && bytes[i] < 127 ? (char)bytes[i] : '.';
+    }
+    if (size < FILE_HEAD_SIZE || memcmp(bytes, magic, FILE_MAGIC_SIZE) != 0) {
+        (void)snprintf(message, message_size, "%s: %.0f bytes that begin with '%s': not a %s of this format, which begins "
+                       "with '%s'", name, (double)size, found, what, magic);
+    } else if (little_endian(bytes + FILE_MAGIC_SIZE) != size || size % 8 != 0) {
+        (void)snprintf(message, message_size, "%s: %.0f bytes, expected %.0f: truncated or damaged", name, (double)size,
+                       (double)little_endian(bytes + FILE_MAGIC_SIZE));
+    } else if (little_endian(bytes + FILE_MAGIC_SIZE + 8) != checksum(bytes + FILE_HEAD_SIZE, size - FILE_HEAD_SIZE)) {
+        (void)snprintf(message, message_size, "%s: wrong checksum: damaged", name);
+    } else {
+        return false;
+    }
+    return true;
+}
+
+#ifndef EMBEDDED_RESOURCES
+
+#if defined(_WIN32)
+
+#include <windows.h>
+
+static FILE *open_file(const char *path)
+{
+    wchar_t wide[32768];
+    int length = MultiByteToWideChar(CP_UTF8, MB_ERR_INVALID_CHARS, path, -1, wide, 32768);
+    return length > 0 ? _wfopen(wide, L"rb") : NULL;
+}
+
+#elif defined(__unix__) || defined(__APPLE__)
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* A folder, a device, a pipe or a symbolic link could lead out of the FMU, or have no end. */
+static FILE *open_file(const char *path)
+{
+    const int descriptor = open(path, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+    struct stat found;
+    FILE *file = NULL;
+
+    if (descriptor >= 0 && fstat(descriptor, &found) == 0 && S_ISREG(found.st_mode)) {
+        file = fdopen(descriptor, "rb");
+    }
+    if (descriptor >= 0 && file == NULL) {
+        (void)close(descriptor);
+    }
+    return file;
+}
+
+#else
+
+static FILE *open_file(const char *path) { return fopen(path, "rb"); }
+
+#endif
+
+/* Content of a file, path in UTF-8, in new memory (free). NULL, with the reason in message. */
+INTERNAL unsigned char *file_read(const char *path, size_t *size, char *message, size_t message_size)
+{
+    FILE *file = open_file(path);
+    unsigned char *bytes = NULL;
+    long length = -1;
+
+    if (file == NULL) {
+        (void)snprintf(message, message_size, "%s: cannot be opened; needs a file, not a folder or a link", path);
+        return NULL;
+    }
+    if (fseek(file, 0, SEEK_END) == 0) {
+        length = ftell(file);
+    }
+    if (length < 0 || length > LARGEST_FILE || fseek(file, 0, SEEK_SET) != 0) {
+        (void)snprintf(message, message_size, "%s: cannot be read, or too large", path);
+    } else if ((bytes = malloc((size_t)length + 1)) == NULL) {
+        (void)snprintf(message, message_size, "%s: not enough memory to read it", path);
+    } else if (fread(bytes, 1, (size_t)length, file) != (size_t)length) {
+        (void)snprintf(message, message_size, "%s: cannot be read", path);
+        free(bytes);
+        bytes = NULL;
+    }
+    *size = bytes != NULL ? (size_t)length : 0;
+    (void)fclose(file);
+    return bytes;
+}
+
+#endif

@@ -1,2 +1,0 @@
-/* The law of a nut in doubles. */
-#include "nut_law.h"

@@ -1,0 +1,193 @@
+"""The compiled parts of the FMUs, which are the same for all screws: libraries of the native FMUs, entry libraries of
+the FMUs for Python hosts, WebAssembly of the live page.
+
+A wheel carries them for all platforms: `python -m ballscrew_fmu.native_fmu.libraries` puts them in the folder prebuilt
+before it is built. Elsewhere they are compiled once and kept in the cache of the user. The name of a file has the hash
+of sources and options, and in the cache the compiler: what other sources left behind is not found.
+"""
+
+import contextlib
+import hashlib
+import importlib.resources
+import os
+import re
+import shutil
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from filelock import FileLock
+
+from ballscrew_fmu.archive import write_whole
+from ballscrew_fmu.models import MODELS, NATIVE_MODELS, FmuModel
+from ballscrew_fmu.native_fmu.compile import (
+    COMPILER_OPTIONS,
+    PLATFORMS,
+    TARGETS,
+    WASM,
+    Compiler,
+    build_libraries,
+    find_compiler,
+)
+from ballscrew_fmu.native_fmu.sources import (
+    entry_sources,
+    is_fmi_header,
+    native_sources,
+    page_sources,
+    units_of,
+)
+from ballscrew_fmu.python_fmu.solver_cache import user_cache
+
+PREBUILT = importlib.resources.files("ballscrew_fmu") / "prebuilt"
+COMPILER_FILE = "compiler.txt"  # its name, in the folder prebuilt
+ENTRY_PLATFORMS = ("x86_64-linux", "x86_64-windows")  # of pythonfmu
+
+
+class Library(NamedTuple):
+    """A library before it is compiled."""
+
+    name: str
+    sources: Mapping[str, bytes]
+    units: Sequence[str]  # that are compiled
+    platforms: tuple[str, ...]
+
+    def file(self, platform: str) -> str:
+        """Name of its file where it is kept. The FMI headers, of the standard, do not count."""
+        recipe = hashlib.sha256(repr((COMPILER_OPTIONS, TARGETS[platform], self.units)).encode())
+        for name, content in sorted(self.sources.items()):
+            if not is_fmi_header(name):
+                recipe.update(f"{name}\0{len(content)}\0".encode() + content)
+        return f"{self.name}.{platform}.{recipe.hexdigest()[:20]}"
+
+
+def native_library(header: Mapping[str, Any], model: FmuModel) -> Library:
+    """That of the native FMUs of a model, with both FMI versions. header : of any map"""
+    return Library(model.native_name, native_sources(header, model=model), units_of(model), tuple(PLATFORMS))
+
+
+def entry_library(header: Mapping[str, Any], model: FmuModel) -> Library:
+    """That of the FMU for Python hosts of a model."""
+    platforms = tuple(name for name in ENTRY_PLATFORMS if name in PLATFORMS)
+    return Library(f"{model.name}_entry", entry_sources(model.variables(header)), ("entry.c",), platforms)
+
+
+def page_library(header: Mapping[str, Any]) -> Library:
+    """The WebAssembly of the live page."""
+    return Library("page", page_sources(header), ("page.c",), (WASM,))
+
+
+def all_libraries(header: Mapping[str, Any], native: bool = True) -> list[Library]:
+    """native : those of the native FMUs too"""
+    return [
+        *(native_library(header, model) for model in NATIVE_MODELS if native),
+        *(entry_library(header, model) for model in MODELS),
+        page_library(header),
+    ]
+
+
+def provider(header: Mapping[str, Any], embed_map: bool = False) -> Compiler:
+    """For which platforms there are libraries, and the compiler that they are from.
+
+    Parameters   embed_map : the map is compiled in, which needs a compiler here
+    Raises       BuildError: they are not in the package and there is no compiler
+    """
+    wanted = [(one, platform) for one in all_libraries(header) for platform in one.platforms]
+    if not embed_map and all((PREBUILT / one.file(platform)).is_file() for one, platform in wanted):
+        name = (PREBUILT / COMPILER_FILE).read_text(encoding="utf-8")
+        return Compiler((), name, tuple(PLATFORMS), True)
+    return find_compiler()
+
+
+def contents(library: Library, platforms: Sequence[str] | None = None) -> dict[str, bytes]:
+    """The compiled library by platform; None: of all.
+
+    Raises       BuildError: it has to be compiled, and there is no compiler for a platform, or its first error
+    """
+    return {platform: _content(library, platform) for platform in platforms or library.platforms}
+
+
+def _content(library: Library, platform: str) -> bytes:
+    shipped = PREBUILT / library.file(platform)
+    if shipped.is_file():
+        return shipped.read_bytes()
+    file = _kept(library, platform, find_compiler())
+    with contextlib.suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True)
+    if not os.access(file.parent, os.W_OK):  # each time again
+        return _built(library, platform)
+    with FileLock(f"{file}.lock"):
+        if not file.is_file():
+            write_whole(file, _built(library, platform))
+    return file.read_bytes()
+
+
+def _built(library: Library, platform: str) -> bytes:
+    return build_libraries(library.sources, library.units, library.name, (platform,))[platform]
+
+
+def _kept(library: Library, platform: str, compiler: Compiler) -> Path:
+    by = re.sub(r"[^\w.]+", "_", compiler.name)
+    return user_cache() / "libraries" / f"{library.file(platform)}.{by}"
+
+
+def missing(
+    header: Mapping[str, Any], platforms: Sequence[str], native: bool = True
+) -> list[tuple[Library, str]]:
+    """What has to be compiled for these platforms and is not kept yet; the WebAssembly if the compiler makes it."""
+    found = [
+        (one, platform)
+        for one in all_libraries(header, native)
+        for platform in one.platforms
+        if platform in (*platforms, WASM) and not (PREBUILT / one.file(platform)).is_file()
+    ]
+    if not found:
+        return []
+    compiler = find_compiler()
+    return [
+        (one, platform)
+        for one, platform in found
+        if (compiler.crosses or platform != WASM) and not _kept(one, platform, compiler).is_file()
+    ]
+
+
+def compile_all(wanted: Sequence[tuple[Library, str]], advance: Callable[[str], None]) -> None:
+    """Compile what is wanted, two at a time.
+
+    Parameters   advance : called with what is compiled next
+    Raises       BuildError: as contents
+    """
+
+    def one(library: Library, platform: str) -> None:
+        advance(f"compiling {library.name} for {platform}")
+        contents(library, (platform,))
+
+    with ThreadPoolExecutor(max_workers=min(2, os.cpu_count() or 1)) as pool:
+        running = [pool.submit(one, library, platform) for library, platform in wanted]
+        try:
+            for future in running:
+                future.result()
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+def main() -> int:
+    """Fill the folder prebuilt of a clone, for the wheel that is built next."""
+    from ballscrew_tehl.nut_map.file import load_map
+
+    folder, compiler, header = Path(str(PREBUILT)), find_compiler(), load_map(None).header
+    shutil.rmtree(folder, ignore_errors=True)
+    compile_all(missing(header, compiler.platforms), lambda text: print(text, flush=True))
+    for library in all_libraries(header):
+        for platform, content in contents(library).items():
+            write_whole(folder / library.file(platform), content)
+    (folder / COMPILER_FILE).write_text(compiler.name, encoding="utf-8")
+    size = sum(path.stat().st_size for path in folder.iterdir())
+    print(f"{folder}: libraries of {compiler.name}, {size} bytes")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
