@@ -14,7 +14,7 @@ from ..parameters.file import LubricantParameters, Parameters, ScrewParameters
 from ..parameters.screw import WIDEST_ENDS
 from ..parameters.units import CELSIUS, RPM, SHOWN
 from ..physics.ball_law import Array
-from ..physics.load import nut_loads
+from ..physics.load import largest_preload, nut_loads
 from ..physics.lubricant import eta0
 from ..physics.rating import ball_pressure
 
@@ -27,6 +27,8 @@ PRESSURE_LIMIT = 2.1e9
 SPEED_FACTOR_LIMIT = 240.0 * RPM
 #: lowest over highest force of one nut, preload, speed
 FORCE_SPAN, PRELOAD_SPAN, SPEED_SPAN = 1e-3, 1e-2, 1.0 / 1200.0
+#: highest preload of a map over the largest_preload of oversize balls
+FREED = 0.9
 #: oil temperatures [K], and the viscosities at ambient pressure [Pa s] that narrow them
 COLDEST, HOTTEST = 10.0 + CELSIUS, 80.0 + CELSIUS
 THINNEST_OIL, THICKEST_OIL = 2e-3, 2.0
@@ -122,15 +124,17 @@ def map_grid(
     """Range of a map from the screw and its oil, with the nodes of a base.
 
     Parameters   preload [N], speed [rad/s], temperature [K]: lowest and highest; None = from the screw: preload to
-                 force_at_pressure, speed to SPEED_FACTOR_LIMIT over the diameter of the ball centre circle, both
-                 rounded down to two digits; temperature_range
+                 force_at_pressure, or FREED of the largest_preload of oversize balls, speed to SPEED_FACTOR_LIMIT over
+                 the diameter of the ball centre circle, both rounded down to two digits; temperature_range
                  base: nodes; None = the default
     Raises       ValueError: ends beyond WIDEST_ENDS or in the wrong order, too high a pressure, an oil too thick or
                  too thin, no range in the parameters
     """
     base = base or MapGrid()
     if preload is None:
-        most = _rounded_down(force_at_pressure(parameters.screw))
+        screw = parameters.screw
+        most = min(force_at_pressure(screw), FREED * largest_preload(screw, screw.ball_count))
+        most = _rounded_down(most)
         preload = PRELOAD_SPAN * most, most
     if speed is None:
         fastest = RPM * _rounded_down(SPEED_FACTOR_LIMIT / (2.0 * parameters.screw.nominal_radius) / RPM)
@@ -176,6 +180,11 @@ def _refuse_ends(parameters: Parameters, ends: Mapping[str, tuple[float, float]]
     if not pressure <= 1e-9 * MAX_PRESSURE:
         raise ValueError(
             f"{what['preload']}: Hertz pressure up to {pressure:.3g} GPa; allowed: {1e-9 * MAX_PRESSURE:.3g} GPa"
+        )
+    most = largest_preload(parameters.screw, parameters.screw.ball_count)
+    if not ends["preload"][1] < most:
+        raise ValueError(
+            f"{what['preload']}; allowed: below {most:.4g} N: no axial load frees balls that are larger"
         )
     thick, thin = (float(eta0(parameters.lubricant, temperature)) for temperature in ends["temperature"])
     least, most = WIDEST_VISCOSITY

@@ -138,6 +138,11 @@ def flank_law(screw: ScrewParameters, oversize: float) -> BallLaw:
     return law
 
 
+def largest_oversize(screw: ScrewParameters) -> float:
+    """Oversize of balls [m] from which on no axial displacement frees them from two of their flanks."""
+    return groove_distance(screw) * (1.0 / math.cos(screw.contact_angle) - 1.0)
+
+
 def flank_travel(screw: ScrewParameters, oversize: float) -> float:
     """Axial displacement [m] at which the relieved flanks leave the ball; arguments as flank_law.
 
@@ -146,8 +151,8 @@ def flank_travel(screw: ScrewParameters, oversize: float) -> float:
     beta, a_0 = screw.contact_angle, groove_distance(screw)
     x, y_0 = (a_0 + oversize) * math.cos(beta), (a_0 + oversize) * math.sin(beta)
     if not x < a_0:
-        largest = a_0 * (1.0 / math.cos(beta) - 1.0)
         raise ValueError(
-            f"oversize = {oversize:.3g} m; allowed: < {largest:.3g} m: the preload is beyond these grooves"
+            f"oversize = {oversize:.3g} m; allowed: < {largest_oversize(screw):.3g} m: the preload is beyond these "
+            "grooves"
         )
     return (y_0 - math.sqrt(a_0**2 - x**2)) / math.cos(screw.lead_angle)

@@ -24,6 +24,7 @@ scipy is imported in the functions: evaluation of a stored map needs no load dis
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -31,7 +32,7 @@ import numpy as np
 
 from ..parameters.file import FOUR_POINT, ScrewParameters
 from .ball_chain import BallChain, FourPointChain, ball_oversize
-from .ball_law import Array, check_force, flank_travel, preload_ball_load
+from .ball_law import Array, check_force, flank_travel, largest_oversize, preload_ball_load
 
 #: Chebyshev nodes over the loads of one nut: three leave an error of the film below 1e-6; more per unit of ln(load);
 #: range of ln(load) below which all loads are one
@@ -168,6 +169,14 @@ def separation_load(screw: ScrewParameters, preload: float, ball_count: int, sig
     while opening(high) < 0.0:
         low, high = high, 2.0 * high
     return float(brentq(opening, low, high, xtol=1e-12 * preload, rtol=1e-13))
+
+
+def largest_preload(screw: ScrewParameters, ball_count: int) -> float:
+    """Preload [N] from which on no axial load frees oversize balls from two flanks; infinite for other kinds."""
+    if screw.preload_kind != FOUR_POINT:
+        return math.inf
+    # the oversize goes with the power 2/3 of the preload
+    return (largest_oversize(screw) / ball_oversize(screw, 1.0, ball_count)) ** 1.5
 
 
 def load_nodes(load: Array, per_ln: float = NODES_PER_LN) -> tuple[Array, Array]:
