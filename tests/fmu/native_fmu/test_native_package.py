@@ -196,6 +196,7 @@ def test_without_ziglang_the_compiler_of_the_machine_builds_for_it_alone(
 ):
     own = shutil.which("cc") or pytest.skip("no C compiler")
     monkeypatch.setattr(native_build.importlib.util, "find_spec", lambda _: None)
+    monkeypatch.setattr("ballscrew_fmu.native_fmu.libraries.PREBUILT", tmp_path / "none")
     found, here = native_build.find_compiler(), native_build.this_platform()
     assert (found.command, found.platforms) == ((own,), (here,))
     with pytest.raises(BuildError, match=r"does not compile for aarch64-darwin: .*pip install ziglang"):

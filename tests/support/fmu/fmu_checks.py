@@ -157,15 +157,19 @@ def _against_the_sources(root, files):
     }
     found = []
     if {n.get("name") for n in root.find("LogCategories")} != set(
-        re.findall(r'"(log[A-Z]\w+)"', text["importer.c"])
+        re.findall(r'"(log[A-Z]\w+)"', text["instance.h"])
     ):
-        found.append("log categories differ from those of importer.c")
+        found.append("log categories differ from those of instance.h")
     sources = [[f.get("name") for f in group] for group in root.iter("SourceFiles")]
     sources.append(
         [n.get("name") for n in ElementTree.fromstring(text["buildDescription.xml"]).iter("SourceFile")]
     )
+    # each C file is compiled, or included by one that is
     units = sorted(name for name in text if name.endswith(".c"))
-    found += [f"source files {names}; there are {units}" for names in sources if sorted(names) != units]
+    for names in sources:
+        included = [n for one in names for n in re.findall(r'^#include "(.*\.c)"$', text[one], re.MULTILINE)]
+        if sorted([*names, *included]) != units:
+            found.append(f"source files {names} with {included}; there are {units}")
     return found + [
         f"sources/{name} is a file of the importer" for name in text if FMI_HEADER.fullmatch(name)
     ]
