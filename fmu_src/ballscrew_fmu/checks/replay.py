@@ -1,12 +1,14 @@
 """An FMU of FMI 2.0 or 3.0 stepped in fmpy, with variables by name, for the checks and the tests."""
 
+from __future__ import annotations
+
 import contextlib
 import math
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import fmpy
 from fmpy.fmi1 import FMICallException
@@ -21,7 +23,8 @@ from fmpy.fmi2 import (
 )
 from fmpy.fmi3 import FMU3Slave
 
-from ballscrew_fmu.native_fmu.experiments import Reference
+if TYPE_CHECKING:
+    from ballscrew_fmu.native_fmu.experiments import Reference
 
 FMI2_DISCARD = 2
 AGREEMENT = 1e-9  # relative difference between an FMU and its reference
@@ -116,7 +119,7 @@ class FmuInstance:
         if self._unpacked is not None:
             shutil.rmtree(self._unpacked, ignore_errors=True)
 
-    def __enter__(self) -> "FmuInstance":
+    def __enter__(self) -> FmuInstance:
         return self
 
     def __exit__(self, *_: object) -> None:
