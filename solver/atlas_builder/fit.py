@@ -31,10 +31,10 @@ from .screws import Contact
 #: contacts by which lengths are found, spread over all; all together take the weights
 LENGTHS_FROM = 700
 #: first lengths of groups.COORDINATES, bounds of lengths as multiples of the first; noise over the deviation
-FIRST = np.array([4.0, 5.0, 12.0, 6.0, 12.0, 8.0, 12.0, 4.0])
+FIRST = np.array([4.0, 5.0, 12.0, 6.0, 12.0, 7.0, 8.0])
 BOUNDS, NOISE = (0.1, 10.0), np.geomspace(1e-5, 1.0, 26)
 #: search: evaluations and tolerance of the logarithms
-MOST_EVALUATIONS, SEARCH_TOLERANCE = 200, 0.03
+MOST_EVALUATIONS, SEARCH_TOLERANCE = 160, 0.03
 #: rise [K] below which it counts as noise that grows as it falls: nobody feels it
 SMALL_RISE = 0.05
 

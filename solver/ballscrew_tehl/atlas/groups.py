@@ -1,9 +1,8 @@
 """Dimensionless groups of a rolling contact, and the closed forms that its quantities are divided by.
 
 Without heat a contact is given by Moes' M and L, R_x/R_y, the pressure exponent Z and the Hertz pressure over p_r of
-Roelands; its heating adds N = beta eta0 u_e^2/k_oil, beta T of the heating by compression, and the effusivity
-sqrt(k rho c) of the walls in the mean. Without beta T central films that are left out miss by 0.39 instead of 0.28 %.
-What is left (curve of the viscosity over temperature, size) changes films by less than the interpolation does.
+Roelands; its heating adds N = beta eta0 u_e^2/k_oil and the effusivity sqrt(k rho c) of the walls, both in the mean.
+What is left (slope of the viscosity, temperature, size) changes films by less than the interpolation does.
 """
 
 from __future__ import annotations
@@ -65,10 +64,7 @@ class RollingContacts(NamedTuple):
 
 
 class Groups(NamedTuple):
-    """Groups of contacts: M, L; radius_ratio R_x/R_y; z; pressure: p_max/p_r; N; wall: effusivity over steel's.
-
-    slope: beta T with beta = -d ln(eta0)/dT
-    """
+    """Groups of contacts: M, L; radius_ratio R_x/R_y; z; pressure: p_max/p_r; N; wall: effusivity over steel's."""
 
     M: Array
     L: Array
@@ -77,7 +73,6 @@ class Groups(NamedTuple):
     pressure: Array
     N: Array
     wall: Array
-    slope: Array
 
 
 def wall_group(solids: tuple[SolidParameters, SolidParameters]) -> float:
@@ -118,15 +113,10 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
     a, b, p_max = hertz.a, hertz.b, hertz.p_max
     moes = moes_groups(oil, load, u_e, R_x, c.E_prime, temperature)
     moes = moes._replace(M=np.maximum(moes.M, LEAST_M))
-    N, ratio, beta = (
-        thermal_load_parameter(oil, u_e, temperature),
-        R_x / R_y,
-        -temperature_slope(oil, temperature),
-    )
+    N, ratio = thermal_load_parameter(oil, u_e, temperature), R_x / R_y
     groups = Groups(
-        moes.M, moes.L, ratio, np.array(oil.z_roelands), p_max / oil.roelands_pressure, N, np.array(c.wall),
-        beta * temperature,
-    )  # fmt: skip
+        moes.M, moes.L, ratio, np.array(oil.z_roelands), p_max / oil.roelands_pressure, N, np.array(c.wall)
+    )
     # density falls with temperature by the same amount at every pressure
     compressed = relative_density(oil.density_law, p_max)
     ambient = ambient_density(oil, temperature) / oil.density
@@ -147,7 +137,7 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
     return ClosedForms(groups, {
         "central_film": cold * heat,
         "minimum_film": one,
-        "temperature_rise": N / beta,
+        "temperature_rise": -N / temperature_slope(oil, temperature),
         "mean_rise": one,
         "rolling_loss": loss,
         "core_pressure": pressure * lack["core_pressure"],
@@ -156,7 +146,7 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
 
 
 #: coordinates in which quantities are interpolated, logarithms but for z
-COORDINATES = ("transition", "L", "radius_ratio", "z", "pressure", "N", "wall", "slope")
+COORDINATES = ("transition", "L", "radius_ratio", "z", "pressure", "N", "wall")
 
 
 def transition(groups: Groups) -> Array:
@@ -171,10 +161,10 @@ def stretched(at: Array) -> Array:
 
 
 def coordinates(groups: Groups) -> Array:
-    """Coordinates (..., 8), COORDINATES, of groups (...)."""
+    """Coordinates (..., 7), COORDINATES, of groups (...)."""
     columns = (
         stretched(transition(groups)), np.log(groups.L), np.log(groups.radius_ratio), groups.z,
-        np.log(groups.pressure), np.log(groups.N + COLD), np.log(groups.wall), np.log(groups.slope),
+        np.log(groups.pressure), np.log(groups.N + COLD), np.log(groups.wall),
     )  # fmt: skip
     return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
