@@ -1,11 +1,21 @@
 """The range of a map follows from the screw and its oil."""
 
+import math
+
 import pytest
 from reference_screw import GD4008
 
-from ballscrew_tehl.nut_map.grid import MapGrid, ball_range, map_grid, screw_grid, temperature_range
-from ballscrew_tehl.parameters.file import changed
-from ballscrew_tehl.physics.load import nut_loads
+from ballscrew_tehl.nut_map.grid import (
+    MapGrid,
+    ball_range,
+    force_at_pressure,
+    map_grid,
+    screw_grid,
+    temperature_range,
+)
+from ballscrew_tehl.parameters.file import FOUR_POINT, changed
+from ballscrew_tehl.physics.ball_law import flank_travel, largest_oversize
+from ballscrew_tehl.physics.load import largest_preload, nut_loads, separation_load
 from ballscrew_tehl.physics.lubricant import eta0
 
 SCREW = GD4008.screw
@@ -38,6 +48,26 @@ def test_given_ends_come_before_those_of_the_file_and_these_before_the_screw():
     # an axial load relieves one nut
     assert grid.force[0] < 0.2 * 300.0
     assert grid.force[1] == 3000.0
+
+
+def test_preload_ends_where_no_axial_load_frees_an_oversize_ball():
+    """Close grooves at a small contact angle: before the pressure does."""
+    close = {
+        "preload_kind": FOUR_POINT, "contact_angle": math.radians(15.0),
+        "screw_raceway_radius": 0.51 * SCREW.ball_diameter, "nut_raceway_radius": 0.51 * SCREW.ball_diameter,
+    }  # fmt: skip
+    own = changed(GD4008, friction={"kinematics": "rolling_frame"}, screw=close)
+    screw, count = own.screw, own.screw.ball_count
+    most, highest = largest_preload(screw, count), map_grid(own).preload[1]
+    assert highest == pytest.approx(0.9 * most, rel=0.1)
+    assert highest < 0.9 * force_at_pressure(screw)
+    # the limit is that of flank_travel, and the whole range has a load that relieves the flanks
+    with pytest.raises(ValueError, match="the preload is beyond these grooves"):
+        flank_travel(screw, largest_oversize(screw))
+    assert separation_load(screw, highest, count) > highest
+    with pytest.raises(ValueError, match="no axial load frees balls that are larger"):
+        map_grid(own, preload=(0.1 * most, 1.001 * most))
+    assert largest_preload(SCREW, SCREW.ball_count) == math.inf
 
 
 def test_temperatures_end_where_the_oil_is_too_thick_or_too_thin():

@@ -231,16 +231,16 @@ def powers_of_nuts(
     if not loaded:
         return found
     at = speed, temperature, contacts
-    balls = [
-        [_mean_ball(parameters, own, others, *at) for _, own, others in loaded] for parameters in variants
-    ]
     constants = [law_constants(parameters) for parameters in variants]
     keys = [tuple(of[name] for name in SHEAR_CONSTANTS) for of in constants]
-    once = dict(zip(keys, balls, strict=True))
-    shears = iter(_shear([ball for of in once.values() for ball in of], speed))
-    by_key = {key: [next(shears) for _ in loaded] for key in once}
-    for parameters, own_balls, key, powers in zip(variants, balls, keys, found, strict=True):
-        for (k, loads, _), ball, shear in zip(loaded, own_balls, by_key[key], strict=True):
+    balls = {
+        key: [_mean_ball(parameters, own, others, *at) for _, own, others in loaded]
+        for key, parameters in dict(zip(keys, variants, strict=True)).items()
+    }
+    shears = iter(_shear([ball for of in balls.values() for ball in of], speed))
+    sheared = {key: [(ball, next(shears)) for ball in of] for key, of in balls.items()}
+    for parameters, key, powers in zip(variants, keys, found, strict=True):
+        for (k, loads, _), (ball, shear) in zip(loaded, sheared[key], strict=True):
             powers[k] = _powers(parameters, loads, ball, shear, *at)
     return found
 
