@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from itertools import zip_longest
 
 import command_line
 import numpy as np
@@ -123,10 +124,11 @@ def test_known_parameters_lie_in_their_limits(capsys, measured):
     assert entry["screw"] == "GD4008-3"
 
 
-#: least squares on the directly solved films, printed by examples/paper/packaged_fit.py: values, mean, left-out mean
+#: least squares on the directly solved films, printed by examples/paper/packaged_fit.py: values, half-widths of their
+#: intervals, mean, left-out mean
 DIRECT = {
-    "two_parameter": ((8.83297, 0.00325633, 0.0), 0.0203, 0.0242),
-    "three_parameter": ((5.14442, 0.00574592, 2.3466e-08), 0.0097, 0.0213),
+    "two_parameter": ((8.83297, 0.00325633, 0.0), (0.761, 4.11e-4), 0.0203, 0.0242),
+    "three_parameter": ((5.14442, 0.00574592, 2.3466e-08), (0.224, 3.71e-4, 8.50e-9), 0.0097, 0.0213),
 }
 
 
@@ -134,10 +136,10 @@ DIRECT = {
 def test_the_tables_of_the_paper_give_the_packaged_set(capsys, name):
     """Films of the map instead of direct solves: values within a tenth of their intervals, errors within 0.1 %."""
     found, _ = run(capsys, str(PACKAGED_TORQUE), "--map", MAP, "--set", name)
-    entry, (values, mean, left_out) = found[f"published.{name}"], DIRECT[name]
-    for parameter, value in zip(FITTED, values, strict=True):
-        half = entry["intervals"].get(parameter, 0.0)
+    entry, (values, halves, mean, left_out) = found[f"published.{name}"], DIRECT[name]
+    for parameter, value, half in zip_longest(FITTED, values, halves, fillvalue=0.0):
         assert entry[parameter] == pytest.approx(value, abs=0.1 * half), parameter
+        assert entry["intervals"].get(parameter, 0.0) == pytest.approx(half, rel=0.1), parameter
     assert entry["errors"]["mean"] == pytest.approx(mean, abs=1e-3)
     assert entry["errors"]["leave_one_out_mean"] == pytest.approx(left_out, abs=1e-3)
     unknown = entry["not_identified"]

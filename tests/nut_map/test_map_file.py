@@ -269,7 +269,7 @@ def test_deviation_is_that_of_torque_and_shown_films_from_direct_solves(saved, m
         assert 0.0 < found.torque <= 2e-3
         # films of the lightest ball by the closed formula, see mean_ball_state
         assert found.film <= 0.05
-        assert found.temperature_rise <= 0.1
+        assert found.temperature_rise <= 0.05
         torque = double_nut_torque(GD4008, friction, ClosedFilm(GD4008, True), *point).total
         state = nut_map.evaluate(*point)
         assert found.torque == pytest.approx(abs(state.friction_torque / torque - 1.0), abs=1e-3)
@@ -281,7 +281,7 @@ def test_deviation_is_that_of_torque_and_shown_films_from_direct_solves(saved, m
             state.film_thickness_central_nut / factors[1], state.film_temperature_rise + 0.5,
         )  # fmt: skip
         monkeypatch.setattr(direct, "mean_ball_state", lambda *arguments, answer=thicker: answer)
-        rise = 0.5 / max(thicker.film_temperature_rise, certificate.LEAST_RISE)
+        rise = 0.5 / max(thicker.film_temperature_rise, 10.0)
         assert certificate.deviation_at(nut_map, GD4008, point) == pytest.approx((0.01, 0.03, rise), rel=1e-9)
 
 
