@@ -37,7 +37,7 @@ class Inputs(NamedTuple):
     def live_page(self, start: OperatingPoint | None = None) -> str:
         """The live page, which starts at an operating point; with the interval of the mechanistic law, some seconds.
 
-        Raises       BuildError: no ziglang, or it fails;  SourceError: a file is missing
+        Raises       BuildError: not in the package, and no ziglang, or it fails;  SourceError: a file is missing
         """
         ends = None
         if self.friction_set is not None and self.nut_map.law == MECHANISTIC:
@@ -111,7 +111,8 @@ def build(
     advance: Advance = lambda text: None,
     embed_map: bool = False,
 ) -> tuple[dict[Path, tuple[BuiltFmu, str]], str, str]:
-    """Pack, check and deliver the FMUs. advance is called twice for each, and before them once.
+    """Pack, check and deliver the FMUs. advance is called twice for each, before them for each
+    library that is compiled, and for the live page.
 
     Parameters   wanted : of `kinds`;  embed_map : compile the map into the native FMUs, which then open no file
     Returns      FMUs with the results of their checks by file; tables of torques; what a missing compiler left out

@@ -8,7 +8,6 @@ from reference_screw import GD4008
 
 from ballscrew_tehl.friction.origin import (
     carried_over,
-    other_sets,
     refuse_other_fit,
     with_set,
     without_overrides,
@@ -99,8 +98,6 @@ def test_numbers_of_another_screw_are_named_and_their_fit_is_refused():
         note = carried_over(default_friction_set(parameters), parameters)
         assert "measured on GD4008-3, not on " + parameters.name in note
         assert "JIS B 1192 / ISO 3408-3" in note
-    assert [entry.name for entry in other_sets(default_friction_set(GD4008), GD4008)] == ["two_parameter"]
-    assert other_sets(default_friction_set(OTHER), OTHER) == []
     entry = load_friction_sets()["published", "three_parameter"]
     refuse_other_fit(entry, GD4008)
     refuse_other_fit(dataclasses.replace(entry, parameters_hash=""), GD4008)

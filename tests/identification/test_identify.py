@@ -54,13 +54,13 @@ def law():
 
 
 def of_emps(_, position, voltage, **given):
-    signals = Signals(False, False, 1e-3, 0.0, [Section(0.0, position, GAIN * voltage)], None, None, {}, [])
+    signals = Signals(False, False, 1e-3, 0.0, [Section(position, GAIN * voltage)], None, None, {}, [])
     return identify(signals, travel=5e-5, **given)
 
 
 def screw(law, preload, seed, **given):
     _, angle, current = screw_log(law.nut_map, preload, seed, **given)
-    signals = Signals(True, False, 1e-3, 0.0, [Section(0.0, angle, CONSTANT * current)], 303.15, None, {}, [])
+    signals = Signals(True, False, 1e-3, 0.0, [Section(angle, CONSTANT * current)], 303.15, None, {}, [])
     return identify(signals, travel=5e-5 / LEAD)
 
 
@@ -102,9 +102,7 @@ def test_friction_that_rises_far_behind_reversals_is_in_the_intervals_of_inertia
         rise[k] = np.clip(rise[k - 1] + (angle[k] - angle[k - 1]) / (1e-4 / LEAD), -1.0, 1.0)
     # what the friction still lacks, at the time of the effort
     lag = np.interp(time - 1.3e-3, time, 0.9 * (rise - np.sign(np.gradient(angle))))
-    signals = Signals(
-        True, False, 1e-3, 0.0, [Section(0.0, angle, CONSTANT * current + lag)], None, None, {}, []
-    )
+    signals = Signals(True, False, 1e-3, 0.0, [Section(angle, CONSTANT * current + lag)], None, None, {}, [])
     found = identify(signals, travel=5e-5 / LEAD)
     assert abs(found.inertia / INERTIA - 1.0) > 5e-3
     assert found.inertia_limits[0] <= INERTIA <= found.inertia_limits[1]
@@ -199,11 +197,11 @@ def test_sides_of_a_gear_and_a_lead_give_one_result(emps):
         "position": Column(1, "", "rad"),
         "current": Column(2, "", "A"),
     }
-    motor = signals_of(Log("log.csv", signals, columns, len(time), {}, []), drive)
+    motor = signals_of(Log("log.csv", signals, columns, {}, []), drive)
     assert motor.rotary
     assert identify(motor, travel=5e-5 / lead).inertia == pytest.approx(MASS * lead**2, rel=2e-3)
     signals, columns = signals | {"position": position}, columns | {"position": Column(1, "", "m")}
-    linear = signals_of(Log("log.csv", signals, columns, len(time), {}, []), drive)
+    linear = signals_of(Log("log.csv", signals, columns, {}, []), drive)
     assert np.allclose(linear.sections[0].motion, motor.sections[0].motion, rtol=1e-12)
 
 
@@ -218,7 +216,7 @@ def test_a_left_hand_thread_and_signs_of_the_drive(emps):
         (-1.0, Drive(torque_constant=-0.5, lead=1e-3)),
     ):
         signals = {"time": time, "position": position, "current": sign * GAIN * voltage * 1e-3 / 0.5}
-        log = Log("log.csv", signals, columns, len(time), {}, [])
+        log = Log("log.csv", signals, columns, {}, [])
         results.append(identify(signals_of(log, drive), travel=5e-2))
     for left in results[1:]:
         assert left.inertia == pytest.approx(results[0].inertia, rel=1e-6)

@@ -7,6 +7,7 @@ needs no event. Both speeds of a part by Newton's method. For an axis without su
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from ballscrew_fmu.variables.axis import axis_variables
@@ -56,17 +57,20 @@ def axis_motion(
             slow = max(abs(w), 1e-9)
             nut = nut_map.evaluate_forces(low, high, slow, row["temperature"], friction)
             drag, coulomb = nut.viscous_torque / slow, nut.coulomb_torque
+            stiffness_here = partial(
+                nut_map.stiffness_at_forces,
+                low,
+                high,
+                friction.net_sliding_coefficient,
+                friction.breakaway_factor,
+            )
             if not any(elements) or not stiffness:
-                stiffness = nut_map.stiffness_at_forces(
-                    low, high, friction.net_sliding_coefficient, friction.breakaway_factor
-                )
+                stiffness = stiffness_here()
             limits = element_limits(coulomb, stiffness)
             if all(
                 abs(y) >= m for y, m in zip(elements, limits, strict=True)
             ):  # all slide: it follows the loads
-                present = nut_map.stiffness_at_forces(
-                    low, high, friction.net_sliding_coefficient, friction.breakaway_factor
-                )
+                present = stiffness_here()
                 elements = tuple(y * math.sqrt(stiffness / present) for y in elements)
                 stiffness, limits = present, element_limits(coulomb, present)
             root, damping = math.sqrt(stiffness / ELEMENTS), AXIS_DAMPING_TIME * stiffness

@@ -13,7 +13,6 @@ from ballscrew_tehl.calibration.measured_screw import (
     ValidationRow,
     is_measured,
     mean_deviations,
-    printed_rows,
     table_text,
     validation_tables,
 )
@@ -21,6 +20,7 @@ from ballscrew_tehl.friction.baselines import nsk_torque, zhou_torque
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.tables.csv_file import read_rows
 
 SETTLED = 1.0  # [s] step after which all elements slide at the speeds of the tables
 
@@ -95,7 +95,7 @@ def table3(instance: FmuInstance) -> list[ValidationRow]:
     Raises       CheckError: a step is discarded, or a point is not in range
     """
     rows, speed = [], 100.0 * RPM
-    for line in printed_rows(PACKAGED_PRELOAD):
+    for line in read_rows(PACKAGED_PRELOAD):
         inputs = {"torque": float(line["torque_Nm"]), "speed": speed, "temperature": ASSUMED_TEMPERATURE}
         if not (instance.step(1e-3, **inputs) and instance.get("in_range")):
             raise CheckError(f"no preload in range for {inputs}: {instance.messages[-1:]}")

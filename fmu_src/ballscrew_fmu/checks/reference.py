@@ -6,6 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ballscrew_fmu.checks.axis_motion import axis_motion
 from ballscrew_fmu.checks.replay import CheckError, replay
 from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION, FmuModel
@@ -265,7 +267,10 @@ def check_axis(
             )
     motion = list(axis_motion(nut_map, inputs, STEP))
     differences = {
-        name: max(abs(row[name] - found[name]) for row, found in zip(motion, results, strict=True))
+        # np.max keeps a NaN
+        name: float(
+            np.max([abs(row[name] - found[name]) for row, found in zip(motion, results, strict=True)])
+        )
         / (max(row[name] for row in motion) - min(row[name] for row in motion))
         for name in motion[0]
     }

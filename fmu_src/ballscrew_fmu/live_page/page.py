@@ -63,7 +63,7 @@ def live_page(
     Parameters   ends : interval_table of its law with TABLE_NODES nodes; None: without interval
                  start : operating point shown first; None: that of the FMU
     Returns      HTML, the same for the same input and compiler
-    Raises       BuildError: no ziglang, or it fails;  SourceError: a file is missing
+    Raises       BuildError: not in the package, and no ziglang, or it fails;  SourceError: a file is missing
     """
     header = nut_map.header
     law = header["law"]

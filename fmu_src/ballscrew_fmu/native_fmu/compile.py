@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
@@ -115,7 +116,16 @@ def build_libraries(
     compiler = find_compiler()
     if missing := [name for name in platforms if not compiler.crosses and name not in compiler.platforms]:
         raise BuildError(f"{compiler.name} does not compile for {', '.join(missing)}: {INSTALL}, which does")
-    return {platform: _compiled(compiler, sources, units, name, platform) for platform in platforms}
+    with ThreadPoolExecutor(max_workers=min(2, os.cpu_count() or 1)) as pool:
+        running = {
+            platform: pool.submit(_compiled, compiler, sources, units, name, platform)
+            for platform in platforms
+        }
+        try:
+            return {platform: future.result() for platform, future in running.items()}
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
 
 
 def universal_library(slices: Sequence[bytes]) -> bytes:

@@ -52,7 +52,7 @@ def implausible_level(m: Measurement, law: TorqueInterval, rest: float = 0.0, un
     meant = {other: written * factor for other, (factor, _) in TORQUE.items()}
     nearest = min(meant, key=lambda other: max(meant[other] / law.torque, law.torque / meant[other]))
     remedy = "check unit, preload, oil (viscosity, temperature), its supply and what was subtracted from the torque"
-    if max(rest, law.low / MOST_FACTOR) <= meant[nearest] <= high and nearest != unit:
+    if low <= meant[nearest] <= high and nearest != unit:
         remedy = f"is {written:.6g} {nearest} = {meant[nearest]:.4g} N.m meant?"
     without = f", without friction between balls {rest:.4g} N.m" if rest else ""
     return (

@@ -5,15 +5,14 @@ The packaged set three_parameter is fitted to them; every FMU of this screw is c
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..friction.torque import preload_from_torque
 from ..parameters.file import ScrewParameters, load_screw
 from ..parameters.packaged_data import PACKAGED_DATA
 from ..parameters.units import RPM
+from ..tables.csv_file import read_rows
 from .measurements import Measurement, merged
 
 PACKAGED_TORQUE, PACKAGED_PRELOAD = (PACKAGED_DATA / f"zhao2023_{name}.csv" for name in ("torque", "preload"))
@@ -51,12 +50,6 @@ class ValidationTable(NamedTuple):
     deviations: tuple[float, ...]
 
 
-def printed_rows(path: Path) -> list[dict[str, str]]:
-    """Rows of a packaged CSV file by heading, without its comments."""
-    with path.open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(line for line in file if not line.startswith("#")))
-
-
 def packaged_measurements(temperature: float = ASSUMED_TEMPERATURE) -> list[Measurement]:
     """The 11 distinct measured torques of Tables 2 and 4, tables "table2" and "table4"; temperature of the oil [K]."""
     return merged(
@@ -64,7 +57,7 @@ def packaged_measurements(temperature: float = ASSUMED_TEMPERATURE) -> list[Meas
             float(row["preload_N"]), float(row["speed_rpm"]) * RPM, temperature, float(row["measured_Nm"]),
             (row["table"],),
         )
-        for row in printed_rows(PACKAGED_TORQUE)
+        for row in read_rows(PACKAGED_TORQUE)
     )  # fmt: skip
 
 
@@ -92,7 +85,7 @@ def validation_tables(
     Source       measured, Zhao, Zhou, NSK: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, as printed
     """
     tables = []
-    printed = printed_rows(PACKAGED_TORQUE)
+    printed = read_rows(PACKAGED_TORQUE)
     titles = {
         "table2": "Table 2: torque over preload at 100 r/min",
         "table4": "Table 4: torque over speed at 1000 N",
@@ -107,7 +100,7 @@ def validation_tables(
                 rows.append(ValidationRow(preload, speed, float(line["measured_Nm"]), (ours, *others)))
         tables.append(ValidationTable(name, title, "N.m", tuple(rows), mean_deviations(rows)))
     rows, speed = [], 100.0 * RPM
-    for line in printed_rows(PACKAGED_PRELOAD):
+    for line in read_rows(PACKAGED_PRELOAD):
         torque = float(line["torque_Nm"])
         ours = preload_from_torque(
             lambda force: evaluate(force, speed, ASSUMED_TEMPERATURE), torque, *preload_range

@@ -232,7 +232,7 @@ COMMANDS = {
         "the dynamic rating, 1000 r/min, reference temperature of the oil."),
     **CONTACT,
 }
-#: python -m ballscrew_tehl, with every name at its old place
+#: python -m ballscrew_tehl; catalogue is the old name of screw
 SOLVER = Command("Friction torque of preloaded ball screws.", actions={
     **COMMANDS, "catalogue": COMMANDS["screw"],
 })

@@ -6,7 +6,7 @@ from ..parameters.file import Parameters, changed
 from ..parameters.identity import parameters_hash
 from ..parameters.screw import LAW_SETS
 from ..runtime.packed import MECHANISTIC, MapError
-from .sets import FITTED, SETS, FrictionSet, load_friction_sets
+from .sets import FITTED, SETS, FrictionSet
 
 #: name of the catalogue formula, baselines.nsk_torque
 CATALOGUE = "JIS B 1192 / ISO 3408-3"
@@ -36,13 +36,6 @@ def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
         f"not on {parameters.name} with this oil: compare the catalogue torque ({CATALOGUE}, 100 r/min), or calibrate "
         "with measured torques"
     )
-
-
-def other_sets(chosen: FrictionSet, parameters: Parameters) -> list[FrictionSet]:
-    """Packaged sets of the same kinematics that were measured on this screw with this oil, without the chosen one."""
-    wanted = chosen.kinematics, parameters_hash(parameters)
-    packaged = load_friction_sets().values()
-    return [e for e in packaged if (e.kinematics, e.parameters_hash) == wanted and e.name != chosen.name]
 
 
 def with_set(parameters: Parameters, name: str) -> Parameters:

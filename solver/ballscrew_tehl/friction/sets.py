@@ -42,8 +42,6 @@ _SUFFIX = {
 
 #: tables of earlier files, which are ignored
 EARLIER = ("correlations", "other_losses")
-#: what the measured torques say of the parts of the torque
-NO_SPLIT = "Only the total torque is identified by these data, not its split into viscous and sliding part."
 PACKAGED_SETS = PACKAGED_DATA / "friction_sets.toml"
 
 

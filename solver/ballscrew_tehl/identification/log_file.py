@@ -38,12 +38,11 @@ LARGEST = 1e12
 
 
 class Log(NamedTuple):
-    """Signals by name [SI], equally long, without missing values; their columns; rows, rows left out, notes."""
+    """Signals by name [SI], equally long, without missing values; their columns; rows left out, notes."""
 
     path: Path
     signals: dict[str, Array]
     columns: dict[str, Column]
-    rows: int
     left_out: dict[str, int]
     notes: list[str]
 
@@ -90,7 +89,7 @@ def read_log(
         )
     if not good.all():
         signals = {name: values[good] for name, values in signals.items()}
-    return Log(path, _in_time(path, signals, left_out, notes), columns, rows, left_out, notes)
+    return Log(path, _in_time(path, signals, left_out, notes), columns, left_out, notes)
 
 
 def stated_columns(texts: Iterable[str]) -> dict[str, str]:
@@ -127,7 +126,8 @@ def _needed_places(fields: Sequence[str], stated: Mapping[str, str]) -> list[int
             if any(stem.startswith(f"{known}_") for known in quantity.names):
                 places.setdefault(name, place)
     for name, text in stated.items():
-        places |= dict.fromkeys([name] * len(_places(text, fields)), (_places(text, fields) or [0])[-1])
+        if found := _places(text, fields):
+            places[name] = found[-1]
     needed = [next((places[name] for name in names if name in places), -1) for names in NEEDED.values()]
     return None if -1 in needed else needed
 

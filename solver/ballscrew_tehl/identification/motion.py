@@ -95,7 +95,7 @@ def acceleration_noise(variance: float, cutoff: float, signals: Signals) -> floa
 def chosen_cutoff(signals: Signals) -> tuple[float, float]:
     """Cutoff [Hz] and variance of the noise of the motion."""
     variance, motion = _noise(signals)
-    piece = Section(0.0, motion, motion)
+    piece = Section(motion, motion)
     cutoff = LOWEST
     for part in CUTOFFS:
         cutoff = part / signals.step

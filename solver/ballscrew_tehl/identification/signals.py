@@ -39,9 +39,8 @@ class Drive(NamedTuple):
 
 
 class Section(NamedTuple):
-    """Evenly sampled piece of a log: start [s], motion (position, or speed if the log has that), effort."""
+    """Evenly sampled piece of a log: motion (position, or speed if the log has that), effort."""
 
-    start: float
     motion: Array
     effort: Array
 
@@ -116,7 +115,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         if not even:
             new = np.arange(t[0], t[-1], step)
             x, y = CubicSpline(t, x)(new), np.interp(new, t, y)
-        sections.append(Section(float(t[0]), x, y))
+        sections.append(Section(x, y))
     left_out["samples in pieces too short"] = short
     if not sections:
         raise ValueError(

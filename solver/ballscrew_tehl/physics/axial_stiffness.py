@@ -61,11 +61,6 @@ def nut_forces(stiffness: float, preload: Any, deflection: Any) -> tuple[Any, An
     return (stiffness * a * np.sqrt(a))[()], (stiffness * b * np.sqrt(b))[()]
 
 
-def separation_deflection_load(stiffness: float, preload: Any) -> tuple[Any, Any]:
-    """Displacement [m] and axial load [N] at which the relieved nut comes free: d_0 and 2^(3/2) preload."""
-    return preload_approach(stiffness, preload), 2.0**1.5 * np.asarray(preload, dtype=float)[()]
-
-
 def axial_stiffness(stiffness: float, preload: Any, deflection: Any = 0.0) -> Any:
     """d load/d x of the nut [N/m]; without load 3 k^(2/3) preload^(1/3), with the cube root of the preload.
 

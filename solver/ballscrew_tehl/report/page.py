@@ -46,11 +46,10 @@ def table(
     caption: str,
     head: Sequence[Any],
     rows: Sequence[Sequence[Any]],
-    total: Sequence[Any] | None = None,
     text: bool = False,
 ) -> Html:
-    """A table that scrolls if it is too wide; total: a last row; text: words, not numbers."""
-    return MACROS.table(name, caption, head, rows, total, text)
+    """A table that scrolls if it is too wide; text: words, not numbers."""
+    return MACROS.table(name, caption, head, rows, text)
 
 
 def page(title: str, intro: Sequence[Html], sections: Sequence[tuple[str, str, Html]], footer: Html) -> str:

@@ -1,13 +1,11 @@
-"""Tables that the report and the documentation of the FMUs share: validation and certificate."""
+"""Tables that the report and the documentation of the FMUs share."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from ..calibration.measured_screw import MODELS, ValidationTable
 from ..nut_map.certificate import claim
-from ..parameters.units import RPM
 from .page import Html, element, table
 
 #: errors of a certificate by name, and their mean and quantiles by the ends of their keys, with their headings
@@ -32,29 +30,6 @@ def words(name: str) -> str:
 
 def percent_of(value: float) -> str:
     return f"{100.0 * value:.2f} %"
-
-
-def validation_table(
-    shown: ValidationTable, label: str = "", others: Mapping[str, ValidationTable] | None = None
-) -> Html:
-    """One table with a column per friction set and published model; last row: mean deviations.
-
-    Parameters   label : friction set of the table, "" if it is the only one;  others : friction set -> same table
-    """
-    digits = 4 if shown.unit == "N.m" else 1
-    sets = others or {}
-    names = [f"this model, {words(name)}" if name else "this model" for name in (label, *sets)]
-    head = ["preload [N]", "speed [r/min]", "measured", *names, *MODELS[1:]]
-    rows = []
-    for i, row in enumerate(shown.rows):
-        values = [row.models[0], *(found.rows[i].models[0] for found in sets.values()), *row.models[1:]]
-        rows.append(
-            [f"{row.preload:.0f}", f"{row.speed / RPM:.0f}", f"{row.measured:.{digits - 1}f}"]
-            + [f"{value:.{digits}f}" for value in values]
-        )
-    means = [shown.deviations[0], *(found.deviations[0] for found in sets.values()), *shown.deviations[1:]]
-    total = ["mean deviation", "", "", *map(percent_of, means)]
-    return table(shown.name, f"{shown.title} [{shown.unit.replace('.', ' ')}]", head, rows, total)
 
 
 def certificate_table(certificate: Mapping[str, Any]) -> Html:

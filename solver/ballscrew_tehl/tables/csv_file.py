@@ -128,7 +128,6 @@ def open_table(path: Path | str, places: Callable[[list[str]], Sequence[int] | N
         line = lines[number].lstrip("\ufeff# ") if number in comments else lines[number]
         return split_fields(line, separator_of(line))
 
-    heading = first = -1
     if places is None:
         heading, first = (content or [-1])[0], (content[1:] or [len(lines)])[0]
     else:

@@ -39,7 +39,7 @@ INTERNAL bool screw_from_bytes(const unsigned char *bytes, size_t size, const ch
                                size_t message_size)
 {
     char model[HASH_SIZE + 1], table[HASH_SIZE + 1];
-    const unsigned char *at = bytes + FILE_HEAD_SIZE;
+    const unsigned char *at;
 
     if (file_fails(bytes, size, SCREW_MAGIC, name, "screw", message, message_size)) {
         return false;
@@ -48,7 +48,7 @@ INTERNAL bool screw_from_bytes(const unsigned char *bytes, size_t size, const ch
         (void)snprintf(message, message_size, "%s: %.0f bytes: truncated or damaged", name, (double)size);
         return false;
     }
-    at = text_of(at, HASH_SIZE, model);
+    at = text_of(bytes + FILE_HEAD_SIZE, HASH_SIZE, model);
     at = text_of(at, HASH_SIZE, table);
     if (strcmp(model, MODEL_NAME) != 0) {
         (void)snprintf(message, message_size, "%s is of %.64s, this library is " MODEL_NAME ": another model", name, model);

@@ -12,9 +12,8 @@ import numpy as np
 
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
-from ...whole_file import whole_file
 from ..shared.chosen import Chosen, chosen_of
-from ..shared.files import check_output, written
+from ..shared.files import check_output
 from ..shared.progress import QUIET, progress_bar
 from ..shared.quantities import (
     CURRENT_UNIT,
@@ -26,7 +25,7 @@ from ..shared.quantities import (
     TORQUE_CONSTANT,
     whole_number,
 )  # fmt: skip
-from ..shared.results import print_results, say
+from ..shared.results import print_results, write_text
 
 if TYPE_CHECKING:
     from ...exchange.friction_table import Array, FrictionTable
@@ -88,9 +87,7 @@ def run_export(args: Namespace) -> int:
             celsius = (table.temperature - CELSIUS).tolist()
             answers[0] |= {"preload_n": table.preload.tolist(), "temperature_c": celsius}
     for path, text in files.items():
-        with written("--output", path), whole_file(path) as temporary:
-            temporary.write_text(text, encoding="utf-8")
-        say(f"written: {path}")
+        write_text("--output", path, text)
     answers = [{"format": args.format, **export.answer, **answer} for answer in answers]
     print_results(answers, args.json, args.format == "twincat", columns=COLUMNS)
     return 0

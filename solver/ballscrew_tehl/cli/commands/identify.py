@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...parameters.units import CELSIUS
 from ...runtime.packed import MECHANISTIC
-from ...whole_file import whole_file
 from ..shared.chosen import chosen_of
 from ..shared.files import check_output, written
 from ..shared.progress import QUIET, progress_bar
 from ..shared.quantities import IDENTIFY_OPTIONS, OFFSET_ERROR, TEMPERATURE
-from ..shared.results import plain, print_results, say
+from ..shared.results import plain, print_results, say, write_text
 
 if TYPE_CHECKING:
     from ...identification.dynamics import Identified
@@ -92,7 +91,7 @@ def run_identify(args: Namespace) -> int:
     if args.measurements:
         assert friction is not None
         text = output.measurements_text(friction, _known_preload(found, axis), _temperature(found, args))
-        _write("--measurements", args.measurements, text)
+        write_text("--measurements", args.measurements, text)
     if args.plot:
         from ...calibration.plot import save_figure
         from ...identification.plot import identification_figure
@@ -102,18 +101,12 @@ def run_identify(args: Namespace) -> int:
             save_figure(figure, Path(args.plot))
         say(f"written: {args.plot}")
     if args.output:
-        _write("--output", args.output, json.dumps(plain(data), indent=1) + "\n")
+        write_text("--output", args.output, json.dumps(plain(data), indent=1) + "\n")
     if args.json:
         print_results([data], True, False)
     else:
         print(output.identified_text(found, data))
     return 0
-
-
-def _write(option: str, path: str, text: str) -> None:
-    with written(option, path), whole_file(Path(path)) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    say(f"written: {path}")
 
 
 def _given(args: Namespace) -> dict[str, float | None]:

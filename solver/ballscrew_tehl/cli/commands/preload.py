@@ -38,7 +38,7 @@ COLUMNS = (
 AT_EDGE = "preload_at_edge"
 
 
-def _intervals(args: Namespace, chosen: Chosen, nut_map: NutMap) -> Callable[..., dict[str, Any]]:
+def _intervals(chosen: Chosen, nut_map: NutMap) -> Callable[..., dict[str, Any]]:
     """Keys of the interval over torque [N.m], preload [N], speed [rad/s] and temperature [K]; none for a fitted law."""
     if nut_map.law != MECHANISTIC:
         return lambda *at: {}
@@ -61,7 +61,7 @@ def run_preload(args: Namespace) -> int:
     nut_map = chosen.nut_map(args)
     if other := carried_over(chosen.friction_set, chosen.parameters):
         say(other)
-    axes, interval = nut_map.header["axes"], _intervals(args, chosen, nut_map)
+    axes, interval = nut_map.header["axes"], _intervals(chosen, nut_map)
     lowest = float(axes["preload"][0])
     highest = min(float(axes[name][1]) for name in ("force", "preload"))
     results, below = [], []

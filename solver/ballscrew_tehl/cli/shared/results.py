@@ -27,6 +27,13 @@ def say(text: str) -> None:
         print(text, file=sys.stderr, flush=True)
 
 
+def write_text(option: str, path: Path | str, text: str) -> None:
+    """Write the file of an option, whole or not at all, and say so."""
+    with written(option, path), whole_file(Path(path)) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    say(f"written: {path}")
+
+
 def plain(value: Any) -> Any:
     """For JSON: numpy scalars and arrays as Python objects, None (null) for values that are not finite."""
     if isinstance(value, Mapping):
