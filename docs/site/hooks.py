@@ -128,7 +128,7 @@ def made(name: str, package: str, *arguments: str) -> bytes:
 
 def validation() -> str:
     """Tables of the laws and of the paper."""
-    head = "\n\nAll that the report adds is in [the report of this version](report.html).\n\n"
+    head = "\n\nThe packaged screw: [report of this version](report.html).\n\n"
     return head + run(str(PAPER / "measured_torques.py"))
 
 

@@ -99,9 +99,13 @@ def to_compile(
     Raises       BuildError: there is no compiler;  SourceError: a file is missing
     """
     header = inputs.nut_map.header
-    platforms = libraries.provider(header, embed_map).platforms
-    native = any(kind.native for kind in wanted) and not embed_map
-    return libraries.missing(header, platforms, native=native)
+    native = dict.fromkeys(kind.model for kind in wanted if kind.native and not embed_map)
+    needed = [
+        *(libraries.native_library(header, model) for model in native),
+        *(libraries.entry_library(header, kind.model) for kind in wanted if not kind.native),
+        *([libraries.page_library(header)] if any(kind.model is FRICTION for kind in wanted) else []),
+    ]
+    return libraries.missing(needed, libraries.provider(header, embed_map).platforms)
 
 
 def build(

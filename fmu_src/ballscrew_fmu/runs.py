@@ -31,7 +31,7 @@ def run_build(args: Namespace) -> int:
         raise ValueError(f"{args.screw_file} and --screw = {args.screw}; give one screw file")
     wanted = build.kinds(args.only, args.fmi, args.python_only)
     inputs = build.read_inputs(args.screw_file or args.screw, args.map, args.kinematics, args.friction)
-    steps = 1 + 2 * len(wanted)
+    steps = 2 * len(wanted) + any(kind.model is build.FRICTION for kind in wanted)  # and the live page
     columns = (TextColumn("{task.description:<40}"), BarColumn(24), TimeElapsedColumn())
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:

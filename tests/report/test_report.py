@@ -148,7 +148,7 @@ def test_figures_show_the_map_on_axes_with_round_ticks(request, name):
         return figure.axes
 
     def drawn(axes):
-        """Ends and middle of the lines that have data, those cut where they are dashed joined again."""
+        """x of the first line with data, and y of all of them."""
         lines = [line.get_xydata().T for line in axes.lines if len(line.get_xydata()) > 2]
         return lines[0][0], [y for _, y in lines]
 

@@ -69,8 +69,9 @@ def native_library(header: Mapping[str, Any], model: FmuModel) -> Library:
 
 def entry_library(header: Mapping[str, Any], model: FmuModel) -> Library:
     """That of the FMU for Python hosts of a model."""
-    platforms = tuple(name for name in ENTRY_PLATFORMS if name in PLATFORMS)
-    return Library(f"{model.name}_entry", entry_sources(model.variables(header)), ("entry.c",), platforms)
+    return Library(
+        f"{model.name}_entry", entry_sources(model.variables(header)), ("entry.c",), ENTRY_PLATFORMS
+    )
 
 
 def page_library(header: Mapping[str, Any]) -> Library:
@@ -78,10 +79,10 @@ def page_library(header: Mapping[str, Any]) -> Library:
     return Library("page", page_sources(header), ("page.c",), (WASM,))
 
 
-def all_libraries(header: Mapping[str, Any], native: bool = True) -> list[Library]:
-    """native : those of the native FMUs too"""
+def all_libraries(header: Mapping[str, Any]) -> list[Library]:
+    """Of all FMUs, and the live page."""
     return [
-        *(native_library(header, model) for model in NATIVE_MODELS if native),
+        *(native_library(header, model) for model in NATIVE_MODELS),
         *(entry_library(header, model) for model in MODELS),
         page_library(header),
     ]
@@ -132,13 +133,11 @@ def _kept(library: Library, platform: str, compiler: Compiler) -> Path:
     return user_cache() / "libraries" / f"{library.file(platform)}.{by}"
 
 
-def missing(
-    header: Mapping[str, Any], platforms: Sequence[str], native: bool = True
-) -> list[tuple[Library, str]]:
-    """What has to be compiled for these platforms and is not kept yet; the WebAssembly if the compiler makes it."""
+def missing(libraries: Sequence[Library], platforms: Sequence[str]) -> list[tuple[Library, str]]:
+    """What of them has to be compiled for these platforms; the WebAssembly if the compiler makes it."""
     found = [
         (one, platform)
-        for one in all_libraries(header, native)
+        for one in libraries
         for platform in one.platforms
         if platform in (*platforms, WASM) and not (PREBUILT / one.file(platform)).is_file()
     ]
@@ -179,7 +178,7 @@ def main() -> int:
 
     folder, compiler, header = Path(str(PREBUILT)), find_compiler(), load_map(None).header
     shutil.rmtree(folder, ignore_errors=True)
-    compile_all(missing(header, compiler.platforms), lambda text: print(text, flush=True))
+    compile_all(missing(all_libraries(header), compiler.platforms), lambda text: print(text, flush=True))
     for library in all_libraries(header):
         for platform, content in contents(library).items():
             write_whole(folder / library.file(platform), content)
