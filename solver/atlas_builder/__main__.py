@@ -1,6 +1,6 @@
 """Command line: each step continues what its journal in the folder solved holds, and may be interrupted at any time.
 
-python -m atlas_builder contacts --count 3600     solve contacts
+python -m atlas_builder contacts --count 4250     solve contacts
 python -m atlas_builder points --count 1000       solve the points of the certificate, --fine: on the finer grid
 python -m atlas_builder atlas                     fit, certify; writes data/contact_atlas.npz and the VG 100 map
 python -m atlas_builder published --count 1024    solve sliding contacts, write the packaged map of the published law
@@ -30,9 +30,9 @@ from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.refinement.direct import rolling_parameters
 
-from .certificate import certificate, grid_errors, solve_points
+from .certificate import certificate, solve_points
 from .contacts import atlas_contacts, journal_of, solve_contacts
-from .fit import FIRST, interpolant_of, lengths_and_noise, save_atlas, table_of
+from .fit import BOUNDS_OF_ATLAS, FIRST, interpolant_of, lengths_and_noise, save_atlas, table_of
 from .journal import Journal
 from .published import FILMS, SlidingFilms, published_map, solve_sliding
 
@@ -104,7 +104,7 @@ def run_atlas(args: argparse.Namespace) -> None:
     contacts = atlas_contacts(rows[-1] + 1)
     table = table_of([contacts[k] for k in rows], [solved[str(k)] for k in rows])
     at = coordinates(table.groups)
-    lengths, level = lengths_and_noise(at, table.values, table.noise, FIRST)
+    lengths, level = lengths_and_noise(at, table.values, table.noise, FIRST, BOUNDS_OF_ATLAS)
     interpolant, left_out = interpolant_of(at, table.values, table.noise, lengths, level)
     for name, length in zip(COORDINATES, lengths, strict=True):
         print(f"length of {name:13} {length:.3g}")
@@ -115,20 +115,11 @@ def run_atlas(args: argparse.Namespace) -> None:
         "certificate": {"what": "", "points": 0},
     }
     save_atlas(packaged_atlas(), table, lengths, interpolant, header)
-    load_atlas.cache_clear()
-    count = 1 + max(map(number, points))
-    header["certificate"] = certificate(points, "fine", count) | {
-        "against_direct_solves": certificate(points, "direct", count),
-        "of_direct_solves": grid_errors(points, count),
-    }
+    with executor_of(args) as executor, progress_bar() as progress:
+        header["certificate"] = certificate(points, executor, progress)
     save_atlas(packaged_atlas(), table, lengths, interpolant, header)
     load_atlas.cache_clear()
     save_map(packaged_map(VG100), build_map(load_screw(PACKAGED_VG100), map_grid(load_screw())))
-
-
-def number(key: str) -> int:
-    """Of a point by its key in the journal."""
-    return int(key.split()[0])
 
 
 def main() -> None:
@@ -136,15 +127,15 @@ def main() -> None:
     parser = argparse.ArgumentParser("python -m atlas_builder", description=__doc__, formatter_class=raw)
     steps = parser.add_subparsers(required=True)
     for name, run, count in (
-        ("contacts", run_contacts, 3600), ("points", run_points, 1000), ("published", run_published, 1024),
+        ("contacts", run_contacts, 4250), ("points", run_points, 1000), ("published", run_published, 1024),
         ("atlas", run_atlas, 0),
     ):  # fmt: skip
         step = steps.add_parser(name)
         step.set_defaults(run=run)
+        step.add_argument("--workers", type=int)
+        step.add_argument("--dask", metavar="ADDRESS", help="tcp://HOST:PORT of a scheduler")
         if count:
             step.add_argument("--count", type=int, default=count)
-            step.add_argument("--workers", type=int)
-            step.add_argument("--dask", metavar="ADDRESS", help="tcp://HOST:PORT of a scheduler")
         if name == "published":
             step.add_argument("--points", type=int, default=1000, help="of its certificate")
         if name == "points":

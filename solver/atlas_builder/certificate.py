@@ -8,7 +8,7 @@ fine grid of the atlas; torques follow from them by the law, and are compared wi
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import Executor, as_completed
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -22,7 +22,7 @@ from ballscrew_tehl.friction.mechanistic import mean_load, nuts_powers
 from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.friction.torque import nut_forces
 from ballscrew_tehl.nut_map.build import build_map
-from ballscrew_tehl.nut_map.built import BuiltMap, Progress
+from ballscrew_tehl.nut_map.built import Progress
 from ballscrew_tehl.nut_map.certificate import LEAST_RISE, error_totals
 from ballscrew_tehl.nut_map.file import nut_map_of
 from ballscrew_tehl.nut_map.grid import screw_grid
@@ -31,6 +31,7 @@ from ballscrew_tehl.physics.ball_formula import MIN_FILM, film_formula
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.refinement.direct import MeanBallContacts, solved_contact
+from ballscrew_tehl.runtime.evaluate import NutMap
 
 from .contacts import solve_contact
 from .journal import Journal, solve_missing
@@ -125,21 +126,6 @@ def solve_points(
     solve_missing(solve_point, jobs, journal, executor, progress, "points of the certificate")
 
 
-class _Map:
-    """Map and contacts of the last screw."""
-
-    def __init__(self) -> None:
-        self._of = -1
-
-    def of(self, number: int) -> tuple[Any, BallContacts]:
-        screw = number // POINTS_PER_SCREW
-        if screw != self._of:
-            parameters = certificate_screw(screw)
-            built: BuiltMap = build_map(parameters)
-            self._of, self._found = screw, (nut_map_of(built), BallContacts(parameters))
-        return self._found
-
-
 def direct_torque(parameters: Parameters, point: Point, solved: Sequence[Solved]) -> float:
     """Torque [N.m] from the solved mean balls by the law."""
     ratio, coefficient, _ = default_friction_set(parameters).values
@@ -168,11 +154,10 @@ def _largest(errors: Sequence[Sequence[float]]) -> list[float]:
 
 
 def point_errors(
-    number: int, rows: Sequence[Sequence[Any]], maps: _Map
+    number: int, rows: Sequence[Sequence[Any]], nut_map: NutMap, contacts: BallContacts
 ) -> tuple[list[float], dict[str, bool]]:
     """ERRORS of the map and of the contacts of the atlas at a point, NaN where none is defined, and its regions."""
     parameters, point = certificate_point(number)
-    nut_map, contacts = maps.of(number)
     solved = [Solved(*row) for row in rows]
     values = default_friction_set(parameters).values
     found = float(nut_map.evaluate(*point, *values).friction_torque)
@@ -191,10 +176,22 @@ def point_errors(
     }
 
 
-def grid_errors(entries: Mapping[str, Any], count: int) -> dict[str, Any]:
+def screw_errors(
+    screw: int, solved: Mapping[str, Sequence[Sequence[Any]]]
+) -> dict[str, tuple[list[float], dict[str, bool]]]:
+    """point_errors of the points of a screw by their keys; none if the atlas does not hold it."""
+    parameters = certificate_screw(screw)
+    try:
+        nut_map, contacts = nut_map_of(build_map(parameters)), BallContacts(parameters)
+    except OutsideAtlasError:
+        return {}
+    return {key: point_errors(number_of(key), rows, nut_map, contacts) for key, rows in solved.items()}
+
+
+def grid_errors(entries: Mapping[str, Any]) -> dict[str, Any]:
     """Mean, quantiles and largest of ERRORS of direct solves against those on the fine grid, where both are known."""
     errors = []
-    for number in range(count):
+    for number in sorted({number_of(key) for key in entries}):
         coarse, fine = (entries.get(f"{number} {grid}") for grid in ("direct", "fine"))
         if isinstance(coarse, list) and isinstance(fine, list):
             parameters, point = certificate_point(number)
@@ -205,30 +202,47 @@ def grid_errors(entries: Mapping[str, Any], count: int) -> dict[str, Any]:
     return error_totals(ERRORS, np.array(errors))
 
 
-def certificate(entries: Mapping[str, Any], grid: str, count: int) -> dict[str, Any]:
-    """Mean, quantiles and largest of ERRORS, and of regions, at the points that were solved on a grid.
+def certificate(
+    entries: Mapping[str, Any], executor: Executor, progress: Progress | None = None
+) -> dict[str, Any]:
+    """Mean, quantiles and largest of ERRORS, and of regions, at the points that were solved.
 
-    Parameters   entries: of the journal;  grid: "direct" or "fine"
+    Parameters   entries: of the journal, by number and grid
+    Returns      those on the fine grid;  against_direct_solves: on the grid of direct solves;  of_direct_solves:
+                 grid_errors;  largest_at: number of the point whose torque misses most
     """
-    errors, sorts, maps, unsolved = [], [], _Map(), 0
-    for number in range(count):
-        rows = entries.get(f"{number} {grid}")
+    screws: dict[int, dict[str, Any]] = {}
+    for key, rows in entries.items():
         if isinstance(rows, list):
-            try:
-                own, of = point_errors(number, rows, maps)
-            except OutsideAtlasError:
-                continue
-            errors.append(own)
-            sorts.append(of)
-        elif rows is not None:
-            unsolved += 1
-    table = np.array(errors)
-    regions = {
-        name: error_totals(ERRORS, table[[of[name] for of in sorts]])
-        for name in sorts[0]
-        if any(of[name] for of in sorts)
+            screws.setdefault(number_of(key) // POINTS_PER_SCREW, {})[key] = rows
+    found: dict[str, tuple[list[float], dict[str, bool]]] = {}
+    running = [executor.submit(screw_errors, *of) for of in screws.items()]
+    for done, job in enumerate(as_completed(running), 1):
+        found |= job.result()
+        if progress is not None:
+            progress(done, len(running), "screws of the certificate")
+
+    def totals(grid: str) -> dict[str, Any]:
+        keys = sorted((key for key in found if key.endswith(grid)), key=number_of)
+        table, sorts = np.array([found[key][0] for key in keys]), [found[key][1] for key in keys]
+        return {
+            "what": f"random screws (seed {SEED})", "grid": grid,
+            "points_not_solved": sum(key.endswith(grid) and isinstance(of, str) for key, of in entries.items()),
+            "largest_at": number_of(keys[int(np.argmax(table[:, 0]))]),
+            **error_totals(ERRORS, table),
+            "regions": {
+                name: error_totals(ERRORS, table[own])
+                for name in sorts[0]
+                if (own := np.array([of[name] for of in sorts])).any()
+            },
+        }  # fmt: skip
+
+    return totals("fine") | {
+        "against_direct_solves": totals("direct"),
+        "of_direct_solves": grid_errors(entries),
     }
-    return {
-        "what": f"random screws (seed {SEED})", "grid": grid, "points_not_solved": unsolved,
-        **error_totals(ERRORS, table), "regions": regions,
-    }  # fmt: skip
+
+
+def number_of(key: str) -> int:
+    """Of a point by its key in the journal."""
+    return int(key.split()[0])

@@ -33,11 +33,11 @@ POOL_SEED, POOL_SCREWS, POOL_TRIES = 1, 5000, 12
 #: L and N up to which they are
 THINNEST = 0.7e-9
 LARGEST_M, LARGEST_L, LARGEST_N = 5e5, 160.0, 80.0
-#: contacts that are spread over all; those up to HOT_FROM are chosen between these M, above this L: there 86 points of
-#: the certificate had their largest errors, 1 to 2 % of the torque, when all were spread
-SPREAD, CRITICAL_M, CRITICAL_L = 2000, (2.0, 250.0), 15.0
-#: further ones have these L and N as well: with 3,546 contacts one torque of 386 missed by 4.4 %, there
-HOT_FROM, HOT_L, HOT_N = 3600, 45.0, 0.3
+#: the first contacts are spread over all. From each of these numbers on they have an M in between these, and at least
+#: this L and N: after 2,000, 86 points of the certificate had their largest errors there, 1 to 2 % of the torque; after
+#: 3,546 the largest torque of 386, 4.4 %; after 3,750 a thrust bearing at L = 32, N = 5
+CRITICAL_M = 2.0, 250.0
+STAGES = (2000, 15.0, 0.0), (3600, 45.0, 0.3), (3750, 15.0, 0.3)
 #: distances in ln(M), ln(L), ln(R_x/R_y), z, ln(p_max), ln(N + COLD), ln(effusivity of the walls) that count alike
 SPACING = 1.0, 2.0, 2.0, 0.8, 3.0, 3.0, 0.6
 #: what a contact is given by in the journal
@@ -65,34 +65,28 @@ def _place(contact: Contact) -> list[float]:
     return [float(value / unit) for value, unit in zip(place, SPACING, strict=True)]
 
 
-def critical(contact: Contact) -> bool:
-    """Whether a contact is where torques of maps are least certain: in the transition, with thick or stiff oil."""
-    scales = scales_of(contact.conditions, contact.oil)
-    return bool(CRITICAL_M[0] <= scales.M <= CRITICAL_M[1] and scales.L >= CRITICAL_L)
-
-
-def hot(contact: Contact) -> bool:
-    """Whether a critical contact is stiff and hot, which few are."""
+def critical(contact: Contact, min_L: float, min_N: float) -> bool:
+    """Whether a contact is where torques of maps are least certain: in the transition, with thick, stiff or hot oil."""
     c, scales = contact.conditions, scales_of(contact.conditions, contact.oil)
     N = thermal_load_parameter(contact.oil, c.u_e, c.temperature)
-    return bool(critical(contact) and scales.L >= HOT_L and N >= HOT_N)
+    return bool(CRITICAL_M[0] <= scales.M <= CRITICAL_M[1] and min_L <= scales.L and min_N <= N)
 
 
 def atlas_contacts(count: int) -> list[Contact]:
     """The first `count` contacts: by turns the one of the pool farthest from those before, and one at random.
 
-    After SPREAD of them, of those that are critical; after HOT_FROM, of those that are hot as well.
+    From the first number of STAGES on, of those that are critical.
     """
     pool = [contact for contact in contact_pool(POOL_SEED, POOL_SCREWS, POOL_TRIES) if usable(contact)]
     np.random.default_rng(POOL_SEED).shuffle(pool)  # type: ignore[arg-type]
     places = np.array([_place(contact) for contact in pool])
-    nearest, order = np.full(len(pool), np.inf), []
+    nearest, wanted, order = np.full(len(pool), np.inf), np.ones(len(pool), dtype=bool), list[int]()
+    begins = {at: limits for at, *limits in STAGES}
     for k in range(count):
-        for first, chosen in ((SPREAD, critical), (HOT_FROM, hot)):
-            if k == first:
-                # what was taken has no distance left, nor has what is not wanted
-                nearest[[not chosen(contact) for contact in pool]] = 0.0
-        own = int(np.argmax(nearest > 0.0)) if k % 2 else int(np.argmax(nearest))
+        if k in begins:
+            wanted = np.array([critical(contact, *begins[k]) for contact in pool])
+        left = np.where(wanted, nearest, 0.0)  # what was taken has no distance left
+        own = int(np.argmax(left > 0.0)) if k % 2 else int(np.argmax(left))
         order.append(own)
         nearest = np.minimum(nearest, np.sum((places - places[own]) ** 2, axis=1))
     return [pool[own] for own in order]

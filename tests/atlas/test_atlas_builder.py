@@ -128,23 +128,33 @@ def test_films_of_sliding_balls_are_those_between_the_solved_ones():
 
 @pytest.mark.slow
 def test_certificate_states_the_errors_of_contacts_and_torque():
-    """Solves that are the atlas itself but for films 2 % thicker, at four points of a screw: torques of its map."""
+    """Direct solves that are the atlas itself, fine ones with films 2 % thicker, at four points of a screw."""
     entries = {}
     for number in range(4):
         parameters, point = errors.certificate_point(number)
-        contacts, rows = BallContacts(parameters), []
+        contacts = BallContacts(parameters)
         forces = nut_forces(parameters, point.preload, point.axial_load)
-        for force in {f for f in forces if f > 0.0}:
-            load = mean_load(nut_loads(parameters.screw, force, parameters.screw.loaded_ball_count))
-            for raceway in RACEWAYS:
-                at = (np.array([value]) for value in (load, point.speed, point.temperature))
-                values = {name: float(v[0]) for name, v in contacts.at(raceway, *at).items()}
-                values["central_film"] *= 1.02
-                rows.append([raceway, force, load, values])
-        entries[f"{number} fine"] = rows
-    found = errors.certificate(json.loads(json.dumps(entries)) | {"4 fine": "not converged"}, "fine", 5)
+        for grid, film in (("direct", 1.0), ("fine", 1.02)):
+            rows = []
+            for force in {f for f in forces if f > 0.0}:
+                load = mean_load(nut_loads(parameters.screw, force, parameters.screw.loaded_ball_count))
+                for raceway in RACEWAYS:
+                    at = (np.array([value]) for value in (load, point.speed, point.temperature))
+                    values = {name: float(v[0]) for name, v in contacts.at(raceway, *at).items()}
+                    values["central_film"] *= film
+                    rows.append([raceway, force, load, values])
+            entries[f"{number} {grid}"] = rows
+    with ThreadPoolExecutor(1) as executor:
+        found = errors.certificate(json.loads(json.dumps(entries)) | {"4 fine": "not converged"}, executor)
+    direct, grids = found["against_direct_solves"], found["of_direct_solves"]
     assert (found["points"], found["points_not_solved"]) == (4, 1)
-    assert found["film_error_max"] == pytest.approx(1.0 - 1.0 / 1.02, rel=1e-6)
+    assert (direct["points"], direct["points_not_solved"], grids["points"]) == (4, 0, 4)
+    for of in (found, grids):
+        assert of["film_error_max"] == pytest.approx(1.0 - 1.0 / 1.02, rel=1e-6)
+        assert 1e-6 <= of["torque_error_mean"] <= of["torque_error_max"] <= 0.02
     assert found["temperature_rise_error_max"] <= 1e-9
-    assert 1e-6 <= found["torque_error_mean"] <= found["torque_error_max"] <= 0.02
+    assert direct["film_error_max"] <= 1e-9
+    # of the map alone
+    assert direct["torque_error_max"] <= 0.003
     assert found["regions"]["axial load"]["points"] == 2
+    assert 0 <= found["largest_at"] < 4

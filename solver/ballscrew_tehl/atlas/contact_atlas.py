@@ -25,12 +25,12 @@ from .groups import (
 )
 from .interpolation import Interpolant
 
-ATLAS_FORMAT = 4
+ATLAS_FORMAT = 5
 #: E' [Pa] of the contacts: steel on steel to silicon nitride on steel, and beyond by as much as changes the rolling
 #: loss by 0.5 %; p_r over that of the atlas
 MODULI, NEAR_PRESSURE = (200e9, 300e9), 0.05
 #: groups beyond whose range a screw is refused: of geometry, oil and material. Beyond the range of the others (M, L,
-#: pressure, N) every quantity keeps its ratio to the closed form at the end of the range
+#: pressure, N, slope, peclet) every quantity keeps its ratio to the closed form at the end of the range
 OF_THE_SCREW = ("radius_ratio", "z", "wall")
 #: relative distance beyond the contacts of the atlas that counts as inside
 ROUNDING = 1e-6

@@ -1,8 +1,9 @@
 """Dimensionless groups of a rolling contact, and the closed forms that its quantities are divided by.
 
 Without heat a contact is given by Moes' M and L, R_x/R_y, the pressure exponent Z and the Hertz pressure over p_r of
-Roelands; its heating adds N = beta eta0 u_e^2/k_oil and the effusivity sqrt(k rho c) of the walls, both in the mean.
-What is left (slope of the viscosity, temperature, size) changes films by less than the interpolation does.
+Roelands; its heating adds N = beta eta0 u_e^2/k_oil, beta T of the heating by compression, the Peclet number
+rho c u_e R_x/k_oil of the oil, and the effusivity sqrt(k rho c) of the walls in the mean. What is left (curve of the
+viscosity over temperature, expansion, effusivity of the oil) changes films by less than the interpolation does.
 """
 
 from __future__ import annotations
@@ -64,7 +65,10 @@ class RollingContacts(NamedTuple):
 
 
 class Groups(NamedTuple):
-    """Groups of contacts: M, L; radius_ratio R_x/R_y; z; pressure: p_max/p_r; N; wall: effusivity over steel's."""
+    """Groups of contacts: M, L; radius_ratio R_x/R_y; z; pressure: p_max/p_r; N; wall: effusivity over steel's.
+
+    slope: beta T with beta = -d ln(eta0)/dT;  peclet: rho c u_e R_x/k_oil
+    """
 
     M: Array
     L: Array
@@ -73,6 +77,8 @@ class Groups(NamedTuple):
     pressure: Array
     N: Array
     wall: Array
+    slope: Array
+    peclet: Array
 
 
 def wall_group(solids: tuple[SolidParameters, SolidParameters]) -> float:
@@ -113,10 +119,15 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
     a, b, p_max = hertz.a, hertz.b, hertz.p_max
     moes = moes_groups(oil, load, u_e, R_x, c.E_prime, temperature)
     moes = moes._replace(M=np.maximum(moes.M, LEAST_M))
-    N, ratio = thermal_load_parameter(oil, u_e, temperature), R_x / R_y
-    groups = Groups(
-        moes.M, moes.L, ratio, np.array(oil.z_roelands), p_max / oil.roelands_pressure, N, np.array(c.wall)
+    N, ratio, beta = (
+        thermal_load_parameter(oil, u_e, temperature),
+        R_x / R_y,
+        -temperature_slope(oil, temperature),
     )
+    groups = Groups(
+        moes.M, moes.L, ratio, np.array(oil.z_roelands), p_max / oil.roelands_pressure, N, np.array(c.wall),
+        beta * temperature, oil.density * oil.specific_heat * u_e * R_x / oil.thermal_conductivity,
+    )  # fmt: skip
     # density falls with temperature by the same amount at every pressure
     compressed = relative_density(oil.density_law, p_max)
     ambient = ambient_density(oil, temperature) / oil.density
@@ -137,7 +148,7 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
     return ClosedForms(groups, {
         "central_film": cold * heat,
         "minimum_film": one,
-        "temperature_rise": -N / temperature_slope(oil, temperature),
+        "temperature_rise": N / beta,
         "mean_rise": one,
         "rolling_loss": loss,
         "core_pressure": pressure * lack["core_pressure"],
@@ -146,7 +157,7 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
 
 
 #: coordinates in which quantities are interpolated, logarithms but for z
-COORDINATES = ("transition", "L", "radius_ratio", "z", "pressure", "N", "wall")
+COORDINATES = ("transition", "L", "radius_ratio", "z", "pressure", "N", "wall", "slope", "peclet")
 
 
 def transition(groups: Groups) -> Array:
@@ -161,10 +172,11 @@ def stretched(at: Array) -> Array:
 
 
 def coordinates(groups: Groups) -> Array:
-    """Coordinates (..., 7), COORDINATES, of groups (...)."""
+    """Coordinates (..., 9), COORDINATES, of groups (...)."""
     columns = (
         stretched(transition(groups)), np.log(groups.L), np.log(groups.radius_ratio), groups.z,
-        np.log(groups.pressure), np.log(groups.N + COLD), np.log(groups.wall),
+        np.log(groups.pressure), np.log(groups.N + COLD), np.log(groups.wall), np.log(groups.slope),
+        np.log(groups.peclet),
     )  # fmt: skip
     return np.stack(np.broadcast_arrays(*columns), axis=-1)
 

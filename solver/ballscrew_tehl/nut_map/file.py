@@ -102,7 +102,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     except OSError as error:
         raise MapError(damaged.format(error.strerror)) from error
     if not known:
-        raise MapError(damaged.format("a folder" if path.is_dir() else "of another kind"))
+        raise MapError(damaged.format("a folder" if path.is_dir() else "of another kind, or cut short"))
     try:
         header, variables = read_npz(path)
     except (MapError, OSError) as error:
