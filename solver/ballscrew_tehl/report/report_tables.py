@@ -1,7 +1,5 @@
 """Tables and notes of the report on one screw."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

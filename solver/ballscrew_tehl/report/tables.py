@@ -1,7 +1,5 @@
 """Tables that the report and the documentation of the FMUs share."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,9 +1,8 @@
 """Numbers of an operating point: names of option and column, bounds, and what of them each command takes."""
 
-from __future__ import annotations
-
 import math
 import re
+from argparse import Namespace
 from typing import Any, NamedTuple
 
 from ...parameters.units import CELSIUS
@@ -21,6 +20,11 @@ class Quantity(NamedTuple):
     not_zero: bool = False
     #: the bounds are those of the magnitude
     signed: bool = False
+
+    @property
+    def axis(self) -> str:
+        """Its name without the unit, as an axis of a map and in the heading of a column."""
+        return self.name.rpartition("_")[0]
 
     @property
     def option(self) -> str:
@@ -45,6 +49,14 @@ class Quantity(NamedTuple):
             + (", not 0" if self.not_zero else "")
             + (", or the same with a minus" if self.signed else "")
         )
+
+    def of(self, args: Namespace) -> float | None:
+        """The value of the option; None: not given.
+
+        Raises       ValueError: as checked
+        """
+        value = getattr(args, self.name)
+        return None if value is None else self.checked(self.option, value)
 
     def checked(self, where: str, value: Any) -> float:
         """The value as a float.
