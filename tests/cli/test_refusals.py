@@ -3,6 +3,7 @@
 import dataclasses
 import errno
 import os
+import sys
 import tempfile
 from contextlib import nullcontext
 from unittest.mock import Mock
@@ -10,7 +11,7 @@ from unittest.mock import Mock
 import pytest
 from command_line import refused, run
 
-from ballscrew_tehl.cli.commands import map as map_commands
+from ballscrew_tehl.cli.commands import map_file
 from ballscrew_tehl.cli.shared import files
 from ballscrew_tehl.friction.sets import default_friction_set, write_friction_sets
 from ballscrew_tehl.nut_map import certificate
@@ -341,9 +342,15 @@ def test_a_disk_that_fills_or_ctrl_c_during_the_work_leaves_nothing(folder, caps
         assert (folder / words[-1]).is_file()
 
 
+def test_a_missing_package_is_named_with_its_extra(capsys, folder, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    line = refused(capsys, "report", "--output", "r.html")
+    assert "matplotlib is not installed; remedy: python -m pip install 'ballscrew-tehl[report]'" in line
+
+
 def test_check_of_a_worse_map_fails(capsys, monkeypatch):
     """Exit code 1 if an error is larger than the certificate states; points in this process."""
-    monkeypatch.setattr(map_commands, "worker_pool", lambda workers: nullcontext())
+    monkeypatch.setattr(map_file, "worker_pool", lambda workers: nullcontext())
     for error, expected in ((0.0, 0), (0.5, 1)):
         monkeypatch.setattr(
             certificate, "deviation_at", lambda *arguments, e=error: certificate.Deviation(e, e, e)

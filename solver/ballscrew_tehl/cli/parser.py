@@ -108,7 +108,7 @@ GIVEN_MAP = (option("map", "map file, also as --map; default: the packaged map",
 PLOT = option("--plot", "draw the result", "FILE.png")
 
 MAP_ACTIONS = {
-    "build": Command("sum the contacts of the atlas over a nut, write the map", f"{RUN}.map:run_map_build", (
+    "build": Command("sum the contacts of the atlas over a nut, write the map", f"{RUN}.map_build:run_map_build", (
         option("--output", OUTPUT, "FILE.npz"),
         *(option(f"--{name}", f"range of the map [{unit}]", ("LO", "HI"), type=float, nargs=2)
           for name, unit in (("preload-n", "N"), ("speed-rpm", "r/min"), ("temperature-c", "C"))),
@@ -117,11 +117,11 @@ MAP_ACTIONS = {
         "Ranges: by these options, else table [map] of the screw file, else what the screw and its oil allow. The map "
         "holds its screw and oil, and the errors of the atlas against direct solves. No command needs the file: with "
         "--screw alone they make the map in memory."),
-    "check": Command("compare a map with direct solves", f"{RUN}.map:run_map_check",
+    "check": Command("compare a map with direct solves", f"{RUN}.map_file:run_map_check",
                      (*GIVEN_MAP, option("--count", f"points compared with direct solves (+5 %% at low speed); "
                                          f"default: {CHECK_POINTS}", "N", type=int, default=CHECK_POINTS),
                       option("--workers", "processes; default: one per core", "N", type=int)), OF_SCREW, "my_map.npz"),
-    "info": Command("axes, parameters, version and certificate of a map", f"{RUN}.map:run_map_info",
+    "info": Command("axes, parameters, version and certificate of a map", f"{RUN}.map_file:run_map_info",
                     GIVEN_MAP, OF_SCREW, "my_map.npz"),
 }
 CONTACT = {

@@ -21,15 +21,6 @@ def percent(error: float) -> str:
     return f"{float(f'{100.0 * error:.2g}'):g} %"
 
 
-def words(name: str) -> str:
-    """A name of the program in words."""
-    return name.replace("_", " ")
-
-
-def percent_of(value: float) -> str:
-    return f"{100.0 * value:.2f} %"
-
-
 def certificate_table(certificate: Mapping[str, Any]) -> Html:
     """Errors of a map against direct solves: mean, quantiles and largest of each quantity."""
     if "points" not in certificate:

@@ -32,7 +32,6 @@ from ..shared.quantities import (
     SPEED,
     TEMPERATURE,
     TORQUE_CONSTANT,
-    whole_number,
 )  # fmt: skip
 from ..shared.results import Answer, write_text
 
@@ -73,9 +72,8 @@ def run_export(args: Namespace) -> Answer:
         raise ValueError(
             f"--output = {output}; allowed: the name of a MATLAB function, letters, digits and _ only"
         )
-    whole_number("--points", args.points)
     twincat = args.format == "twincat"
-    points = args.points or (MAX_POINTS if twincat else SPEEDS)
+    points = (MAX_POINTS if twincat else SPEEDS) if args.points is None else args.points
     if not 3 <= points <= CURVE:
         raise ValueError(f"--points = {points}; allowed: a whole number, 3 to {CURVE}")
     export = (_of_map if args.identified is None else _of_log)(args, points)

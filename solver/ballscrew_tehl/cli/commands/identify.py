@@ -88,8 +88,8 @@ def run_identify(args: Namespace) -> Answer:
     _check(args, given)
     with progress_bar(QUIET) as progress:
         axis = _axis(args, given, progress)._replace(columns=columns)
-        found = _identified(args.log, axis)
-        data = output.identified_data(found) | {
+        fit = _identified(args.log, axis)
+        data = output.identified_data(fit) | {
             "log": Path(args.log).name,
             # for export
             "lead_mm": None if axis.lead is None else 2e3 * math.pi * axis.lead,
@@ -100,29 +100,29 @@ def run_identify(args: Namespace) -> Answer:
         if args.without_nut:
             other = screw_friction(_identified(args.without_nut, axis), axis.lead)
         if axis.law is not None or args.measurements or other or axis.known:
-            friction = _nut(found, axis, other)
+            friction = _nut(fit, axis, other)
         if axis.law is not None and friction is not None:
-            result = _with_law(args, axis, axis.law, found, (friction, other), data)
-            curve = _curve(axis.law, axis.lead, found, *result) if args.plot else None
+            result = _with_law(args, axis, axis.law, fit, (friction, other), data)
+            curve = _curve(axis.law, axis.lead, fit, *result) if args.plot else None
         if not (other or axis.known or "without_nut_nm" in data):
             data["contains"] = output.CONTAINS
     if args.measurements and friction is not None:
-        if (preload := axis.user_value("preload_n", found.preload)) is None:
+        if (preload := axis.user_value("preload_n", fit.preload)) is None:
             raise ValueError(
                 "--preload-n (missing); needed with --measurements, or a column preload [N] in the log"
             )
-        text = output.measurements_text(friction, preload, _temperature(found, args))
+        text = output.measurements_text(friction, preload, _temperature(fit, args))
         write_text("--measurements", args.measurements, text)
     if args.plot:
         from ...calibration.plot import save_figure
 
-        figure = identification_figure(found, curve)
+        figure = identification_figure(fit, curve)
         with written("--plot", args.plot):
             save_figure(figure, Path(args.plot))
         say(f"written: {args.plot}")
     if args.output:
         write_text("--output", args.output, json.dumps(to_builtin(data), indent=1) + "\n")
-    return Answer([data], text=output.identified_text(found, data))
+    return Answer([data], text=output.identified_text(fit, data))
 
 
 def _given(args: Namespace) -> dict[str, float | None]:
@@ -193,8 +193,8 @@ def _identified(path: str, axis: _Axis) -> Identified:
     drive = Drive(given["torque_constant_nm_a"], given["gain_n_v"], given["ratio"] or 1.0, axis.lead)
     # a log may have both: the one whose option is given is meant
     options = {"current": drive.torque_constant, "voltage": drive.gain}
-    wanted = [name for name, value in options.items() if value is not None]
-    log = read_log(path, axis.progress, wanted, axis.columns)
+    requested = [name for name, value in options.items() if value is not None]
+    log = read_log(path, axis.progress, requested, axis.columns)
     signals = signals_of(log, drive)
     check_units(log, signals, None if axis.law is None else axis.law.nut_map)
     inertia, offset = axis.stated(signals.rotary, INERTIAS, 2), axis.stated(signals.rotary, OFFSETS, 1)
@@ -211,27 +211,27 @@ def _identified(path: str, axis: _Axis) -> Identified:
         raise ValueError(f"{path}: {error}") from error
 
 
-def _nut(found: Identified, axis: _Axis, other: ScrewFriction | None) -> ScrewFriction:
+def _nut(fit: Identified, axis: _Axis, other: ScrewFriction | None) -> ScrewFriction:
     """Friction torque at the screw without the known parts, or without all that is in the log without the nut."""
-    return without(screw_friction(found, axis.lead), 0.0 if other is not None else axis.known, other)
+    return without(screw_friction(fit, axis.lead), 0.0 if other is not None else axis.known, other)
 
 
-def _temperature(found: Identified, args: Namespace) -> float:
+def _temperature(fit: Identified, args: Namespace) -> float:
     """[K]
 
     Raises       ValueError: neither an option nor a column
     """
     if (celsius := TEMPERATURE.of(args)) is not None:
         return celsius + CELSIUS
-    if found.temperature is None:
+    if fit.temperature is None:
         raise ValueError(
             "--temperature-c (missing); needed of the oil, or a column temperature [degC] in the log"
         )
-    return found.temperature
+    return fit.temperature
 
 
 def _with_law(
-    args: Namespace, axis: _Axis, law: Law, found: Identified, parts: tuple[ScrewFriction, ScrewFriction | None],
+    args: Namespace, axis: _Axis, law: Law, fit: Identified, parts: tuple[ScrewFriction, ScrewFriction | None],
     data: dict[str, Any],
 ) -> tuple[ScrewFriction, FoundPreload]:  # fmt: skip
     """Preload, its change and what two known preloads separate, added to the answer.
@@ -239,14 +239,14 @@ def _with_law(
     Parameters   parts : friction at the screw, and that of the log without the nut
     Returns      friction of the nut, preload behind it
     """
-    temperature, (friction, other) = _temperature(found, args), parts
+    temperature, (friction, other) = _temperature(fit, args), parts
     before, then = friction, temperature
     if args.before:
         earlier = _identified(args.before, axis)
         stated = axis.given["before_temperature_c"]
         then = (earlier.temperature or temperature) if stated is None else stated + CELSIUS
         before = _nut(earlier, axis, other)
-        now = axis.user_value("preload_n", found.preload)
+        now = axis.user_value("preload_n", fit.preload)
         past = axis.user_value("before_preload_n", earlier.preload)
         if now is not None and past is not None:
             apart = told_apart([(friction, now, temperature), (before, past, then)], law)
@@ -262,10 +262,10 @@ def _with_law(
 
 
 def _curve(
-    law: Law, lead: float | None, found: Identified, friction: ScrewFriction, result: FoundPreload
+    law: Law, lead: float | None, fit: Identified, friction: ScrewFriction, result: FoundPreload
 ) -> LawCurve:
     """The law over the speeds of the log, with what was subtracted from the friction."""
-    whole = screw_friction(found, lead)
+    whole = screw_friction(fit, lead)
     low, high = law.nut_map.header["axes"]["speed"][:2]
     speed = np.linspace(max(float(whole.speed.min()), low), min(float(whole.speed.max()), high), 60)
     other = np.interp(speed, whole.speed, whole.torque) - np.interp(speed, friction.speed, friction.torque)
@@ -273,7 +273,7 @@ def _curve(
         law.nut_map, law.parameters, law.friction_set, law.nut_map.law == MECHANISTIC, speed,
         np.array([result.preload]), np.array([result.temperature]),
     )  # fmt: skip
-    scale, unit = (1.0, "N m") if found.rotary else (abs(lead or 1.0), "N")
+    scale, unit = (1.0, "N m") if fit.rotary else (abs(lead or 1.0), "N")
     known = f" and {other.mean() / scale:.3g} {unit} of other parts" if np.any(other > 1e-9) else ""
     bounds = [table.torque if values is None else values for values in (table.low, table.high)]
     value, lower, upper = ((torque[:, 0, 0] + other) / scale for torque in (table.torque, *bounds))

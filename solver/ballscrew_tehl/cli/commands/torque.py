@@ -69,7 +69,7 @@ def run_torque(args: Namespace) -> Answer:
             say(f"{key}: {note}")
     for result in results:
         result |= _catalogue(chosen, result, max_preload) | chosen.described
-        # stderr has it beside a table
+        # a table has it on stderr
         result |= ({"friction_note": other} if other and args.json else {}) | {"version": __version__}
     return Answer(results, bool(args.points), columns=COLUMNS, notes=_notes(points[0]), output=args.output)
 

@@ -92,9 +92,9 @@ def chosen_of(args: Namespace) -> Chosen:
     sets = load_friction_sets(name, "give a file that ballscrew calibrate --output has written")
     only_law = all(entry.film_model == MECHANISTIC for entry in sets.values())
     parameters = screw_of(args, PACKAGED_VG100 if only_law else None)
-    found = friction_set_of_file(name, parameters)
-    refuse_other_fit(found, parameters)
-    return Chosen(without_overrides(parameters, found.name), found, found)
+    of_file = friction_set_of_file(name, parameters)
+    refuse_other_fit(of_file, parameters)
+    return Chosen(without_overrides(parameters, of_file.name), of_file, of_file)
 
 
 #: key of an operating point by the name that a map clamps

@@ -91,7 +91,7 @@ def _read(
             twice = twice or f"{column.quantity.name}, also as {heading}"
     known = {quantity.axis for quantity in used} | {name.rpartition("_")[0] for name in common}
     for error in problems:
-        # beside its quantity, a heading such as torque_low_nm is another one
+        # next to its quantity, a heading such as torque_low_nm is another one
         if isinstance(error, UnknownUnitError) or error.key not in known:
             raise ValueError(f"{path}: {error}")
     if twice:
@@ -112,10 +112,10 @@ def _column(heading: str, quantities: Sequence[Quantity]) -> _Column | None:
             return _Column(quantity)
         by_axis[quantity.axis] = quantity
     example = ", ".join(quantity.name for quantity in quantities)
-    found = quantity_of(
+    match = quantity_of(
         heading, {axis: MEASURED[axis] for axis in MEASURED if axis in by_axis}, example=example
     )
-    return None if found is None else _Column(by_axis[found[0]], found[1])
+    return None if match is None else _Column(by_axis[match[0]], match[1])
 
 
 def _point(

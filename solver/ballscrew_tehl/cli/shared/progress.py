@@ -3,21 +3,20 @@
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from datetime import timedelta
 from typing import TypeVar
 
+from ...tables.csv_file import Progress
 from .results import say
 
-#: called with finished and total work and the name of the stage
-Progress = Callable[[int, int, str], None]
 Item = TypeVar("Item")
 
 #: seconds in which a command that mostly takes less shows no progress
 QUIET = 2.0
-#: seconds between two lines: on a terminal, where each takes the place of the last, and in a file
-ON_TERMINAL, IN_FILE = 0.5, 10.0
+#: seconds between two lines: of a stage in a file, others; on a terminal each takes the place of the last
+IN_FILE, BETWEEN = 10.0, 0.5
 
 
 @contextmanager
@@ -26,14 +25,15 @@ def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
 
     Parameters   quiet : seconds from the beginning in which nothing is shown
     """
-    terminal, due = sys.stderr.isatty(), time.monotonic() + quiet
-    stage, begun, before, is_open = ("", 0), due, 0, False
+    terminal, last = sys.stderr.isatty(), time.monotonic() + quiet - BETWEEN
+    stage, begun, before, is_open = ("", 0), last, 0, False
 
     def progress(finished: int, total: int, what: str) -> None:
-        nonlocal due, stage, begun, before, is_open
+        nonlocal last, stage, begun, before, is_open
         now, new, done = time.monotonic(), (what, total) != stage, finished == total
         # the end of a stage that was not shown is no news
-        if (new and quiet > 0.0) if done else now < due:
+        wait = BETWEEN if new or terminal else IN_FILE
+        if (new and quiet > 0.0) if done else now < last + wait:
             return
         if new:
             stage, begun, before = (what, total), now, finished
@@ -44,7 +44,7 @@ def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
             clock = f", {_clock(seconds * (total - finished) / (finished - before))} left"
         text, is_open = f"{what}: {finished} of {total}{clock}", terminal and not done
         say(text[: shutil.get_terminal_size().columns - 1] if is_open else text, end="" if is_open else "\n")
-        due = now + (ON_TERMINAL if terminal else IN_FILE)
+        last = now
 
     try:
         yield progress

@@ -105,16 +105,16 @@ def _print_rows(answer: Answer) -> None:
         )
 
     keys = [key for key in answer.columns or known if shows(key)]
-    while True:
-        cells = [[shown(row.get(key), 5) for key in keys] for row in answer.rows]
-        text = table([_head(key) for key in keys], cells, left=0)
-        if len(keys) == 1 or len(text.partition("\n")[0]) <= shutil.get_terminal_size().columns:
+    text, count = "", 0
+    for count in range(len(keys), 0, -1):
+        cells = [[shown(row.get(key), 5) for key in keys[:count]] for row in answer.rows]
+        text = table([_head(key) for key in keys[:count]], cells, left=0)
+        if max(map(len, text.split("\n"))) <= shutil.get_terminal_size().columns:
             break
-        keys.pop()
     print(text)
-    if len(keys) < len(known):
+    if count < len(known):
         further = "--json" if answer.output == "" else "--output FILE.csv, or --json"
-        say(f"{len(known) - len(keys)} further columns: {further}")
+        say(f"{len(known) - count} further columns: {further}")
 
 
 def _head(key: str) -> str:
@@ -177,10 +177,11 @@ def listing(row: Row, notes: Mapping[str, str]) -> str:
 
 def _wrapped(head: str, text: str) -> list[str]:
     """Text behind a head, continued below its beginning; a word too long for that on lines of its own."""
-    first, column = [], len(head)
-    if len(head + text) <= width() or not text:
-        return [(head + text).rstrip()]
-    if max(map(len, text.split())) > width() - column:
-        first, head, column = [head.rstrip()], "    ", 4
-    lines = textwrap.wrap(text, max(width() - column, 20), break_long_words=False, break_on_hyphens=False)
-    return first + [(" " * column if number else head) + line for number, line in enumerate(lines)]
+    first = []
+    if max(map(len, text.split()), default=0) > width() - len(head):
+        first, head = [head.rstrip()], "    "
+    lines = textwrap.wrap(
+        text, max(width(), len(head) + 20), initial_indent=head, subsequent_indent=" " * len(head),
+        break_long_words=False, break_on_hyphens=False,
+    )  # fmt: skip
+    return first + (lines or [head.rstrip()])
