@@ -139,7 +139,8 @@ def _by_moes(contact: dict[str, Any], options: Any) -> dict[str, Any]:
     """Isothermal film in Moes units; error_estimate: relative, of Hc."""
     from ...contact import solve_moes
 
-    film = solve_moes(*contact["moes"], contact["radius_ratio"], contact["law"], options)
+    M, L = contact["moes"]
+    film = solve_moes(M, L, contact["radius_ratio"], contact["law"], options)
     return {"Hc": film.Hc, "Hm": film.Hm, **{name: getattr(film.result, name) for name in OF_MOES}}
 
 
@@ -149,7 +150,8 @@ def _by_dimensions(contact: dict[str, Any], options: Any, screw_file: str | None
     from ...physics.hertz import E_prime
 
     parameters = load_screw(screw_file)
-    conditions = ContactConditions(*(contact[name] for name in DIMENSIONS), E_prime(parameters.screw))
+    load, R_x, R_y, u_1, u_2, temperature = (contact[name] for name in DIMENSIONS)
+    conditions = ContactConditions(load, R_x, R_y, u_1, u_2, temperature, E_prime(parameters.screw))
     oil = parameters.lubricant
     if "rheology" in contact:
         oil = changed(parameters, lubricant={"rheology": contact["rheology"]}).lubricant

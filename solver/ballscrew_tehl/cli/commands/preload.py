@@ -83,7 +83,7 @@ def _result(chosen: Chosen, nut_map: NutMap, point: Mapping[str, float]) -> tupl
         )
     preload = preload_from_torque(torque, measured, 0.0, highest)
     state = nut_map.evaluate(preload, *at)
-    result = {**point, "preload_n": preload}
+    result: dict[str, Any] = {**point, "preload_n": preload}
     if nut_map.law == MECHANISTIC:
         ends = preload_interval(chosen.parameters, nut_map, chosen.friction_set, measured, preload, *at)
         result |= {"preload_low_n": ends.low, "preload_high_n": ends.high, "preload_interval": ends.meaning}
