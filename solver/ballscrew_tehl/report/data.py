@@ -204,46 +204,23 @@ def report_data(
     separation = loaded_screw(screw, constants, point.preload, 0.0).separation_load
     axial_loads = np.linspace(0.0, LAST_LOAD_RATIO * separation, LOAD_POINTS)
     unknown = Efficiency(math.nan, math.nan)
+    both = [[efficiency_at(x, load) or unknown for load in axial_loads.tolist()] for x in speeds.tolist()]
+    cases = []
+    for load in (ratio * separation for ratio in LOAD_RATIOS):
+        loaded = loaded_screw(screw, constants, point.preload, load)
+        cases.append(LoadCase(load, loaded, efficiency_at(point.speed, load)))
     return ReportData(
-        parameters,
-        friction_set,
-        nut_map,
-        point,
-        constants,
-        preloads,
-        speeds,
-        temperatures,
+        parameters, friction_set, nut_map, point, constants, preloads, speeds, temperatures,
         intervals=intervals[:, np.isin(interval_x, speeds)],
         interval=map_interval(parameters, axes, friction_set, *point) if known else None,
-        by_preload=lines(
-            x,
-            preloads,
-            lambda x, row: (row, x, point.temperature),
-            intervals[:, :, warm, 1:] if known else None,
-        ),
-        by_temperature=lines(
-            x,
-            temperatures,
-            lambda x, row: (point.preload, x, row),
-            intervals[here, :, :, 1:].swapaxes(0, 1) if known else None,
-        ),
+        by_preload=lines(x, preloads, lambda x, row: (row, x, point.temperature),
+                         intervals[:, :, warm, 1:] if known else None),
+        by_temperature=lines(x, temperatures, lambda x, row: (point.preload, x, row),
+                             intervals[here, :, :, 1:].swapaxes(0, 1) if known else None),
         over_preload=lines(force, speeds, lambda x, row: (x, row, point.temperature), None),
         films=nut_map.evaluate(point.preload, x, temperatures[:, None]),
-        cases=tuple(
-            LoadCase(
-                load, loaded_screw(screw, constants, point.preload, load), efficiency_at(point.speed, load)
-            )
-            for load in (ratio * separation for ratio in LOAD_RATIOS)
-        ),
-        axial_loads=axial_loads,
-        efficiencies=100.0
-        * np.array(
-            [
-                [efficiency_at(float(speed), float(load)) or unknown for load in axial_loads]
-                for speed in speeds
-            ]
-        ),
-    )
+        cases=tuple(cases), axial_loads=axial_loads, efficiencies=100.0 * np.array(both),
+    )  # fmt: skip
 
 
 def torque_intervals(
