@@ -3,10 +3,13 @@
 import shlex
 from argparse import Namespace
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 from ...calibration.measured import calibrate, films_of
 from ...calibration.measurements import Measurement
+from ...calibration.one_point import OnePoint, calibrate_point, point_data, point_text
+from ...calibration.plot import calibration_figure, save_figure
+from ...calibration.result import Calibration, calibration_data, calibration_text
 from ...friction.mechanistic import ContactValues
 from ...friction.origin import refuse_other_fit, with_set
 from ...friction.sets import MECHANISTIC, FrictionSet, check_usable, write_friction_sets
@@ -18,9 +21,6 @@ from ..shared.files import check_output, written
 from ..shared.progress import QUIET, progress_bar
 from ..shared.quantities import CALIBRATION_POINT, TEMPERATURE
 from ..shared.results import Answer, say
-
-#: a fitted set, what --json adds to it, the same as text
-Fitted = tuple[FrictionSet, dict[str, Any], str]
 
 
 def run_calibrate(args: Namespace) -> Answer:
@@ -38,8 +38,21 @@ def run_calibrate(args: Namespace) -> Answer:
     for option, path, kind in outputs:
         if path:
             check_output(option, path, kind, inputs=(args.measurements, args.screw))
-    fitted = _of_file(args, parameters) if point is None else _of_point(args, parameters, point)
-    friction, data, text = fitted
+    result = _of_file(args, parameters) if point is None else _of_point(args, parameters, point)
+    friction = result.friction_set
+    # what the commands after this one would refuse
+    where = args.measurements if point is None else "--torque-nm"
+    check_usable(friction, parameters, where, "check the units of torque and preload")
+    refuse_other_fit(friction, parameters)
+    if isinstance(result, OnePoint):
+        data, text = point_data(result), point_text(result)
+    else:
+        data, text = calibration_data(result), calibration_text(result)
+        if args.plot:
+            figure = calibration_figure(result)
+            with written("--plot", args.plot):
+                save_figure(figure, Path(args.plot))
+            say(f"written: {args.plot}")
     if args.output:
         _write(args, friction)
     else:
@@ -59,15 +72,6 @@ def _write(args: Namespace, friction: FrictionSet) -> None:
     say(f"written: {args.output}{follows if words or not args.kinematics else ''}")
 
 
-def _check_accepted(friction: FrictionSet, parameters: Parameters, where: str) -> None:
-    """Refuse a set whose file the commands after this one would refuse.
-
-    Raises       ValueError
-    """
-    check_usable(friction, parameters, where, "check the units of torque and preload")
-    refuse_other_fit(friction, parameters)
-
-
 def _point(args: Namespace) -> Measurement:
     """The one point of the options."""
     for option, value in {"--plot": args.plot, "--drop": args.drop}.items():
@@ -85,38 +89,21 @@ def _point(args: Namespace) -> Measurement:
     return Measurement(preload, abs(speed) * RPM, temperature + CELSIUS, torque)
 
 
-def _of_point(args: Namespace, parameters: Parameters, point: Measurement) -> Fitted:
-    from ...calibration.one_point import calibrate_point, point_data, point_text
-
+def _of_point(args: Namespace, parameters: Parameters, point: Measurement) -> OnePoint:
     with_set(parameters, MECHANISTIC)
     films, outside = films_of(parameters, args.map)
     if reason := outside(point):
         raise ValueError(f"outside the map: {reason}; remedy: a larger map, or none")
-    result = calibrate_point(point, parameters, cast(ContactValues, films(MECHANISTIC)))
-    _check_accepted(result.friction_set, parameters, "--torque-nm")
-    return result.friction_set, point_data(result), point_text(result)
+    return calibrate_point(point, parameters, cast(ContactValues, films(MECHANISTIC)))
 
 
-def _of_file(args: Namespace, parameters: Parameters) -> Fitted:
-    """Fit to a file, with its picture if that is requested."""
-    from ...calibration.result import calibration_data, calibration_text
-
+def _of_file(args: Namespace, parameters: Parameters) -> Calibration:
     celsius = TEMPERATURE.of(args)
-    temperature = None if celsius is None else celsius + CELSIUS
     with progress_bar(QUIET) as progress:
-        result = calibrate(
-            args.measurements, parameters, args.map, name=args.set, temperature=temperature,
-            drop=args.drop, progress=progress,
+        return calibrate(
+            args.measurements, parameters, args.map, name=args.set, drop=args.drop, progress=progress,
+            temperature=None if celsius is None else celsius + CELSIUS,
         )  # fmt: skip
-    _check_accepted(result.friction_set, parameters, args.measurements)
-    if args.plot:
-        from ...calibration.plot import calibration_figure, save_figure
-
-        figure = calibration_figure(result)
-        with written("--plot", args.plot):
-            save_figure(figure, Path(args.plot))
-        say(f"written: {args.plot}")
-    return result.friction_set, calibration_data(result), calibration_text(result)
 
 
 def _screw_file_lines(friction: FrictionSet) -> list[str]:
