@@ -11,7 +11,7 @@ from rich.table import Table
 
 from ballscrew_tehl.cli.shared.files import check_output, new_folder, try_folder, written
 from ballscrew_tehl.cli.shared.progress import progress_bar
-from ballscrew_tehl.cli.shared.results import CommandError, say
+from ballscrew_tehl.cli.shared.results import Answer, CommandError, say
 
 #: progress of a live page
 COMPILING = "live page: intervals computed, code compiled"
@@ -138,7 +138,7 @@ def run_page(args: Namespace) -> int:
     return 0
 
 
-def run_report(args: Namespace) -> int:
+def run_report(args: Namespace) -> Answer:
     """The report of ballscrew_tehl with the live page in it; without ziglang it has none."""
     from ballscrew_fmu import build
     from ballscrew_fmu.live_page.page import live_frame

@@ -14,10 +14,11 @@ from command_line import answer, run
 from reference_screw import GD4008
 
 from ballscrew_tehl.cli import parser
+from ballscrew_tehl.cli.commands import torque
 from ballscrew_tehl.friction.sets import default_friction_set, write_friction_sets
-from ballscrew_tehl.nut_map import trend
 from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
 from ballscrew_tehl.nut_map.interval import map_interval
+from ballscrew_tehl.nut_map.trend import Trend
 from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
@@ -121,7 +122,7 @@ def test_reservations_are_keys_and_one_line_about_many_points(capsys, monkeypatc
     points = tmp_path / "points.csv"
     points.write_text("preload_n,speed_rpm,temperature_c\n900,200,30\n950,0,40\n990,300,40\n")
     monkeypatch.setattr(
-        trend, "unphysical_trend", lambda nut_map, preload, *others: trend.Trend(preload > 940.0, False)
+        torque, "unphysical_trend", lambda nut_map, preload, *at: Trend(preload > 940.0, False)
     )
     found, _ = answer(capsys, "torque", "--points", points)
     assert ["unphysical_trend" in one for one in found] == [False, True, True]

@@ -77,9 +77,8 @@ def test_from_a_log_to_preload_change_and_calibration(capsys, logs, tmp_path):
 def test_exports_hold_the_map(capsys, tmp_path):
     nut_map = load_map(packaged_map(VG100), load_screw(PACKAGED_VG100))
     path = tmp_path / "table.json"
-    answer(
-        capsys, "export", *MAP, "--format", "json", "--output", path, "--preload-n", "2000", "--points", "5"
-    )
+    few = "--preload-n", "2000", "--points", "5"
+    answer(capsys, "export", *MAP, "--format", "json", *few, "--output", path)
     data = json.loads(path.read_text())
     speed = np.array(data["speed_rpm"]) * np.pi / 30.0
     torque = np.array(data["torque_nm"])[:, 0, 0]
@@ -87,22 +86,9 @@ def test_exports_hold_the_map(capsys, tmp_path):
     assert torque == pytest.approx(nut_map.evaluate(2000.0, speed, kelvin).friction_torque, rel=1e-9)
     assert np.all(np.array(data["torque_low_nm"])[:, 0, 0] < torque)
     path = tmp_path / "axis.lis"
-    two = "--preload-n", "1000", "2000", "--temperature-c", "30"
-    lists, _ = answer(
-        capsys,
-        "export",
-        *MAP,
-        "--format",
-        "twincat",
-        *two,
-        "--torque-constant-nm-a",
-        CONSTANT,
-        "--output",
-        path,
-    )
+    two = "--preload-n", "1000", "2000", "--temperature-c", "30", *AXIS[:2]
+    lists, _ = answer(capsys, "export", *MAP, "--format", "twincat", *two, "--output", path)
     assert [one["entries"] for one in lists] == [20, 20]
     assert all(one["largest_error_share"] <= 2e-3 for one in lists)
-    assert sorted(file.name for file in tmp_path.glob("*.lis")) == [
-        "axis_1000N_30C.lis",
-        "axis_2000N_30C.lis",
-    ]
+    names = [file.name for file in tmp_path.glob("*.lis")]
+    assert sorted(names) == ["axis_1000N_30C.lis", "axis_2000N_30C.lis"]

@@ -3,6 +3,7 @@
 import dataclasses
 import errno
 import os
+import sys
 import tempfile
 from contextlib import nullcontext
 from unittest.mock import Mock
@@ -339,6 +340,12 @@ def test_a_disk_that_fills_or_ctrl_c_during_the_work_leaves_nothing(folder, caps
     for words in (("init", "new/x.toml"), (*calibrate, "--output", "new/folder/x.toml")):
         assert run(capsys, *words)[0] == 0
         assert (folder / words[-1]).is_file()
+
+
+def test_a_missing_package_is_named_with_its_extra(capsys, folder, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    line = refused(capsys, "report", "--output", "r.html")
+    assert "matplotlib is not installed; remedy: python -m pip install 'ballscrew-tehl[report]'" in line
 
 
 def test_check_of_a_worse_map_fails(capsys, monkeypatch):

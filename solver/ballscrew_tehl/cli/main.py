@@ -5,8 +5,6 @@ allowed. Results go to stdout, everything else to stderr. Modules are imported w
 map must not wait for the import of the solver, nor completion for that of any.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Sequence
@@ -14,12 +12,16 @@ from io import TextIOWrapper
 from pkgutil import resolve_name
 
 from .parser import SOLVER, Command, build_parser
-from .shared.extras import missing_extra
 from .shared.files import os_error_text
-from .shared.results import CommandError
+from .shared.results import CommandError, say, show
 
 #: exit code after Ctrl-C: 128 and the number of the signal
 INTERRUPTED = 130
+#: optional package: extra of pyproject.toml that brings it
+EXTRAS = {
+    **dict.fromkeys(("matplotlib", "jinja2", "markupsafe"), "report"),
+    **{"fmpy": "fmu", "pythonfmu": "fmu", "distributed": "dask"},
+}
 
 
 def main(
@@ -44,38 +46,44 @@ def main(
 
         argcomplete.autocomplete(parser)
     args = parser.parse_args(arguments)
-
-    def ended(code: int, text: str) -> int:
-        print(f"{args.prog}: {' '.join(text.split())}", file=sys.stderr)
-        return code
-
     try:
-        code = int(resolve_name(args.run)(args))
+        answer = resolve_name(args.run)(args)
+        code = answer if isinstance(answer, int) else show(answer, args.json)
         print(end="", flush=True)
         return code
-    except ModuleNotFoundError as err:
-        remedy = missing_extra(err)
-        if remedy is None:
-            raise
-        return ended(2, f"error: {remedy}")
-    except (KeyboardInterrupt, SystemError) as err:
-        # an interrupt inside compiled code comes as the cause of a SystemError, or as that of its cause
-        cause: BaseException | None = err
-        while cause is not None and not isinstance(cause, KeyboardInterrupt):
-            cause = cause.__cause__
-        if cause is None:
-            raise
-        return ended(INTERRUPTED, "; ".join(filter(None, ("interrupted", args.interrupted))))
     except BrokenPipeError:
         # the reader of a pipe (head, less) has exited: no error message, also not from the interpreter's own flush
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         return 0
-    except CommandError as err:
-        return ended(1, f"error: {err}")
-    except (ValueError, OSError) as err:
-        return ended(2, f"error: {os_error_text(err) if isinstance(err, OSError) else err}")
-    except MemoryError as err:
-        reason = str(err) or "no number given"
-        return ended(2, f"error: not enough memory ({reason}): fewer nodes or a smaller domain")
-    except ArithmeticError as err:
-        return ended(1, f"not converged: {err}")
+    except (Exception, KeyboardInterrupt) as error:
+        code, text = _failure(error, args.interrupted)
+        if not text:
+            raise
+        say(f"{args.prog}: {' '.join(text.split())}")
+        return code
+
+
+def _failure(error: BaseException, interrupted: str) -> tuple[int, str]:
+    """Exit code and line of an exception; line "": a defect of the program."""
+    if isinstance(error, CommandError):
+        return 1, f"error: {error}"
+    if isinstance(error, OSError):
+        return 2, f"error: {os_error_text(error)}"
+    if isinstance(error, ValueError):
+        return 2, f"error: {error}"
+    if isinstance(error, MemoryError):
+        reason = str(error) or "no number given"
+        return 2, f"error: not enough memory ({reason}): fewer nodes or a smaller domain"
+    if isinstance(error, ArithmeticError):
+        return 1, f"not converged: {error}"
+    if isinstance(error, ModuleNotFoundError):
+        package = (error.name or "").partition(".")[0]
+        remedy = f"remedy: python -m pip install 'ballscrew-tehl[{EXTRAS.get(package)}]'"
+        return 2, f"error: {package} is not installed; {remedy}" if package in EXTRAS else ""
+    # an interrupt inside compiled code comes as the cause of a SystemError, or as that of its cause
+    cause: BaseException | None = error
+    while isinstance(cause, SystemError):
+        cause = cause.__cause__
+    if isinstance(cause, KeyboardInterrupt):
+        return INTERRUPTED, "; ".join(filter(None, ("interrupted", interrupted)))
+    return 1, ""

@@ -4,13 +4,14 @@ Names of choices are repeated here, so that building the parser imports none of 
 compares both.
 """
 
-from __future__ import annotations
-
 import argparse
 import difflib
+import functools
 import itertools
 import re
+import shutil
 import sys
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn
 
@@ -43,6 +44,8 @@ LAWS = ("barus", "roelands")
 #: points of a check
 CHECK_POINTS = 4
 
+#: package of the commands
+RUN = f"{__package__}.commands"
 #: flag or name of an argument, settings of argparse
 Option = tuple[str, dict[str, Any]]
 Metavar = str | tuple[str, ...] | None
@@ -62,7 +65,7 @@ class Command(NamedTuple):
     shared: Sequence[Option] = ()
     example: str = ""
     description: str = ""
-    actions: Mapping[str, Command] = {}
+    actions: Mapping[str, "Command"] = {}
     groups: Mapping[str, Sequence[str]] = {}
     interrupted: str = ""
 
@@ -77,21 +80,9 @@ def switch(flag: str, text: str) -> Option:
     return option(flag, text, action="store_true")
 
 
-def _choice(flag: str, names: Sequence[str], text: str, **settings: Any) -> Option:
-    return option(flag, text, choices=names, **settings)
-
-
-def _numbers(flag: str, text: str, metavar: Metavar = "N", kind: Any = float, **settings: Any) -> Option:
-    return option(flag, text, metavar, type=kind, **settings)
-
-
 def _of(quantities: Sequence[Quantity], **settings: Any) -> list[Option]:
     """An option for each quantity."""
     return [option(one.option, one.help, one.metavar, **settings) for one in quantities]
-
-
-def _command(module: str) -> str:
-    return f"{__package__}.commands.{module}"
 
 
 # fmt: off
@@ -100,8 +91,8 @@ VERSION = option("--version", argparse.SUPPRESS, action="version", version=f"bal
 JSON = switch("--json", "JSON on stdout, logs on stderr")
 SCREW = option("--screw", "screw file; default: that in the map, or the packaged GD4008-3", "FILE.toml")
 SCREW_ALONE = option("--screw", "screw file; default: the packaged GD4008-3", "FILE.toml")
-KINEMATIC = _choice("--kinematics", KINEMATICS, "published or rolling_frame: speeds and law; default: by the screw",
-                    metavar="LAW")
+KINEMATIC = option("--kinematics", "published or rolling_frame: speeds and law; default: by the screw", "LAW",
+                   choices=KINEMATICS)
 MAP_FILE = option("--map", "map file, which holds its screw; default: packaged or made in memory", "FILE.npz")
 FRICTION = option("--friction", "two_parameter, three_parameter, mechanistic, or a file of calibrate", "NAME|FILE")
 INPUTS = (SCREW, MAP_FILE, FRICTION, KINEMATIC)
@@ -114,42 +105,38 @@ ROWS = (
 # without a default, which would take the place of --map
 GIVEN_MAP = (option("map", "map file, also as --map; default: the packaged map", "FILE.npz", nargs="?",
                     default=argparse.SUPPRESS), option("--map", argparse.SUPPRESS))
-WORKERS = _numbers("--workers", "processes; default: one per core", kind=int)
 PLOT = option("--plot", "draw the result", "FILE.png")
 
-
-def _count(default: int, what: str = "points compared with direct solves (+5 %% at low speed)") -> Option:
-    return _numbers("--count", f"{what}; default: {default}", kind=int, default=default)
-
-
 MAP_ACTIONS = {
-    "build": Command("sum the contacts of the atlas over a nut, write the map", _command("map_build:run_map_build"), (
+    "build": Command("sum the contacts of the atlas over a nut, write the map", f"{RUN}.map_build:run_map_build", (
         option("--output", OUTPUT, "FILE.npz"),
-        *(_numbers(f"--{name}", f"range of the map [{unit}]", ("LO", "HI"), nargs=2)
+        *(option(f"--{name}", f"range of the map [{unit}]", ("LO", "HI"), type=float, nargs=2)
           for name, unit in (("preload-n", "N"), ("speed-rpm", "r/min"), ("temperature-c", "C"))),
         option("--family", "a map for every *.toml in this folder; --output: folder", "FOLDER"),
     ), (SCREW_ALONE, KINEMATIC, JSON), "--screw my.toml --output my_map.npz",
         "Ranges: by these options, else table [map] of the screw file, else what the screw and its oil allow. The map "
         "holds its screw and oil, and the errors of the atlas against direct solves. No command needs the file: with "
         "--screw alone they make the map in memory."),
-    "check": Command("compare a map with direct solves", _command("map_file:run_map_check"),
-                     (*GIVEN_MAP, _count(CHECK_POINTS), WORKERS), OF_SCREW, "my_map.npz"),
-    "info": Command("axes, parameters, version and certificate of a map", _command("map_file:run_map_info"),
+    "check": Command("compare a map with direct solves", f"{RUN}.map_file:run_map_check",
+                     (*GIVEN_MAP, option("--count", f"points compared with direct solves (+5 %% at low speed); "
+                                         f"default: {CHECK_POINTS}", "N", type=int, default=CHECK_POINTS),
+                      option("--workers", "processes; default: one per core", "N", type=int)), OF_SCREW, "my_map.npz"),
+    "info": Command("axes, parameters, version and certificate of a map", f"{RUN}.map_file:run_map_info",
                     GIVEN_MAP, OF_SCREW, "my_map.npz"),
 }
 CONTACT = {
-    "contact": Command("solve one elastohydrodynamic contact", _command("contact:run_contact"), (
+    "contact": Command("solve one elastohydrodynamic contact", f"{RUN}.contact:run_contact", (
         option("--load-n", "load [N]", "N"),
         option("--radius-x-m", "reduced radius along rolling [m]", "M"),
         option("--radius-y-m", "reduced radius across rolling [m], not below the other", "M"),
         option("--u1-m-s", "speed of surface 1 [m/s]", "S"),
         option("--u2-m-s", "speed of surface 2 [m/s]", "S"),
         option("--temperature-k", "temperature of oil and bodies [K]", "K"),
-        _choice("--rheology", RHEOLOGIES, "default: that of the oil"),
+        option("--rheology", "default: that of the oil", choices=RHEOLOGIES),
         switch("--isothermal", "without the energy equation"),
         option("--moes", "Moes load and lubricant number", ("M", "L"), nargs=2),
         option("--radius-ratio", "0 < R_x/R_y <= 1", "R_X/R_Y"),
-        _choice("--law", LAWS, "barus (incompressible) or roelands (compressible)"),
+        option("--law", "barus (incompressible) or roelands (compressible)", choices=LAWS),
         option("--domain", "along and across rolling [Hertz half-widths]", ("XA", "XB", "Y"), nargs=3),
         option("--refine", "truth check: nodes, layers and domain times K, 1 to 8", "K"),
     ), (*ROWS, SCREW_ALONE, JSON), "--moes 20 5 --radius-ratio 1 --law barus",
@@ -157,36 +144,36 @@ CONTACT = {
         "--moes, --radius-ratio, --law. The default domain is wide enough not to starve."),
 }
 COMMANDS = {
-    "init": Command("write a commented screw file to fill in", _command("screw:run_init"), (
+    "init": Command("write a commented screw file to fill in", f"{RUN}.screw:run_init", (
         option("file", "a new file", "FILE.toml"),
-        _choice("--oil", OILS, "oil by two viscosities, or by ISO grade and viscosity index", default=OILS[0]),
-        _choice("--lubricant", LUBRICANTS, "grease: base oil by grade, NLGI grade", default=LUBRICANTS[0]),
-        *(_numbers(f"--{name}", text, metavar, kind) for name, text, metavar, kind in (
+        option("--oil", "oil by two viscosities, or by ISO grade and viscosity index", choices=OILS, default=OILS[0]),
+        option("--lubricant", "grease: base oil by grade, NLGI grade", choices=LUBRICANTS, default=LUBRICANTS[0]),
+        *(option(f"--{name}", text, metavar, type=kind) for name, text, metavar, kind in (
             ("diameter-mm", "nominal diameter of the catalogue", "D", float), ("lead-mm", "lead", "P", float),
             ("ball-mm", "ball diameter", "D", float), ("turns", "loaded turns of one nut", "N", float),
             ("starts", "starts of the thread", "N", int))),
     ), (JSON,), "my.toml --diameter-mm 32 --lead-mm 10",
         "With diameter and lead a file of that screw, in which what is not given is marked as assumed."),
     "screw": Command("loads, pressure, stiffness, life, efficiency, catalogue torque",
-                     _command("screw:run_screw"),
+                     f"{RUN}.screw:run_screw",
                      (*_of(SCREW_POINT), *_of((SPEED, TEMPERATURE), type=float)), (*ROWS, *OF_MAP),
                      "--screw my.toml --preload-n 1000 --axial-load-n 1500",
                      "Default of the preload: 5 % of the dynamic rating. With speed and temperature also efficiency "
                      "and hours, from the map. Catalogue torque: drag torque by JIS B 1192."),
-    "oil": Command("viscosity, density and pressure-viscosity coefficient of an oil", _command("oil:run_oil"), (
-        _numbers("--iso-vg", "ISO 3448 viscosity grade", "GRADE", int),
-        _numbers("--viscosity-index", "viscosity index (ASTM D2270)", "VI"),
-        _numbers("--density-15c-kg-m3", "density at 15 C; default: a paraffinic oil", "RHO"),
+    "oil": Command("viscosity, density and pressure-viscosity coefficient of an oil", f"{RUN}.oil:run_oil", (
+        option("--iso-vg", "ISO 3448 viscosity grade", "GRADE", type=int),
+        option("--viscosity-index", "viscosity index (ASTM D2270)", "VI", type=float),
+        option("--density-15c-kg-m3", "density at 15 C; default: a paraffinic oil", "RHO", type=float),
     ), (option("--screw", "screw file, whose oil is described", "FILE.toml"), JSON), "--iso-vg 68 --viscosity-index 95",
         "A mineral oil by its grade, or the oil of a screw file, at 20 to 100 C, with assumptions and their errors."),
     "map": Command("build, check or describe a map", actions=MAP_ACTIONS),
-    "torque": Command("friction torque with its parts, films and interval", _command("torque:run_torque"), (
+    "torque": Command("friction torque with its parts, films and interval", f"{RUN}.torque:run_torque", (
         *_of(TORQUE_POINT), switch("--direct", "solve the contacts instead of reading the map"),
     ), (*ROWS, *OF_MAP), "--preload-n 2000 --speed-rpm 1000 --temperature-c 30 --map my_map.npz"),
-    "preload": Command("preload behind a measured friction torque", _command("preload:run_preload"), _of(PRELOAD_POINT),
+    "preload": Command("preload behind a measured friction torque", f"{RUN}.preload:run_preload", _of(PRELOAD_POINT),
                        (*ROWS, *OF_MAP), "--torque-nm 0.8 --speed-rpm 100 --temperature-c 30 --map my_map.npz"),
     "identify": Command("inertia, offset, friction and preload from a log of a drive",
-                        _command("identify:run_identify"), (
+                        f"{RUN}.identify:run_identify", (
         option("log", "log of an axis that moves both ways", "LOG.csv"),
         option("--column", "a column by heading: \"current=Iq_act [A]\" (repeat it)", "NAME=HEADING",
                action="append", default=[]),
@@ -199,33 +186,33 @@ COMMANDS = {
     ), OF_MAP, "log.csv --torque-constant-nm-a 0.8 --map my_map.npz",
         "Columns with units: time [s], position [mm] or speed [r/min], current [A], torque [N.m], force [N] or "
         "voltage [V]."),
-    "calibrate": Command("fit the friction parameters to measured torques", _command("calibrate:run_calibrate"), (
+    "calibrate": Command("fit the friction parameters to measured torques", f"{RUN}.calibrate:run_calibrate", (
         option("measurements", "measured torques", "MEASUREMENTS.csv", nargs="?"),
         *_of(CALIBRATION_POINT),
         option("--output", "where to write the sets, for --friction", "FILE.toml"),
         PLOT,
-        _choice("--set", SET_NAMES, "parameters to fit; default: as in the screw file"),
-        _choice("--drop", DROP_KINDS, "rows to leave out (repeat it for several)", action="append", default=[]),
+        option("--set", "parameters to fit; default: as in the screw file", choices=SET_NAMES),
+        option("--drop", "rows to leave out (repeat it for several)", choices=DROP_KINDS, action="append", default=[]),
     ), (SCREW, MAP_FILE, KINEMATIC, JSON), "measurements.csv --map my_map.npz --output friction.toml",
         "Columns by headings with units: preload [N], speed [r/min], temperature [degC], torque [N.m]; optional "
         "axial_load, torque_uncertainty or weight, table, comment. Or one torque, measured or of a catalogue: the four "
         "options of a point. Prints errors, 95 % intervals, outliers and what the data do not identify."),
     "export": Command("friction of a map or a log as a table for a controller or a tool",
-                      _command("export:run_export"), (
-        _choice("--format", EXPORT_FORMATS, "twincat: list frict_comp; modelica: CombiTable1Ds",
+                      f"{RUN}.export:run_export", (
+        option("--format", "twincat: list frict_comp; modelica: CombiTable1Ds", choices=EXPORT_FORMATS,
                 required=True),
         option("--output", OUTPUT + "; of several lists the stem of their names", "PATH", required=True),
         *_of((PRELOAD, TEMPERATURE), nargs="+"),
         option("--identified", "not of a map: of the whole axis, by identify --output", "FILE.json"),
         option("--speed-rpm", "range of the screw's speed; default: of map or log", ("LO", "HI"), nargs=2),
         *_of((LEAD, TORQUE_CONSTANT, RATIO, CURRENT_UNIT)),
-        _numbers("--points", "most entries of a list (20), speeds of a table (40)", kind=int),
+        option("--points", "most entries of a list (20), speeds of a table (40)", "N", type=int),
     ), OF_MAP, "--map my_map.npz --format csv --output friction.csv",
         "Torque over speed, preload and temperature with its interval; units and signs are in the file. Defaults: 5 % "
         "of the dynamic rating, reference temperature of the oil, whole range of speed. Options of motor and lead: of "
         "twincat, which is over the velocity of the axis. With --identified each direction by itself, in a list the "
         "mean."),
-    "report": Command("one HTML page on a screw: torque, film, loads, limits", _command("report:run_report"), (
+    "report": Command("one HTML page on a screw: torque, film, loads, limits", f"{RUN}.report:run_report", (
         option("--output", OUTPUT, "FILE.html", required=True), *_of(REPORT_POINT),
     ), OF_MAP, "--map my_map.npz --output my_report.html",
         "One page without external files; without screw and map on the packaged GD4008-3. Default of the point: 5 % of "
@@ -251,24 +238,12 @@ def _nearest(given: str, known: Iterable[str]) -> str:
     return f"; is {near[0]} meant?" if near else ""
 
 
-class _Page(argparse.HelpFormatter):
-    """Lines that begin with a space as they are, others filled."""
-
-    def __init__(self, prog: str, **settings: Any) -> None:
-        super().__init__(prog, **settings | {"max_help_position": 30})
-
-    def _fill_text(self, text: str, width: int, indent: str) -> str:
-        fill = super()._fill_text
-        return "\n".join(
-            line if line[:1] in ("", " ") else fill(line, width, indent) for line in text.split("\n")
-        )
-
-
 class Parser(argparse.ArgumentParser):
     """One line per error; no abbreviations, which a later option could make ambiguous."""
 
     def __init__(self, **settings: Any) -> None:
-        super().__init__(allow_abbrev=False, add_help=False, formatter_class=_Page, **settings)
+        page = functools.partial(argparse.RawDescriptionHelpFormatter, max_help_position=30)
+        super().__init__(allow_abbrev=False, add_help=False, formatter_class=page, **settings)
         #: names of commands by the command that they are below
         self.below: dict[str, list[str]] = {}
         # argparse reads -1e3 and -inf as options; NaN included: it is rejected later by name
@@ -331,7 +306,12 @@ def _page(prog: str, command: Command) -> dict[str, Any]:
         for title, names in (command.groups or {"commands": list(command.actions)}).items():
             lines += [f"{title}:", *(f"  {name:<10}  {command.actions[name].help}" for name in names)]
         lines.append(f"\n{about[1]}")
-    return {"prog": prog, "usage": " ".join([prog, *needed, "[options]"]), "description": "\n".join(lines)}
+    # lines that begin with a space as they are, others filled as argparse does it
+    width = shutil.get_terminal_size().columns - 2
+    text = "\n".join(
+        line if line[:1] in ("", " ") else textwrap.fill(line, width) for line in "\n".join(lines).split("\n")
+    )
+    return {"prog": prog, "usage": " ".join([prog, *needed, "[options]"]), "description": text}
 
 
 def _filled(parser: Parser, command: Command) -> Parser:

@@ -25,11 +25,13 @@ class Shown(NamedTuple):
         return value * self.one + self.zero
 
 
-#: by axis of a map
+#: by axis of a map, and of the other numbers of an operating point
 SHOWN = {
     "force": Shown("N"),
     "preload": Shown("N"),
     "share": Shown("of the separation load"),
     "speed": Shown("r/min", RPM),
     "temperature": Shown("C", zero=CELSIUS),
+    "axial_load": Shown("N"),
+    "torque": Shown("N.m"),
 }

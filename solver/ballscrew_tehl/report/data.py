@@ -1,9 +1,7 @@
 """Numbers of the report on one screw: operating point, torque with its interval, films, loads, efficiency."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -69,14 +67,6 @@ class OperatingPoint(NamedTuple):
             f"preload {self.preload:.0f} N, {self.speed / RPM:.0f} r/min, oil at "
             f"{self.temperature - CELSIUS:.1f} C"
         )
-
-
-class UserPoint(NamedTuple):
-    """What the user states of an operating point, SI; None: the default."""
-
-    preload: float | None = None
-    speed: float | None = None
-    temperature: float | None = None
 
 
 class Lines(NamedTuple):
@@ -157,22 +147,23 @@ class ReportData(NamedTuple):
         return nsk_torque(self.parameters.screw, preload)
 
 
-def operating_point(parameters: Parameters, axes: Any, user: UserPoint) -> OperatingPoint:
-    """Point of the report; default: catalogue preload, DEFAULT_SPEED, reference temperature, moved into the map.
+def operating_point(parameters: Parameters, axes: Any, user: Mapping[str, float]) -> OperatingPoint:
+    """Point of the report: numbers of the user by axis, else catalogue preload, DEFAULT_SPEED, reference temperature.
 
     Raises       ValueError: a number of the user outside the map
     """
-    default = (
+    defaults = OperatingPoint(
         catalogue_preload(parameters.screw), DEFAULT_SPEED, parameters.lubricant.reference_temperature
-    )  # fmt: skip
+    )
     values = []
-    for name, given, usual in zip(OperatingPoint._fields, user, default, strict=True):
-        inside = nearest(axes, name, usual if given is None else given)
-        if given is not None and not math.isclose(inside, given, rel_tol=1e-9):
-            unit = SHOWN[name].unit
-            low, high, stated = (SHOWN[name].of(value) for value in (*axes[name][:2], given))
+    for axis, default in defaults._asdict().items():
+        value = user.get(axis, default)
+        inside = nearest(axes, axis, value)
+        if axis in user and not math.isclose(inside, value, rel_tol=1e-9):
+            unit = SHOWN[axis].unit
+            low, high, stated = (SHOWN[axis].of(number) for number in (*axes[axis][:2], value))
             raise ValueError(
-                f"{name} = {stated:.6g} {unit}; allowed: {low:.6g} to {high:.6g} {unit}, the range of the map: "
+                f"{axis} = {stated:.6g} {unit}; allowed: {low:.6g} to {high:.6g} {unit}, the range of the map: "
                 "build one for a wider range"
             )
         values.append(inside)
@@ -180,9 +171,9 @@ def operating_point(parameters: Parameters, axes: Any, user: UserPoint) -> Opera
 
 
 def report_data(
-    parameters: Parameters, friction_set: FrictionSet, nut_map: NutMap, user: UserPoint
+    parameters: Parameters, friction_set: FrictionSet, nut_map: NutMap, user: Mapping[str, float]
 ) -> ReportData:
-    """Evaluate a map around an operating point.
+    """Evaluate a map around an operating point; user: numbers of the point by axis, SI.
 
     Raises       ValueError: point outside the map;  ArithmeticError: equilibrium of a ball not found
     """
@@ -194,8 +185,8 @@ def report_data(
     temperatures = np.unique([*axes["temperature"][:2], point.temperature])
     x = np.geomspace(slow, fast, POINTS)
     interval_x = np.unique([*np.geomspace(slow, fast, INTERVAL_POINTS), *speeds])
+    known = nut_map.law == MECHANISTIC
     intervals = torque_intervals(parameters, friction_set, nut_map, preloads, interval_x, temperatures)
-    interval = map_interval(parameters, axes, friction_set, *point) if nut_map.law == MECHANISTIC else None
     warm = int(np.searchsorted(temperatures, point.temperature))
     here = int(np.searchsorted(preloads, point.preload))
 
@@ -204,63 +195,42 @@ def report_data(
         torque = nut_map.evaluate(*place).friction_torque
         return Lines(x, rows, torque, unphysical_trend(nut_map, *place).unphysical, interval_x, ends)
 
+    def efficiency_at(speed: float, axial_load: float) -> Efficiency | None:
+        state = nut_map.evaluate(point.preload, speed, point.temperature, axial_load)
+        return efficiency(screw, axial_load, float(state.friction_torque)) if state.in_range else None
+
     force = np.linspace(max(axes["preload"][0], axes["force"][0]), preloads[-1], POINTS)
-    known = nut_map.law == MECHANISTIC
     constants = screw_constants(screw)
     separation = loaded_screw(screw, constants, point.preload, 0.0).separation_load
     axial_loads = np.linspace(0.0, LAST_LOAD_RATIO * separation, LOAD_POINTS)
+    unknown = Efficiency(math.nan, math.nan)
+    both = [[efficiency_at(x, load) or unknown for load in axial_loads.tolist()] for x in speeds.tolist()]
+    cases = []
+    for load in (ratio * separation for ratio in LOAD_RATIOS):
+        loaded = loaded_screw(screw, constants, point.preload, load)
+        cases.append(LoadCase(load, loaded, efficiency_at(point.speed, load)))
     return ReportData(
         parameters, friction_set, nut_map, point, constants, preloads, speeds, temperatures,
-        intervals[:, np.isin(interval_x, speeds)], interval,
-        lines(x, preloads, lambda x, row: (row, x, point.temperature), intervals[:, :, warm, 1:] if known else None),
-        lines(x, temperatures, lambda x, row: (point.preload, x, row),
-              intervals[here, :, :, 1:].swapaxes(0, 1) if known else None),
-        lines(force, speeds, lambda x, row: (x, row, point.temperature), None),
-        nut_map.evaluate(point.preload, x, temperatures[:, None]),
-        tuple(load_case(parameters, constants, nut_map, point, ratio * separation) for ratio in LOAD_RATIOS),
-        axial_loads,
-        np.array([[efficiency_percent(parameters, nut_map, point._replace(speed=float(speed)), float(load))
-                   for load in axial_loads] for speed in speeds]),
+        intervals=intervals[:, np.isin(interval_x, speeds)],
+        interval=map_interval(parameters, axes, friction_set, *point) if known else None,
+        by_preload=lines(x, preloads, lambda x, row: (row, x, point.temperature),
+                         intervals[:, :, warm, 1:] if known else None),
+        by_temperature=lines(x, temperatures, lambda x, row: (point.preload, x, row),
+                             intervals[here, :, :, 1:].swapaxes(0, 1) if known else None),
+        over_preload=lines(force, speeds, lambda x, row: (x, row, point.temperature), None),
+        films=nut_map.evaluate(point.preload, x, temperatures[:, None]),
+        cases=tuple(cases), axial_loads=axial_loads, efficiencies=100.0 * np.array(both),
     )  # fmt: skip
 
 
 def torque_intervals(
-    parameters: Parameters,
-    friction_set: FrictionSet,
-    nut_map: NutMap,
-    preloads: Array,
-    speeds: Array,
+    parameters: Parameters, friction_set: FrictionSet, nut_map: NutMap, preloads: Array, speeds: Array,
     temperatures: Array,
-) -> Array:
+) -> Array:  # fmt: skip
     """Torque with low and high end of its interval [N.m], (preload, speed, temperature, 3); ends NaN if not known."""
     torque = nut_map.evaluate(preloads[:, None, None], speeds[:, None], temperatures).friction_torque
-    ends = np.full((*torque.shape, 2), math.nan)
+    ends: Any = np.full((*torque.shape, 2), math.nan)
     if nut_map.law == MECHANISTIC:
         axes = nut_map.header["axes"]
         ends = relative_intervals(parameters, axes, friction_set, preloads, speeds, temperatures)
     return np.concatenate((torque[..., None], torque[..., None] * ends), axis=-1)
-
-
-def load_case(
-    parameters: Parameters,
-    constants: ScrewConstants,
-    nut_map: NutMap,
-    point: OperatingPoint,
-    axial_load: float,
-) -> LoadCase:
-    """Loads, stiffness and efficiency at an operating point under an axial load [N]."""
-    screw = parameters.screw
-    state = nut_map.evaluate(*point, axial_load)
-    known = efficiency(screw, axial_load, float(state.friction_torque)) if state.in_range else None
-    return LoadCase(axial_load, loaded_screw(screw, constants, point.preload, axial_load), known)
-
-
-def efficiency_percent(
-    parameters: Parameters, nut_map: NutMap, point: OperatingPoint, axial_load: float
-) -> tuple[float, float]:
-    """Efficiency in percent, screw drives and nut drives; NaN without axial load or outside the map."""
-    state = nut_map.evaluate(*point, axial_load)
-    both = efficiency(parameters.screw, axial_load, float(state.friction_torque))
-    if both is None or not state.in_range:
-        return math.nan, math.nan
-    return 100.0 * both.driving, 100.0 * both.backdriving

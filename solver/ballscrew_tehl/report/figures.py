@@ -1,25 +1,20 @@
-"""Figures of the report, each as a data address (data:image/svg+xml;base64,...), legible on a phone.
-
-matplotlib is imported when a figure is made.
-"""
-
-from __future__ import annotations
+"""Figures of the report, each as a data address (data:image/svg+xml;base64,...), legible on a phone."""
 
 import base64
 import io
 from collections.abc import Callable
 from functools import wraps
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from ..nut_map.trend import THICK
 from ..parameters.units import CELSIUS, RPM
 from .data import CATALOGUE_SPEED, Lines, ReportData
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 #: width [in], height [in]
 SIZE = (4.2, 4.2)
@@ -39,9 +34,6 @@ def drawn(draw: Callable[..., None]) -> Callable[[ReportData], str]:
 
     @wraps(draw)
     def address(data: ReportData) -> str:
-        import matplotlib
-        from matplotlib.figure import Figure
-
         out = io.BytesIO()
         with matplotlib.rc_context(STYLE):
             figure = Figure(figsize=SIZE, layout="constrained")
@@ -54,9 +46,7 @@ def drawn(draw: Callable[..., None]) -> Callable[[ReportData], str]:
 
 def colours(name: str, count: int) -> list[Any]:
     """Colours from dark to light, none too light for a line on white."""
-    from matplotlib import colormaps
-
-    return list(colormaps[name](np.linspace(0.0, 0.82, count)))
+    return list(matplotlib.colormaps[name](np.linspace(0.0, 0.82, count)))
 
 
 def kilonewton(force: float) -> str:
@@ -76,8 +66,6 @@ def rpm(speed: float) -> str:
 
 def logarithmic(axes: Axes, which: str) -> None:
     """A logarithmic axis with plain numbers at 1, 2, 5 or, over many decades, at 1, 3 of each."""
-    from matplotlib.ticker import LogLocator, NullFormatter
-
     axes.set(**{f"{which}scale": "log"})
     axis = getattr(axes, f"{which}axis")
     low, high = axis.get_view_interval()

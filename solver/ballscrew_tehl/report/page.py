@@ -1,7 +1,5 @@
 """Elements of the pages from templates/page.html, escaped unless they are Html, and the whole page."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The report on one screw as an HTML page."""
 
-from __future__ import annotations
-
 from .. import __version__
 from . import figures
 from . import report_tables as tables

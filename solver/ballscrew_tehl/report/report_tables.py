@@ -1,7 +1,5 @@
 """Tables and notes of the report on one screw."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -15,15 +13,20 @@ from ..physics.ball_formula import MIN_FILM, THICKEST_FILM
 from ..physics.lubricant import ambient_density, eta0
 from .data import CATALOGUE_SPEED, LoadCase, OperatingPoint, ReportData
 from .page import Html, table
-from .tables import certificate_table, percent_of, words
+from .tables import certificate_table
 
 __all__ = ["certificate_table"]  # of the template
 
 
+def words(name: str) -> str:
+    """A name of the program in words."""
+    return name.replace("_", " ")
+
+
 def key_numbers(data: ReportData) -> list[tuple[str, str]]:
     """The numbers that are asked for first, each with what it is."""
-    point, found, case = data.point, data.interval, data.cases[0].screw
-    low_high = "" if found is None else f", interval {found.low:.3f} to {found.high:.3f}"
+    point, interval, case = data.point, data.interval, data.cases[0].screw
+    low_high = "" if interval is None else f", interval {interval.low:.3f} to {interval.high:.3f}"
     return [
         (f"{data.torque:.3f} N m", f"friction torque at {point.text}{low_high}"),
         (f"{case.catalogue_torque:.3f} N m", f"catalogue torque at {point.preload:.0f} N (JIS B 1192: 100 r/min, "
@@ -72,7 +75,7 @@ def fitted_numbers(data: ReportData) -> str:
         width = "" if half is None else f" +- {scale * half:.2g}"
         parts.append(f"{words(key)} {scale * getattr(entry, key):.4g}{width}{unit}")
     if (error := entry.errors.get("leave_one_out_mean")) is not None:
-        parts.append(f"mean error of a torque left out of the fit {percent_of(error)}")
+        parts.append(f"mean error of a torque left out of the fit {100.0 * error:.2f} %")
     return ", ".join(parts)
 
 
@@ -105,7 +108,7 @@ def load_row(case: LoadCase) -> list[str]:
 
 
 def torques(data: ReportData) -> Html:
-    """Torque with its interval at the preloads and speeds of the lines, beside the catalogue torque."""
+    """Torque with its interval at the preloads and speeds of the lines, and the catalogue torque."""
     warm = int(np.searchsorted(data.temperatures, data.point.temperature))
     rows = []
     for preload, by_speed in zip(data.preloads, data.intervals[:, :, warm], strict=True):
@@ -123,22 +126,16 @@ def torques(data: ReportData) -> Html:
     )
 
 
-def interval_note(data: ReportData) -> str:
-    """What the intervals are."""
-    if data.interval is None:
-        return "No interval: it is known for the mechanistic friction law only."
-    return f"Interval: {words(data.interval.meaning)}."
-
-
-def catalogue_note() -> str:
-    """Why the torque of the mechanistic law differs from the catalogue torque."""
-    return f"{CATALOGUE_DIFFERS[0].upper()}{CATALOGUE_DIFFERS[1:]}."
-
-
-def carried_over_note(data: ReportData) -> str:
-    """That the friction numbers were measured on another screw; "" if they were not."""
-    other = carried_over(data.friction_set, data.parameters)
-    return other and f"{other[0].upper()}{other[1:]}."
+def notes(data: ReportData) -> dict[str, str]:
+    """What the intervals are, why the catalogue torque differs, and that numbers are of another screw; "": not so."""
+    texts = {
+        "interval": "no interval: it is known for the mechanistic friction law only",
+        "catalogue": CATALOGUE_DIFFERS if data.mechanistic else "",
+        "carried_over": carried_over(data.friction_set, data.parameters),
+    }
+    if data.interval is not None:
+        texts["interval"] = f"interval: {words(data.interval.meaning)}"
+    return {name: text and f"{text[0].upper()}{text[1:]}" for name, text in texts.items()}
 
 
 def films(data: ReportData) -> Html:

@@ -1,7 +1,5 @@
 """Tables that the report and the documentation of the FMUs share."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 
@@ -21,15 +19,6 @@ def percent(error: float) -> str:
         ('0.45 %', '120 %', '0.0003 %')
     """
     return f"{float(f'{100.0 * error:.2g}'):g} %"
-
-
-def words(name: str) -> str:
-    """A name of the program in words."""
-    return name.replace("_", " ")
-
-
-def percent_of(value: float) -> str:
-    return f"{100.0 * value:.2f} %"
 
 
 def certificate_table(certificate: Mapping[str, Any]) -> Html:

@@ -1,15 +1,24 @@
 """The command export: friction of a map or of a log as a table for a controller or a simulation tool."""
 
-from __future__ import annotations
-
 import math
 import re
 from argparse import Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...exchange.formats import FORMATS, point_text, twincat_text
+from ...exchange.friction_table import (
+    Array,
+    FrictionTable,
+    curve_speeds,
+    friction_table,
+    read_identified,
+    speeds_of,
+)
+from ...exchange.piecewise import Points, few_points
+from ...mechanics import catalogue_preload
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
 from ..shared.chosen import Chosen, chosen_of
@@ -23,12 +32,8 @@ from ..shared.quantities import (
     SPEED,
     TEMPERATURE,
     TORQUE_CONSTANT,
-    whole_number,
 )  # fmt: skip
-from ..shared.results import print_results, write_text
-
-if TYPE_CHECKING:
-    from ...exchange.friction_table import Array, FrictionTable
+from ..shared.results import Answer, write_text
 
 #: file names by format
 KINDS = {"twincat": "a file *.lis, *.txt", "csv": "a file *.csv", "modelica": "a file *.txt", "matlab": "a file *.m",
@@ -36,33 +41,30 @@ KINDS = {"twincat": "a file *.lis, *.txt", "csv": "a file *.csv", "modelica": "a
 #: of the table of lists
 COLUMNS = ("file", "preload_n", "temperature_c", "entries", "largest_error_nm", "error_bound_nm")
 #: speeds of a table, points of a compensation list and the speeds that it is fitted to
-SPEEDS, MOST_POINTS, CURVE = 40, 20, 400
+SPEEDS, MAX_POINTS, CURVE = 40, 20, 400
 
 
 class _List(NamedTuple):
-    """Curve of a list: end of its file's name, what it is of, speed [rad/s], torque [N.m], what is said of it."""
+    """Curve of a compensation list."""
 
-    suffix: str
-    where: str
-    speed: Array
-    torque: Array
-    about: dict[str, float]
+    suffix: str  # end of its file's name
+    where: str  # what it is of
+    speed: Array  # [rad/s]
+    torque: Array  # [N.m]
+    about: dict[str, float]  # keys of its answer
 
 
 class _Export(NamedTuple):
-    """Table, or curves of the lists with lead [m] and current; what is said of all files.
-
-    current : of the motor per torque at the screw [A/(N.m)], its unit [A]
-    """
+    """Table, or curves of the lists with lead [m] and current of the motor; answer: keys of all files."""
 
     table: FrictionTable
     lists: list[_List]
     lead: float | None
-    current: tuple[float, float]
+    current: tuple[float, float]  # per torque at the screw [A/(N.m)], unit [A]
     answer: dict[str, Any]
 
 
-def run_export(args: Namespace) -> int:
+def run_export(args: Namespace) -> Answer:
     """One file, or one for each preload and temperature of a compensation list."""
     inputs = args.screw, args.map, args.friction, args.identified
     output = check_output("--output", args.output, KINDS[args.format], inputs=inputs)
@@ -70,17 +72,15 @@ def run_export(args: Namespace) -> int:
         raise ValueError(
             f"--output = {output}; allowed: the name of a MATLAB function, letters, digits and _ only"
         )
-    whole_number("--points", args.points)
-    most = args.points or (MOST_POINTS if args.format == "twincat" else SPEEDS)
-    if not 3 <= most <= CURVE:
-        raise ValueError(f"--points = {most}; allowed: a whole number, 3 to {CURVE}")
-    export = (_of_map if args.identified is None else _of_log)(args, most)
+    twincat = args.format == "twincat"
+    points = (MAX_POINTS if twincat else SPEEDS) if args.points is None else args.points
+    if not 3 <= points <= CURVE:
+        raise ValueError(f"--points = {points}; allowed: a whole number, 3 to {CURVE}")
+    export = (_of_map if args.identified is None else _of_log)(args, points)
     table = export.table
-    if args.format == "twincat":
-        files, answers = _lists(output, export, most)
+    if twincat:
+        files, answers = _lists(output, export, points)
     else:
-        from ...exchange.formats import FORMATS
-
         files = {output: FORMATS[args.format](table, output.stem)}
         answers = [{"file": str(output), "speeds": len(table.speed)}]
         if table.preload is not None and table.temperature is not None:
@@ -89,15 +89,11 @@ def run_export(args: Namespace) -> int:
     for path, text in files.items():
         write_text("--output", path, text)
     answers = [{"format": args.format, **export.answer, **answer} for answer in answers]
-    print_results(answers, args.json, args.format == "twincat", columns=COLUMNS)
-    return 0
+    return Answer(answers, twincat, columns=COLUMNS)
 
 
-def _lists(output: Path, export: _Export, most: int) -> tuple[dict[Path, str], list[dict[str, Any]]]:
-    """Texts of compensation lists by path, and what is said of them."""
-    from ...exchange.formats import twincat_text
-    from ...exchange.piecewise import Points, few_points
-
+def _lists(output: Path, export: _Export, max_points: int) -> tuple[dict[Path, str], list[dict[str, Any]]]:
+    """Texts of compensation lists by path, and keys of their answers."""
     if export.lead is None:
         raise ValueError(
             "--lead-mm (missing); needed with --format twincat, whose list is over the velocity of the axis"
@@ -106,8 +102,8 @@ def _lists(output: Path, export: _Export, most: int) -> tuple[dict[Path, str], l
     for curve in export.lists:
         # the entry at rest is one of them
         points = Points(curve.speed, curve.torque, 0.0, 0.0)
-        if len(curve.speed) >= most:
-            points = few_points(curve.speed, curve.torque, most - 1)
+        if len(curve.speed) >= max_points:
+            points = few_points(curve.speed, curve.torque, max_points - 1)
         path = output.with_name(f"{output.stem}{curve.suffix}{output.suffix}")
         files[path] = twincat_text(export.table, export.lead, points, *export.current, curve.where)
         answers.append({
@@ -126,11 +122,8 @@ def _current(args: Namespace, constant: float | None = None, ratio: float = 1.0)
     if (given and not twincat) or (twincat and not given and constant is None):
         needed = "allowed only with" if given else "needed with"
         raise ValueError(f"--torque-constant-nm-a; {needed} --format twincat, whose list is a motor current")
-    for quantity in (TORQUE_CONSTANT, RATIO, CURRENT_UNIT):
-        if getattr(args, quantity.name) is not None:
-            quantity.checked(quantity.option, getattr(args, quantity.name))
-    constant = float(args.torque_constant_nm_a or constant or 1.0)
-    return 1.0 / (constant * float(args.ratio or ratio)), float(args.current_unit_a or 1e-3)
+    constant = TORQUE_CONSTANT.of(args) or constant or 1.0
+    return 1.0 / (constant * (RATIO.of(args) or ratio)), CURRENT_UNIT.of(args) or 1e-3
 
 
 def _speeds(args: Namespace, low: float, high: float) -> tuple[float, float]:
@@ -149,11 +142,8 @@ def _speeds(args: Namespace, low: float, high: float) -> tuple[float, float]:
     return max(ends[0], low), min(ends[1], high)
 
 
-def _of_map(args: Namespace, most: int) -> _Export:
+def _of_map(args: Namespace, max_points: int) -> _Export:
     """Friction of a map."""
-    from ...exchange.formats import point_text
-    from ...exchange.friction_table import curve_speeds, friction_table, speeds_of
-
     current = _current(args)
     if args.lead_mm is not None:
         raise ValueError("--lead-mm; allowed with --identified, a screw file has its lead")
@@ -162,7 +152,7 @@ def _of_map(args: Namespace, most: int) -> _Export:
     preload, temperature = _grid(args, chosen)
     low, high = _speeds(args, *nut_map.header["axes"]["speed"][:2])
     twincat = args.format == "twincat"
-    speed = curve_speeds(low, high, CURVE) if twincat else speeds_of(low, high, most)
+    speed = curve_speeds(low, high, CURVE) if twincat else speeds_of(low, high, max_points)
     with progress_bar(QUIET) as progress:
         table = friction_table(
             nut_map, chosen.parameters, chosen.friction_set, nut_map.law == MECHANISTIC and not twincat, speed,
@@ -178,24 +168,18 @@ def _of_map(args: Namespace, most: int) -> _Export:
     return _Export(table, lists, float(chosen.parameters.screw.lead), current, answer)
 
 
-def _grid(args: Namespace, chosen: Chosen) -> tuple[np.ndarray, np.ndarray]:
+def _grid(args: Namespace, chosen: Chosen) -> tuple[Array, Array]:
     """Preloads [N] and temperatures [K] in rising order; default: as catalogues take them."""
-    from ...mechanics import CATALOGUE_SHARE
-    from ...physics.rating import dynamic_rating
-
-    usual = float(f"{CATALOGUE_SHARE * dynamic_rating(chosen.parameters.screw):.2g}")
-    preloads = [
-        PRELOAD._replace(not_zero=True).checked("--preload-n", value) for value in args.preload_n or [usual]
-    ]
+    usual = catalogue_preload(chosen.parameters.screw)
+    preload = PRELOAD._replace(not_zero=True)
+    preloads = [preload.checked("--preload-n", value) for value in args.preload_n or [usual]]
     reference = chosen.parameters.lubricant.reference_temperature - CELSIUS
     celsius = [TEMPERATURE.checked("--temperature-c", value) for value in args.temperature_c or [reference]]
     return np.unique(np.array(preloads)), np.unique(np.array(celsius)) + CELSIUS
 
 
-def _of_log(args: Namespace, most: int) -> _Export:
-    """Friction that identify has found."""
-    from ...exchange.friction_table import read_identified
-
+def _of_log(args: Namespace, max_points: int) -> _Export:
+    """Friction that identify has written."""
     options = ("screw", "map", "friction", "kinematics", "preload_n", "temperature_c")
     if needless := [name for name in options if getattr(args, name) is not None]:
         raise ValueError(
@@ -206,8 +190,8 @@ def _of_log(args: Namespace, most: int) -> _Export:
             "--points with --identified; allowed: with --format twincat, other files have all speeds"
         )
     axis = read_identified(args.identified)
-    if args.lead_mm is not None:
-        axis = axis._replace(lead=1e-3 * abs(LEAD.checked("--lead-mm", args.lead_mm)))
+    if (lead := LEAD.of(args)) is not None:
+        axis = axis._replace(lead=1e-3 * abs(lead))
     if args.speed_rpm is not None:
         axis = axis.between(*_speeds(args, 0.0, math.inf))
     current, lists = _current(args, axis.torque_constant, axis.ratio), []

@@ -1,44 +1,53 @@
 """The command identify: inertia, offset, friction over speed and preload from a log of a drive."""
 
-from __future__ import annotations
-
 import json
 import math
 from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
+
+from ...exchange.friction_table import friction_table
+from ...identification import output
+from ...identification.dynamics import Identified, identify
+from ...identification.log_file import read_log, stated_columns
+from ...identification.motion import TRAVEL, TRAVEL_ANGLE
+from ...identification.plausible import check_units
+from ...identification.plot import LawCurve, identification_figure
+from ...identification.preload import (
+    FoundPreload,
+    Law,
+    ScrewFriction,
+    change_of_preload,
+    found_preload,
+    screw_friction,
+    told_apart,
+    without,
+)
+from ...identification.signals import Drive, signals_of
+from ...nut_map.file import packaged_map_of
 from ...parameters.units import CELSIUS
 from ...runtime.packed import MECHANISTIC
 from ..shared.chosen import chosen_of
 from ..shared.files import check_output, written
-from ..shared.progress import QUIET, progress_bar
+from ..shared.progress import QUIET, Progress, progress_bar
 from ..shared.quantities import IDENTIFY_OPTIONS, OFFSET_ERROR, TEMPERATURE
-from ..shared.results import plain, print_results, say, write_text
-
-if TYPE_CHECKING:
-    from ...identification.dynamics import Identified
-    from ...identification.log_file import Progress
-    from ...identification.plot import LawCurve
-    from ...identification.preload import FoundPreload, Law, ScrewFriction
-
+from ..shared.results import Answer, say, to_builtin, write_text
 
 #: a number of the screw, and the same of a linear axis
 INERTIAS, OFFSETS = ("inertia_kgm2", "mass_kg"), ("offset_nm", "offset_n")
 
 
 class _Axis(NamedTuple):
-    """The options: numbers of IDENTIFY_OPTIONS, lead of the screw [m/rad], law, None: not given; headings by signal.
-
-    offset_error : standard one of the known offset, in its unit
-    """
+    """What the options state of an axis; given: numbers of IDENTIFY_OPTIONS, None = not given, and offset_error."""
 
     given: dict[str, float | None]
-    lead: float | None
+    lead: float | None  # of the screw [m/rad]
     law: Law | None
     progress: Progress
-    columns: Mapping[str, str] = {}
+    columns: Mapping[str, str] = {}  # headings by signal
 
     @property
     def known(self) -> float:
@@ -61,52 +70,59 @@ class _Axis(NamedTuple):
         direct, value = self.given[own], self.given[other]
         if direct is not None or value is None:
             return None if direct is None else (direct, 1.0)
-        own, other = (f"--{name.replace('_', '-')}" for name in (own, other))
         if self.lead is None:
+            own, other = _option(own), _option(other)
             kind = "torque or current" if rotary else "force or voltage"
             raise ValueError(f"{other} with a {kind}; allowed: with --lead-mm or --screw, or {own}")
         factor = self.lead ** (power if rotary else -power)
         return value * factor, factor
 
 
-def run_identify(args: Namespace) -> int:
-    """Fit of a log, its friction and preload, and the files that are wanted."""
-    from ...identification import output
-    from ...identification.log_file import stated_columns
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
 
+
+def run_identify(args: Namespace) -> Answer:
+    """Fit of a log, its friction and preload, and the files that are requested."""
     columns, given = stated_columns(args.column), _given(args)
     _check(args, given)
     with progress_bar(QUIET) as progress:
         axis = _axis(args, given, progress)._replace(columns=columns)
-        found = _identified(args.log, axis)
-        data = output.identified_data(found) | {"log": Path(args.log).name, **_of_drive(axis)}
-        friction, curve, other = None, None, _without_nut(args, axis)
-        if axis.law is not None or args.measurements or args.without_nut or axis.known:
-            friction = _nut(found, axis, other)
-        if axis.law is not None:
-            assert friction is not None
-            curve = _with_law(args, axis, found, (friction, other), data)
-        if not (args.without_nut or axis.known or "without_nut_nm" in data):
+        fit = _identified(args.log, axis)
+        data = output.identified_data(fit) | {
+            "log": Path(args.log).name,
+            # for export
+            "lead_mm": None if axis.lead is None else 2e3 * math.pi * axis.lead,
+            "torque_constant_nm_a": given["torque_constant_nm_a"],
+            "ratio": given["ratio"] or 1.0,
+        }
+        friction, curve, other = None, None, None
+        if args.without_nut:
+            other = screw_friction(_identified(args.without_nut, axis), axis.lead)
+        if axis.law is not None or args.measurements or other or axis.known:
+            friction = _nut(fit, axis, other)
+        if axis.law is not None and friction is not None:
+            result = _with_law(args, axis, axis.law, fit, (friction, other), data)
+            curve = _curve(axis.law, axis.lead, fit, *result) if args.plot else None
+        if not (other or axis.known or "without_nut_nm" in data):
             data["contains"] = output.CONTAINS
-    if args.measurements:
-        assert friction is not None
-        text = output.measurements_text(friction, _known_preload(found, axis), _temperature(found, args))
+    if args.measurements and friction is not None:
+        if (preload := axis.user_value("preload_n", fit.preload)) is None:
+            raise ValueError(
+                "--preload-n (missing); needed with --measurements, or a column preload [N] in the log"
+            )
+        text = output.measurements_text(friction, preload, _temperature(fit, args))
         write_text("--measurements", args.measurements, text)
     if args.plot:
         from ...calibration.plot import save_figure
-        from ...identification.plot import identification_figure
 
-        figure = identification_figure(found, curve)
+        figure = identification_figure(fit, curve)
         with written("--plot", args.plot):
             save_figure(figure, Path(args.plot))
         say(f"written: {args.plot}")
     if args.output:
-        write_text("--output", args.output, json.dumps(plain(data), indent=1) + "\n")
-    if args.json:
-        print_results([data], True, False)
-    else:
-        print(output.identified_text(found, data))
-    return 0
+        write_text("--output", args.output, json.dumps(to_builtin(data), indent=1) + "\n")
+    return Answer([data], text=output.identified_text(fit, data))
 
 
 def _given(args: Namespace) -> dict[str, float | None]:
@@ -122,23 +138,16 @@ def _given(args: Namespace) -> dict[str, float | None]:
     return given
 
 
-def _of_drive(axis: _Axis) -> dict[str, float | None]:
-    """What export needs of the axis."""
-    return {
-        "lead_mm": None if axis.lead is None else 2e3 * math.pi * axis.lead,
-        "torque_constant_nm_a": axis.given["torque_constant_nm_a"],
-        "ratio": axis.given["ratio"] or 1.0,
-    }
+def _with_map(args: Namespace) -> bool:
+    return args.map is not None or args.screw is not None or args.friction is not None
 
 
 def _check(args: Namespace, given: dict[str, float | None]) -> None:
     """Refuse what cannot be together, before the log is read."""
     for one, other in (INERTIAS, OFFSETS):
         if given[one] is not None and given[other] is not None:
-            names = (name.replace("_", "-") for name in (one, other))
-            raise ValueError(f"--{' and --'.join(names)}; allowed: one of them")
-    with_map = args.map is not None or args.screw is not None or args.friction is not None
-    if args.before and not with_map:
+            raise ValueError(f"{_option(one)} and {_option(other)}; allowed: one of them")
+    if args.before and not _with_map(args):
         raise ValueError(
             "--before without --screw and --map; allowed: with both, which turn friction into preload"
         )
@@ -154,10 +163,8 @@ def _check(args: Namespace, given: dict[str, float | None]) -> None:
 
 def _axis(args: Namespace, given: dict[str, float | None], progress: Progress) -> _Axis:
     lead = None if given["lead_mm"] is None else given["lead_mm"] * 1e-3 / (2.0 * math.pi)
-    if args.screw is None and args.map is None and args.friction is None:
+    if not _with_map(args):
         return _Axis(given, lead, None, progress)
-    from ...identification.preload import Law
-
     chosen = chosen_of(args)
     own = chosen.parameters.screw.lead / (2.0 * math.pi)
     if lead is not None and not math.isclose(abs(lead), own, rel_tol=1e-3):
@@ -165,16 +172,14 @@ def _axis(args: Namespace, given: dict[str, float | None], progress: Progress) -
             f"--lead-mm = {given['lead_mm']:g}; allowed: that of the screw file, {2e3 * math.pi * own:.6g}"
         )
     own = math.copysign(own, lead or own)
-    if args.map is None and args.screw is not None and args.friction is None and not args.before:
-        # the lead alone is wanted, unless the packaged map is that of the screw
-        from ...nut_map.file import packaged_map_of
-
-        if packaged_map_of(chosen.parameters) is None:
-            say(
-                "no --map: the lead of the screw is used, no preload is computed; map build --screw "
-                f"{args.screw} --output MAP.npz makes its map"
-            )
-            return _Axis(given, own, None, progress)
+    # the lead alone is requested, unless the packaged map is that of the screw
+    lead_alone = args.map is None and args.screw is not None and args.friction is None and not args.before
+    if lead_alone and packaged_map_of(chosen.parameters) is None:
+        say(
+            "no --map: the lead of the screw is used, no preload is computed; map build --screw "
+            f"{args.screw} --output MAP.npz makes its map"
+        )
+        return _Axis(given, own, None, progress)
     nut_map = chosen.nut_map(args)
     return _Axis(given, own, Law(chosen.parameters, nut_map, chosen.friction_set), progress)
 
@@ -184,18 +189,12 @@ def _identified(path: str, axis: _Axis) -> Identified:
 
     Raises       ValueError: names the log
     """
-    from ...identification.dynamics import identify
-    from ...identification.log_file import read_log
-    from ...identification.motion import TRAVEL, TRAVEL_ANGLE
-    from ...identification.plausible import check_units
-    from ...identification.signals import Drive, signals_of
-
     given = axis.given
     drive = Drive(given["torque_constant_nm_a"], given["gain_n_v"], given["ratio"] or 1.0, axis.lead)
     # a log may have both: the one whose option is given is meant
     options = {"current": drive.torque_constant, "voltage": drive.gain}
-    wanted = [name for name, value in options.items() if value is not None]
-    log = read_log(path, axis.progress, wanted, axis.columns)
+    requested = [name for name, value in options.items() if value is not None]
+    log = read_log(path, axis.progress, requested, axis.columns)
     signals = signals_of(log, drive)
     check_units(log, signals, None if axis.law is None else axis.law.nut_map)
     inertia, offset = axis.stated(signals.rotary, INERTIAS, 2), axis.stated(signals.rotary, OFFSETS, 1)
@@ -212,85 +211,61 @@ def _identified(path: str, axis: _Axis) -> Identified:
         raise ValueError(f"{path}: {error}") from error
 
 
-def _without_nut(args: Namespace, axis: _Axis) -> ScrewFriction | None:
-    """Friction torque at the screw of the log without the nut."""
-    from ...identification.preload import screw_friction
-
-    return screw_friction(_identified(args.without_nut, axis), axis.lead) if args.without_nut else None
-
-
-def _nut(found: Identified, axis: _Axis, other: ScrewFriction | None) -> ScrewFriction:
+def _nut(fit: Identified, axis: _Axis, other: ScrewFriction | None) -> ScrewFriction:
     """Friction torque at the screw without the known parts, or without all that is in the log without the nut."""
-    from ...identification.preload import screw_friction, without
-
-    return without(screw_friction(found, axis.lead), 0.0 if other is not None else axis.known, other)
+    return without(screw_friction(fit, axis.lead), 0.0 if other is not None else axis.known, other)
 
 
-def _temperature(found: Identified, args: Namespace) -> float:
+def _temperature(fit: Identified, args: Namespace) -> float:
     """[K]
 
     Raises       ValueError: neither an option nor a column
     """
-    if args.temperature_c is not None:
-        return TEMPERATURE.checked("--temperature-c", args.temperature_c) + CELSIUS
-    if found.temperature is None:
+    if (celsius := TEMPERATURE.of(args)) is not None:
+        return celsius + CELSIUS
+    if fit.temperature is None:
         raise ValueError(
             "--temperature-c (missing); needed of the oil, or a column temperature [degC] in the log"
         )
-    return found.temperature
-
-
-def _known_preload(found: Identified, axis: _Axis) -> float:
-    value = axis.user_value("preload_n", found.preload)
-    if value is None:
-        raise ValueError(
-            "--preload-n (missing); needed with --measurements, or a column preload [N] in the log"
-        )
-    return value
+    return fit.temperature
 
 
 def _with_law(
-    args: Namespace, axis: _Axis, found: Identified, parts: tuple[ScrewFriction, ScrewFriction | None],
+    args: Namespace, axis: _Axis, law: Law, fit: Identified, parts: tuple[ScrewFriction, ScrewFriction | None],
     data: dict[str, Any],
-) -> LawCurve | None:  # fmt: skip
-    """Preload, its change and what two known preloads tell, added to the answer; the law's curve for the picture."""
-    from ...identification import output
-    from ...identification.preload import change_of_preload, found_preload, told_apart, without
+) -> tuple[ScrewFriction, FoundPreload]:  # fmt: skip
+    """Preload, its change and what two known preloads separate, added to the answer.
 
-    law, temperature, (friction, other) = axis.law, _temperature(found, args), parts
-    assert law is not None
+    Parameters   parts : friction at the screw, and that of the log without the nut
+    Returns      friction of the nut, preload behind it
+    """
+    temperature, (friction, other) = _temperature(fit, args), parts
     before, then = friction, temperature
     if args.before:
         earlier = _identified(args.before, axis)
         stated = axis.given["before_temperature_c"]
         then = (earlier.temperature or temperature) if stated is None else stated + CELSIUS
         before = _nut(earlier, axis, other)
-        preloads = (
-            axis.user_value("preload_n", found.preload), axis.user_value("before_preload_n", earlier.preload)
-        )  # fmt: skip
-        if preloads[0] is not None and preloads[1] is not None:
-            apart = told_apart([(friction, preloads[0], temperature), (before, preloads[1], then)], law)
+        now = axis.user_value("preload_n", fit.preload)
+        past = axis.user_value("before_preload_n", earlier.preload)
+        if now is not None and past is not None:
+            apart = told_apart([(friction, now, temperature), (before, past, then)], law)
             data |= output.apart_data(apart)
             friction, before = (without(part, max(apart.rest, 0.0)) for part in (friction, before))
     result = found_preload(friction, law, temperature)
     data |= output.preload_data(result)
     if args.before:
-        then_found = found_preload(before, law, then)
-        data |= output.change_data(change_of_preload((friction, result), (before, then_found), law))
+        earlier_result = found_preload(before, law, then)
+        data |= output.change_data(change_of_preload((friction, result), (before, earlier_result), law))
     data |= {"screw": law.parameters.name, "friction_set": law.friction_set.name}
-    return _curve(axis, found, friction, result) if args.plot else None
+    return friction, result
 
 
-def _curve(axis: _Axis, found: Identified, friction: ScrewFriction, result: FoundPreload) -> LawCurve:
+def _curve(
+    law: Law, lead: float | None, fit: Identified, friction: ScrewFriction, result: FoundPreload
+) -> LawCurve:
     """The law over the speeds of the log, with what was subtracted from the friction."""
-    import numpy as np
-
-    from ...exchange.friction_table import friction_table
-    from ...identification.plot import LawCurve
-    from ...identification.preload import screw_friction
-
-    law, whole = axis.law, screw_friction(found, axis.lead)
-    assert law is not None
+    whole = screw_friction(fit, lead)
     low, high = law.nut_map.header["axes"]["speed"][:2]
     speed = np.linspace(max(float(whole.speed.min()), low), min(float(whole.speed.max()), high), 60)
     other = np.interp(speed, whole.speed, whole.torque) - np.interp(speed, friction.speed, friction.torque)
@@ -298,7 +273,7 @@ def _curve(axis: _Axis, found: Identified, friction: ScrewFriction, result: Foun
         law.nut_map, law.parameters, law.friction_set, law.nut_map.law == MECHANISTIC, speed,
         np.array([result.preload]), np.array([result.temperature]),
     )  # fmt: skip
-    scale, unit = (1.0, "N m") if found.rotary else (abs(axis.lead or 1.0), "N")
+    scale, unit = (1.0, "N m") if fit.rotary else (abs(lead or 1.0), "N")
     known = f" and {other.mean() / scale:.3g} {unit} of other parts" if np.any(other > 1e-9) else ""
     bounds = [table.torque if values is None else values for values in (table.low, table.high)]
     value, lower, upper = ((torque[:, 0, 0] + other) / scale for torque in (table.torque, *bounds))

@@ -1,21 +1,26 @@
 """The commands `map check` and `map info`: what a map file holds, in a terminal of 80 columns."""
 
-from __future__ import annotations
-
 import textwrap
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ...nut_map.certificate import STAGE, claim, deviation_from_direct, points_of
+from ...nut_map.file import load_map
 from ...nut_map.workers import worker_pool
 from ...parameters.units import SHOWN
 from ...runtime.packed import certificate_totals
 from ..shared.chosen import screw_of
 from ..shared.progress import progress_bar
-from ..shared.quantities import whole_number
-from ..shared.results import listing, print_results, say, table, width
+from ..shared.results import Answer, listing, say, table, width
 
+#: errors of a certificate, with their columns and further parts of a certificate
+QUANTITIES = ("torque_error", "film_error", "minimum_film_error", "temperature_rise_error")
+COLUMNS = ("mean", "50", "99", "999", "max")
+PARTS = {
+    "against_direct_solves": "against direct solves on their own grid",
+    "of_direct_solves": "of these direct solves",
+}
 #: unit of a row, if it has one
 UNITS = {
     "defaults.roughness_height": "m",
@@ -32,31 +37,21 @@ UNITS = {
     "screw.nut_stiffness": "N/m",
     "screw.stiffness_preload": "N",
 }
-QUANTITIES = ("torque_error", "film_error", "minimum_film_error", "temperature_rise_error")
-#: further parts of a certificate, with their names
-PARTS = {
-    "against_direct_solves": "against direct solves on their own grid",
-    "of_direct_solves": "of these direct solves",
-}
-COLUMNS = ("mean", "50", "99", "999", "max")
-CERTIFICATE = (
-    "certificate: relative errors against direct solves at points of {what}, mean, quantiles, largest"
-)
 
 
-def run_map_info(args: Namespace) -> int:
+def run_map_info(args: Namespace) -> Answer:
     """Axes, film model, friction defaults, version, hashes and certificate of a map."""
-    from ...nut_map.file import load_map
-
     header = load_map(args.map, screw_of(args)).header
-    if args.json:
-        print_results([header], True, False)
-        return 0
-    rows = _rows(header)
-    print(listing(rows, {key: UNITS[key] for key in rows if key in UNITS}))
     certificate = header["certificate"]
-    print(f"\n{textwrap.fill(CERTIFICATE.format(**certificate), width())}\n{_certificate_text(certificate)}")
-    return 0
+    text = (
+        f"certificate: relative errors against direct solves at points of {certificate['what']}, mean, quantiles, "
+        "largest"
+    )
+    lines = [
+        listing(_rows(header), UNITS), "", textwrap.fill(text, width()), _certificate_table(certificate),
+        textwrap.fill(claim(certificate["points"]), width()),
+    ]  # fmt: skip
+    return Answer([header], text="\n".join(lines))
 
 
 def _rows(header: Mapping[str, Any]) -> dict[str, Any]:
@@ -77,13 +72,13 @@ def _rows(header: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _axis(name: str, low: float, high: float, nodes: int) -> str:
-    shown = SHOWN[name]
-    return f"{shown.of(low):.6g} to {shown.of(high):.6g} {shown.unit}, {nodes} nodes"
+    unit = SHOWN[name]
+    return f"{unit.of(low):.6g} to {unit.of(high):.6g} {unit.unit}, {nodes} nodes"
 
 
-def _certificate_text(certificate: Mapping[str, Any]) -> str:
+def _certificate_table(certificate: Mapping[str, Any]) -> str:
     """Errors of the whole and of its regions; the names of --json are those of row and column, torque_error_99."""
-    lines = [["", "points", *COLUMNS]]
+    lines: list[Sequence[str]] = []
     parts = {name: certificate[key] for key, name in PARTS.items() if key in certificate}
     for region, errors in {"": certificate, **certificate.get("regions", {}), **parts}.items():
         if region:
@@ -94,20 +89,18 @@ def _certificate_text(certificate: Mapping[str, Any]) -> str:
             values = (errors.get(f"{name}_{column}") for column in COLUMNS)
             cells = ["-" if value is None else f"{value:.2g}" for value in values]
             lines.append([f"  {name}" if region else name, str(errors.get("points", "-")), *cells])
-    text = claim(certificate["points"])
-    return f"{table(lines)}\n{textwrap.fill(text, width())}"
+    return table(["", "points", *COLUMNS], lines)
 
 
-def run_map_check(args: Namespace) -> int:
+def run_map_check(args: Namespace) -> Answer:
     """Load a map, which verifies hash and parameters, and compare it with direct solves at random points.
 
     Exit code 1 if its error is larger than the certificate states.
     """
-    from ...nut_map.file import load_map
-
     parameters = screw_of(args)
-    whole_number("--count", args.count)
-    whole_number("--workers", args.workers)
+    for option, value in {"--count": args.count, "--workers": args.workers}.items():
+        if value is not None and value < 1:
+            raise ValueError(f"{option} = {value}; allowed: a whole number >= 1")
     nut_map = load_map(args.map, parameters)
     with worker_pool(args.workers) as executor, progress_bar() as progress:
         # the first point may take as long as compiling the solver
@@ -116,11 +109,9 @@ def run_map_check(args: Namespace) -> int:
     result = certificate_totals(deviation)
     certificate = nut_map.header["certificate"]
     allowed = float(certificate.get("against_direct_solves", certificate)["torque_error_max"])
-    good = result["torque_error_max"] <= allowed + 1e-6
-    result |= {"certificate": allowed, "within_certificate": good, "file_hash": nut_map.header["file_hash"]}
-    print_results([result], args.json, False)
+    error = result["torque_error_max"]
+    good = error <= allowed + 1e-6
     if not good:
-        say(
-            f"map differs from direct solves by {result['torque_error_max']:.2e}; its certificate states {allowed:.2e}"
-        )
-    return 0 if good else 1
+        say(f"map differs from direct solves by {error:.2e}; its certificate states {allowed:.2e}")
+    result |= {"certificate": allowed, "within_certificate": good, "file_hash": nut_map.header["file_hash"]}
+    return Answer([result], code=0 if good else 1)

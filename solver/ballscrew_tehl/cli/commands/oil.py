@@ -1,9 +1,6 @@
 """The command `oil`: an oil over temperature, by its grade or from a screw file, with the assumptions."""
 
-from __future__ import annotations
-
 from argparse import Namespace
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +9,7 @@ from ...parameters import mineral_oil as oil_grade
 from ...parameters.file import LubricantParameters, graded_oil, load_screw
 from ...parameters.units import CELSIUS
 from ...physics import lubricant
-from ..shared.results import print_results, table
+from ..shared.results import Answer, table
 
 TEMPERATURES_C = (20.0, 40.0, 60.0, 80.0, 100.0)
 #: range over which the error of the linear density is stated [C]
@@ -33,6 +30,7 @@ def _oil_of(args: Namespace) -> LubricantParameters:
 
 def oil_rows(oil: LubricantParameters) -> list[dict[str, float]]:
     """Viscosities, density and pressure-viscosity coefficient at TEMPERATURES_C, for a grade also by other rules."""
+    points = oil.astm_viscosity_1, oil.astm_temperature_1, oil.astm_viscosity_2, oil.astm_temperature_2
     rows = []
     for celsius in TEMPERATURES_C:
         T = celsius + CELSIUS
@@ -45,15 +43,11 @@ def oil_rows(oil: LubricantParameters) -> list[dict[str, float]]:
             "alpha_per_gpa": 1e9 * float(lubricant.pressure_viscosity(oil, T)),
         }
         if oil.iso_vg is not None:
-            row["so_klaus_per_gpa"] = 1e9 * oil_grade.so_klaus(eta / rho, rho, _slope(oil))
+            slope = oil_grade.slope_d341(*(float(value) for value in points if value is not None))
+            row["so_klaus_per_gpa"] = 1e9 * oil_grade.so_klaus(eta / rho, rho, slope)
             row["agma_925_per_gpa"] = 1e9 * oil_grade.agma_925(eta)
         rows.append(row)
     return rows
-
-
-def _slope(oil: LubricantParameters) -> float:
-    points = (oil.astm_viscosity_1, oil.astm_temperature_1, oil.astm_viscosity_2, oil.astm_temperature_2)
-    return oil_grade.slope_d341(*(float(value) for value in points if value is not None))
 
 
 def assumptions(oil: LubricantParameters) -> list[str]:
@@ -91,38 +85,32 @@ def assumptions(oil: LubricantParameters) -> list[str]:
     return lines
 
 
-def run_oil(args: Namespace) -> int:
+HEADS = {
+    "temperature_c": "T [C]", "kinematic_viscosity_mm2_s": "nu [mm2/s]", "viscosity_mpas": "eta [mPa s]",
+    "density_kg_m3": "rho [kg/m3]", "alpha_per_gpa": "alpha [1/GPa]", "so_klaus_per_gpa": "So & Klaus",
+    "agma_925_per_gpa": "AGMA 925",
+}  # fmt: skip
+
+
+def run_oil(args: Namespace) -> Answer:
     """One oil over temperature."""
     oil = _oil_of(args)
     rows, assumed = oil_rows(oil), assumptions(oil)
-    if args.json:
-        result: dict[str, Any] = {
-            "oil": oil.name,
-            "iso_vg": oil.iso_vg,
-            "viscosity_index": oil.viscosity_index,
-        }
-        result |= {"density_15c_kg_m3": oil.density_15c, "z_roelands": oil.z_roelands, "rows": rows}
-        result |= {
-            "specific_heat_j_kgk": oil.specific_heat,
-            "thermal_conductivity_w_mk": oil.thermal_conductivity,
-        }
-        print_results([result | {"assumed": assumed, "version": __version__}], True, False)
-        return 0
-    heads = {
-        "temperature_c": "T [C]", "kinematic_viscosity_mm2_s": "nu [mm2/s]", "viscosity_mpas": "eta [mPa s]",
-        "density_kg_m3": "rho [kg/m3]", "alpha_per_gpa": "alpha [1/GPa]", "so_klaus_per_gpa": "So & Klaus",
-        "agma_925_per_gpa": "AGMA 925",
+    result = {
+        "oil": oil.name, "iso_vg": oil.iso_vg, "viscosity_index": oil.viscosity_index,
+        "density_15c_kg_m3": oil.density_15c, "z_roelands": oil.z_roelands, "rows": rows,
+        "specific_heat_j_kgk": oil.specific_heat, "thermal_conductivity_w_mk": oil.thermal_conductivity,
+        "assumed": assumed, "version": __version__,
     }  # fmt: skip
-    print(f"{oil.name}\n")
     cells = [
         [f"{value:g}" if key == "temperature_c" else f"{value:#.4g}" for key, value in row.items()]
         for row in rows
     ]
-    print(table([[heads[key] for key in rows[0]], *cells]))
+    lines = [oil.name, "", table([HEADS[key] for key in rows[0]], cells)]
     if assumed:
-        print("\nassumed:\n" + "\n".join(f"- {line}" for line in assumed))
-        print(f'\nFor the screw file:\n[lubricant]\nname = "{oil.name}"\niso_vg = {oil.iso_vg}')
-        print(f"viscosity_index = {oil.viscosity_index:g}")
+        lines += ["", "assumed:", *(f"- {line}" for line in assumed)]
+        lines += ["", "For the screw file:", "[lubricant]", f'name = "{oil.name}"', f"iso_vg = {oil.iso_vg}"]
+        lines.append(f"viscosity_index = {oil.viscosity_index:g}")
         if "density_15c" in oil.model_fields_set:
-            print(f"density_15c_kg_m3 = {oil.density_15c:g}")
-    return 0
+            lines.append(f"density_15c_kg_m3 = {oil.density_15c:g}")
+    return Answer([result], text="\n".join(lines))

@@ -1,23 +1,20 @@
-"""Shared by several commands: screw and map of their options, films by name, keys of the results."""
-
-from __future__ import annotations
+"""Shared by several commands: screw and map of their options, keys of the results."""
 
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ...friction.origin import CATALOGUE_DIFFERS, refuse_other_fit, with_set, without_overrides
 from ...friction.sets import FrictionSet, default_friction_set, friction_set_of_file, load_friction_sets
 from ...parameters.file import Parameters, changed, load_screw
 from ...parameters.packaged_data import PACKAGED_VG100
 from ...parameters.screw import LAW_SETS
+from ...runtime.evaluate import NutMap
 from ...runtime.packed import MECHANISTIC
 from .progress import QUIET, progress_bar
+from .quantities import TORQUE_POINT
 from .results import say
-
-if TYPE_CHECKING:
-    from ...runtime.evaluate import NutMap
 
 
 def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
@@ -95,18 +92,18 @@ def chosen_of(args: Namespace) -> Chosen:
     sets = load_friction_sets(name, "give a file that ballscrew calibrate --output has written")
     only_law = all(entry.film_model == MECHANISTIC for entry in sets.values())
     parameters = screw_of(args, PACKAGED_VG100 if only_law else None)
-    found = friction_set_of_file(name, parameters)
-    refuse_other_fit(found, parameters)
-    return Chosen(without_overrides(parameters, found.name), found, found)
+    of_file = friction_set_of_file(name, parameters)
+    refuse_other_fit(of_file, parameters)
+    return Chosen(without_overrides(parameters, of_file.name), of_file, of_file)
 
 
 #: key of an operating point by the name that a map clamps
-CLAMPED_KEYS = {
-    "preload": "preload_n",
-    "speed": "speed_rpm",
-    "temperature": "temperature_c",
-    "axial_load": "axial_load_n",
-}
+CLAMPED_KEYS = {quantity.axis: quantity.name for quantity in TORQUE_POINT}
+
+
+def some_of(some: Sequence[Any], results: Sequence[Any]) -> str:
+    """How many of several results a line is about; "" of a single one."""
+    return "" if len(results) == 1 else f"{len(some)} of {len(results)} points, the first: "
 
 
 def say_outside(results: Sequence[Mapping[str, Any]], axes: Mapping[str, Any]) -> None:
@@ -117,23 +114,40 @@ def say_outside(results: Sequence[Mapping[str, Any]], axes: Mapping[str, Any]) -
     first = outside[0]
     names = [CLAMPED_KEYS.get(name, name) for name in first["clamped"]]
     values = ", ".join(f"{name} {first[name]:g}" if name in first else name for name in names)
-    which = "" if len(results) == 1 else f"{len(outside)} of {len(results)} points, the first: "
     # below its lowest preload a map continues by power laws
     light = list(first["clamped"]) == ["preload"] and first["preload_n"] < axes["preload"][0]
     edge = "extrapolated from its lowest preload" if light else "those at its edge"
     say(
-        f"in_range: false; {which}{values} is outside the map, the numbers are {edge} (ranges: ballscrew "
-        "map info; a larger map: ballscrew map build; without a map: ballscrew torque --direct)"
+        f"in_range: false; {some_of(outside, results)}{values} is outside the map, the numbers are {edge} (ranges: "
+        "ballscrew map info; a larger map: ballscrew map build; without a map: ballscrew torque --direct)"
     )
+
+
+#: end of a key, its unit, by names of numbers; others are pure numbers
+_NAMES = {
+    "n": "nut_force_a nut_force_b separation_load ball_load_max static_load_rating dynamic_load_rating traction_force "
+    "traction_force_1 traction_force_2",
+    "m": "film_thickness_min film_thickness_central_screw film_thickness_central_nut h_c h_m axial_deflection "
+    "lost_motion",
+    "k": "film_temperature_rise temperature_rise temperature_rise_mean temperature_rise_smooth",
+    "pa": "contact_pressure_max p_max",
+    "w": "rolling_loss",
+    "n_per_m": "axial_stiffness",
+    "nm": "catalogue_torque",
+}
+SUFFIXES = {name: unit for unit, names in _NAMES.items() for name in names.split()}
+
+
+def key_of(name: str) -> str:
+    """Key of a number of a result, with its unit at the end."""
+    return f"{name}_{SUFFIXES[name]}" if name in SUFFIXES else name
 
 
 #: output of the map -> key of the command line
 EXTREMES = {
-    "film_thickness_min": "film_thickness_min_m",
-    "film_thickness_central_screw": "film_thickness_central_screw_m",
-    "film_thickness_central_nut": "film_thickness_central_nut_m",
-    "film_temperature_rise": "film_temperature_rise_k",
-    "contact_pressure_max": "contact_pressure_max_pa",
-    "ball_load_max": "ball_load_max_n",
-    "lambda_ratio": "lambda_ratio",
-}
+    name: key_of(name)
+    for name in (
+        "film_thickness_min", "film_thickness_central_screw", "film_thickness_central_nut", "film_temperature_rise",
+        "contact_pressure_max", "ball_load_max", "lambda_ratio",
+    )
+}  # fmt: skip

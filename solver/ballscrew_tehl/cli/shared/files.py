@@ -1,7 +1,5 @@
 """Files that a command writes: refused before its long work, and in one line if the disk refuses later."""
 
-from __future__ import annotations
-
 import errno
 import os
 import re

@@ -1,9 +1,8 @@
 """Numbers of an operating point: names of option and column, bounds, and what of them each command takes."""
 
-from __future__ import annotations
-
 import math
 import re
+from argparse import Namespace
 from typing import Any, NamedTuple
 
 from ...parameters.units import CELSIUS
@@ -21,6 +20,11 @@ class Quantity(NamedTuple):
     not_zero: bool = False
     #: the bounds are those of the magnitude
     signed: bool = False
+
+    @property
+    def axis(self) -> str:
+        """Its name without the unit, as an axis of a map and in the heading of a column."""
+        return self.name.rpartition("_")[0]
 
     @property
     def option(self) -> str:
@@ -46,6 +50,14 @@ class Quantity(NamedTuple):
             + (", or the same with a minus" if self.signed else "")
         )
 
+    def of(self, args: Namespace) -> float | None:
+        """The value of the option; None: not given.
+
+        Raises       ValueError: as checked
+        """
+        value = getattr(args, self.name)
+        return None if value is None else self.checked(self.option, value)
+
     def checked(self, where: str, value: Any) -> float:
         """The value as a float.
 
@@ -69,11 +81,11 @@ class Quantity(NamedTuple):
 
 
 #: beyond any axial load of a screw [N]; larger ones overflow where balls are loaded
-MOST_FORCE = 1e7
+MAX_FORCE = 1e7
 PRELOAD = Quantity("preload_n", "preload of the nut [N]", 0.0)
 SPEED = Quantity("speed_rpm", "screw speed [r/min]")
 TEMPERATURE = Quantity("temperature_c", "oil temperature [C]", -73.15, 200.0)
-AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", -MOST_FORCE, MOST_FORCE, 0.0)
+AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", -MAX_FORCE, MAX_FORCE, 0.0)
 TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", 0.0)
 
 TORQUE_POINT = (PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD)
@@ -90,8 +102,8 @@ LEAD = Quantity("lead_mm", "lead of the screw [mm]; default: by screw or map", 1
 OFFSET = Quantity(
     "offset_nm",
     "known torque of gravity or tilt, X or X+-STANDARD_ERROR [N.m]",
-    -MOST_FORCE,
-    MOST_FORCE,
+    -MAX_FORCE,
+    MAX_FORCE,
 )
 OFFSET_ERROR = OFFSET._replace(min_=0.0)
 IDENTIFY_OPTIONS = (
@@ -103,7 +115,7 @@ IDENTIFY_OPTIONS = (
     Quantity("mass_kg", "known moved mass, screw and motor included [kg]", 1e-6, 1e7),
     OFFSET,
     OFFSET._replace(name="offset_n", help="the same as a force [N]"),
-    Quantity("guide_force_n", "friction of guides and covers, subtracted [N]", 0.0, MOST_FORCE),
+    Quantity("guide_force_n", "friction of guides and covers, subtracted [N]", 0.0, MAX_FORCE),
     Quantity("seal_torque_nm", "friction of seals and bearings, subtracted [N.m]", 0.0, 1e6),
     PRELOAD._replace(help="known preload [N]: for --measurements or --before", not_zero=True),
     Quantity("before_preload_n", "known preload of the log before [N]", 0.0, not_zero=True),
@@ -112,12 +124,3 @@ IDENTIFY_OPTIONS = (
     Quantity("cutoff_hz", "of the filter; default: by the noise of the motion [Hz]", 1e-3, 1e6),
     Quantity("bins", "bins of speed in each direction; default: by the samples", 3, 1000),
 )
-
-
-def whole_number(option: str, value: int | None) -> None:
-    """Refuse a count below 1; None: not given.
-
-    Raises       ValueError
-    """
-    if value is not None and value < 1:
-        raise ValueError(f"{option} = {value}; allowed: a whole number >= 1")

@@ -1,6 +1,4 @@
-"""Results of a command: JSON, CSV, or a table or listing that fits a terminal."""
-
-from __future__ import annotations
+"""Answers of the commands: printed as JSON, CSV, or a table or listing that fits a terminal."""
 
 import contextlib
 import json
@@ -11,20 +9,36 @@ import sys
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...whole_file import whole_file
 from .files import written
+
+Row = Mapping[str, Any]
 
 
 class CommandError(Exception):
     """A check or a build that failed, on input that is allowed: one line, exit code 1."""
 
 
-def say(text: str) -> None:
-    """One line on stderr; if its reader has left, the work goes on without it."""
+class Answer(NamedTuple):
+    """What a command returns, to be printed by `show`."""
+
+    rows: Sequence[Row]  # values by key, one row per operating point
+    many: bool = False  # a list of points was given, also a list of one
+    text: str | None = None  # for readers, in place of table or listing
+    columns: Sequence[str] = ()  # main keys of the table of many rows; none: all
+    notes: Mapping[str, str] = {}  # what a number of a single row means, behind it in the listing
+    output: str | None = ""  # CSV file of all keys; None: not given, "": the command writes none
+    code: int = 0  # exit code
+
+
+def say(text: str, end: str = "\n") -> None:
+    """One line on stderr, over the line of progress that a terminal shows; a reader that has left is no error."""
     with contextlib.suppress(BrokenPipeError):
-        print(text, file=sys.stderr, flush=True)
+        if sys.stderr.isatty():
+            text = f"\r{text:<{shutil.get_terminal_size().columns - 1}}"
+        print(text, end=end, file=sys.stderr, flush=True)
 
 
 def write_text(option: str, path: Path | str, text: str) -> None:
@@ -34,55 +48,44 @@ def write_text(option: str, path: Path | str, text: str) -> None:
     say(f"written: {path}")
 
 
-def plain(value: Any) -> Any:
+def to_builtin(value: Any) -> Any:
     """For JSON: numpy scalars and arrays as Python objects, None (null) for values that are not finite."""
     if isinstance(value, Mapping):
-        return {str(key): plain(entry) for key, entry in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(entry) for entry in value]
+        return {str(key): to_builtin(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [to_builtin(entry) for entry in value]
     if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+        return to_builtin(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def print_results(
-    results: Sequence[Mapping[str, Any]],
-    as_json: bool,
-    as_list: bool,
-    notes: Mapping[str, str] | None = None,
-    columns: Sequence[str] = (),
-    output: str | None = "",
-) -> None:
-    """One JSON object or list on stdout, a file, or readable text.
-
-    Parameters   as_list : the user gave a list of points, also a list of one
-                 notes : what a number of a single result means, in its line of the text
-                 columns : main keys of a list, for the table; none: all
-                 output : CSV file of all keys; None: not given, "": the command writes none
-    """
-    if output:
-        _write_csv(output, results)
+def show(answer: Answer, as_json: bool) -> int:
+    """Print an answer on stdout, or write its CSV file. Returns the exit code."""
+    rows = answer.rows
+    if answer.output:
+        _write_csv(answer.output, rows)
     if as_json:
-        print(json.dumps(plain(results if as_list else results[0]), allow_nan=False))
-    elif output:
-        say(f"written: {output}")
-    elif as_list:
-        _print_table(results, columns, "--json" if output == "" else "--output FILE.csv, or --json")
+        print(json.dumps(to_builtin(rows if answer.many else rows[0]), allow_nan=False))
+    elif answer.output:
+        say(f"written: {answer.output}")
+    elif answer.text is not None:
+        print(answer.text)
+    elif answer.many:
+        _print_rows(answer)
     else:
-        print(listing(results[0], notes or {}))
+        print(listing(rows[0], answer.notes))
+    return answer.code
 
 
-def _write_csv(output: str, results: Sequence[Mapping[str, Any]]) -> None:
+def _write_csv(output: str, rows: Sequence[Row]) -> None:
     import pandas as pd
 
-    rows = [
-        {key: " ".join(value) if isinstance(value, list) else value for key, value in result.items()}
-        for result in results
+    cells = [
+        {key: " ".join(value) if isinstance(value, list) else value for key, value in row.items()}
+        for row in rows
     ]
     with written("--output", output), whole_file(Path(output)) as temporary:
-        pd.DataFrame(rows).to_csv(temporary, index=False)
+        pd.DataFrame(cells).to_csv(temporary, index=False)
 
 
 #: last part of a key -> unit in the head of a column; width to which heads are wrapped
@@ -90,44 +93,50 @@ UNITS = {"n": "[N]", "nm": "[N.m]", "rpm": "[r/min]", "c": "[C]", "k": "[K]", "m
 HEAD = 8
 
 
-def _print_table(results: Sequence[Mapping[str, Any]], columns: Sequence[str], further: str) -> None:
+def _print_rows(answer: Answer) -> None:
     """As many of the columns, by default of all without texts, as fit the terminal; none of zeros only."""
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    # a key may be in some of the results only
-    console, every = (
-        Console(force_jupyter=False),
-        list(dict.fromkeys(key for result in results for key in result)),
-    )
+    # a key may be in some of the rows only
+    known = list(dict.fromkeys(key for row in answer.rows for key in row))
 
     def shows(key: str) -> bool:
-        values = [result.get(key) for result in results]
+        values = [row.get(key) for row in answer.rows]
         return any(isinstance(value, bool) or value not in (None, 0.0) for value in values) and (
-            key in columns or not any(isinstance(value, str) for value in values)
+            key in answer.columns or not any(isinstance(value, str) for value in values)
         )
 
-    keys = [key for key in columns or every if shows(key)]
-    while True:
-        found = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-        for key in keys:
-            found.add_column(Text(_head(key)), justify="right", vertical="bottom", no_wrap=True)
-        for result in results:
-            found.add_row(*(shown(result.get(key), 5) for key in keys))
-        whole = console.measure(found, options=console.options.update(width=10_000)).maximum
-        if len(keys) == 1 or whole <= console.width:
+    keys = [key for key in answer.columns or known if shows(key)]
+    text, count = "", 0
+    for count in range(len(keys), 0, -1):
+        cells = [[shown(row.get(key), 5) for key in keys[:count]] for row in answer.rows]
+        text = table([_head(key) for key in keys[:count]], cells, left=0)
+        if max(map(len, text.split("\n"))) <= shutil.get_terminal_size().columns:
             break
-        keys.pop()
-    console.print(found)
-    if len(keys) < len(every):
-        say(f"{len(every) - len(keys)} further columns: {further}")
+    print(text)
+    if count < len(known):
+        further = "--json" if answer.output == "" else "--output FILE.csv, or --json"
+        say(f"{len(known) - count} further columns: {further}")
 
 
 def _head(key: str) -> str:
     *words, unit = key.split("_")
     words.append(UNITS.get(unit, unit) if words else unit)
     return "\n".join(textwrap.wrap(" ".join(words), HEAD, break_long_words=False))
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> str:
+    """Text columns below their heads, which may have several lines; the first `left` columns to the left."""
+    heads = [text.split("\n") for text in head]
+    height = max(map(len, heads))
+    above = zip(*([""] * (height - len(lines)) + lines for lines in heads), strict=True)
+    lines = [*above, *rows]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    return "\n".join(
+        "  ".join(
+            cell.ljust(width) if number < left else cell.rjust(width)
+            for number, (cell, width) in enumerate(zip(line, widths, strict=True))
+        ).rstrip()
+        for line in lines
+    )
 
 
 def shown(value: Any, digits: int = 6) -> str:
@@ -150,42 +159,29 @@ def width() -> int:
     return min(shutil.get_terminal_size().columns, 80)
 
 
-def listing(row: Mapping[str, Any], notes: Mapping[str, str] | None = None) -> str:
+def listing(row: Row, notes: Mapping[str, str]) -> str:
     """A line per key within width(): numbers to the right of their column, texts to the left, notes behind."""
     number = {
-        key: isinstance(value, numbers.Real) and not isinstance(value, bool) for key, value in row.items()
+        key: shown(value)
+        for key, value in row.items()
+        if isinstance(value, numbers.Real) and not isinstance(value, bool)
     }
     names = min(max(map(len, row), default=0), KEYS)
-    digits = max((len(shown(row[key])) for key in row if number[key]), default=0)
+    digits = max(map(len, number.values()), default=0)
     lines = []
     for key, value in row.items():
-        text = shown(value)
-        if notes and key in notes:
-            text = f"{text.rjust(digits) if number[key] else text}  {notes[key]}"
-        elif number[key]:
-            text = text.rjust(digits)
-        lines += _wrapped(f"{key:<{names}}  ", text)
+        text = number[key].rjust(digits) if key in number else shown(value)
+        lines += _wrapped(f"{key:<{names}}  ", f"{text}  {notes[key]}" if key in notes else text)
     return "\n".join(lines)
 
 
 def _wrapped(head: str, text: str) -> list[str]:
     """Text behind a head, continued below its beginning; a word too long for that on lines of its own."""
-    first, column = [], len(head)
-    if len(head + text) <= width() or not text:
-        return [(head + text).rstrip()]
-    if max(map(len, text.split())) > width() - column:
-        first, head, column = [head.rstrip()], "    ", 4
-    lines = textwrap.wrap(text, max(width() - column, 20), break_long_words=False, break_on_hyphens=False)
-    return first + [(" " * column if number else head) + line for number, line in enumerate(lines)]
-
-
-def table(rows: Sequence[Sequence[str]]) -> str:
-    """Text columns, the first one to the left, the others to the right."""
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    lines = []
-    for row in rows:
-        cells = [row[0].ljust(widths[0])] + [
-            cell.rjust(w) for cell, w in zip(row[1:], widths[1:], strict=True)
-        ]
-        lines.append("  ".join(cells).rstrip())
-    return "\n".join(lines)
+    first = []
+    if max(map(len, text.split()), default=0) > width() - len(head):
+        first, head = [head.rstrip()], "    "
+    lines = textwrap.wrap(
+        text, max(width(), len(head) + 20), initial_indent=head, subsequent_indent=" " * len(head),
+        break_long_words=False, break_on_hyphens=False,
+    )  # fmt: skip
+    return first + (lines or [head.rstrip()])
