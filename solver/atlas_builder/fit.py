@@ -100,7 +100,11 @@ def _likelihood(points: Array, values: Array, noise: Array, lengths: Array) -> t
 
 
 def lengths_and_noise(
-    points: Array, values: Array, noise: Array, first: Array, bounds: Sequence[tuple[float, float]] | None = None
+    points: Array,
+    values: Array,
+    noise: Array,
+    first: Array,
+    bounds: Sequence[tuple[float, float]] | None = None,
 ) -> tuple[Array, Array]:
     """Lengths of coordinates (d,), the same for all quantities, and noise of each (q,), by maximum likelihood.
 

@@ -59,7 +59,7 @@ REFUSALS = {
         ((*POINT, "--screw", "binary"), "binary: is no text in UTF-8; give the path of a screw file"),
         ((*POINT, "--screw", ""), "cannot be read (Is a directory); give the path of a screw file"),
         ((*POINT, "--friction", "binary"), "binary: is no text in UTF-8; give a file that ballscrew calibrate"),
-        ((*POINT, "--map", "text.npz"), "text.npz: not a readable map file (of another kind, or cut short): build one with"),
+        ((*POINT, "--map", "text.npz"), "text.npz: not a readable map file (of another kind, or cut short): build"),
         ((*POINT, "--map", "empty"), "empty: not a readable map file (a folder): build one with"),
         ((*POINT, "--map", "cut.npz"), "cut.npz: not a readable map file (of another kind, or cut short): build"),
     ],

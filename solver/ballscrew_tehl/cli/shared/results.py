@@ -33,12 +33,10 @@ class Answer(NamedTuple):
     code: int = 0  # exit code
 
 
-def say(text: str, end: str = "\n") -> None:
-    """One line on stderr, over the line of progress that a terminal shows; a reader that has left is no error."""
+def say(text: str) -> None:
+    """One line on stderr; a reader that has left is no error."""
     with contextlib.suppress(BrokenPipeError):
-        if sys.stderr.isatty():
-            text = f"\r{text:<{shutil.get_terminal_size().columns - 1}}"
-        print(text, end=end, file=sys.stderr, flush=True)
+        print(text, file=sys.stderr, flush=True)
 
 
 def write_text(option: str, path: Path | str, text: str) -> None:
