@@ -202,7 +202,7 @@ def test_skf_formula_gives_the_data_to_their_digits():
 
 @pytest.mark.slow
 def test_bearings_within_the_acceptance():
-    """Film and hysteresis; totals above nu n = 5e5 not: 51108 is beyond its limiting speed there, up to 1.85."""
+    """Film and hysteresis; totals above nu n = 5e5 not: 51108 is beyond its limiting speed there, up to 1.86."""
     chosen = [
         p
         for p in bearings.operating_points()
