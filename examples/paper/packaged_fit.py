@@ -183,7 +183,7 @@ def fitted_set(basis: TorqueBasis, parameters: Parameters, name: str, provenance
 def basis_of(parameters: Parameters, name: str, film_model: Callable = solved_film) -> TorqueBasis:
     """The 11 points by the films, or contacts, of a set."""
     temperature = load_screw().lubricant.reference_temperature
-    film = film_model(FILM_OF_SET[name], parameters)
+    film = film_model(name, parameters)
     return replace(torque_basis(parameters, film, packaged_measurements(temperature)), names=SETS[name])
 
 

@@ -263,7 +263,7 @@ def test_spread_is_geometric():
 
 def test_packaged_fit_of_the_mechanistic_law_and_its_profile():
     """With closed contacts: one number, whose limits by the profile are those of Student t."""
-    basis = packaged_fit.basis_of(VG100, "mechanistic", lambda film, parameters: ClosedContacts())
+    basis = packaged_fit.basis_of(VG100, "mechanistic", lambda name, parameters: ClosedContacts())
     entry = packaged_fit.fitted_set(basis, VG100, "mechanistic", "")
     value, half = entry.net_sliding_coefficient, entry.intervals["net_sliding_coefficient"]
     limits = entry.limits["net_sliding_coefficient"]

@@ -162,9 +162,9 @@ def torque_basis(
 
 
 def fit_values(basis: TorqueBasis) -> Array:
-    """Values (3,) as FITTED that minimise the sum of squared errors, none negative: one number in closed form.
+    """Values (3,) as FITTED that minimise the sum of squared errors, none negative.
 
-    The sum may have two minima over the roughness height: it starts at the thinnest and at the median film.
+    The sum may have two minima over the roughness height: iterations start at the thinnest and at the median film.
 
     Raises       ValueError: viscous and sliding part proportional;  ArithmeticError: no minimum reached
     """
@@ -179,7 +179,7 @@ def fit_values(basis: TorqueBasis) -> Array:
 
 
 def _minimum(basis: TorqueBasis, height: float) -> Array:
-    """Minimum that is reached from the linear least squares at a roughness height [m]."""
+    """Linear least squares at a roughness height [m], from which iterations start if the height is free."""
     free, start = basis.fitted, np.array([*basis.fixed[:HEIGHT], height])
     linear = [i for i in free if i != HEIGHT]
     start[linear] = 0.0
@@ -187,13 +187,12 @@ def _minimum(basis: TorqueBasis, height: float) -> Array:
     norm = np.linalg.norm(columns, axis=0)
     if len(linear) > 1 and not np.linalg.cond(columns / norm) < 1e6:
         raise ValueError("viscous and sliding part are proportional at all points: measure at several speeds")
-    solution = np.linalg.lstsq(columns / norm, -basis.errors(start), rcond=None)[0]
-    if len(free) == 1:
-        start[free] = np.maximum(solution / norm, 0.0)
-        return start
-    from scipy.optimize import least_squares
+    from scipy.optimize import least_squares, nnls
 
-    start[linear] = np.maximum(solution, 1e-3) / norm
+    start[linear] = nnls(columns / norm, -basis.errors(start))[0] / norm
+    if HEIGHT not in free:
+        return start
+    start[linear] = np.maximum(start[linear], 1e-3 / norm)
     scale = start[free]
 
     def values(x: Array) -> Array:

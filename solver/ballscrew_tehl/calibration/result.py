@@ -12,7 +12,7 @@ from ..friction.sets import FITTED, FrictionSet, friction_set_lines
 from ..parameters.units import CELSIUS, RPM
 from .fit import Fit, TorqueBasis
 from .measurement_file import RowProblem
-from .repeats import repeat_scatter, spread_advice
+from .measurements import repeat_scatter, spread_advice
 
 #: a parameter counts as identified if half its 95 % interval is at most this fraction of its value
 PRECISION = 0.25

@@ -1,4 +1,4 @@
-"""Friction of both directions at common speeds: their mean, and how far they differ."""
+"""Friction over the signed speed of an axis and its units; both directions at common speeds: mean and difference."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import chi2, norm
 
+from ..parameters.units import RPM
 from .log_file import Array
 from .regression import CONFIDENCE
 
@@ -14,6 +15,37 @@ from .regression import CONFIDENCE
 LIMIT = float(norm.ppf(0.5 + 0.5 * CONFIDENCE))
 #: chance that a difference that is the same at all speeds is taken for one that varies
 CHANCE = 1e-3
+
+
+class Units(NamedTuple):
+    """Of an axis: keys of JSON, one of the unit of speed [SI].
+
+    names : of inertia, speed, effort;  si : units of speed and effort;  shown : those of inertia, effort, speed in text
+    """
+
+    inertia: str
+    offset: str
+    speed: str
+    effort: str
+    place: str
+    one: float
+    names: tuple[str, str, str]
+    si: tuple[str, str]
+    shown: tuple[str, str, str]
+
+    def effort_key(self, part: str = "") -> str:
+        """Key of the effort, or of its part: low, high, error, residual."""
+        return self.effort.format(f"{part}_" if part else "")
+
+
+LINEAR = Units(
+    "mass_{}kg", "offset_{}n", "velocity_m_s", "force_{}n", "position_m", 1.0,
+    ("mass", "velocity", "force"), ("m/s", "N"), ("kg", "N", "m/s"),
+)  # fmt: skip
+ROTARY = Units(
+    "inertia_{}kgm2", "offset_{}nm", "speed_rpm", "torque_{}nm", "angle_rad", RPM,
+    ("inertia", "speed", "torque"), ("rad/s", "N.m"), ("kg m2", "N m", "r/min"),
+)  # fmt: skip
 
 
 class Friction(NamedTuple):

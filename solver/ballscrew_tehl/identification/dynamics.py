@@ -21,13 +21,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
-from .directions import LIMIT, Friction, both_ways, varies
+from .directions import LIMIT, LINEAR, ROTARY, BothWays, Friction, Units, both_ways, varies
 from .log_file import Array, Progress
 from .motion import MOST_NOISE, OF_SAMPLES, Samples, effort_later, filtered
 from .regression import CONFIDENCE, FEWEST_BINS, Bins, alone, clusters_of, power, slope_moves, within
@@ -89,6 +90,16 @@ class Identified:
     notes: list[str]
     temperature: float | None
     preload: float | None
+
+    @property
+    def units(self) -> Units:
+        """Keys, names and units."""
+        return ROTARY if self.rotary else LINEAR
+
+    @cached_property
+    def both(self) -> BothWays:
+        """Both directions at common speeds."""
+        return both_ways(self.friction, self.offset_error or 0.0)
 
 
 def estimated_delay(signals: Signals, cutoff: float, travel: float) -> tuple[float, bool]:
@@ -301,7 +312,8 @@ def _result(
     deviation = float(np.sqrt(np.mean(fit.residual**2)))
     explained = 1.0 - deviation**2 / max(float(np.var(samples.effort)), 1e-300)
     if not explained >= 0.0:
-        (what, unit), value = ("inertia", "kg m2") if signals.rotary else ("mass", "kg"), fit.inertia
+        units, value = ROTARY if signals.rotary else LINEAR, fit.inertia
+        what, unit = units.names[0], units.shown[0]
         if user.inertia is not None:
             raise ValueError(
                 f"inertia given = {value:.4g} {unit}; the log shows about {fit.seen:.3g} {unit}, and the given one "
@@ -336,13 +348,14 @@ def _result(
         fit.speed, friction, np.hypot(fit.errors, offset_error), friction - wide, friction + wide,
         (fit.number * samples.each).astype(int),
     )  # fmt: skip
-    places = _places(samples, fit.residual)
-    return Identified(
+    found = Identified(
         signals.rotary, fit.inertia, limits, fit.offset, (fit.offset - offset_wide, fit.offset + offset_wide),
-        user.offset[1] if user.offset else None, bins, user.delay, delay_limits, deviation, explained, places,
-        samples.cutoff, len(samples.speed) * samples.each, left_out,
-        [*notes, *_notes(signals.rotary, noise, bins, places, user)], signals.temperature, signals.preload,
+        user.offset[1] if user.offset else None, bins, user.delay, delay_limits, deviation, explained,
+        _places(samples, fit.residual), samples.cutoff, len(samples.speed) * samples.each, left_out, notes,
+        signals.temperature, signals.preload,
     )  # fmt: skip
+    found.notes.extend(_notes(found, noise))
+    return found
 
 
 def _inertia_limits(signals: Signals, fit: _Fit, noise: float, others: list[_Other]) -> tuple[float, float]:
@@ -353,9 +366,8 @@ def _inertia_limits(signals: Signals, fit: _Fit, noise: float, others: list[_Oth
     value = fit.inertia
     changes = (COARSER * float(np.nan_to_num(other.inertia - value)) for other in others)
     half = math.hypot(fit.inertia_half, max(noise, MOST_NOISE) * value, *changes)
-    what, unit, option = (
-        ("inertia", "kg m2", "--inertia-kgm2") if signals.rotary else ("mass", "kg", "--mass-kg")
-    )
+    units = ROTARY if signals.rotary else LINEAR
+    what, unit, option = units.names[0], units.shown[0], f"--{units.inertia.format('').replace('_', '-')}"
     if value < -half:
         raise ValueError(f"{what} = {value:.4g}; allowed: > 0: {SIGN}")
     if not half <= fit.usual * VAGUE * value:
@@ -373,19 +385,16 @@ def _magnitude(signals: Signals) -> str:
     return "; the effort is never negative: a magnitude without its sign?" if never else ""
 
 
-def _notes(
-    rotary: bool, noise: float, friction: Friction, places: tuple[Array, Array, Array], user: _User
-) -> list[str]:
+def _notes(found: Identified, noise: float) -> list[str]:
     """What limits the result."""
-    notes, unit = [], "N m" if rotary else "N"
+    notes, unit, both, places = [], found.units.shown[1], found.both, found.places
     if noise > 10.0 * MOST_NOISE:
         notes.append(f"noise is {100.0 * noise:.2g} % of the acceleration's variance at the lowest cutoff")
-    both = both_ways(friction, user.offset[1] if user.offset else 0.0)
     if varies(both):
         notes.append(
             f"(f+ - f-)/2, half the difference of friction between the directions, varies with speed, "
             f"{both.difference.min():+.3g} to {both.difference.max():+.3g} {unit}"
-            + ("" if user.offset else ": it cannot all be an offset")
+            + (": it cannot all be an offset" if found.offset_error is None else "")
         )
     uneven = float(np.mean((places[1] / places[2]) ** 2)) if len(places[1]) else 0.0
     if uneven > UNEVEN:
@@ -393,7 +402,7 @@ def _notes(
         notes.append(
             f"friction depends on the position: mean residuals there {effort:.2g} {unit} (root mean square); the "
             "intervals hold for the positions of this log"
-            + ("" if user.delay_known else ", that of the delay leaves out the bias by them")
+            + ("" if found.delay_limits is None else ", that of the delay leaves out the bias by them")
         )
     return notes
 

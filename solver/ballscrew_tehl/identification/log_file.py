@@ -5,7 +5,7 @@ A few damaged rows are left out.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -13,12 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..tables.csv_file import Numbers, Table, open_table
-from ..tables.headings import LOG, LOG_EXAMPLE, Column, both_are, lowered, parted, quantity_of
+from ..tables.csv_file import Numbers, Progress, Table, open_table
+from ..tables.headings import LOG, LOG_EXAMPLE, Column, both_are, lowered, parted, quantity_of, si
 
 Array = NDArray[np.float64]
-#: finished, total, what
-Progress = Callable[[int, int, str], None]
 
 #: signals of the motion, the position first, and of the drive; the first that a log has is used
 MOTION = ("position", "screw_position", "speed", "screw_speed")
@@ -74,7 +72,8 @@ def read_log(
     if count := len(table.between):
         notes.append(f"{count} line{'s' * (count > 1)} between headings and rows: no samples")
     for name, values in signals.items():
-        notes += _to_si(path, name, columns[name], values)
+        signals[name], note = _to_si(path, name, columns[name], values)
+        notes += note
     if unused:
         notes.append(f"columns not used: {', '.join(unused)}")
     if damaged:
@@ -263,10 +262,10 @@ def _numbers(
     return {name: np.concatenate(found) for name, found in parts.items()}, damaged, first
 
 
-def _to_si(path: Path, name: str, column: Column, values: Array) -> list[str]:
-    """Convert in place; a note about values that are none."""
-    factor, offset = LOG[name].units[column.unit]
-    notes, beyond = [], np.abs(values) > LARGEST / factor
+def _to_si(path: Path, name: str, column: Column, values: Array) -> tuple[Array, list[str]]:
+    """Values in SI, and a note about those that are too large to be any."""
+    values, notes = si(values, LOG[name], column.unit), []
+    beyond = np.abs(values) > LARGEST
     if beyond.any():
         values[beyond] = np.nan
         first = int(np.argmax(beyond)) + 1
@@ -275,9 +274,7 @@ def _to_si(path: Path, name: str, column: Column, values: Array) -> list[str]:
         ]
     if not np.isfinite(values).any():
         raise ValueError(f"{path}: column {column.heading!r} has no numbers; allowed: a number in each row")
-    values += offset
-    values *= factor
-    return notes
+    return values, notes
 
 
 def _in_time(

@@ -8,7 +8,6 @@ import numpy as np
 
 from .dynamics import Identified
 from .log_file import Array
-from .output import units_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,7 +30,7 @@ def identification_figure(found: Identified, law: LawCurve | None = None) -> Fig
     """Left: magnitude of friction over the magnitude of speed, both directions. Right: residual over position."""
     from matplotlib.figure import Figure
 
-    units, friction = units_of(found), found.friction
+    units, friction = found.units, found.friction
     figure = Figure(figsize=(11.0, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     if law is not None:
@@ -58,7 +57,7 @@ def identification_figure(found: Identified, law: LawCurve | None = None) -> Fig
     right.set(xlabel=f"{name} [{unit}]", ylabel=f"mean residual [{effort}]")
     right.grid(alpha=0.3)
     figure.suptitle(
-        f"{'inertia' if found.rotary else 'mass'} {found.inertia:.4g} {inertia}, offset {found.offset:.3g} {effort}, "
+        f"{units.names[0]} {found.inertia:.4g} {inertia}, offset {found.offset:.3g} {effort}, "
         f"{found.samples} samples, filter {found.cutoff:.3g} Hz",
         fontsize="medium",
     )

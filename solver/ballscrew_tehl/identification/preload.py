@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -17,13 +17,11 @@ from scipy.optimize import minimize_scalar
 from ..friction.sets import FrictionSet
 from ..parameters.file import Parameters
 from ..parameters.units import RPM
+from ..runtime.evaluate import NutMap
 from ..runtime.packed import MECHANISTIC
-from .directions import LIMIT, both_ways
+from .directions import LIMIT
 from .dynamics import Identified
 from .log_file import Array
-
-if TYPE_CHECKING:
-    from ..runtime.evaluate import NutMap
 
 #: relative error of the law's shape over speed that is allowed for
 SHAPE = 0.01
@@ -92,9 +90,7 @@ def screw_friction(found: Identified, lead: float | None) -> ScrewFriction:
         raise ValueError(
             "--lead-mm or --screw (missing); needed for the torque at the screw of a linear axis"
         )
-    both = both_ways(found.friction, found.offset_error or 0.0).at_screw(
-        1.0 if found.rotary else abs(lead or 1.0)
-    )
+    both = found.both.at_screw(1.0 if found.rotary else abs(lead or 1.0))
     if not len(both.speed):
         raise ValueError(
             "no speed that both directions have in common; allowed: a log with the same speeds both ways"
