@@ -169,7 +169,7 @@ def fit_values(basis: TorqueBasis) -> Array:
     Raises       ValueError: viscous and sliding part proportional;  ArithmeticError: no minimum reached
     """
     if FITTED[HEIGHT] not in basis.names:
-        return _minimum(basis, 0.0)
+        return _minimum(basis, basis.fixed[HEIGHT])
     films = basis.film[np.isfinite(basis.film)]
     found = [_minimum(basis, float(height)) for height in (films.min(), np.median(films))]
     best = min(found, key=lambda values: float(np.sum(basis.errors(values) ** 2)))

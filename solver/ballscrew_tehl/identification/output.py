@@ -80,18 +80,17 @@ def preload_data(found: FoundPreload) -> dict[str, Any]:
 
 def change_data(change: Change) -> dict[str, Any]:
     """What a log before adds."""
-    return {
-        "preload_before_n": change.before, "preload_ratio": change.ratio, "preload_ratio_low": change.low,
-        "preload_ratio_high": change.high,
-    }  # fmt: skip
+    keys = "preload_before_n", "preload_ratio", "preload_ratio_low", "preload_ratio_high"
+    return dict(zip(keys, change, strict=True))
 
 
 def apart_data(apart: Apart) -> dict[str, Any]:
     """What two known preloads or temperatures add."""
-    return {
-        "without_nut_nm": apart.rest, "without_nut_low_nm": apart.rest_low, "without_nut_high_nm": apart.rest_high,
-        "law_factor": apart.factor, "law_factor_low": apart.factor_low, "law_factor_high": apart.factor_high,
-    }  # fmt: skip
+    keys = (
+        *(f"without_nut_{end}nm" for end in ("", "low_", "high_")),
+        *(f"law_factor{end}" for end in ("", "_low", "_high")),
+    )
+    return dict(zip(keys, apart, strict=True))
 
 
 def identified_text(found: Identified, data: dict[str, Any]) -> str:

@@ -16,7 +16,7 @@ from scipy.optimize import minimize_scalar
 
 from ..friction.sets import FrictionSet
 from ..parameters.file import Parameters
-from ..parameters.units import RPM
+from ..parameters.units import CELSIUS, RPM
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import MECHANISTIC
 from .directions import LIMIT
@@ -167,8 +167,8 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
     coldest, hottest = law.nut_map.header["axes"]["temperature"][:2]
     if not coldest <= temperature <= hottest:
         raise ValueError(
-            f"temperature = {temperature - 273.15:.4g} C; allowed by the map: {coldest - 273.15:.4g} to "
-            f"{hottest - 273.15:.4g} C: check unit and --temperature-c, or ballscrew map build with other "
+            f"temperature = {temperature - CELSIUS:.4g} C; allowed by the map: {coldest - CELSIUS:.4g} to "
+            f"{hottest - CELSIUS:.4g} C: check unit and --temperature-c, or ballscrew map build with other "
             "--temperature-c"
         )
     friction = _inside(friction, law)
@@ -213,12 +213,12 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
 
 
 class Change(NamedTuple):
-    """Preload over that of the log before, with a 95 % interval of both logs and the effect of the law's interval."""
+    """Preload of the log before, that of this one over it with a 95 % interval: both logs, the law's interval."""
 
+    before: float
     ratio: float
     low: float
     high: float
-    before: float
 
 
 def change_of_preload(
@@ -237,7 +237,7 @@ def change_of_preload(
         if all(lowest * 1.001 < end < highest * 0.999 for end in ends):
             moved.append(math.log(ends[0] / ends[1] / ratio))
     wide = math.hypot(own, max(map(abs, moved)))
-    return Change(ratio, ratio * math.exp(-wide), ratio * math.exp(wide), before[1].preload)
+    return Change(before[1].preload, ratio, ratio * math.exp(-wide), ratio * math.exp(wide))
 
 
 class Apart(NamedTuple):
@@ -278,21 +278,18 @@ def told_apart(logs: list[tuple[ScrewFriction, float, float]], law: Law) -> Apar
             f"part without the nut = {best[0]:.3g} +- {half[0]:.2g} N.m; allowed: determined by the logs: preloads or "
             "temperatures that differ more"
         )
-    return Apart(
-        *np.ravel(
-            [(value, value - wide, value + wide) for value, wide in zip(best, half, strict=True)]
-        ).tolist()
-    )
+    return Apart(*np.column_stack([best, best - half, best + half]).ravel().tolist())
 
 
 def measurement_rows(friction: ScrewFriction, most: int = 12) -> ScrewFriction:
     """At most so many points, neighbouring speeds joined by their weights."""
-    pieces = np.array_split(np.arange(len(friction.speed)), min(most, len(friction.speed)))
-
-    def joined(piece: np.ndarray) -> tuple[float, ...]:
-        weight = 1.0 / friction.error[piece] ** 2
-        # errors of neighbours are hardly independent: their mean, not that over the root of their number
-        speed, torque, error = (float(np.average(values[piece], weights=weight)) for values in friction[:3])
-        return speed, torque, error, float(friction.samples[piece].sum())
-
-    return ScrewFriction(*(np.array(column) for column in zip(*map(joined, pieces), strict=True)))
+    count = min(most, len(friction.speed))
+    pieces = [
+        ScrewFriction(*piece) for piece in zip(*(np.array_split(x, count) for x in friction), strict=True)
+    ]
+    # errors of neighbours are hardly independent: their mean, not that over the root of their number
+    rows = [
+        (*(np.average(x, weights=piece.error**-2) for x in piece[:3]), piece.samples.sum())
+        for piece in pieces
+    ]
+    return ScrewFriction(*np.array(rows, dtype=np.float64).T)
