@@ -5,12 +5,10 @@ is linear in the apparent viscosity ratio and in the net sliding coefficient, an
 operating point is evaluated once. Only the roughness height of the set three_parameter needs iterations.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -57,7 +55,7 @@ class TorqueBasis:
     fixed: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     @classmethod
-    def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutSums]]) -> TorqueBasis:
+    def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutSums]]) -> Self:
         """Two nuts per point by the law `published`, each with the sums under its own force."""
         return cls(
             tuple(measurements),
@@ -68,9 +66,7 @@ class TorqueBasis:
         )
 
     @classmethod
-    def of_powers(
-        cls, measurements: Sequence[Measurement], powers: Sequence[Sequence[NutPowers]]
-    ) -> TorqueBasis:
+    def of_powers(cls, measurements: Sequence[Measurement], powers: Sequence[Sequence[NutPowers]]) -> Self:
         """Two nuts per point by the mechanistic law; the factor of the rolling part is fixed at 1."""
         return cls(
             tuple(measurements),
@@ -90,7 +86,7 @@ class TorqueBasis:
     def __len__(self) -> int:
         return len(self.measurements)
 
-    def subset(self, rows: Sequence[int]) -> TorqueBasis:
+    def subset(self, rows: Sequence[int]) -> Self:
         """The points with these numbers."""
         rows = list(rows)
         parts = {name: getattr(self, name)[rows] for name in ("viscous", "film", "hysteresis", "sliding")}
@@ -130,19 +126,19 @@ def torque_basis(
     film_model: FilmModel | ContactValues,
     measurements: Sequence[Measurement],
     progress: Progress = lambda finished, total, what: None,
-) -> TorqueBasis:
+) -> Self:
     """Evaluate both nuts at every operating point: loads of the balls, films, sums.
 
     Parameters   film_model : films, or the contacts of the mechanistic law
     Raises       ValueError: a point outside the range of the film model or of the load distribution, by name
     """
-    screw, mechanistic = parameters.screw, film_model.name == MECHANISTIC
-    count = screw.loaded_ball_count if mechanistic else screw.ball_count
+    screw, made, sums = parameters.screw, TorqueBasis.of_nuts, []
     evaluate: Callable[..., Any] = nut_sums
-    if mechanistic:
-        evaluate = nut_powers
-    unloaded = UNLOADED_POWERS if mechanistic else UNLOADED
-    what, found = f"operating points with {film_model.name}", []
+    count, unloaded = screw.ball_count, UNLOADED
+    if film_model.name == MECHANISTIC:
+        made, evaluate = TorqueBasis.of_powers, nut_powers
+        count, unloaded = screw.loaded_ball_count, UNLOADED_POWERS
+    what = f"operating points with {film_model.name}"
     for number, m in enumerate(measurements):
         progress(number, len(measurements), what)
         try:
@@ -154,11 +150,9 @@ def torque_basis(
             ]
         except ValueError as err:
             raise ValueError(f"{m.point}: {err}") from err
-        found.append(nuts if len(nuts) == 2 else 2 * nuts)
+        sums.append(nuts if len(nuts) == 2 else 2 * nuts)
     progress(len(measurements), len(measurements), what)
-    if mechanistic:
-        return TorqueBasis.of_powers(measurements, cast("list[list[NutPowers]]", found))
-    return TorqueBasis.of_nuts(measurements, cast("list[list[NutSums]]", found))
+    return made(measurements, sums)
 
 
 def fit_values(basis: TorqueBasis) -> Array:

@@ -1,7 +1,5 @@
 """Level of measured torques compared with the law before anything is fitted: a wrong unit is named, not fitted."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import cast
 

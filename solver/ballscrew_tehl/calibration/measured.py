@@ -1,7 +1,5 @@
 """Calibration: a friction set from a file of measured torques, its points by the contacts of the screw or a map."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace

@@ -3,8 +3,6 @@
 Dialect and headings: `tables.csv_file` and `tables.headings`.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Collection, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Measured friction torques: operating points with their torque, and repeated measurements of one point."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """Calibration of the mechanistic law on one torque, measured or of a catalogue: its one number, exactly."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from .. import __version__

@@ -1,7 +1,5 @@
 """Result of a calibration: its points, what the data do not identify, as rows and as text."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ compensation parameters: table[i].in velocity [um/s], ascending; table[i].out mo
 Modelica: text of CombiTable1Ds, `#1`, `double name(rows, columns)`.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Iterable

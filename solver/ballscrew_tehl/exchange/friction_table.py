@@ -1,20 +1,18 @@
 """Friction over speed as a table: of a map, with its interval where the law has one, or what identify has written."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from ..friction.sets import FrictionSet
 from ..identification.directions import LINEAR, ROTARY, BothWays, Friction, Units, both_ways
-from ..identification.log_file import Array
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
+from ..physics.ball_law import Array
 from ..runtime.evaluate import NutMap
 from ..tables.csv_file import Progress
 
@@ -165,7 +163,7 @@ class AxisFriction(NamedTuple):
             raise ValueError("--lead-mm (missing); needed of a linear axis for torque and speed of the screw")
         return 1.0 if self.rotary else (self.lead or math.nan) / (2.0 * math.pi)
 
-    def between(self, low: float, high: float) -> AxisFriction:
+    def between(self, low: float, high: float) -> Self:
         """The bins between two speeds of the screw [rad/s].
 
         Raises       ValueError: fewer than three in a direction

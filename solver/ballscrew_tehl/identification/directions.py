@@ -1,14 +1,12 @@
 """Friction over the signed speed of an axis and its units; both directions at common speeds: mean and difference."""
 
-from __future__ import annotations
-
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from scipy.stats import chi2, norm
 
 from ..parameters.units import RPM
-from .log_file import Array
+from ..physics.ball_law import Array
 from .regression import CONFIDENCE
 
 #: standard deviations of a 95 % limit
@@ -71,11 +69,10 @@ class BothWays(NamedTuple):
     error: Array
     samples: Array
 
-    def at_screw(self, lead: float) -> BothWays:
+    def at_screw(self, lead: float) -> Self:
         """Speed [rad/s] and torque [N.m] at a screw of this lead [m/rad], from those of a linear axis."""
-        return BothWays(
-            self.speed / lead, self.mean * lead, self.difference * lead, self.error * lead, self.samples
-        )
+        mean, difference, error = (values * lead for values in self[1:4])
+        return self._replace(speed=self.speed / lead, mean=mean, difference=difference, error=error)
 
 
 def both_ways(friction: Friction, offset_error: float = 0.0) -> BothWays:

@@ -17,8 +17,6 @@ controller, more so at a high cutoff. The limits of the inertia also hold the sh
 cutoff allows.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -28,8 +26,9 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
+from ..physics.ball_law import Array
 from .directions import LIMIT, LINEAR, ROTARY, BothWays, Friction, Units, both_ways, varies
-from .log_file import Array, Progress
+from .log_file import Progress
 from .motion import MOST_NOISE, OF_SAMPLES, Samples, effort_later, filtered
 from .regression import CONFIDENCE, FEWEST_BINS, Bins, alone, clusters_of, power, slope_moves, within
 from .signals import Signals

@@ -3,20 +3,16 @@
 A few damaged rows are left out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..physics.ball_law import Array
 from ..tables.csv_file import Numbers, Progress, Table, open_table
 from ..tables.headings import LOG, LOG_EXAMPLE, Column, both_are, lowered, parted, quantity_of, si
-
-Array = NDArray[np.float64]
 
 #: signals of the motion, the position first, and of the drive; the first that a log has is used
 MOTION = ("position", "screw_position", "speed", "screw_speed")

@@ -6,8 +6,6 @@ acceleration clean enough. The noise is taken as white, of the size seen above A
 Source: Gautier, Janot, Vandanjon, IEEE Trans. Contr. Syst. Technol. 21 (2013) 428 (inverse dynamics, parallel filter)
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,7 +15,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, freqz_sos, sosfiltfilt, welch
 
-from .log_file import Array, Progress
+from ..physics.ball_law import Array
+from .log_file import Progress
 from .signals import Section, Signals, integral
 
 ORDER = 2

@@ -1,7 +1,5 @@
 """Results of an identification: keys of JSON, text, the file of measurements."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -10,9 +8,9 @@ import numpy as np
 
 from .. import __version__
 from ..parameters.units import CELSIUS, RPM
+from ..physics.ball_law import Array
 from .directions import LIMIT, varies
 from .dynamics import Identified
-from .log_file import Array
 from .preload import Apart, Change, FoundPreload, ScrewFriction, measurement_rows
 
 #: what friction from one log is of

@@ -1,16 +1,12 @@
 """Picture of an identification: friction over speed, with the law where a map is given, and residual over position."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from ..physics.ball_law import Array
 from .dynamics import Identified
-from .log_file import Array
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 #: colours of Okabe & Ito: forwards, backwards, law
 AHEAD, BACK, LAW = "#0072B2", "#D55E00", "#009E73"
@@ -28,8 +24,6 @@ class LawCurve(NamedTuple):
 
 def identification_figure(found: Identified, law: LawCurve | None = None) -> Figure:
     """Left: magnitude of friction over the magnitude of speed, both directions. Right: residual over position."""
-    from matplotlib.figure import Figure
-
     units, friction = found.units, found.friction
     figure = Figure(figsize=(11.0, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))

@@ -5,8 +5,6 @@ a log without the nut, are subtracted. One preload is fitted to all speeds, each
 shape error SHAPE of the law.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -17,11 +15,11 @@ from scipy.optimize import minimize_scalar
 from ..friction.sets import FrictionSet
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
+from ..physics.ball_law import Array
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import MECHANISTIC
 from .directions import LIMIT
 from .dynamics import Identified
-from .log_file import Array
 
 #: relative error of the law's shape over speed that is allowed for
 SHAPE = 0.01

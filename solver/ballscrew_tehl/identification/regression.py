@@ -1,13 +1,12 @@
 """Regressors of an identification within bins of speed, and what each cluster of time moves."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from scipy.stats import t as student
 
-from .log_file import Array
+from ..physics.ball_law import Array
 from .motion import Samples
 
 #: most and fewest bins of a direction; samples of the log for one bin
@@ -28,7 +27,7 @@ class Bins:
     high: float
 
     @classmethod
-    def of(cls, samples: Samples, wanted: int | None = None) -> Bins:
+    def of(cls, samples: Samples, wanted: int | None = None) -> Self:
         """As many as there are samples for, or as wanted."""
         size = np.abs(samples.speed)
         smaller = min(int((samples.speed > 0.0).sum()), int((samples.speed < 0.0).sum())) * samples.each

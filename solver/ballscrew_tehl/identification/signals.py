@@ -1,7 +1,5 @@
 """From the signals of a log to position and force of a linear axis, or angle and torque of a screw, evenly sampled."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import pairwise
@@ -12,8 +10,9 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
+from ..physics.ball_law import Array
 from ..tables.headings import ANGLE, SPEED
-from .log_file import EFFORT, MOTION, Array, Log
+from .log_file import EFFORT, MOTION, Log
 
 #: a step of time longer than this many usual ones is a gap; jumps of a position that are whole periods within this
 #: share are those of an encoder that starts again; most of the jumps that may be none

@@ -9,8 +9,6 @@ Numbers have a decimal point, or a decimal comma where semicolons or tabs separa
 file, and no marks of thousands: a file whose numbers can be read in two ways is refused.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Callable, Iterator, Sequence

@@ -5,8 +5,6 @@ factor of 2 pi), and pint reads 20 of the spellings that test benches write othe
 Ncm, %).
 """
 
-from __future__ import annotations
-
 import difflib
 import math
 import re
