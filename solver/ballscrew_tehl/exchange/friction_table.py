@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from ..friction.sets import FrictionSet
-from ..identification.directions import LINEAR, ROTARY, BothWays, Friction, Units, both_ways
+from ..identification.directions import LINEAR, ROTARY, Bidirectional, Friction, Units, bidirectional_friction
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
 from ..physics.ball_law import Array
@@ -179,9 +179,9 @@ class AxisFriction(NamedTuple):
         return self._replace(friction=Friction(*(values[inside] for values in self.friction)))
 
     @property
-    def mean(self) -> BothWays:
+    def mean(self) -> Bidirectional:
         """Mean of both directions [rad/s], [N.m]; ValueError: fewer than three common speeds, no lead."""
-        both = both_ways(self.friction).at_screw(self.per_turn)
+        both = bidirectional_friction(self.friction).at_screw(self.per_turn)
         if len(both.speed) < 3:
             raise ValueError(
                 f"speeds that both directions have in common = {len(both.speed)}; allowed: at least 3 for a list"

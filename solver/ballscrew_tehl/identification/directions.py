@@ -57,7 +57,7 @@ class Friction(NamedTuple):
     samples: np.ndarray
 
 
-class BothWays(NamedTuple):
+class Bidirectional(NamedTuple):
     """At common speeds > 0: half of the magnitudes' sum and of their difference, error of both, samples.
 
     A known offset moves all differences by its error, which is not in theirs.
@@ -75,7 +75,7 @@ class BothWays(NamedTuple):
         return self._replace(speed=self.speed / lead, mean=mean, difference=difference, error=error)
 
 
-def both_ways(friction: Friction, offset_error: float = 0.0) -> BothWays:
+def bidirectional_friction(friction: Friction, offset_error: float = 0.0) -> Bidirectional:
     """At the speeds of the positive direction that the other one has as well; empty if there are none.
 
     Parameters   offset_error : standard error of a known offset, which the errors of the bins hold
@@ -93,10 +93,10 @@ def both_ways(friction: Friction, offset_error: float = 0.0) -> BothWays:
     half = 0.5 * (friction.high - friction.low) / LIMIT
     error = 0.5 * np.sqrt(half[ahead][both] ** 2 + reverse(half) ** 2 - 2.0 * offset_error**2)
     samples = friction.samples[ahead][both] + reverse(friction.samples.astype(float))
-    return BothWays(speed, 0.5 * (value + against), 0.5 * (value - against), error, samples)
+    return Bidirectional(speed, 0.5 * (value + against), 0.5 * (value - against), error, samples)
 
 
-def varies(both: BothWays) -> bool:
+def varies(both: Bidirectional) -> bool:
     """Whether the difference of the directions depends on speed, so that it cannot all be an offset."""
     weight = 1.0 / both.error**2
     squares = float(np.sum(weight * (both.difference - np.average(both.difference, weights=weight)) ** 2))

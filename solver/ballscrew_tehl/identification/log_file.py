@@ -28,7 +28,7 @@ PIECE = 100_000
 #: from which on they have too few digits;  largest error of such a stamp over its last digit
 MIN_ROWS, MAX_EMPTY, MAX_DAMAGED, FEW_REPEATED, DIGIT = 200, 0.5, 0.01, 0.05, 1.5
 #: a value beyond this is damaged [SI]
-LARGEST = 1e12
+MAX_VALUE = 1e12
 
 
 class Log(NamedTuple):
@@ -261,12 +261,12 @@ def _numbers(
 def _to_si(path: Path, name: str, column: Column, values: Array) -> tuple[Array, list[str]]:
     """Values in SI, and a note about those that are too large to be any."""
     values, notes = si(values, LOG[name], column.unit), []
-    beyond = np.abs(values) > LARGEST
+    beyond = np.abs(values) > MAX_VALUE
     if beyond.any():
         values[beyond] = np.nan
         first = int(np.argmax(beyond)) + 1
         notes = [
-            f"{int(beyond.sum())} values of {name} beyond {LARGEST:g} (SI) left out, the first in row {first}"
+            f"{int(beyond.sum())} values of {name} beyond {MAX_VALUE:g} (SI) left out, the first in row {first}"
         ]
     if not np.isfinite(values).any():
         raise ValueError(f"{path}: column {column.heading!r} has no numbers; allowed: a number in each row")

@@ -24,7 +24,7 @@ from .dynamics import Identified
 #: relative error of the law's shape over speed that is allowed for
 SHAPE = 0.01
 #: fewest speeds within a map
-FEWEST_SPEEDS = 3
+MIN_SPEEDS = 3
 #: share of a torque that it has to have left without known parts
 LEFT = 0.05
 
@@ -132,10 +132,10 @@ def _inside(friction: ScrewFriction, law: Law) -> ScrewFriction:
     """
     low, high = law.nut_map.header["axes"]["speed"][:2]
     keep = (friction.speed >= low) & (friction.speed <= high)
-    if not keep.sum() >= FEWEST_SPEEDS:
+    if not keep.sum() >= MIN_SPEEDS:
         raise ValueError(
             f"speeds of the log within the map = {int(keep.sum())} of {len(keep)}, {_range(friction.speed)}; allowed: "
-            f"at least {FEWEST_SPEEDS} in {_range(np.array([low, high]))}: check --ratio and --lead-mm"
+            f"at least {MIN_SPEEDS} in {_range(np.array([low, high]))}: check --ratio and --lead-mm"
         )
     return ScrewFriction(*(values[keep] for values in friction))
 
