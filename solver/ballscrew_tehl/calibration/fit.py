@@ -126,19 +126,18 @@ def torque_basis(
     film_model: FilmModel | ContactValues,
     measurements: Sequence[Measurement],
     progress: Progress = lambda finished, total, what: None,
-) -> Self:
+) -> TorqueBasis:
     """Evaluate both nuts at every operating point: loads of the balls, films, sums.
 
     Parameters   film_model : films, or the contacts of the mechanistic law
     Raises       ValueError: a point outside the range of the film model or of the load distribution, by name
     """
-    screw, made, sums = parameters.screw, TorqueBasis.of_nuts, []
-    evaluate: Callable[..., Any] = nut_sums
-    count, unloaded = screw.ball_count, UNLOADED
+    screw, sums, what = parameters.screw, [], f"operating points with {film_model.name}"
+    law: tuple[Callable[..., TorqueBasis], Callable[..., Any], NutSums | NutPowers, int]
+    law = TorqueBasis.of_nuts, nut_sums, UNLOADED, screw.ball_count
     if film_model.name == MECHANISTIC:
-        made, evaluate = TorqueBasis.of_powers, nut_powers
-        count, unloaded = screw.loaded_ball_count, UNLOADED_POWERS
-    what = f"operating points with {film_model.name}"
+        law = TorqueBasis.of_powers, nut_powers, UNLOADED_POWERS, screw.loaded_ball_count
+    basis_of, evaluate, unloaded, count = law
     for number, m in enumerate(measurements):
         progress(number, len(measurements), what)
         try:
@@ -152,7 +151,7 @@ def torque_basis(
             raise ValueError(f"{m.point}: {err}") from err
         sums.append(nuts if len(nuts) == 2 else 2 * nuts)
     progress(len(measurements), len(measurements), what)
-    return made(measurements, sums)
+    return basis_of(measurements, sums)
 
 
 def fit_values(basis: TorqueBasis) -> Array:
