@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..physics.ball_law import Array
+from .directions import LIMIT
 from .dynamics import Identified
 
 #: colours of Okabe & Ito: forwards, backwards, law
@@ -46,7 +47,7 @@ def identification_figure(found: Identified, law: LawCurve | None = None) -> Fig
     name, unit, one = ("angle", "turns", 2.0 * np.pi) if found.rotary else ("position", "m", 1.0)
     right.axhline(0.0, color="0.4", linewidth=1.0)
     right.errorbar(
-        place / one, mean, yerr=1.96 * error, fmt="o-", color="0.25", markersize=3.5, linewidth=0.9
+        place / one, mean, yerr=LIMIT * error, fmt="o-", color="0.25", markersize=3.5, linewidth=0.9
     )
     right.set(xlabel=f"{name} [{unit}]", ylabel=f"mean residual [{effort}]")
     right.grid(alpha=0.3)
