@@ -8,7 +8,6 @@ notebooks/*.md from the notebooks with the outputs stored in them, reference/*.m
 from __future__ import annotations
 
 import base64
-import csv
 import hashlib
 import html
 import json
@@ -19,6 +18,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 from latex2mathml.converter import convert
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
@@ -74,9 +74,8 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, **_: Any) 
 
 def errata_markdown() -> str:
     """Table of the errata."""
-    with (PAPER / "zhao2023_errata.csv").open(encoding="utf-8", newline="") as file:
-        _, *found = csv.reader(line for line in file if not line.startswith("#"))
-    rows = [["where", "printed", "used", "effect"], ["---"] * 4, *found]
+    found = pd.read_csv(PAPER / "zhao2023_errata.csv", comment="#", dtype=str, keep_default_na=False)
+    rows = [list(found), ["---"] * 4, *found.values]
     return "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 

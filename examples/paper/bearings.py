@@ -8,10 +8,10 @@ import itertools
 import math
 from collections.abc import Iterable
 from functools import cache
-from pathlib import Path
 from typing import NamedTuple
 
 import pandas as pd
+from pipe_table import data_file
 
 from ballscrew_tehl.caged_bearing import CAGED, Bearing, bearing
 from ballscrew_tehl.friction.mechanistic import nuts_powers
@@ -26,7 +26,7 @@ from ballscrew_tehl.physics.rating import static_rating
 from ballscrew_tehl.physics.rolling_resistance import rolling_power
 from ballscrew_tehl.physics.supply import FLOODED
 
-SKF_TORQUE = Path(__file__).with_name("skf_torque.csv")
+SKF_TORQUE = "skf_torque.csv"
 #: friction coefficient of SKF's sliding part, of boundary and of full film with mineral oil
 BOUNDARY, FULL_FILM = 0.12, 0.05
 #: f_0 of Palmgren by kind and lubrication
@@ -164,7 +164,7 @@ def operating_points() -> list[Point]:
     found = [
         Point(known[row.bearing], row.axial_load_over_C, row.nu_n_mm2_s_r_min,
               1e-3 * row.skf_rolling_Nmm, 1e-3 * row.skf_sliding_Nmm)
-        for row in pd.read_csv(SKF_TORQUE, comment="#").itertuples()
+        for row in data_file(SKF_TORQUE).itertuples()
     ]  # fmt: skip
     for name, of in BEARINGS.items():
         for ratio, nu_n in itertools.product(LOAD_RATIOS, NU_N):

@@ -9,13 +9,11 @@ a number is in its row of zhao2023_claims.csv. Nothing was tuned towards these s
 
 import math
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 from measured_torques import Law, packaged_laws
-from pipe_table import table
+from pipe_table import data_file, table
 
 from ballscrew_tehl.calibration.measured_screw import ASSUMED_TEMPERATURE, packaged_measurements
 from ballscrew_tehl.parameters.file import Parameters, ScrewParameters
@@ -24,8 +22,6 @@ from ballscrew_tehl.physics.film import central_film_estimate, film_groups
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ballscrew_tehl.physics.kinematics import surface_speeds
 from ballscrew_tehl.physics.lubricant import pressure_viscosity, section_2_3
-
-CLAIMS = Path(__file__).with_name("zhao2023_claims.csv")
 
 #: largest relative difference from the print that counts as reproduced, as near
 REPRODUCED_WITHIN, NEAR_WITHIN = 0.05, 0.20
@@ -210,7 +206,7 @@ def measured_results(screw: ScrewParameters) -> dict[str, Result]:
 
 def printed_claims() -> list[dict[str, str]]:
     """Lines of the file: id, where, statement, value, unit, rule, remark."""
-    return pd.read_csv(CLAIMS, comment="#", dtype=str, keep_default_na=False).to_dict("records")
+    return data_file("zhao2023_claims.csv", text=True).to_dict("records")
 
 
 def claims(laws: Sequence[Law]) -> list[Claim]:

@@ -11,11 +11,9 @@ import itertools
 import math
 import time
 from itertools import pairwise
-from pathlib import Path
 from typing import NamedTuple
 
-import pandas as pd
-from pipe_table import table
+from pipe_table import data_file, table
 
 from ballscrew_tehl import load_screw
 from ballscrew_tehl.contact import (
@@ -32,7 +30,6 @@ from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.kinematics import KINEMATICS
 
-HERE = Path(__file__).parent
 #: ball load [N] at 2000 N on the load-carrying balls, screw speed
 LOAD, SPEED = 39.5, 3000.0 * RPM
 #: nodes along, lines across the half width and layers, all refined by this ratio
@@ -151,9 +148,7 @@ def section5_text(rows: list[ContactRow]) -> str:
          *_changed(row.rise_changes, row.rise_limit, 2), "yes" if row.converged else "NO"]
         for row in rows for s in (row.fine,)
     ]  # fmt: skip
-    printed = pd.read_csv(
-        HERE / "zhao2023_section5_contact.csv", comment="#", dtype=str, keep_default_na=False
-    )
+    printed = data_file("zhao2023_section5_contact.csv", text=True)
     grids = ", ".join(f"{grid.n_x}x{grid.n_y}x{grid.n_z}" for grid in GRIDS)
     title = (
         f"Section 5.1: one ball, {LOAD} N, 3000 r/min, oil at 303 K, on the last of three grids ({grids}); changes: "

@@ -13,7 +13,6 @@ Screws     two new ball screws of a degradation rig (Xi'an Jiaotong University),
 import itertools
 import math
 from collections.abc import Callable, Iterable
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -26,7 +25,7 @@ from bearings import (
     conformity_ratios,
     operating_points,
 )
-from pipe_table import table
+from pipe_table import data_file, table
 from rig import RIG_LEAD_MM, RIG_PRELOAD, RIG_SPEED, rig_screw, rig_torques
 from scipy.optimize import brentq
 
@@ -40,7 +39,7 @@ from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.lubricant import eta0
 from ballscrew_tehl.physics.supply import FLOODED
 
-GROOVE_TORQUE = Path(__file__).with_name("balan_rolling_torque.csv")
+GROOVE_TORQUE = "balan_rolling_torque.csv"
 #: radius of the grooves across rolling, pitch diameter of the balls [m], viscosity of the oil [Pa s]
 GROOVE_RADIUS, GROOVE_PITCH, GROOVE_VISCOSITY = 4.16e-3, 36e-3, 0.05
 #: what the screws of the rig could be: diameters of screw and balls [mm], ISO VG, temperatures [degC]
@@ -83,7 +82,7 @@ def groove_points(rows: pd.DataFrame | None = None) -> pd.DataFrame:
     The oil is one of this viscosity, ISO VG 68 at 43 C: at these loads its pressure coefficient does not matter. The
     contacts are outside the atlas and solved, a second each.
     """
-    oil, rows = graded_oil(68, 95.0), pd.read_csv(GROOVE_TORQUE, comment="#") if rows is None else rows
+    oil, rows = graded_oil(68, 95.0), data_file(GROOVE_TORQUE) if rows is None else rows
     warm, law = float(brentq(lambda T: float(eta0(oil, T)) - GROOVE_VISCOSITY, 290.0, 350.0)), []
     for row in rows.itertuples():
         conformity = 1e3 * GROOVE_RADIUS / row.ball_diameter_mm

@@ -23,6 +23,7 @@ from scipy.optimize import brentq, least_squares, minimize_scalar
 from scipy.stats import t as student_t
 
 from ballscrew_tehl import __version__, load_screw
+from ballscrew_tehl.calibration import fit
 from ballscrew_tehl.calibration.fit import HEIGHT, TorqueBasis, torque_basis
 from ballscrew_tehl.calibration.measured import FILM_OF_SET, error_summary, solved_film
 from ballscrew_tehl.calibration.measured_screw import packaged_measurements
@@ -32,9 +33,9 @@ from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.identity import parameters_hash
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 
-#: loss of each set; scipy's name of it
+#: losses, that of each set
+LOSSES = ("least_squares", "soft_l1")
 LOSS = {"two_parameter": "soft_l1", "three_parameter": "soft_l1", "mechanistic": "least_squares"}
-SCIPY = {"least_squares": "linear", "soft_l1": "soft_l1"}
 #: relative error at which soft_l1 changes from squares to absolute values
 SOFT_SCALE = 0.01
 HEADER = """\
@@ -46,6 +47,8 @@ distinct points. soft_l1: the same with absolute values above 1 %."""
 
 def fit_values(basis: TorqueBasis, loss: str) -> np.ndarray:
     """Values (3,) as FITTED that minimise a loss, none negative; the loss may have several minima in the height."""
+    if loss == "least_squares":
+        return fit.fit_values(basis)
     free, thinnest = basis.fitted, float(basis.film.min())
     columns = np.abs(basis.jacobian((1.0, 1.0, 0.0))).mean(axis=0)
     # each part alone gives the torque; the square of the height as unknown: the torque changes linearly with it near 0
@@ -65,7 +68,7 @@ def fit_values(basis: TorqueBasis, loss: str) -> np.ndarray:
     for start in (0.3, 1.0, 3.0) if root.any() else (1.0,):
         x = np.where(root, start**2, 0.5)
         found = least_squares(
-            lambda x: basis.errors(values(x)), x, jac=slopes, bounds=(0.0, np.inf), loss=SCIPY[loss],
+            lambda x: basis.errors(values(x)), x, jac=slopes, bounds=(0.0, np.inf), loss=loss,
             f_scale=SOFT_SCALE, xtol=1e-12, ftol=1e-12, gtol=1e-12, max_nfev=2000,
         )  # fmt: skip
         if not found.success:
@@ -99,16 +102,14 @@ def intervals(basis: TorqueBasis, values: np.ndarray) -> tuple[dict[str, float],
 
 def profile(basis: TorqueBasis, parameter: int, value: float) -> float:
     """Least sum of squared errors with one of the fitted parameters fixed, the others free and not negative."""
-    names = tuple(name for name in basis.names if name != FITTED[parameter])
-    fixed = tuple(value if i == parameter else other for i, other in enumerate(basis.fixed))
+    names = [name for name in basis.names if name != FITTED[parameter]]
+    linear = tuple(name for name in names if name != FITTED[HEIGHT])
+    fixed = np.array(basis.fixed)
+    fixed[parameter] = value
 
     def cost(height: float) -> float:
-        at_height = replace(
-            basis,
-            names=tuple(name for name in names if name != FITTED[HEIGHT]),
-            fixed=(*fixed[:HEIGHT], height),
-        )
-        values = fit_values(at_height, "least_squares") if at_height.names else np.array(at_height.fixed)
+        at_height = replace(basis, names=linear, fixed=(*fixed[:HEIGHT], height))
+        values = fit.fit_values(at_height) if linear else at_height.fixed
         return float(np.sum(basis.errors(values) ** 2))
 
     if FITTED[HEIGHT] not in names:
@@ -183,20 +184,23 @@ def fitted_set(basis: TorqueBasis, parameters: Parameters, name: str, provenance
 def basis_of(parameters: Parameters, name: str, film_model: Callable = solved_film) -> TorqueBasis:
     """The 11 points by the films, or contacts, of a set."""
     temperature = load_screw().lubricant.reference_temperature
-    film = film_model(FILM_OF_SET[name], parameters)
+    film = film_model(name, parameters)
     return replace(torque_basis(parameters, film, packaged_measurements(temperature)), names=SETS[name])
 
 
-def main(file: str | None = None) -> str:
-    """The sets and what is not stored, as text."""
+def main(file: str | None = None, film_model: Callable = solved_film) -> str:
+    """The sets and what is not stored, as text.
+
+    Parameters   file : that the sets are written to;  film_model : films, or contacts, by set and screw
+    """
     sets, lines, others = {}, [], []
     published, own = load_screw(), load_screw(PACKAGED_VG100)
-    for name, loss in LOSS.items():
+    for name in LOSS:
         mechanistic = name == "mechanistic"
         parameters = own if mechanistic else with_set(published, name)
         screw = parameters.screw
         balls = f"{screw.loaded_ball_count} load-carrying" if mechanistic else str(screw.ball_count)
-        basis = basis_of(parameters, name)
+        basis = basis_of(parameters, name, film_model)
         provenance = (
             f"Zhao et al. (2023), Tables 2 and 4, {len(basis)} distinct points, "
             f"{f'{parameters.lubricant.name}, ' if mechanistic else ''}oil at "
@@ -210,11 +214,13 @@ def main(file: str | None = None) -> str:
             *friction_set_lines(entry),
             *(f"    correlation {pair}: {r:.2f}" for pair, r in correlations.items()),
         ]
-        for other in SCIPY:
-            values = fit_values(basis, other)
-            errors = errors_of(basis, values, other)
+        for loss in LOSSES:
+            values, errors = entry.values, entry.errors
+            if loss != entry.loss:
+                values = fit_values(basis, loss)
+                errors = errors_of(basis, values, loss)
             shown = "mean", "table2", "table4", "leave_one_out_mean", "leave_one_out_max"
-            others.append([name, other + " (packaged)" * (other == loss), *(f"{value:.4g}" for value in values),
+            others.append([name, loss + " (packaged)" * (loss == entry.loss), *(f"{value:.4g}" for value in values),
                            *(percent(errors[key]) for key in shown)])  # fmt: skip
     if file:
         write_friction_sets(file, sets, HEADER)

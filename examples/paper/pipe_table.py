@@ -1,7 +1,16 @@
-"""Tables of the scripts of this folder, as Markdown: read in a terminal, and part of the documentation as they are."""
+"""Data of this folder, and tables as Markdown: read in a terminal, and part of the documentation as they are."""
 
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any
+
+import pandas as pd
+
+
+def data_file(name: str, text: bool = False) -> pd.DataFrame:
+    """A CSV file of this folder without its lines of comments; text: fields as they are written."""
+    written = {"dtype": str, "keep_default_na": False} if text else {}
+    return pd.read_csv(Path(__file__).with_name(name), comment="#", **written)
 
 
 def table(title: str, head: Sequence[str], rows: Iterable[Iterable[Any]], ruled: str = "---:") -> str:

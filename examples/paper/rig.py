@@ -3,9 +3,8 @@
 Their diameter, balls and oil are not published: `rig_screw` makes one that they could be.
 """
 
-from pathlib import Path
-
 import pandas as pd
+from pipe_table import data_file
 
 from ballscrew_tehl import load_screw
 from ballscrew_tehl.parameters.file import Parameters, graded_oil
@@ -17,7 +16,7 @@ RIG_LEAD_MM, RIG_PRELOAD, RIG_SPEED, RIG_TURNS = 8.0, 1500.0, 100.0, 3.0
 
 def rig_series() -> pd.DataFrame:
     """Torques of both screws over their run: hours, upper_Nm, lower_Nm."""
-    return pd.read_csv(Path(__file__).with_name("xjtu_torque.csv"), comment="#")
+    return data_file("xjtu_torque.csv")
 
 
 def rig_torques() -> dict[str, float]:

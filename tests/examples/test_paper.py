@@ -1,9 +1,7 @@
 """The scripts of examples/paper: laws, statements, errata, contacts, bearings, open grooves and screws of a rig."""
 
-import csv
 import math
 import re
-from pathlib import Path
 
 import bearings
 import claims
@@ -14,11 +12,14 @@ import numpy as np
 import packaged_fit
 import pandas as pd
 import pytest
+from closed_film import HamrockDowsonFilm
 from law_contacts import VG100, ClosedContacts
+from pipe_table import data_file
 from reference_screw import GD4008
 from rig import rig_torques
 from scipy.optimize import minimize_scalar
 
+from ballscrew_tehl.calibration.fit import fit
 from ballscrew_tehl.calibration.measured_screw import packaged_measurements, validation_tables
 from ballscrew_tehl.friction.baselines import jungnickel_torque, zhou_torque
 from ballscrew_tehl.friction.sets import load_friction_sets
@@ -126,8 +127,7 @@ def test_verdicts_by_one_rule():
 
 def test_errata_have_their_effect_in_numbers(laws):
     """Numbers stored with the errata are those of today's model."""
-    with Path(claims.__file__).with_name("zhao2023_errata.csv").open(encoding="utf-8", newline="") as file:
-        _, *rows = csv.reader(line for line in file if not line.startswith("#"))
+    rows = data_file("zhao2023_errata.csv", text=True).values
     chosen = laws[0]
     viscous, hysteresis, sliding = map(float, chosen.parts(1000.0, 1000.0 * RPM, 303.0))
     total, entry = viscous + hysteresis + sliding, chosen.entry
@@ -188,7 +188,7 @@ def test_films_of_a_circle_are_those_of_a_public_multigrid():
 
 
 def test_skf_formula_gives_the_data_to_their_digits():
-    rows = pd.read_csv(bearings.SKF_TORQUE, comment="#")
+    rows = data_file(bearings.SKF_TORQUE)
     assert len(rows) == 70
     names = {name.replace(" ", ""): of for name, of in bearings.BEARINGS.items()}
     for row in rows.itertuples():
@@ -236,7 +236,7 @@ def test_bearings_within_the_acceptance():
 @pytest.mark.slow
 def test_open_grooves_within_the_acceptance():
     """The rows that take least time."""
-    rows = pd.read_csv(machines.GROOVE_TORQUE, comment="#").iloc[[0, 5, *range(6, 12)]]
+    rows = data_file(machines.GROOVE_TORQUE).iloc[[0, 5, *range(6, 12)]]
     points = machines.groove_points(rows)
     assert (points.law / points.measured).between(0.7, 1.4).all()
     assert "| 3 mm |" in machines.groove_text(points)
@@ -254,6 +254,14 @@ def test_screws_of_the_rig_are_in_the_intervals():
     assert f"| {inside[1]} of 18 |" in machines.screw_text(points)
 
 
+@pytest.mark.slow
+def test_groove_radius_over_ball_diameter_decides_the_slow_torque():
+    """What docs/validation.md states, at the lowest nu n."""
+    text = machines.conformity_text()
+    for row in ("51108, 0.52 | 0.93", "51108, 0.54 | 0.73", "7208 B, 0.53 | 0.92", "7208 B, 0.52 | 1.05"):
+        assert f"| {row} |" in text
+
+
 def test_spread_is_geometric():
     assert machines.spread(pd.Series([0.5, 2.0])).tolist()[1:3] == pytest.approx((1.0, 2.0))
 
@@ -263,7 +271,7 @@ def test_spread_is_geometric():
 
 def test_packaged_fit_of_the_mechanistic_law_and_its_profile():
     """With closed contacts: one number, whose limits by the profile are those of Student t."""
-    basis = packaged_fit.basis_of(VG100, "mechanistic", lambda film, parameters: ClosedContacts())
+    basis = packaged_fit.basis_of(VG100, "mechanistic", lambda name, parameters: ClosedContacts())
     entry = packaged_fit.fitted_set(basis, VG100, "mechanistic", "")
     value, half = entry.net_sliding_coefficient, entry.intervals["net_sliding_coefficient"]
     limits = entry.limits["net_sliding_coefficient"]
@@ -281,3 +289,37 @@ def test_packaged_fit_of_the_mechanistic_law_and_its_profile():
     )
     assert soft[1] == pytest.approx(least.x, rel=1e-5)
     assert abs(soft[1] / value - 1.0) > 1e-3
+
+
+def test_packaged_sets_are_written_with_their_limits(tmp_path):
+    """With closed films and contacts."""
+
+    def films(name, parameters):
+        return ClosedContacts() if name == "mechanistic" else HamrockDowsonFilm(parameters)
+
+    text = packaged_fit.main(str(tmp_path / "sets.toml"), films)
+    assert text.count("(packaged)") == 3
+    assert len(re.findall(r"^\| \w+ \| (?:least_squares|soft_l1)", text, re.MULTILINE)) == 6
+    assert text.count("    correlation ") == 1 + 3
+    sets = load_friction_sets(tmp_path / "sets.toml")
+    assert {(name, entry.loss) for (_, name), entry in sets.items()} == set(packaged_fit.LOSS.items())
+    for (_, name), entry in sets.items():
+        assert set(entry.leave_one_table_out) == {"table2", "table4"}
+        for parameter, ends in entry.limits.items():
+            assert ends["low"] <= getattr(entry, parameter) <= ends["high"], (name, parameter)
+    # linear: the limits by the profile are those of Student t around the least squares, not around the other loss
+    basis = packaged_fit.basis_of(GD4008, "two_parameter", films)
+    expected = fit(basis, [[i] for i in range(11)]).limits
+    for parameter, ends in sets["published", "two_parameter"].limits.items():
+        assert ends == {end: pytest.approx(value, rel=1e-5) for end, value in expected[parameter].items()}
+    # with a height free, the loss at the value is the least of its neighbours
+    basis, entry = (
+        packaged_fit.basis_of(GD4008, "three_parameter", films),
+        sets["published", "three_parameter"],
+    )
+
+    def loss(values):
+        return float(np.sum(np.sqrt(1.0 + (basis.errors(values) / packaged_fit.SOFT_SCALE) ** 2)))
+
+    for step in (*0.01 * np.eye(3), *-0.01 * np.eye(3)):
+        assert loss(np.array(entry.values) * (1.0 + step)) > loss(np.array(entry.values))

@@ -22,7 +22,7 @@ from servo_log import (
 )
 
 from ballscrew_tehl.friction.sets import default_friction_set
-from ballscrew_tehl.identification.directions import both_ways
+from ballscrew_tehl.identification.directions import bidirectional_friction
 from ballscrew_tehl.identification.dynamics import identify
 from ballscrew_tehl.identification.log_file import Log, read_log
 from ballscrew_tehl.identification.preload import (
@@ -117,7 +117,7 @@ def test_a_known_offset_leaves_friction_its_own_difference(emps, law):
     assert known.friction.value - 5.0 == pytest.approx(free.friction.value + free.offset, rel=1e-9)
     truth = np.interp(known.friction.speed, SPEED, FRICTION) + 5.0
     assert np.mean((known.friction.low <= truth) & (truth <= known.friction.high)) >= 0.95
-    one, other = both_ways(free.friction), both_ways(known.friction, 0.2)
+    one, other = bidirectional_friction(free.friction), bidirectional_friction(known.friction, 0.2)
     assert other.mean == pytest.approx(one.mean, rel=1e-9)
     assert other.difference - one.difference == pytest.approx(free.offset + 5.0, rel=1e-9)
     # the error of an offset moves both directions: not their mean

@@ -5,12 +5,10 @@ is linear in the apparent viscosity ratio and in the net sliding coefficient, an
 operating point is evaluated once. Only the roughness height of the set three_parameter needs iterations.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -57,7 +55,7 @@ class TorqueBasis:
     fixed: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     @classmethod
-    def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutSums]]) -> TorqueBasis:
+    def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutSums]]) -> Self:
         """Two nuts per point by the law `published`, each with the sums under its own force."""
         return cls(
             tuple(measurements),
@@ -68,9 +66,7 @@ class TorqueBasis:
         )
 
     @classmethod
-    def of_powers(
-        cls, measurements: Sequence[Measurement], powers: Sequence[Sequence[NutPowers]]
-    ) -> TorqueBasis:
+    def of_powers(cls, measurements: Sequence[Measurement], powers: Sequence[Sequence[NutPowers]]) -> Self:
         """Two nuts per point by the mechanistic law; the factor of the rolling part is fixed at 1."""
         return cls(
             tuple(measurements),
@@ -90,7 +86,7 @@ class TorqueBasis:
     def __len__(self) -> int:
         return len(self.measurements)
 
-    def subset(self, rows: Sequence[int]) -> TorqueBasis:
+    def subset(self, rows: Sequence[int]) -> Self:
         """The points with these numbers."""
         rows = list(rows)
         parts = {name: getattr(self, name)[rows] for name in ("viscous", "film", "hysteresis", "sliding")}
@@ -136,13 +132,12 @@ def torque_basis(
     Parameters   film_model : films, or the contacts of the mechanistic law
     Raises       ValueError: a point outside the range of the film model or of the load distribution, by name
     """
-    screw, mechanistic = parameters.screw, film_model.name == MECHANISTIC
-    count = screw.loaded_ball_count if mechanistic else screw.ball_count
-    evaluate: Callable[..., Any] = nut_sums
-    if mechanistic:
-        evaluate = nut_powers
-    unloaded = UNLOADED_POWERS if mechanistic else UNLOADED
-    what, found = f"operating points with {film_model.name}", []
+    screw, sums, what = parameters.screw, [], f"operating points with {film_model.name}"
+    law: tuple[Callable[..., TorqueBasis], Callable[..., Any], NutSums | NutPowers, int]
+    law = TorqueBasis.of_nuts, nut_sums, UNLOADED, screw.ball_count
+    if film_model.name == MECHANISTIC:
+        law = TorqueBasis.of_powers, nut_powers, UNLOADED_POWERS, screw.loaded_ball_count
+    basis_of, evaluate, unloaded, count = law
     for number, m in enumerate(measurements):
         progress(number, len(measurements), what)
         try:
@@ -154,22 +149,20 @@ def torque_basis(
             ]
         except ValueError as err:
             raise ValueError(f"{m.point}: {err}") from err
-        found.append(nuts if len(nuts) == 2 else 2 * nuts)
+        sums.append(nuts if len(nuts) == 2 else 2 * nuts)
     progress(len(measurements), len(measurements), what)
-    if mechanistic:
-        return TorqueBasis.of_powers(measurements, cast("list[list[NutPowers]]", found))
-    return TorqueBasis.of_nuts(measurements, cast("list[list[NutSums]]", found))
+    return basis_of(measurements, sums)
 
 
 def fit_values(basis: TorqueBasis) -> Array:
-    """Values (3,) as FITTED that minimise the sum of squared errors, none negative: one number in closed form.
+    """Values (3,) as FITTED that minimise the sum of squared errors, none negative.
 
-    The sum may have two minima over the roughness height: it starts at the thinnest and at the median film.
+    The sum may have two minima over the roughness height: iterations start at the thinnest and at the median film.
 
     Raises       ValueError: viscous and sliding part proportional;  ArithmeticError: no minimum reached
     """
     if FITTED[HEIGHT] not in basis.names:
-        return _minimum(basis, 0.0)
+        return _minimum(basis, basis.fixed[HEIGHT])
     films = basis.film[np.isfinite(basis.film)]
     found = [_minimum(basis, float(height)) for height in (films.min(), np.median(films))]
     best = min(found, key=lambda values: float(np.sum(basis.errors(values) ** 2)))
@@ -179,7 +172,7 @@ def fit_values(basis: TorqueBasis) -> Array:
 
 
 def _minimum(basis: TorqueBasis, height: float) -> Array:
-    """Minimum that is reached from the linear least squares at a roughness height [m]."""
+    """Linear least squares at a roughness height [m], from which iterations start if the height is free."""
     free, start = basis.fitted, np.array([*basis.fixed[:HEIGHT], height])
     linear = [i for i in free if i != HEIGHT]
     start[linear] = 0.0
@@ -187,13 +180,12 @@ def _minimum(basis: TorqueBasis, height: float) -> Array:
     norm = np.linalg.norm(columns, axis=0)
     if len(linear) > 1 and not np.linalg.cond(columns / norm) < 1e6:
         raise ValueError("viscous and sliding part are proportional at all points: measure at several speeds")
-    solution = np.linalg.lstsq(columns / norm, -basis.errors(start), rcond=None)[0]
-    if len(free) == 1:
-        start[free] = np.maximum(solution / norm, 0.0)
-        return start
-    from scipy.optimize import least_squares
+    from scipy.optimize import least_squares, nnls
 
-    start[linear] = np.maximum(solution, 1e-3) / norm
+    start[linear] = nnls(columns / norm, -basis.errors(start))[0] / norm
+    if HEIGHT not in free:
+        return start
+    start[linear] = np.maximum(start[linear], 1e-3 / norm)
     scale = start[free]
 
     def values(x: Array) -> Array:

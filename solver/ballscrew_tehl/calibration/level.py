@@ -1,7 +1,5 @@
 """Level of measured torques compared with the law before anything is fitted: a wrong unit is named, not fitted."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import cast
 
@@ -17,7 +15,7 @@ from .measurement_file import MeasurementFile
 from .measurements import Measurement
 
 #: most that a torque may be above the interval of the law, or below it, as a factor
-MOST_FACTOR = 3.0
+MAX_FACTOR = 3.0
 
 
 def law_interval(
@@ -44,7 +42,7 @@ def implausible_level(m: Measurement, law: TorqueInterval, rest: float = 0.0, un
 
     Parameters   rest : torque without friction between balls [N.m], 0: does not bound it;  unit : as it was written
     """
-    low, high = max(rest, law.low / MOST_FACTOR), MOST_FACTOR * law.high
+    low, high = max(rest, law.low / MAX_FACTOR), MAX_FACTOR * law.high
     if low <= m.torque <= high:
         return ""
     # the unit that brings it nearest to the law

@@ -1,7 +1,5 @@
 """Calibration: a friction set from a file of measured torques, its points by the contacts of the screw or a map."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
@@ -33,13 +31,11 @@ from .measurement_file import (
     implausible_for,
     named_rows,
     read_measurement_file,
-    refusal,
 )
-from .measurements import Measurement
-from .repeats import repeat_notes, repeats_of
+from .measurements import Measurement, repeat_notes, repeats_of
 from .result import Calibration, not_identified, outlier_text
 
-#: name -> film model, or contacts of the mechanistic law
+#: set -> its film model, or contacts of the mechanistic law
 Films = Callable[[str], FilmModel | ContactValues]
 #: film model of the sets. The film of the thermal solve needs the roughness height: with two parameters the
 #: deviation from the tables is 12 %, with three it is less than with the isothermal film of the published decomposition
@@ -91,25 +87,19 @@ def calibrate(
     films, outside = films_of(parameters, map_file)
     points, dropped = usable_points(file, parameters, drop, outside)
     notes = [*file.notes, *repeat_notes(points, file.lines), *_check_count(points, name)]
-    film = films(FILM_OF_SET[name])
+    film = films(name)
     check_level(points, parameters, film, name, file)
-    basis = torque_basis(parameters, film, points, progress)
-    basis = replace(basis, names=SETS[name])
-    found = fit(basis, repeats_of(basis.measurements))
-    if "outliers" in drop:
+    basis = replace(torque_basis(parameters, film, points, progress), names=SETS[name])
+    found = fit(basis, repeats_of(points))
+    if "outliers" in drop and not found.outliers:
+        notes.append(NO_OUTLIERS)
+    elif "outliers" in drop:
         # one pass; outliers of the remaining points are reported and kept
-        outliers = [
-            RowProblem(row, 0, f"outlier: {outlier_text(basis, found, i)}")
-            for i in found.outliers
-            for row in basis.measurements[i].rows
-        ]
-        dropped = dropped + outliers
-        if outliers:
-            basis = basis.subset([i for i in range(len(basis)) if i not in found.outliers])
-            notes += _check_count(list(basis.measurements), name)
-            found = fit(basis, repeats_of(basis.measurements))
-        else:
-            notes.append(NO_OUTLIERS)
+        for i in found.outliers:
+            dropped += file.problems_of(points[i], f"outlier: {outlier_text(basis, found, i)}")
+        basis = basis.subset([i for i in range(len(basis)) if i not in found.outliers])
+        notes += _check_count(list(basis.measurements), name)
+        found = fit(basis, repeats_of(basis.measurements))
     friction_set = fitted_set(basis, found, parameters, film.name, name, _provenance(file, basis, dropped))
     notes += [*number_notes(friction_set, parameters), *_point_notes(basis, found)]
     if name == MECHANISTIC:
@@ -144,24 +134,6 @@ def error_summary(basis: TorqueBasis, deviation: Array, left_out: Array) -> dict
     return summary
 
 
-def _without(
-    path: Path, kind: str, problems: list[RowProblem], drop: Collection[str], what: str, left: int
-) -> list[RowProblem]:
-    """The problems, if they may be dropped.
-
-    Raises       ValueError: they may not, or no row is left
-    """
-    if problems and kind not in drop:
-        raise refusal(path, what, problems, f"fix or remove them, or continue without them: --drop {kind}")
-    if problems and left == 0:
-        raise refusal(path, f"{what}, no row is left", problems, "fix them")
-    return problems
-
-
-def _placed(file: MeasurementFile, problem: RowProblem) -> RowProblem:
-    return replace(problem, line=file.lines[problem.row - 1])
-
-
 def usable_points(
     file: MeasurementFile,
     parameters: Parameters,
@@ -175,17 +147,20 @@ def usable_points(
     """
     if unknown := set(drop) - set(DROPS):
         raise ValueError(f"drop = {', '.join(sorted(unknown))}; allowed: {', '.join(DROPS)}")
-    implausible = [_placed(file, problem) for problem in implausible_for(parameters, file.measurements)]
-    problems = sorted([*file.problems, *implausible], key=lambda p: p.row)
-    bad = {problem.row for problem in problems}
-    points = [m for m in file.measurements if not bad & set(m.rows)]
-    dropped = _without(file.path, "impossible", problems, drop, "impossible row(s)", len(points))
-    checked = [(m, outside(m)) for m in points]
-    beyond = [_placed(file, RowProblem(row, 0, reason)) for m, reason in checked if reason for row in m.rows]
-    points = [m for m, reason in checked if not reason]
-    return points, dropped + _without(
-        file.path, "outside", beyond, drop, "row(s) outside the map", len(points)
-    )
+    points, implausible = _separated(file, file.measurements, lambda m: implausible_for(parameters, m))
+    impossible = sorted([*file.problems, *implausible], key=lambda problem: problem.row)
+    dropped = file.dropped("impossible row(s)", "impossible", impossible, drop, len(points))
+    points, beyond = _separated(file, points, outside)
+    return points, dropped + file.dropped("row(s) outside the map", "outside", beyond, drop, len(points))
+
+
+def _separated(
+    file: MeasurementFile, points: Sequence[Measurement], reason_of: Callable[[Measurement], str]
+) -> tuple[list[Measurement], list[RowProblem]]:
+    """Points without a reason against them, and the rows of the others."""
+    reasons = [(m, reason_of(m)) for m in points]
+    problems = [problem for m, reason in reasons if reason for problem in file.problems_of(m, reason)]
+    return [m for m, reason in reasons if not reason], problems
 
 
 def _check_count(points: list[Measurement], name: str) -> list[str]:
@@ -271,9 +246,9 @@ def _spread(basis: TorqueBasis, found: Fit) -> float | None:
 def films_of(
     parameters: Parameters, map_file: Path | str | None
 ) -> tuple[Films, Callable[[Measurement], str]]:
-    """Film models by name or contacts of the mechanistic law, and why a point is outside the map, "" if it is not."""
+    """Film models or contacts by set, and why a point is outside the map, "" if it is not."""
     if map_file is None:
-        return lambda film: solved_film(film, parameters), lambda m: ""
+        return lambda name: solved_film(name, parameters), lambda m: ""
     from ..nut_map.file import load_map
 
     axes = load_map(map_file, parameters).header["axes"]
@@ -297,10 +272,9 @@ def films_of(
         return "; ".join(found)
 
     def films(name: str) -> FilmModel | ContactValues:
-        if name == BallContacts.name:
-            return BallContacts(parameters)
-        own = next(key for key, film in FILM_OF_SET.items() if film == name)
-        return MapFilm(load_map(map_file, with_set(parameters, own)), parameters)
+        if name == MECHANISTIC:
+            return solved_film(name, parameters)
+        return MapFilm(load_map(map_file, with_set(parameters, name)), parameters)
 
     return films, outside
 
@@ -324,7 +298,7 @@ class MapFilm:
 
 
 def solved_film(name: str, parameters: Parameters) -> FilmModel | ContactValues:
-    """Film model by its name, by the solver, or the contacts of the mechanistic law, of the atlas if it holds them."""
+    """Film model of a set, by the solver, or the contacts of the mechanistic law, of the atlas if it holds them."""
     from ..refinement.direct import DirectContacts, DirectFilm
 
     if name == MECHANISTIC:
@@ -332,4 +306,4 @@ def solved_film(name: str, parameters: Parameters) -> FilmModel | ContactValues:
             return BallContacts(parameters)
         except OutsideAtlasError:
             return DirectContacts(parameters)
-    return DirectFilm(parameters, name == "solved_thermal")
+    return DirectFilm(parameters, FILM_OF_SET[name] == "solved_thermal")

@@ -3,8 +3,6 @@
 The packaged set three_parameter is fitted to them; every FMU of this screw is compared with them when it is built.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 

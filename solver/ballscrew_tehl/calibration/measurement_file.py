@@ -3,23 +3,25 @@
 Dialect and headings: `tables.csv_file` and `tables.headings`.
 """
 
-from __future__ import annotations
-
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import median
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..parameters.file import Parameters
-from ..parameters.units import CELSIUS, RPM
-from ..tables.csv_file import NUMBER, Numbers, read_table
+from ..parameters.units import CELSIUS, COLDEST, RPM
+from ..tables.csv_file import Numbers, read_table
 from ..tables.headings import MEASURED, MEASURED_EXAMPLE, PERCENT, PLAIN, Column, both_are, quantity_of, si
 from .measurements import Measurement, merged
 
-#: range of oil temperatures [K]: lower end of the viscosity laws, far above any oil of a ball screw
-COLDEST, HOTTEST = 200.0, 473.15
+#: highest oil temperature [K], far above that of any ball screw
+HOTTEST = 473.15
 #: torque over (ball load times arm): below the friction of any rolling contact, above that of dry sliding
 MIN_COEFFICIENT, MAX_COEFFICIENT = 1e-4, 1.0
 #: nominal diameter times speed [mm r/min]; catalogues end near 2e5
@@ -32,14 +34,14 @@ OPTIONAL = ("temperature", "axial_load", "weight")
 
 @dataclass(frozen=True)
 class RowProblem:
-    """A row that is not used: its number (first row of data = 1), its line in the file (0: not known), why."""
+    """A row that is not used: its number (first row of data = 1), its line in the file, why."""
 
     row: int
     line: int
     reason: str
 
     def __str__(self) -> str:
-        return f"row {self.row}{f' (line {self.line})' if self.line else ''}: {self.reason}"
+        return f"row {self.row} (line {self.line}): {self.reason}"
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,30 @@ class MeasurementFile:
     notes: list[str]
     lines: tuple[int, ...]
     digest: str
-    torque_unit: str = "N.m"
+    torque_unit: str
+
+    def problems_of(self, m: Measurement, reason: str) -> list[RowProblem]:
+        """The rows of a point that is not used."""
+        return [RowProblem(row, self.lines[row - 1], reason) for row in m.rows]
+
+    def dropped(
+        self, what: str, kind: str, problems: list[RowProblem], drop: Collection[str], left: int
+    ) -> list[RowProblem]:
+        """The problems, if they may be dropped.
+
+        Parameters   what : `impossible row(s)`;  kind : in drop if they may;  left : usable points without them
+        Raises       ValueError: they may not, or no row is left
+        """
+        if not problems or (kind in drop and left > 0):
+            return problems
+        remedy = "fix them"
+        if kind in drop:
+            what = f"{what}, no row is left"
+        else:
+            remedy = f"fix or remove them, or continue without them: --drop {kind}"
+        shown = " | ".join(map(str, problems[:NAMED_ROWS]))
+        more = f" | and {len(problems) - NAMED_ROWS} more" if len(problems) > NAMED_ROWS else ""
+        raise ValueError(f"{self.path}: {len(problems)} {what}: {shown}{more}; {remedy}")
 
 
 def measured_columns(headings: Sequence[str]) -> tuple[dict[str, Column], list[str]]:
@@ -88,20 +113,16 @@ def measured_columns(headings: Sequence[str]) -> tuple[dict[str, Column], list[s
     return columns, unused
 
 
-def _number(text: str) -> float:
-    return float(text) if NUMBER.fullmatch(text) else math.nan
-
-
-def _reasons(row: dict[str, str], columns: dict[str, Column], values: dict[str, float]) -> list[str]:
+def _reasons(row: Mapping[str, str], columns: Mapping[str, Column], values: Mapping[str, float]) -> list[str]:
     """Why the row cannot be a measurement; empty if it can.
 
     Parameters   row : fields as written;  values [SI]
     """
     unit = {key: f" {column.unit}".rstrip() for key, column in columns.items()}
-    shown = {key: f"{key} = {row[key]}{unit[key]}" for key in values}
-    if bad := [key for key in values if not math.isfinite(values[key])]:
+    if bad := [key for key, value in values.items() if not math.isfinite(value)]:
         fields = {key: f"{row[key]!r}{unit[key]}" if row[key] else "empty" for key in bad}
         return [f"{key} = {field}; allowed: a finite number" for key, field in fields.items()]
+    shown = {key: f"{key} = {row[key]}{unit[key]}" for key in values}
     torque, speed, kelvin = values["torque"], values["speed"], values.get("temperature", COLDEST)
     positive = (key for key in ("preload", "weight", "torque_uncertainty") if key in values)
     reasons = [f"{shown[key]}; allowed: > 0" for key in positive if not values[key] > 0.0]
@@ -115,7 +136,7 @@ def _reasons(row: dict[str, str], columns: dict[str, Column], values: dict[str, 
         )
     if not COLDEST <= kelvin <= HOTTEST:
         other, offset = ("K", 0.0) if kelvin > HOTTEST else ("degC", CELSIUS)
-        plausible = COLDEST <= _number(row["temperature"]) + offset <= HOTTEST
+        plausible = COLDEST <= float(row["temperature"]) + offset <= HOTTEST
         written = columns["temperature"].unit
         mixed = f"; probably {other}, not {written}" if plausible and written != other else ""
         reasons.append(
@@ -125,24 +146,31 @@ def _reasons(row: dict[str, str], columns: dict[str, Column], values: dict[str, 
     return reasons
 
 
-def _measurement(
-    number: int, row: dict[str, str], columns: dict[str, Column], temperature: float
-) -> Measurement | list[str]:
-    """Measurement of a row, or why it is none."""
-    values = {
-        key: si(_number(row[key]), MEASURED[key], column.unit) if column.unit else _number(row[key])
-        for key, column in columns.items()
-        if (column.unit or key == "weight") and (row[key] or key not in OPTIONAL)
-    }
-    if reasons := _reasons(row, columns, values):
-        return reasons
-    torque, uncertainty, table = abs(values["torque"]), values.get("torque_uncertainty"), row.get("table")
-    if uncertainty is not None and columns["torque_uncertainty"].unit == PERCENT:
-        uncertainty *= torque
-    return Measurement(
-        values["preload"], abs(values["speed"]), values.get("temperature", temperature), torque,
-        (table,) if table else (), values.get("weight", 1.0), values.get("axial_load", 0.0), uncertainty, (number,),
-    )  # fmt: skip
+class _Columns(NamedTuple):
+    """Columns that are used and headings that are not, line of each row; fields as written and SI by quantity."""
+
+    used: dict[str, Column]
+    unused: list[str]
+    lines: tuple[int, ...]
+    texts: dict[str, list[str]]
+    values: dict[str, NDArray[np.float64]]
+
+
+def _read_columns(path: Path | str) -> _Columns:
+    table, rows = read_table(path)
+    try:
+        columns, unused = measured_columns(table.headings)
+    except ValueError as err:
+        raise ValueError(f"{path}: {err}") from err
+    lines, numbers, values = tuple(line for line, _ in rows), Numbers(table), {}
+    texts = {key: [fields[column.place] for _, fields in rows] for key, column in columns.items()}
+    for key, column in columns.items():
+        if column.unit or key == "weight":
+            value, _ = numbers.add(column.place, lines, texts[key])
+            values[key] = si(value, MEASURED[key], column.unit) if column.unit else value
+            texts[key] = [text.replace(",", ".") for text in texts[key]]
+    numbers.check()
+    return _Columns(columns, unused, lines, texts, values)
 
 
 def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFile:
@@ -155,35 +183,32 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
     Returns      MeasurementFile; a negative speed with a negative torque counts as both positive
     Raises       ValueError: cannot be read, no rows, headings not understood, numbers that can be read in two ways
     """
-    table, rows = read_table(path)
-    try:
-        columns, unused = measured_columns(table.headings)
-    except ValueError as err:
-        raise ValueError(f"{path}: {err}") from err
-    lines, numbers = tuple(line for line, _ in rows), Numbers(table)
-    numeric = {column.place for key, column in columns.items() if column.unit or key == "weight"}
-    for place in numeric:
-        numbers.add(place, lines, [fields[place] for _, fields in rows])
-    numbers.check()
+    columns, unused, lines, texts, values = _read_columns(path)
     usable: list[Measurement] = []
     problems: list[RowProblem] = []
     assumed: list[int] = []
-    for number, (line, fields) in enumerate(rows, start=1):
-        texts = [text.replace(",", ".") if k in numeric else text for k, text in enumerate(fields)]
-        row = {key: texts[column.place] for key, column in columns.items()}
-        result = _measurement(number, row, columns, temperature)
-        if not isinstance(result, Measurement):
-            problems.append(RowProblem(number, line, "; ".join(result)))
+    for number, line in enumerate(lines, start=1):
+        row = {key: column[number - 1] for key, column in texts.items()}
+        value = {key: float(x[number - 1]) for key, x in values.items() if row[key] or key not in OPTIONAL}
+        if reasons := _reasons(row, columns, value):
+            problems.append(RowProblem(number, line, "; ".join(reasons)))
             continue
-        usable.append(result)
-        if not row.get("temperature"):
+        if "temperature" not in value:
             assumed.append(number)
+        torque, uncertainty, name = abs(value["torque"]), value.get("torque_uncertainty"), row.get("table")
+        if uncertainty is not None and columns["torque_uncertainty"].unit == PERCENT:
+            uncertainty *= torque
+        usable.append(Measurement(
+            value["preload"], abs(value["speed"]), value.get("temperature", temperature), torque,
+            (name,) if name else (), value.get("weight", 1.0), value.get("axial_load", 0.0), uncertainty, (number,),
+        ))  # fmt: skip
     notes = [f"columns not used: {', '.join(unused)}"] if unused else []
     if assumed:
         which = "all rows" if len(assumed) == len(lines) else named_rows(assumed)
         notes.append(f"{which}: no oil temperature given, {temperature:g} K assumed")
     notes += _duplicates(usable)
-    points, digest = merged(_weighted(usable)), hashlib.sha256(Path(path).read_bytes()).hexdigest()[:12]
+    digest = hashlib.sha256(Path(path).read_bytes()).hexdigest()[:12]
+    points = merged(_weighted(usable))
     return MeasurementFile(Path(path), points, problems, notes, lines, digest, columns["torque"].unit)
 
 
@@ -212,34 +237,23 @@ def named_rows(rows: Sequence[int]) -> str:
     return f"row{'s' if len(rows) > 1 else ''} {', '.join(map(str, rows))}"
 
 
-def implausible_for(parameters: Parameters, measurements: Sequence[Measurement]) -> list[RowProblem]:
-    """Rows that are impossible for a screw of this size, mostly due to a wrong unit of a force, torque or speed."""
-    screw, found = parameters.screw, []
+def implausible_for(parameters: Parameters, m: Measurement) -> str:
+    """Why a point is impossible for a screw of this size, mostly a wrong unit of force, torque or speed; "" if not."""
+    screw, reasons = parameters.screw, []
     arm = screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(screw.contact_angle)
     max_speed = MAX_DN / (2e3 * screw.nominal_radius)  # r/min
-    for m in measurements:
-        reasons = []
-        # the friction coefficient that alone would give this torque
-        force = 2.0 * m.preload + abs(m.axial_load)
-        coefficient = m.torque * math.sin(screw.contact_angle) / (force * arm)
-        if not MIN_COEFFICIENT <= coefficient <= MAX_COEFFICIENT:
-            reasons.append(
-                f"torque = {m.torque:g} N.m at preload = {m.preload:g} N means a friction coefficient of "
-                f"{coefficient:.2g} on this screw; allowed: {MIN_COEFFICIENT:g} to {MAX_COEFFICIENT:g}; "
-                "units of preload or torque probably mixed up"
-            )
-        if not m.speed / RPM <= max_speed:
-            reasons.append(
-                f"speed = {m.speed / RPM:.6g} r/min; allowed on this screw: up to {max_speed:.0f} r/min; "
-                "r/min and rad/s probably mixed up"
-            )
-        if reasons:
-            found += [RowProblem(row, 0, "; ".join(reasons)) for row in m.rows or (0,)]
-    return found
-
-
-def refusal(path: Path | str, what: str, problems: Sequence[RowProblem], remedy: str) -> ValueError:
-    """Error in one line about rows that are not accepted; what: `impossible row(s)`."""
-    shown = " | ".join(map(str, problems[:NAMED_ROWS]))
-    more = f" | and {len(problems) - NAMED_ROWS} more" if len(problems) > NAMED_ROWS else ""
-    return ValueError(f"{path}: {len(problems)} {what}: {shown}{more}; {remedy}")
+    # the friction coefficient that alone would give this torque
+    force = 2.0 * m.preload + abs(m.axial_load)
+    coefficient = m.torque * math.sin(screw.contact_angle) / (force * arm)
+    if not MIN_COEFFICIENT <= coefficient <= MAX_COEFFICIENT:
+        reasons.append(
+            f"torque = {m.torque:g} N.m at preload = {m.preload:g} N means a friction coefficient of "
+            f"{coefficient:.2g} on this screw; allowed: {MIN_COEFFICIENT:g} to {MAX_COEFFICIENT:g}; "
+            "units of preload or torque probably mixed up"
+        )
+    if not m.speed / RPM <= max_speed:
+        reasons.append(
+            f"speed = {m.speed / RPM:.6g} r/min; allowed on this screw: up to {max_speed:.0f} r/min; "
+            "r/min and rad/s probably mixed up"
+        )
+    return "; ".join(reasons)

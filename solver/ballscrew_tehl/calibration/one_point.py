@@ -1,7 +1,5 @@
 """Calibration of the mechanistic law on one torque, measured or of a catalogue: its one number, exactly."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from .. import __version__
@@ -42,7 +40,7 @@ def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactVal
     """Coefficient with which the mechanistic law gives a torque.
 
     Parameters   m : no axial load;  contacts : of the balls
-    Raises       ValueError: a torque that no coefficient >= 0 gives, or beyond MOST_FACTOR
+    Raises       ValueError: a torque that no coefficient >= 0 gives, or beyond MAX_FACTOR
                  times the interval of the law
     """
     own = without_overrides(parameters, MECHANISTIC)

@@ -1,22 +1,14 @@
-"""Figure of a calibration: computed over measured torque, and deviations over speed.
-
-matplotlib is imported when a figure is made.
-"""
-
-from __future__ import annotations
+"""Figure of a calibration: computed over measured torque, and deviations over speed."""
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from ..parameters.units import RPM
 from ..whole_file import whole_file
 from .result import Calibration
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 #: colour-blind safe: lightness rises with the preload; outliers in a colour of Okabe & Ito
 PRELOAD_COLOURS, CAUTION = "viridis", "#D55E00"
@@ -24,8 +16,6 @@ PRELOAD_COLOURS, CAUTION = "viridis", "#D55E00"
 
 def calibration_figure(result: Calibration) -> Figure:
     """Left: computed over measured torque with the 1:1 line. Right: deviations over speed, also of left-out points."""
-    from matplotlib.figure import Figure
-
     found, basis, fit = result.friction_set, result.basis, result.fit
     measured, computed = basis.measured, basis.torque(fit.values)
     speed = np.array([m.speed / RPM for m in basis.measurements])

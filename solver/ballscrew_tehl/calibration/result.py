@@ -1,7 +1,5 @@
 """Result of a calibration: its points, what the data do not identify, as rows and as text."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +10,7 @@ from ..friction.sets import FITTED, FrictionSet, friction_set_lines
 from ..parameters.units import CELSIUS, RPM
 from .fit import Fit, TorqueBasis
 from .measurement_file import RowProblem
-from .repeats import repeat_scatter, spread_advice
+from .measurements import repeat_scatter, spread_advice
 
 #: a parameter counts as identified if half its 95 % interval is at most this fraction of its value
 PRECISION = 0.25

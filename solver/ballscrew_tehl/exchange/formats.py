@@ -5,13 +5,11 @@ compensation parameters: table[i].in velocity [um/s], ascending; table[i].out mo
 Modelica: text of CombiTable1Ds, `#1`, `double name(rows, columns)`.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Iterable
 
-from ..parameters.units import CELSIUS, RPM
+from ..parameters.units import CELSIUS
 from .friction_table import FrictionTable
 from .piecewise import Points
 
@@ -32,12 +30,16 @@ def point_text(point: Iterable[float]) -> str:
 
 def csv_text(table: FrictionTable, _: str = "") -> str:
     """One row for each preload, temperature and speed, both directions."""
-    (speed, unit), (name, effort) = table.names
-    scale, unit = (RPM, "r/min") if table.rotary else (1.0, unit)
+    units, (_, speed, name), (_, effort) = table.units, table.units.names, table.units.si
     headings = [] if table.preload is None else ["preload [N]", "temperature [degC]"]
-    headings += [f"{speed} [{unit}]", *(f"{f'{name} {key}'.strip()} [{effort}]" for key in table.values)]
+    headings += [
+        f"{speed} [{units.shown[2]}]",
+        *(f"{name} {key}".strip() + f" [{effort}]" for key in table.values),
+    ]
     rows = [
-        _numbers((*point, row[0] / scale, *row[1:]), ",") for point, curve in table.curves() for row in curve
+        _numbers((*point, row[0] / units.one, *row[1:]), ",")
+        for point, curve in table.curves()
+        for row in curve
     ]
     return "\n".join([*_comment(table.head, table.about, "#"), ",".join(headings), *rows]) + "\n"
 
@@ -45,12 +47,11 @@ def csv_text(table: FrictionTable, _: str = "") -> str:
 def json_text(table: FrictionTable, _: str = "") -> str:
     """Axes and arrays, units in the keys."""
     about = {**table.about, "content": table.head[0], "sign": table.head[1]}
-    arrays = {"speed_rpm": table.speed / RPM} if table.rotary else {"velocity_m_s": table.speed}
+    arrays = {table.units.speed: table.speed / table.units.one}
     if table.preload is not None and table.temperature is not None:
         about["order"] = "torque_nm[speed][preload][temperature]"
         arrays |= {"preload_n": table.preload, "temperature_c": table.temperature - CELSIUS}
-    name, unit = ("torque", "nm") if table.rotary else ("force", "n")
-    arrays |= {"_".join(filter(None, (name, key, unit))): values for key, values in table.values.items()}
+    arrays |= {table.units.effort_key(key): values for key, values in table.values.items()}
     return (
         json.dumps({"about": about} | {key: array.tolist() for key, array in arrays.items()}, indent=1) + "\n"
     )
@@ -58,7 +59,7 @@ def json_text(table: FrictionTable, _: str = "") -> str:
 
 def modelica_text(table: FrictionTable, _: str = "") -> str:
     """A table for each preload and temperature over the signed speed: columns speed, torque, low, high; 0 at rest."""
-    (speed, per_second), (name, effort) = table.names
+    (_, speed, name), (per_second, effort) = table.units.names, table.units.si
     columns = f"{speed} [{per_second}], " + ", ".join(f"{key or name} [{effort}]" for key in table.values)
     lines = ["#1", *_comment(table.head, table.about, "#")]
     lines.append(f"# columns: {columns}. At rest 0; between the lowest speeds straight through 0")
@@ -70,7 +71,7 @@ def modelica_text(table: FrictionTable, _: str = "") -> str:
 
 def matlab_text(table: FrictionTable, function: str) -> str:
     """A function of the name of the file: friction by interpolation, or the breakpoints for a Lookup Table."""
-    (speed, per_second), (name, effort) = table.names
+    (_, speed, name), (per_second, effort) = table.units.names, table.units.si
     if table.preload is None or table.temperature is None:
         (_, curve), *_ = table.curves(at_rest=True)
         axes, used = {"speed": curve[:, 0]}, ["speed"]

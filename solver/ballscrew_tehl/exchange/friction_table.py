@@ -1,25 +1,21 @@
 """Friction over speed as a table: of a map, with its interval where the law has one, or what identify has written."""
 
-from __future__ import annotations
-
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..identification.directions import BothWays, Friction, both_ways
+from ..friction.sets import FrictionSet
+from ..identification.directions import LINEAR, ROTARY, Bidirectional, Friction, Units, bidirectional_friction
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
+from ..physics.ball_law import Array
+from ..runtime.evaluate import NutMap
+from ..tables.csv_file import Progress
 
-if TYPE_CHECKING:
-    from ..friction.sets import FrictionSet
-    from ..runtime.evaluate import NutMap
-
-Array = NDArray[np.float64]
 #: speeds at which an interval is computed; between them its ends over the torque are interpolated over ln(speed)
 INTERVALS = 5
 #: content and sign
@@ -57,11 +53,9 @@ class FrictionTable(NamedTuple):
         return OF_AXIS if self.preload is None else OF_SCREW
 
     @property
-    def names(self) -> tuple[tuple[str, str], tuple[str, str]]:
-        """Speed and torque with SI units."""
-        return (
-            (("speed", "rad/s"), ("torque", "N.m")) if self.rotary else (("velocity", "m/s"), ("force", "N"))
-        )
+    def units(self) -> Units:
+        """Of the screw or the linear axis."""
+        return ROTARY if self.rotary else LINEAR
 
     @property
     def values(self) -> dict[str, Array]:
@@ -98,7 +92,7 @@ def curve_speeds(low: float, high: float, count: int) -> Array:
 def friction_table(
     nut_map: NutMap, parameters: Parameters, friction_set: FrictionSet, interval: bool,
     speed: Array, preload: Array, temperature: Array,
-    progress: Callable[[int, int, str], None] = lambda finished, total, what: None,
+    progress: Progress = lambda finished, total, what: None,
 ) -> FrictionTable:  # fmt: skip
     """Table of a map.
 
@@ -169,7 +163,7 @@ class AxisFriction(NamedTuple):
             raise ValueError("--lead-mm (missing); needed of a linear axis for torque and speed of the screw")
         return 1.0 if self.rotary else (self.lead or math.nan) / (2.0 * math.pi)
 
-    def between(self, low: float, high: float) -> AxisFriction:
+    def between(self, low: float, high: float) -> Self:
         """The bins between two speeds of the screw [rad/s].
 
         Raises       ValueError: fewer than three in a direction
@@ -185,9 +179,9 @@ class AxisFriction(NamedTuple):
         return self._replace(friction=Friction(*(values[inside] for values in self.friction)))
 
     @property
-    def mean(self) -> BothWays:
+    def mean(self) -> Bidirectional:
         """Mean of both directions [rad/s], [N.m]; ValueError: fewer than three common speeds, no lead."""
-        both = both_ways(self.friction).at_screw(self.per_turn)
+        both = bidirectional_friction(self.friction).at_screw(self.per_turn)
         if len(both.speed) < 3:
             raise ValueError(
                 f"speeds that both directions have in common = {len(both.speed)}; allowed: at least 3 for a list"
@@ -203,10 +197,10 @@ def read_identified(path: Path | str) -> AxisFriction:
     try:
         data: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8-sig"))
         rotary, rows = data["kind"] == "rotary", data["friction"]
-        speed, effort = ("speed_rpm", "torque_{}nm") if rotary else ("velocity_m_s", "force_{}n")
-        keys = speed, *(effort.format(name) for name in ("", "error_", "low_", "high_")), "samples"
+        units = ROTARY if rotary else LINEAR
+        keys = units.speed, *map(units.effort_key, ("", "error", "low", "high")), "samples"
         values = [np.array([row[key] for row in rows], dtype=np.float64) for key in keys]
-        values[0] = values[0] * (RPM if rotary else 1.0)
+        values[0] = values[0] * units.one
         stated = [data.get(key) for key in ("lead_mm", "torque_constant_nm_a", "ratio")]
         # signs of a left-hand thread and of conventions are in the signals already
         lead, constant, ratio = (None if number is None else abs(float(number)) for number in stated)
@@ -218,7 +212,7 @@ def read_identified(path: Path | str) -> AxisFriction:
         ):
             raise ValueError("friction in both directions at rising speeds, positive numbers of the drive")
         about = {"log": str(data.get("log"))}
-        for key in ("temperature_c", "preload_n", "offset_nm" if rotary else "offset_n"):
+        for key in ("temperature_c", "preload_n", units.offset.format("")):
             if data.get(key) is not None:
                 about[key] = f"{data[key]:.6g}"
     except OSError as error:

@@ -6,16 +6,14 @@ the pieces of a curve with one sign of curvature meet; their values are a weight
 the errors (Lawson 1961: towards the least largest error). Between samples the curve is the monotone cubic.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-Array = NDArray[np.float64]
+from ..physics.ball_law import Array
+
 #: relative accuracy of the error;  slopes tried at once, rounds;  rounds of the weights
 ACCURACY, SLOPES, ROUNDS, WEIGHTS = 1e-3, 33, 6, 60
 

@@ -1,19 +1,49 @@
-"""Friction of both directions at common speeds: their mean, and how far they differ."""
+"""Friction over the signed speed of an axis and its units; both directions at common speeds: mean and difference."""
 
-from __future__ import annotations
-
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from scipy.stats import chi2, norm
 
-from .log_file import Array
+from ..parameters.units import RPM
+from ..physics.ball_law import Array
 from .regression import CONFIDENCE
 
 #: standard deviations of a 95 % limit
 LIMIT = float(norm.ppf(0.5 + 0.5 * CONFIDENCE))
 #: chance that a difference that is the same at all speeds is taken for one that varies
 CHANCE = 1e-3
+
+
+class Units(NamedTuple):
+    """Of an axis: keys of JSON, one of the unit of speed [SI].
+
+    names : of inertia, speed, effort;  si : units of speed and effort;  shown : those of inertia, effort, speed in text
+    """
+
+    inertia: str
+    offset: str
+    speed: str
+    effort: str
+    place: str
+    one: float
+    names: tuple[str, str, str]
+    si: tuple[str, str]
+    shown: tuple[str, str, str]
+
+    def effort_key(self, part: str = "") -> str:
+        """Key of the effort, or of its part: low, high, error, residual."""
+        return self.effort.format(f"{part}_" if part else "")
+
+
+LINEAR = Units(
+    "mass_{}kg", "offset_{}n", "velocity_m_s", "force_{}n", "position_m", 1.0,
+    ("mass", "velocity", "force"), ("m/s", "N"), ("kg", "N", "m/s"),
+)  # fmt: skip
+ROTARY = Units(
+    "inertia_{}kgm2", "offset_{}nm", "speed_rpm", "torque_{}nm", "angle_rad", RPM,
+    ("inertia", "speed", "torque"), ("rad/s", "N.m"), ("kg m2", "N m", "r/min"),
+)  # fmt: skip
 
 
 class Friction(NamedTuple):
@@ -27,7 +57,7 @@ class Friction(NamedTuple):
     samples: np.ndarray
 
 
-class BothWays(NamedTuple):
+class Bidirectional(NamedTuple):
     """At common speeds > 0: half of the magnitudes' sum and of their difference, error of both, samples.
 
     A known offset moves all differences by its error, which is not in theirs.
@@ -39,14 +69,13 @@ class BothWays(NamedTuple):
     error: Array
     samples: Array
 
-    def at_screw(self, lead: float) -> BothWays:
+    def at_screw(self, lead: float) -> Self:
         """Speed [rad/s] and torque [N.m] at a screw of this lead [m/rad], from those of a linear axis."""
-        return BothWays(
-            self.speed / lead, self.mean * lead, self.difference * lead, self.error * lead, self.samples
-        )
+        mean, difference, error = (values * lead for values in self[1:4])
+        return self._replace(speed=self.speed / lead, mean=mean, difference=difference, error=error)
 
 
-def both_ways(friction: Friction, offset_error: float = 0.0) -> BothWays:
+def bidirectional_friction(friction: Friction, offset_error: float = 0.0) -> Bidirectional:
     """At the speeds of the positive direction that the other one has as well; empty if there are none.
 
     Parameters   offset_error : standard error of a known offset, which the errors of the bins hold
@@ -64,10 +93,10 @@ def both_ways(friction: Friction, offset_error: float = 0.0) -> BothWays:
     half = 0.5 * (friction.high - friction.low) / LIMIT
     error = 0.5 * np.sqrt(half[ahead][both] ** 2 + reverse(half) ** 2 - 2.0 * offset_error**2)
     samples = friction.samples[ahead][both] + reverse(friction.samples.astype(float))
-    return BothWays(speed, 0.5 * (value + against), 0.5 * (value - against), error, samples)
+    return Bidirectional(speed, 0.5 * (value + against), 0.5 * (value - against), error, samples)
 
 
-def varies(both: BothWays) -> bool:
+def varies(both: Bidirectional) -> bool:
     """Whether the difference of the directions depends on speed, so that it cannot all be an offset."""
     weight = 1.0 / both.error**2
     squares = float(np.sum(weight * (both.difference - np.average(both.difference, weights=weight)) ** 2))

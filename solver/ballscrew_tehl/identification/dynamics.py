@@ -13,32 +13,32 @@ times the mean ratio of both. Intervals: 95 %, Student's t, and in quadrature wh
 from half the cutoff: SMEAR times the change of a bin, COARSER times that of the inertia, LATER times that of the delay
 (added, as a bias), as much by FARTHER times the travel behind reversals. The effect of a filter on a smooth curve goes
 as 1/cutoff^2, so that a third of the change would do there. Forces that are not measured act on the inertia through the
-controller, more so at a high cutoff. The limits of the inertia also hold the share MOST_NOISE that the choice of the
+controller, more so at a high cutoff. The limits of the inertia also hold the share MAX_NOISE that the choice of the
 cutoff allows.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
-from .directions import LIMIT, Friction, both_ways, varies
-from .log_file import Array, Progress
-from .motion import MOST_NOISE, OF_SAMPLES, Samples, effort_later, filtered
-from .regression import CONFIDENCE, FEWEST_BINS, Bins, alone, clusters_of, power, slope_moves, within
+from ..physics.ball_law import Array
+from .directions import LIMIT, LINEAR, ROTARY, Bidirectional, Friction, Units, bidirectional_friction, varies
+from .log_file import Progress
+from .motion import MAX_NOISE, OF_SAMPLES, Samples, effort_later, filtered
+from .regression import CONFIDENCE, MIN_BINS, Bins, alone, clusters_of, power, slope_moves, within
 from .signals import Signals
 
 #: fewest samples of the log in a bin, and independent ones
-FEWEST, FEWEST_INDEPENDENT = 10, 2.0
+MIN_SAMPLES, MIN_INDEPENDENT = 10, 2.0
 #: clusters that the pooled error of a bin counts as
 POOLED = 4.0
 #: most delay looked for [s], and in samples
-MOST_DELAY, MOST_DELAY_SAMPLES = 5e-3, 4.0
+MAX_DELAY, MAX_DELAY_SAMPLES = 5e-3, 4.0
 #: samples that the delay is estimated from
 FOR_DELAY = 60_000
 #: change of a bin, of the inertia and of the delay by half the cutoff, as it counts in their intervals; the noise of an
@@ -57,7 +57,7 @@ SIGN = (
     "thread has a negative --lead-mm, a drive that counts the other way a negative --ratio or torque constant"
 )
 #: largest standard error of the inertia over its value;  fraction of samples with friction along the motion
-VAGUE, MOST_ALONG = 0.2, 0.25
+VAGUE, MAX_ALONG = 0.2, 0.25
 
 
 @dataclass(frozen=True)
@@ -90,6 +90,16 @@ class Identified:
     temperature: float | None
     preload: float | None
 
+    @property
+    def units(self) -> Units:
+        """Keys, names and units."""
+        return ROTARY if self.rotary else LINEAR
+
+    @cached_property
+    def both(self) -> Bidirectional:
+        """Both directions at common speeds."""
+        return bidirectional_friction(self.friction, self.offset_error or 0.0)
+
 
 def estimated_delay(signals: Signals, cutoff: float, travel: float) -> tuple[float, bool]:
     """Delay of the effort behind the motion [s] with the least residual on a part of the log; whether it is inside."""
@@ -100,7 +110,7 @@ def estimated_delay(signals: Signals, cutoff: float, travel: float) -> tuple[flo
             left -= len(section.motion)
     part = signals._replace(sections=sections)
     samples = filtered(part, travel, cutoff)
-    if len(samples.speed) < FEWEST:
+    if len(samples.speed) < MIN_SAMPLES:
         return 0.0, True
     edges = Bins.of(samples)
     bins = edges.place(samples.speed)
@@ -113,7 +123,7 @@ def estimated_delay(signals: Signals, cutoff: float, travel: float) -> tuple[flo
         slope = float(acceleration @ effort) / squares
         return float(np.sum((effort - slope * acceleration) ** 2))
 
-    most = max(MOST_DELAY, MOST_DELAY_SAMPLES * signals.step)
+    most = max(MAX_DELAY, MAX_DELAY_SAMPLES * signals.step)
     coarse = np.linspace(-most, most, 21)
     best = float(coarse[int(np.argmin([residual(delay) for delay in coarse]))])
     near = 2.0 * most / 20.0
@@ -147,9 +157,9 @@ def identify(
     notes = list(signals.notes)
     for sign, name in ((1.0, "positive"), (-1.0, "negative")):
         usable = int((samples.speed * sign > 0.0).sum()) * samples.each
-        if usable < FEWEST_BINS * FEWEST:
+        if usable < MIN_BINS * MIN_SAMPLES:
             raise ValueError(
-                f"samples with {name} speed away from reversals = {usable}; allowed: at least {FEWEST_BINS * FEWEST} "
+                f"samples with {name} speed away from reversals = {usable}; allowed: at least {MIN_BINS * MIN_SAMPLES} "
                 "in each direction: both directions separate offset and friction; remedy: a log that moves both "
                 "ways, with longer strokes, and a column with its sign, no magnitude"
             )
@@ -173,15 +183,16 @@ def identify(
     others = [_other(signals, filtered(signals, travel, 0.5 * samples.cutoff), edges, user)]
     if len(farther.speed) >= FARTHER_LEFT * len(samples.speed):
         others.append(_other(signals, farther, edges, user))
-    enough = (count * samples.each >= FEWEST) & (count * samples.each * samples.rate >= FEWEST_INDEPENDENT)
+    enough = (count * samples.each >= MIN_SAMPLES) & (count * samples.each * samples.rate >= MIN_INDEPENDENT)
     use = enough[bins]
     left_out = signals.left_out | samples.left_out
     left_out[
-        f"bins of speed with fewer than {FEWEST} samples, {FEWEST_INDEPENDENT:g} of them independent"
+        f"bins of speed with fewer than {MIN_SAMPLES} samples, {MIN_INDEPENDENT:g} of them independent"
     ] = int((~use).sum()) * samples.each
     if not (use & (samples.speed > 0.0)).any() or not (use & (samples.speed < 0.0)).any():
         raise ValueError(
-            f"no bin of speed with {FEWEST} samples in both directions; allowed: a longer log, or fewer bins (--bins)"
+            f"no bin of speed with {MIN_SAMPLES} samples in both directions; allowed: a longer log, or fewer bins "
+            "(--bins)"
         )
     if not use.all():
         samples = replace(samples, **{name: getattr(samples, name)[use] for name in OF_SAMPLES})
@@ -218,7 +229,7 @@ def _other(signals: Signals, samples: Samples, edges: Bins, user: _User) -> _Oth
     if value is None:
         value = float(acceleration @ effort) / power(acceleration, samples)
     late = float(jerk @ effort) / max(abs(value) * float(jerk @ jerk), 1e-300)
-    safe = np.where(count * samples.each * samples.rate >= FEWEST_INDEPENDENT, count, math.nan)
+    safe = np.where(count * samples.each * samples.rate >= MIN_INDEPENDENT, count, math.nan)
     return _Other(value, user.delay - late, edges.tally(bins, effort - value * samples.acceleration) / safe)
 
 
@@ -301,7 +312,8 @@ def _result(
     deviation = float(np.sqrt(np.mean(fit.residual**2)))
     explained = 1.0 - deviation**2 / max(float(np.var(samples.effort)), 1e-300)
     if not explained >= 0.0:
-        (what, unit), value = ("inertia", "kg m2") if signals.rotary else ("mass", "kg"), fit.inertia
+        units, value = ROTARY if signals.rotary else LINEAR, fit.inertia
+        what, unit = units.names[0], units.shown[0]
         if user.inertia is not None:
             raise ValueError(
                 f"inertia given = {value:.4g} {unit}; the log shows about {fit.seen:.3g} {unit}, and the given one "
@@ -315,10 +327,10 @@ def _result(
     limits = None if user.inertia is not None else _inertia_limits(signals, fit, noise, others)
     friction, offset_error = fit.total - fit.offset, user.offset[1] if user.offset else 0.0
     wrong = float(np.sum(fit.number * (np.sign(fit.speed) * friction < 0.0)) / fit.number.sum())
-    if wrong > MOST_ALONG:
+    if wrong > MAX_ALONG:
         raise ValueError(
             f"friction along the motion in {100.0 * wrong:.0f} % of the samples; allowed: at most "
-            f"{100.0 * MOST_ALONG:.0f} %: {SIGN}{_magnitude(signals)}"
+            f"{100.0 * MAX_ALONG:.0f} %: {SIGN}{_magnitude(signals)}"
         )
     smeared = SMEAR * np.nan_to_num(others[0].total - fit.total)
     wide = np.sqrt(
@@ -336,13 +348,14 @@ def _result(
         fit.speed, friction, np.hypot(fit.errors, offset_error), friction - wide, friction + wide,
         (fit.number * samples.each).astype(int),
     )  # fmt: skip
-    places = _places(samples, fit.residual)
-    return Identified(
+    found = Identified(
         signals.rotary, fit.inertia, limits, fit.offset, (fit.offset - offset_wide, fit.offset + offset_wide),
-        user.offset[1] if user.offset else None, bins, user.delay, delay_limits, deviation, explained, places,
-        samples.cutoff, len(samples.speed) * samples.each, left_out,
-        [*notes, *_notes(signals.rotary, noise, bins, places, user)], signals.temperature, signals.preload,
+        user.offset[1] if user.offset else None, bins, user.delay, delay_limits, deviation, explained,
+        _places(samples, fit.residual), samples.cutoff, len(samples.speed) * samples.each, left_out, notes,
+        signals.temperature, signals.preload,
     )  # fmt: skip
+    found.notes.extend(_notes(found, noise))
+    return found
 
 
 def _inertia_limits(signals: Signals, fit: _Fit, noise: float, others: list[_Other]) -> tuple[float, float]:
@@ -352,10 +365,9 @@ def _inertia_limits(signals: Signals, fit: _Fit, noise: float, others: list[_Oth
     """
     value = fit.inertia
     changes = (COARSER * float(np.nan_to_num(other.inertia - value)) for other in others)
-    half = math.hypot(fit.inertia_half, max(noise, MOST_NOISE) * value, *changes)
-    what, unit, option = (
-        ("inertia", "kg m2", "--inertia-kgm2") if signals.rotary else ("mass", "kg", "--mass-kg")
-    )
+    half = math.hypot(fit.inertia_half, max(noise, MAX_NOISE) * value, *changes)
+    units = ROTARY if signals.rotary else LINEAR
+    what, unit, option = units.names[0], units.shown[0], f"--{units.inertia.format('').replace('_', '-')}"
     if value < -half:
         raise ValueError(f"{what} = {value:.4g}; allowed: > 0: {SIGN}")
     if not half <= fit.usual * VAGUE * value:
@@ -373,19 +385,16 @@ def _magnitude(signals: Signals) -> str:
     return "; the effort is never negative: a magnitude without its sign?" if never else ""
 
 
-def _notes(
-    rotary: bool, noise: float, friction: Friction, places: tuple[Array, Array, Array], user: _User
-) -> list[str]:
+def _notes(found: Identified, noise: float) -> list[str]:
     """What limits the result."""
-    notes, unit = [], "N m" if rotary else "N"
-    if noise > 10.0 * MOST_NOISE:
+    notes, unit, both, places = [], found.units.shown[1], found.both, found.places
+    if noise > 10.0 * MAX_NOISE:
         notes.append(f"noise is {100.0 * noise:.2g} % of the acceleration's variance at the lowest cutoff")
-    both = both_ways(friction, user.offset[1] if user.offset else 0.0)
     if varies(both):
         notes.append(
             f"(f+ - f-)/2, half the difference of friction between the directions, varies with speed, "
             f"{both.difference.min():+.3g} to {both.difference.max():+.3g} {unit}"
-            + ("" if user.offset else ": it cannot all be an offset")
+            + (": it cannot all be an offset" if found.offset_error is None else "")
         )
     uneven = float(np.mean((places[1] / places[2]) ** 2)) if len(places[1]) else 0.0
     if uneven > UNEVEN:
@@ -393,7 +402,7 @@ def _notes(
         notes.append(
             f"friction depends on the position: mean residuals there {effort:.2g} {unit} (root mean square); the "
             "intervals hold for the positions of this log"
-            + ("" if user.delay_known else ", that of the delay leaves out the bias by them")
+            + ("" if found.delay_limits is None else ", that of the delay leaves out the bias by them")
         )
     return notes
 
@@ -424,7 +433,7 @@ def _places(samples: Samples, residual: Array) -> tuple[Array, Array, Array]:
     low, high = float(samples.position.min()), float(samples.position.max())
     place = np.minimum(((samples.position - low) / (high - low or 1.0) * PLACES).astype(int), PLACES - 1)
     count = np.bincount(place, minlength=PLACES)
-    some = count * samples.each * samples.rate >= FEWEST_INDEPENDENT
+    some = count * samples.each * samples.rate >= MIN_INDEPENDENT
     safe = np.maximum(count, 1)
     mean = np.bincount(place, residual, PLACES) / safe
     error = float(np.std(residual)) / np.sqrt(safe * samples.each * samples.rate)

@@ -3,22 +3,16 @@
 A few damaged rows are left out.
 """
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..tables.csv_file import Numbers, Table, open_table
-from ..tables.headings import LOG, LOG_EXAMPLE, Column, both_are, lowered, parted, quantity_of
-
-Array = NDArray[np.float64]
-#: finished, total, what
-Progress = Callable[[int, int, str], None]
+from ..physics.ball_law import Array
+from ..tables.csv_file import Numbers, Progress, Table, open_table
+from ..tables.headings import LOG, LOG_EXAMPLE, Column, both_are, lowered, parted, quantity_of, si
 
 #: signals of the motion, the position first, and of the drive; the first that a log has is used
 MOTION = ("position", "screw_position", "speed", "screw_speed")
@@ -34,7 +28,7 @@ PIECE = 100_000
 #: from which on they have too few digits;  largest error of such a stamp over its last digit
 MIN_ROWS, MAX_EMPTY, MAX_DAMAGED, FEW_REPEATED, DIGIT = 200, 0.5, 0.01, 0.05, 1.5
 #: a value beyond this is damaged [SI]
-LARGEST = 1e12
+MAX_VALUE = 1e12
 
 
 class Log(NamedTuple):
@@ -74,7 +68,8 @@ def read_log(
     if count := len(table.between):
         notes.append(f"{count} line{'s' * (count > 1)} between headings and rows: no samples")
     for name, values in signals.items():
-        notes += _to_si(path, name, columns[name], values)
+        signals[name], note = _to_si(path, name, columns[name], values)
+        notes += note
     if unused:
         notes.append(f"columns not used: {', '.join(unused)}")
     if damaged:
@@ -263,21 +258,19 @@ def _numbers(
     return {name: np.concatenate(found) for name, found in parts.items()}, damaged, first
 
 
-def _to_si(path: Path, name: str, column: Column, values: Array) -> list[str]:
-    """Convert in place; a note about values that are none."""
-    factor, offset = LOG[name].units[column.unit]
-    notes, beyond = [], np.abs(values) > LARGEST / factor
+def _to_si(path: Path, name: str, column: Column, values: Array) -> tuple[Array, list[str]]:
+    """Values in SI, and a note about those that are too large to be any."""
+    values, notes = si(values, LOG[name], column.unit), []
+    beyond = np.abs(values) > MAX_VALUE
     if beyond.any():
         values[beyond] = np.nan
         first = int(np.argmax(beyond)) + 1
         notes = [
-            f"{int(beyond.sum())} values of {name} beyond {LARGEST:g} (SI) left out, the first in row {first}"
+            f"{int(beyond.sum())} values of {name} beyond {MAX_VALUE:g} (SI) left out, the first in row {first}"
         ]
     if not np.isfinite(values).any():
         raise ValueError(f"{path}: column {column.heading!r} has no numbers; allowed: a number in each row")
-    values += offset
-    values *= factor
-    return notes
+    return values, notes
 
 
 def _in_time(

@@ -6,8 +6,6 @@ acceleration clean enough. The noise is taken as white, of the size seen above A
 Source: Gautier, Janot, Vandanjon, IEEE Trans. Contr. Syst. Technol. 21 (2013) 428 (inverse dynamics, parallel filter)
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,15 +15,16 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import butter, freqz_sos, sosfiltfilt, welch
 
-from .log_file import Array, Progress
+from ..physics.ball_law import Array
+from .log_file import Progress
 from .signals import Section, Signals, integral
 
 ORDER = 2
 #: cutoffs over the sampling frequency, highest first (above, forces that are not measured act on the inertia);
 #: lowest cutoff [Hz]
-CUTOFFS, LOWEST = (0.1, 0.07, 0.05, 0.035, 0.025, 0.0175, 0.0125, 0.009, 0.006), 2.0
+CUTOFFS, MIN_CUTOFF = (0.1, 0.07, 0.05, 0.035, 0.025, 0.0175, 0.0125, 0.009, 0.006), 2.0
 #: most noise in the acceleration, as a share of its variance: the mass comes out too small by this share
-MOST_NOISE = 5e-4
+MAX_NOISE = 5e-4
 #: part of the sampling frequency above which motion is noise; samples that the cutoff is chosen from
 ABOVE, LOOKED_AT = 0.35, 200_000
 #: response of the filter over 1/cutoff: reversals and ends of a piece are felt so long
@@ -96,15 +95,15 @@ def chosen_cutoff(signals: Signals) -> tuple[float, float]:
     """Cutoff [Hz] and variance of the noise of the motion."""
     variance, motion = _noise(signals)
     piece = Section(motion, motion)
-    cutoff = LOWEST
+    cutoff = MIN_CUTOFF
     for part in CUTOFFS:
         cutoff = part / signals.step
-        if cutoff < LOWEST:
+        if cutoff < MIN_CUTOFF:
             break
         found = _differences(piece, cutoff, signals, with_effort=False)[2]
-        if acceleration_noise(variance, cutoff, signals) <= MOST_NOISE * float(np.var(found)):
+        if acceleration_noise(variance, cutoff, signals) <= MAX_NOISE * float(np.var(found)):
             break
-    return max(cutoff, LOWEST), variance
+    return max(cutoff, MIN_CUTOFF), variance
 
 
 def _differences(

@@ -1,18 +1,16 @@
 """Results of an identification: keys of JSON, text, the file of measurements."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from .. import __version__
 from ..parameters.units import CELSIUS, RPM
-from .directions import LIMIT, both_ways, varies
+from ..physics.ball_law import Array
+from .directions import LIMIT, varies
 from .dynamics import Identified
-from .log_file import Array
 from .preload import Apart, Change, FoundPreload, ScrewFriction, measurement_rows
 
 #: what friction from one log is of
@@ -23,29 +21,6 @@ CONTAINS = (
 HEADINGS = "preload [N],speed [r/min],temperature [degC],torque [N.m],torque error [N.m]"
 
 
-class Units(NamedTuple):
-    """Names of the keys, what a speed is divided by, units of the text."""
-
-    inertia: str
-    offset: str
-    speed: str
-    effort: str
-    place: str
-    one: float
-    shown: tuple[str, str, str]
-
-
-LINEAR = Units("mass_{}kg", "offset_{}n", "velocity_m_s", "force_{}n", "position_m", 1.0, ("kg", "N", "m/s"))
-ROTARY = Units(
-    "inertia_{}kgm2", "offset_{}nm", "speed_rpm", "torque_{}nm", "angle_rad", RPM, ("kg m2", "N m", "r/min")
-)
-
-
-def units_of(found: Identified) -> Units:
-    """Of a screw or of a linear axis."""
-    return ROTARY if found.rotary else LINEAR
-
-
 def _limits(key: str, value: float, limits: tuple[float, float] | None) -> dict[str, float | None]:
     low, high = limits or (None, None)
     return {key.format(""): value, key.format("low_"): low, key.format("high_"): high}
@@ -53,13 +28,11 @@ def _limits(key: str, value: float, limits: tuple[float, float] | None) -> dict[
 
 def identified_data(found: Identified) -> dict[str, Any]:
     """Keys of --json."""
-    units, friction = units_of(found), found.friction
-    both = both_ways(friction, found.offset_error or 0.0)
+    units, friction, both = found.units, found.friction, found.both
     motion = "acceleration" if not found.rotary else "angular acceleration"
-    effort = {name: units.effort.format(f"{name}_" if name else "") for name in ("", "low", "high", "error")}
 
     def rows(first: str, *columns: Array, keys: Sequence[str] = ("", "error")) -> list[dict[str, float]]:
-        names = first, *(effort[key] for key in keys)
+        names = first, *map(units.effort_key, keys)
         return [dict(zip(names, map(float, row), strict=True)) for row in zip(*columns, strict=True)]
 
     bins = rows(
@@ -70,7 +43,7 @@ def identified_data(found: Identified) -> dict[str, Any]:
     return {
         "kind": "rotary" if found.rotary else "linear",
         "model": (
-            f"{effort[''].rsplit('_', 1)[0]} = {units.inertia.format('')} * {motion} + {units.offset.format('')} + "
+            f"{units.names[2]} = {units.inertia.format('')} * {motion} + {units.offset.format('')} + "
             "friction(speed); friction is without the offset and has the sign of the speed"
         ),
         **_limits(units.inertia, found.inertia, found.inertia_limits),
@@ -83,7 +56,7 @@ def identified_data(found: Identified) -> dict[str, Any]:
         "direction_difference_varies": varies(both),
         **_limits("delay_{}s", found.delay, found.delay_limits),
         "cutoff_hz": found.cutoff,
-        units.effort.format("residual_"): found.residual,
+        units.effort_key("residual"): found.residual,
         "explained": found.explained,
         "residual_over_position": rows(units.place, *found.places),
         "samples": found.samples,
@@ -105,23 +78,22 @@ def preload_data(found: FoundPreload) -> dict[str, Any]:
 
 def change_data(change: Change) -> dict[str, Any]:
     """What a log before adds."""
-    return {
-        "preload_before_n": change.before, "preload_ratio": change.ratio, "preload_ratio_low": change.low,
-        "preload_ratio_high": change.high,
-    }  # fmt: skip
+    keys = "preload_before_n", "preload_ratio", "preload_ratio_low", "preload_ratio_high"
+    return dict(zip(keys, change, strict=True))
 
 
 def apart_data(apart: Apart) -> dict[str, Any]:
     """What two known preloads or temperatures add."""
-    return {
-        "without_nut_nm": apart.rest, "without_nut_low_nm": apart.rest_low, "without_nut_high_nm": apart.rest_high,
-        "law_factor": apart.factor, "law_factor_low": apart.factor_low, "law_factor_high": apart.factor_high,
-    }  # fmt: skip
+    keys = (
+        *(f"without_nut_{end}nm" for end in ("", "low_", "high_")),
+        *(f"law_factor{end}" for end in ("", "_low", "_high")),
+    )
+    return dict(zip(keys, apart, strict=True))
 
 
 def identified_text(found: Identified, data: dict[str, Any]) -> str:
     """The result as text: the answer, friction over speed, what was left out, notes."""
-    units = units_of(found)
+    units = found.units
     inertia, effort, _ = units.shown
     if found.offset_error is None:
         key = units.offset.format("").replace("_", "-")
@@ -133,10 +105,10 @@ def identified_text(found: Identified, data: dict[str, Any]) -> str:
         of_offset = f" (given); {_difference(found)}"
     lines = [
         *_preload_lines(data),
-        _line("inertia" if found.rotary else "mass", found.inertia, inertia, found.inertia_limits),
+        _line(units.names[0], found.inertia, inertia, found.inertia_limits),
         _line("offset", found.offset, effort, found.offset_limits if found.offset_error != 0.0 else ()) + of_offset,
         _line("delay", 1e3 * found.delay, "ms", found.delay_limits and [1e3 * end for end in found.delay_limits])
-        + f" of the {'torque' if found.rotary else 'force'} behind the motion: sampling, filters and hold of the "
+        + f" of the {units.names[2]} behind the motion: sampling, filters and hold of the "
         "drive; friction that still rises behind reversals adds to it",
         f"{'filter':<10}{found.cutoff:.4g} Hz; {100.0 * found.explained:.2f} % of the variance explained, residual "
         f"{found.residual:.3g} {effort}",
@@ -163,13 +135,13 @@ def _line(name: str, value: float, unit: str, limits: Sequence[float] | None) ->
 
 def _difference(found: Identified) -> str:
     """What a known offset leaves to friction."""
-    both = both_ways(found.friction, found.offset_error or 0.0)
+    both = found.both
     if not len(both.speed):
         return "no speed that both directions have in common"
     weight = 1.0 / both.error**2
     mean = float(np.average(both.difference, weights=weight))
     half = LIMIT * math.hypot(float(np.sum(weight)) ** -0.5, found.offset_error or 0.0)
-    return f"friction's own (f+ - f-)/2 {mean:+.3g} +- {half:.2g} {units_of(found).shown[1]} in the mean"
+    return f"friction's own (f+ - f-)/2 {mean:+.3g} +- {half:.2g} {found.units.shown[1]} in the mean"
 
 
 def _preload_lines(data: dict[str, Any]) -> list[str]:
@@ -202,7 +174,7 @@ def _preload_lines(data: dict[str, Any]) -> list[str]:
 
 def _friction_lines(found: Identified) -> list[str]:
     """Friction over the magnitude of speed, both directions side by side."""
-    units, friction = units_of(found), found.friction
+    units, friction = found.units, found.friction
     _, effort, speed = units.shown
     half = 0.5 * (friction.high - friction.low)
     ahead, back = np.flatnonzero(friction.speed > 0.0), np.flatnonzero(friction.speed < 0.0)[::-1]

@@ -1,19 +1,15 @@
 """Whether the units of a log can be right: speed, acceleration and drive of an axis are within wide limits."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..parameters.units import RPM
+from ..physics.ball_law import Array
+from ..runtime.evaluate import NutMap
 from ..tables.headings import ANGLE, LENGTH, LOG, SPEED, VELOCITY, Units, parted
-from .log_file import EFFORT, MOTION, Array, Log
+from .log_file import EFFORT, MOTION, Log
 from .signals import Signals
-
-if TYPE_CHECKING:
-    from ..runtime.evaluate import NutMap
 
 #: what, value, its limits, the unit that both are in, its factor
 Finding = tuple[str, float, tuple[float, float], str, float]

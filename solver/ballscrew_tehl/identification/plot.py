@@ -1,17 +1,13 @@
 """Picture of an identification: friction over speed, with the law where a map is given, and residual over position."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from ..physics.ball_law import Array
+from .directions import LIMIT
 from .dynamics import Identified
-from .log_file import Array
-from .output import units_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 #: colours of Okabe & Ito: forwards, backwards, law
 AHEAD, BACK, LAW = "#0072B2", "#D55E00", "#009E73"
@@ -29,9 +25,7 @@ class LawCurve(NamedTuple):
 
 def identification_figure(found: Identified, law: LawCurve | None = None) -> Figure:
     """Left: magnitude of friction over the magnitude of speed, both directions. Right: residual over position."""
-    from matplotlib.figure import Figure
-
-    units, friction = units_of(found), found.friction
+    units, friction = found.units, found.friction
     figure = Figure(figsize=(11.0, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     if law is not None:
@@ -53,12 +47,12 @@ def identification_figure(found: Identified, law: LawCurve | None = None) -> Fig
     name, unit, one = ("angle", "turns", 2.0 * np.pi) if found.rotary else ("position", "m", 1.0)
     right.axhline(0.0, color="0.4", linewidth=1.0)
     right.errorbar(
-        place / one, mean, yerr=1.96 * error, fmt="o-", color="0.25", markersize=3.5, linewidth=0.9
+        place / one, mean, yerr=LIMIT * error, fmt="o-", color="0.25", markersize=3.5, linewidth=0.9
     )
     right.set(xlabel=f"{name} [{unit}]", ylabel=f"mean residual [{effort}]")
     right.grid(alpha=0.3)
     figure.suptitle(
-        f"{'inertia' if found.rotary else 'mass'} {found.inertia:.4g} {inertia}, offset {found.offset:.3g} {effort}, "
+        f"{units.names[0]} {found.inertia:.4g} {inertia}, offset {found.offset:.3g} {effort}, "
         f"{found.samples} samples, filter {found.cutoff:.3g} Hz",
         fontsize="medium",
     )

@@ -5,30 +5,26 @@ a log without the nut, are subtracted. One preload is fitted to all speeds, each
 shape error SHAPE of the law.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from ..friction.sets import FrictionSet
 from ..parameters.file import Parameters
-from ..parameters.units import RPM
+from ..parameters.units import CELSIUS, RPM
+from ..physics.ball_law import Array
+from ..runtime.evaluate import NutMap
 from ..runtime.packed import MECHANISTIC
-from .directions import LIMIT, both_ways
+from .directions import LIMIT
 from .dynamics import Identified
-from .log_file import Array
-
-if TYPE_CHECKING:
-    from ..runtime.evaluate import NutMap
 
 #: relative error of the law's shape over speed that is allowed for
 SHAPE = 0.01
 #: fewest speeds within a map
-FEWEST_SPEEDS = 3
+MIN_SPEEDS = 3
 #: share of a torque that it has to have left without known parts
 LEFT = 0.05
 
@@ -92,9 +88,7 @@ def screw_friction(found: Identified, lead: float | None) -> ScrewFriction:
         raise ValueError(
             "--lead-mm or --screw (missing); needed for the torque at the screw of a linear axis"
         )
-    both = both_ways(found.friction, found.offset_error or 0.0).at_screw(
-        1.0 if found.rotary else abs(lead or 1.0)
-    )
+    both = found.both.at_screw(1.0 if found.rotary else abs(lead or 1.0))
     if not len(both.speed):
         raise ValueError(
             "no speed that both directions have in common; allowed: a log with the same speeds both ways"
@@ -138,10 +132,10 @@ def _inside(friction: ScrewFriction, law: Law) -> ScrewFriction:
     """
     low, high = law.nut_map.header["axes"]["speed"][:2]
     keep = (friction.speed >= low) & (friction.speed <= high)
-    if not keep.sum() >= FEWEST_SPEEDS:
+    if not keep.sum() >= MIN_SPEEDS:
         raise ValueError(
             f"speeds of the log within the map = {int(keep.sum())} of {len(keep)}, {_range(friction.speed)}; allowed: "
-            f"at least {FEWEST_SPEEDS} in {_range(np.array([low, high]))}: check --ratio and --lead-mm"
+            f"at least {MIN_SPEEDS} in {_range(np.array([low, high]))}: check --ratio and --lead-mm"
         )
     return ScrewFriction(*(values[keep] for values in friction))
 
@@ -171,8 +165,8 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
     coldest, hottest = law.nut_map.header["axes"]["temperature"][:2]
     if not coldest <= temperature <= hottest:
         raise ValueError(
-            f"temperature = {temperature - 273.15:.4g} C; allowed by the map: {coldest - 273.15:.4g} to "
-            f"{hottest - 273.15:.4g} C: check unit and --temperature-c, or ballscrew map build with other "
+            f"temperature = {temperature - CELSIUS:.4g} C; allowed by the map: {coldest - CELSIUS:.4g} to "
+            f"{hottest - CELSIUS:.4g} C: check unit and --temperature-c, or ballscrew map build with other "
             "--temperature-c"
         )
     friction = _inside(friction, law)
@@ -217,12 +211,12 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
 
 
 class Change(NamedTuple):
-    """Preload over that of the log before, with a 95 % interval of both logs and the effect of the law's interval."""
+    """Preload of the log before, that of this one over it with a 95 % interval: both logs, the law's interval."""
 
+    before: float
     ratio: float
     low: float
     high: float
-    before: float
 
 
 def change_of_preload(
@@ -241,7 +235,7 @@ def change_of_preload(
         if all(lowest * 1.001 < end < highest * 0.999 for end in ends):
             moved.append(math.log(ends[0] / ends[1] / ratio))
     wide = math.hypot(own, max(map(abs, moved)))
-    return Change(ratio, ratio * math.exp(-wide), ratio * math.exp(wide), before[1].preload)
+    return Change(before[1].preload, ratio, ratio * math.exp(-wide), ratio * math.exp(wide))
 
 
 class Apart(NamedTuple):
@@ -282,21 +276,18 @@ def told_apart(logs: list[tuple[ScrewFriction, float, float]], law: Law) -> Apar
             f"part without the nut = {best[0]:.3g} +- {half[0]:.2g} N.m; allowed: determined by the logs: preloads or "
             "temperatures that differ more"
         )
-    return Apart(
-        *np.ravel(
-            [(value, value - wide, value + wide) for value, wide in zip(best, half, strict=True)]
-        ).tolist()
-    )
+    return Apart(*np.column_stack([best, best - half, best + half]).ravel().tolist())
 
 
 def measurement_rows(friction: ScrewFriction, most: int = 12) -> ScrewFriction:
     """At most so many points, neighbouring speeds joined by their weights."""
-    pieces = np.array_split(np.arange(len(friction.speed)), min(most, len(friction.speed)))
-
-    def joined(piece: np.ndarray) -> tuple[float, ...]:
-        weight = 1.0 / friction.error[piece] ** 2
-        # errors of neighbours are hardly independent: their mean, not that over the root of their number
-        speed, torque, error = (float(np.average(values[piece], weights=weight)) for values in friction[:3])
-        return speed, torque, error, float(friction.samples[piece].sum())
-
-    return ScrewFriction(*(np.array(column) for column in zip(*map(joined, pieces), strict=True)))
+    count = min(most, len(friction.speed))
+    pieces = [
+        ScrewFriction(*piece) for piece in zip(*(np.array_split(x, count) for x in friction), strict=True)
+    ]
+    # errors of neighbours are hardly independent: their mean, not that over the root of their number
+    rows = [
+        (*(np.average(x, weights=piece.error**-2) for x in piece[:3]), piece.samples.sum())
+        for piece in pieces
+    ]
+    return ScrewFriction(*np.array(rows, dtype=np.float64).T)

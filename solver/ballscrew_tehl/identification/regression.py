@@ -1,17 +1,16 @@
 """Regressors of an identification within bins of speed, and what each cluster of time moves."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from scipy.stats import t as student
 
-from .log_file import Array
+from ..physics.ball_law import Array
 from .motion import Samples
 
 #: most and fewest bins of a direction; samples of the log for one bin
-MOST_BINS, FEWEST_BINS, FOR_A_BIN = 60, 6, 150
+MAX_BINS, MIN_BINS, FOR_A_BIN = 60, 6, 150
 #: longest cluster [s], or so many periods of the cutoff
 CLUSTER, CLUSTER_PERIODS = 0.25, 10.0
 CONFIDENCE = 0.95
@@ -28,11 +27,11 @@ class Bins:
     high: float
 
     @classmethod
-    def of(cls, samples: Samples, wanted: int | None = None) -> Bins:
+    def of(cls, samples: Samples, wanted: int | None = None) -> Self:
         """As many as there are samples for, or as wanted."""
         size = np.abs(samples.speed)
         smaller = min(int((samples.speed > 0.0).sum()), int((samples.speed < 0.0).sum())) * samples.each
-        number = wanted or int(np.clip(smaller // FOR_A_BIN, FEWEST_BINS, MOST_BINS))
+        number = wanted or int(np.clip(smaller // FOR_A_BIN, MIN_BINS, MAX_BINS))
         return cls(number, float(size.min()), float(size.max()))
 
     def place(self, speed: Array) -> np.ndarray:

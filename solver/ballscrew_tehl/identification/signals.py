@@ -1,7 +1,5 @@
 """From the signals of a log to position and force of a linear axis, or angle and torque of a screw, evenly sampled."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from itertools import pairwise
@@ -12,8 +10,9 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
+from ..physics.ball_law import Array
 from ..tables.headings import ANGLE, SPEED
-from .log_file import EFFORT, MOTION, Array, Log
+from .log_file import EFFORT, MOTION, Log
 
 #: a step of time longer than this many usual ones is a gap; jumps of a position that are whole periods within this
 #: share are those of an encoder that starts again; most of the jumps that may be none
@@ -21,12 +20,12 @@ GAP, SAME_WRAP, NO_WRAPS = 4.5, 0.02, 0.1
 #: a jump is this many times the largest usual step;  steps that count as usual
 JUMP, USUAL = 8.0, 0.999
 #: slowest sampling [1/s];  steps of time that differ by more than this share are uneven
-SLOWEST, UNEVEN = 20.0, 1e-3
+MIN_RATE, UNEVEN = 20.0, 1e-3
 #: shortest section [samples]
-SHORTEST = 100
+MIN_SECTION = 100
 #: rows over which a slow channel repeats its value, at least (two are smooth behind the filter); fraction of its
 #: changes that are in phase, of those that follow each other so
-MIN_HELD, SAME_PHASE, MOSTLY_HELD = 3, 0.99, 0.5
+MIN_HELD, SAME_PHASE, MIN_HELD_FRACTION = 3, 0.99, 0.5
 
 
 class Drive(NamedTuple):
@@ -85,9 +84,9 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     motion, scale = log.signals[motion_name], _scale(rotary, angular, drive, motion_name)
     steps = np.diff(time)
     step, resolution = float(np.median(steps)), _resolution(time)
-    if not step * SLOWEST <= 1.0:
+    if not step * MIN_RATE <= 1.0:
         raise ValueError(
-            f"{log.path}: time between samples = {step:.4g} s; allowed: at most {1.0 / SLOWEST:g} s: check the "
+            f"{log.path}: time between samples = {step:.4g} s; allowed: at most {1.0 / MIN_RATE:g} s: check the "
             f"unit of time ({log.columns['time'].unit}), or log faster"
         )
     wraps: Array = np.empty(0)
@@ -105,21 +104,13 @@ def signals_of(log: Log, drive: Drive) -> Signals:
             notes.append(f"{count} {word}{'s' * (count > 1)} {what}: the pieces are apart")
     motion, effort = motion * scale, _effort(drive, effort_name, effort)
     step, even, note = _sampling(steps[steps <= GAP * step], step, resolution)
-    sections, short = [], 0
     cuts = np.unique(np.r_[0, ends, wraps, len(time)]).astype(int)
-    for first, last in pairwise(cuts):
-        if last - first < SHORTEST:
-            short += int(last - first)
-            continue
-        t, x, y = (values[first:last] for values in (time, motion, effort))
-        if not even:
-            new = np.arange(t[0], t[-1], step)
-            x, y = CubicSpline(t, x)(new), np.interp(new, t, y)
-        sections.append(Section(x, y))
-    left_out["samples in pieces too short"] = short
+    sections, left_out["samples in pieces too short"] = _sections(
+        cuts, time, motion, effort, None if even else step
+    )
     if not sections:
         raise ValueError(
-            f"{log.path}: all pieces between gaps and jumps are shorter than {SHORTEST} samples; allowed: a longer "
+            f"{log.path}: all pieces between gaps and jumps are shorter than {MIN_SECTION} samples; allowed: a longer "
             "piece without a gap"
         )
     temperature, preload = (
@@ -128,6 +119,23 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     )
     quantum = _quantum(log.signals[motion_name]) * abs(scale)
     return Signals(rotary, of_speed, step, quantum, sections, temperature, preload, left_out, notes + note)
+
+
+def _sections(
+    cuts: np.ndarray, time: Array, motion: Array, effort: Array, step: float | None
+) -> tuple[list[Section], int]:
+    """Pieces between cuts, interpolated on a time step if one is given; samples in pieces that are too short."""
+    sections, short = [], 0
+    for first, last in pairwise(cuts):
+        if last - first < MIN_SECTION:
+            short += int(last - first)
+            continue
+        t, x, y = (values[first:last] for values in (time, motion, effort))
+        if step is not None:
+            new = np.arange(t[0], t[-1], step)
+            x, y = CubicSpline(t, x)(new), np.interp(new, t, y)
+        sections.append(Section(x, y))
+    return sections, short
 
 
 def _sampling(inside: Array, step: float, resolution: float) -> tuple[float, bool, list[str]]:
@@ -170,12 +178,14 @@ def _held_rows(values: Array) -> tuple[int, int]:
     """
     changes = np.flatnonzero(np.diff(values)) + 1
     apart = np.diff(changes)
-    if len(apart) < SHORTEST:
+    if len(apart) < MIN_SECTION:
         return 1, 0
     held = int(np.median(apart))
     phase = int(np.bincount(changes % held).argmax())
     same = float(np.mean(changes % held == phase))
-    return (held, phase) if same >= SAME_PHASE and float(np.mean(apart == held)) >= MOSTLY_HELD else (1, 0)
+    return (
+        (held, phase) if same >= SAME_PHASE and float(np.mean(apart == held)) >= MIN_HELD_FRACTION else (1, 0)
+    )
 
 
 def _scale(rotary: bool, angular: bool, drive: Drive, name: str) -> float:

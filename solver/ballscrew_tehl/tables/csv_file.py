@@ -9,10 +9,7 @@ Numbers have a decimal point, or a decimal comma where semicolons or tabs separa
 file, and no marks of thousands: a file whose numbers can be read in two ways is refused.
 """
 
-from __future__ import annotations
-
 import csv
-import io
 import re
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -22,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
-#: bytes looked at for the headings;  lines that they are searched in
-HEAD, MAX_LINES = 65536, 100
-#: characters that are read at once;  size from which reading is a stage of its own [MB]
-PIECE, WORTH_SAYING = 4_000_000, 5
+#: lines looked at for headings and first row;  lines without comments that headings are searched in
+HEAD, MAX_LINES = 2000, 100
+#: rows between two steps of the progress
+PIECE = 100_000
 #: what stands for a missing value, in lower case; EOF: last line of exports
 MISSING = frozenset(["", "nan", "null", "-", "n/a", "inf", "+inf", "-inf", "1.#qnan", "-1.#ind", "eof"])
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
@@ -51,7 +48,7 @@ Progress = Callable[[int, int, str], None]
 class Table(NamedTuple):
     """Where the table of a file is: headings, their line, lines between them and the rows, lines above the first row.
 
-    above : lines above the headings that are no comments
+    lines : of the whole file;  above : lines above the headings that are no comments
     """
 
     path: Path
@@ -60,33 +57,23 @@ class Table(NamedTuple):
     between: list[list[str]]
     start: int
     separator: str
-    encoding: str
+    lines: list[str]
     above: int = 0
 
     def rows(
         self, progress: Progress = lambda finished, total, what: None
     ) -> Iterator[tuple[int, list[str]]]:
         """Line in the file, from 1, and fields of each row; separators at its end are dropped."""
-        size, fields, number = max(self.path.stat().st_size // 1_000_000, 1), len(self.headings), 0
-        with self.path.open("rb") as raw:
-            file = io.TextIOWrapper(raw, self.encoding, "replace")
-            while text := file.read(PIECE) + file.readline():
-                below = text.split("\n", max(self.start - number, 0))[-1]
-                plain = '"' not in below and " " not in below
-                for line in text.removesuffix("\n").split("\n"):
-                    number += 1
-                    if plain and line[:1] in _DIGITS:
-                        row = line.split(self.separator)
-                    elif _is_comment(line):
-                        continue
-                    else:
-                        row = split_fields(line, self.separator)
-                    while len(row) > fields and not row[-1]:
-                        row.pop()
-                    if number > self.start:
-                        yield number, row
-                if size >= WORTH_SAYING:
-                    progress(min(raw.tell() // 1_000_000, size), size, "MB of the file read")
+        fields, total = len(self.headings), len(self.lines)
+        for number in range(self.start + 1, total + 1):
+            line = self.lines[number - 1]
+            if number % PIECE == 0:
+                progress(number, total, "lines of the file read")
+            if line[:1] in _DIGITS or not _is_comment(line):
+                row = split_fields(line, self.separator)
+                while len(row) > fields and not row[-1]:
+                    row.pop()
+                yield number, row
 
 
 def split_fields(line: str, separator: str) -> list[str]:
@@ -120,7 +107,8 @@ def open_table(path: Path | str, places: Callable[[list[str]], Sequence[int] | N
     Raises       ValueError: cannot be read, no text, no headings, no rows
     """
     path = Path(path)
-    lines, encoding = _head(path)
+    whole = _lines(path)
+    lines = whole[:HEAD]
     content = [number for number, line in enumerate(lines) if not _is_comment(line)]
     comments = [number for number, line in enumerate(lines) if line.lstrip().startswith("#")]
 
@@ -147,7 +135,7 @@ def open_table(path: Path | str, places: Callable[[list[str]], Sequence[int] | N
     separator = separator_of(line)
     between = [split_fields(lines[k], separator) for k in content if heading < k < first]
     above = sum(k < heading for k in content)
-    return Table(path, split_fields(line, separator), heading + 1, between, first, separator, encoding, above)
+    return Table(path, split_fields(line, separator), heading + 1, between, first, separator, whole, above)
 
 
 def _named(
@@ -175,26 +163,23 @@ def _named(
     return (names or [k for k in content if k < numeric][-1:] or [numeric])[0], numeric
 
 
-def _head(path: Path) -> tuple[list[str], str]:
-    """First lines and encoding."""
+def _lines(path: Path) -> list[str]:
+    """Lines of a file of any encoding."""
     try:
-        with path.open("rb") as file:
-            head, more = file.read(HEAD), file.read(1)
+        content = path.read_bytes()
     except OSError as error:
         reason = f"cannot be read ({error.strerror})"
         raise ValueError(f"{path}: {reason}; give a CSV file with a line of headings") from error
-    encoding = "utf-16" if head[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
-    try:
-        text = head[: len(head) // 2 * 2 if encoding == "utf-16" else None].decode(encoding)
-    except UnicodeDecodeError as error:
-        # unless the piece has cut a character
-        if encoding != "utf-16" and not (more and error.start >= len(head) - 4):
-            encoding = "cp1252"
-        text = head.decode(encoding, "replace")
+    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        text = content.decode("utf-16", "replace")
+    else:
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = content.decode("cp1252", "replace")
     if "\0" in text[:1000]:
         raise ValueError(f"{path}: is no text; give a CSV file with a line of headings")
-    lines = text.replace("\r\n", "\n").rstrip("\r").replace("\r", "\n").split("\n")
-    return lines[:-1] if more else lines, encoding
+    return text.replace("\r\n", "\n").rstrip("\r").replace("\r", "\n").split("\n")
 
 
 def read_table(path: Path | str) -> tuple[Table, list[tuple[int, list[str]]]]:

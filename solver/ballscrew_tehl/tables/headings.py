@@ -5,18 +5,20 @@ factor of 2 pi), and pint reads 20 of the spellings that test benches write othe
 Ncm, %).
 """
 
-from __future__ import annotations
-
 import difflib
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..parameters.units import CELSIUS, RPM
 
 #: unit -> (factor, offset): SI = (value + offset) * factor; dots between letters may be missing, or spaces or others
 Units = dict[str, tuple[float, float]]
+Value = TypeVar("Value", float, NDArray[np.float64])
 #: fraction of the torque; no factor of a unit
 PERCENT = "%"
 
@@ -199,7 +201,7 @@ def both_are(columns: Iterable[Column], key: str, remedy: str = "one") -> ValueE
     return ValueError(f"columns {first} and {second} both are {key}; allowed: {remedy}")
 
 
-def si(value: float, quantity: Quantity, unit: str) -> float:
-    """A value of a column in SI (per cent as a fraction)."""
+def si(value: Value, quantity: Quantity, unit: str) -> Value:
+    """A value of a column, or all of them, in SI (per cent as a fraction)."""
     factor, offset = quantity.units[unit]
     return (value + offset) * factor
