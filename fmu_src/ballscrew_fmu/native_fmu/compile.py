@@ -5,6 +5,7 @@ runs in the folder of the sources with relative file names.
 """
 
 import contextlib
+import functools
 import importlib.util
 import os
 import platform as machine
@@ -75,7 +76,7 @@ def find_compiler() -> Compiler:
     Raises       BuildError: there is none
     """
     if importlib.util.find_spec("ziglang") is not None:
-        version = _run([*_ZIG, "version"], Path.cwd(), "ziglang").strip()
+        version = _answer(*_ZIG, "version").strip()
         return Compiler((*_ZIG, "cc"), f"ziglang {version}", tuple(PLATFORMS), True)
     candidates = [os.environ.get("CC"), "cc", "gcc", "clang"]
     own = next((found for name in candidates if name and (found := shutil.which(name))), None)
@@ -84,8 +85,13 @@ def find_compiler() -> Compiler:
             f"no C compiler: neither ziglang, which builds for Linux, Windows and macOS ({INSTALL}) nor cc, gcc or "
             "clang on the path"
         )
-    version = _run([own, "-dumpfullversion", "-dumpversion"], Path.cwd(), own).split()[0]
+    version = _answer(own, "-dumpfullversion", "-dumpversion").split()[0]
     return Compiler((own,), f"{Path(own).stem} {version}", (this_platform(),), False)
+
+
+@functools.cache
+def _answer(*command: str) -> str:
+    return _run(command, Path.cwd(), command[0])
 
 
 def this_platform() -> str:

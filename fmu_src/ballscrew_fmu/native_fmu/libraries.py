@@ -7,6 +7,7 @@ of sources and options, and in the cache the compiler: what other sources left b
 """
 
 import contextlib
+import functools
 import hashlib
 import importlib.resources
 import os
@@ -116,16 +117,18 @@ def _content(library: Library, platform: str) -> bytes:
     file = _kept(library, platform, find_compiler())
     with contextlib.suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)
-    if not os.access(file.parent, os.W_OK):  # each time again
-        return _built(library, platform)
+    built = functools.partial(build_libraries, library.sources, library.units, library.name, (platform,))
+    if not os.access(file.parent, os.W_OK):  # in each process again
+        if file not in _unkept:
+            _unkept[file] = built()[platform]
+        return _unkept[file]
     with FileLock(f"{file}.lock"):
         if not file.is_file():
-            write_whole(file, _built(library, platform))
+            write_whole(file, built()[platform])
     return file.read_bytes()
 
 
-def _built(library: Library, platform: str) -> bytes:
-    return build_libraries(library.sources, library.units, library.name, (platform,))[platform]
+_unkept: dict[Path, bytes] = {}  # libraries of this process where the cache cannot be written
 
 
 def _kept(library: Library, platform: str, compiler: Compiler) -> Path:
@@ -147,7 +150,9 @@ def missing(libraries: Sequence[Library], platforms: Sequence[str]) -> list[tupl
     return [
         (one, platform)
         for one, platform in found
-        if (compiler.crosses or platform != WASM) and not _kept(one, platform, compiler).is_file()
+        if (compiler.crosses or platform != WASM)
+        and (file := _kept(one, platform, compiler)) not in _unkept
+        and not file.is_file()
     ]
 
 

@@ -55,6 +55,7 @@ static const char *head_from(Map *map, const double *numbers)
     }
     memcpy(map->defaults, numbers + 3 * MAP_AXES, sizeof map->defaults);
     map->presliding_angle = numbers[NUMBERS - 1] * pow(map->force.lo, 1.0 / 3.0); /* that at 1 N is in the file */
+    map->seal_angle = numbers[NUMBERS - 1] * pow(map->force.hi, 1.0 / 3.0);
     if (!(map->presliding_angle > 0.0 && isfinite(map->presliding_angle))) {
         return "presliding angle is invalid";
     }
@@ -89,9 +90,9 @@ static const char *map_over(Map *map, const double *numbers, size_t count)
     if (coefficients_of(map) != count - NUMBERS) {
         return "size does not fit its axes";
     }
-    for (size_t i = NUMBERS; i < count; ++i) {
+    for (size_t i = 3 * MAP_AXES; i < count; ++i) {
         if (!isfinite(numbers[i])) {
-            return "a coefficient is not finite";
+            return i < NUMBERS ? "a default is not finite" : "a coefficient is not finite";
         }
     }
     curves = (size_t)axis_coefficients(&map->force);

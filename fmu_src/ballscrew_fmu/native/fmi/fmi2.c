@@ -40,22 +40,13 @@
 
 /* --- importer ---------------------------------------------------------------------------------------------------- */
 
-/* The logger takes a printf format, in which # marks a value reference. The message is passed as the format,
-   without arguments: many importers print the format unchanged. */
 static void log_fmi2(const Importer *importer, const char *instance_name, Status status, const char *category,
                  const char *message)
 {
     const fmi2CallbackLogger logger = (fmi2CallbackLogger)importer->logger;
     char format[1024];
-    size_t used = 0;
 
-    for (; *message != '\0' && used < sizeof format - 2; ++message) {
-        if (*message == '%' || *message == '#') {
-            format[used++] = *message;
-        }
-        format[used++] = *message;
-    }
-    format[used] = '\0';
+    format_of(message, format, sizeof format);
     logger(importer->environment, instance_name, (fmi2Status)status, category, format);
 }
 
@@ -89,7 +80,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         return NULL;
     }
     return instance_create(&importer, fmuType == fmi2CoSimulation ? CO_SIMULATION : MODEL_EXCHANGE, instanceName,
-                           fmuGUID, fmuResourceLocation, true, loggingOn != fmi2False);
+                           fmuGUID, fmuResourceLocation, loggingOn != fmi2False);
 }
 
 void fmi2FreeInstance(fmi2Component c)

@@ -76,7 +76,7 @@ const char *fmi3GetVersion(void)
 static fmi3Instance create(const Importer *importer, unsigned kind, fmi3String name, fmi3String token,
                            fmi3String resources, bool logging)
 {
-    Instance *self = instance_create(importer, kind, name, token, resources, false, logging);
+    Instance *self = instance_create(importer, kind, name, token, resources, logging);
 
     if (self != NULL) {
         self->time_variable = true;

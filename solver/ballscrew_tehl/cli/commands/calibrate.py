@@ -108,6 +108,8 @@ def _of_point(args: Namespace, parameters: Parameters, point: Measurement) -> _F
     films, outside = films_of(parameters, args.map)
     if reason := outside(point):
         raise ValueError(f"outside the map: {reason}; remedy: a larger map, or none")
+    if seals := parameters.screw.seal_torque:
+        point = point.without_seals(seals)
     result = calibrate_point(point, parameters, cast("ContactValues", films(MECHANISTIC)))
     _check_accepted(result.friction_set, parameters, "--torque-nm")
     return _Fitted(result.friction_set, point_data(result), point_text(result))

@@ -31,6 +31,8 @@ COLUMNS = (
 )  # fmt: skip
 #: torque at which motion begins, of an answer at speed 0
 BREAKAWAY = "breakaway_torque_nm"
+#: torque of the seals, if the screw file states it
+SEAL = "seal_torque_nm"
 #: what is said of a film beyond lubrication theory, of a torque that goes the wrong way, of oversize balls
 TOO_THICK, TOO_THIN, UNPHYSICAL, UNLIKE = RESERVATIONS = (
     "too_thick_film", "too_thin_film", "unphysical_trend", "unlike_flanks",
@@ -39,15 +41,17 @@ TOO_THICK, TOO_THIN, UNPHYSICAL, UNLIKE = RESERVATIONS = (
 OF_A_NUT = "nut loaded as by preload alone"
 
 
-def _signed(parts: tuple[float, float, float], speed: float) -> dict[str, float]:
-    """Torques that oppose the motion: sign of the speed, 0 at rest."""
+def _signed(parts: tuple[float, float, float], speed: float, chosen: Chosen) -> dict[str, float]:
+    """Torques that oppose the motion: sign of the speed, 0 at rest. That of the seals if the screw file states it."""
     sign = math.copysign(1.0, speed) if speed else 0.0
     viscous, hysteresis, sliding = (sign * float(part) for part in parts)
+    seal = sign * chosen.parameters.screw.seal_torque
     return {
-        "friction_torque_nm": viscous + hysteresis + sliding,
+        "friction_torque_nm": viscous + hysteresis + sliding + seal,
         "viscous_torque_nm": viscous,
         "hysteresis_torque_nm": hysteresis,
         "sliding_torque_nm": sliding,
+        **({SEAL: seal} if seal else {}),
     }
 
 
@@ -148,9 +152,11 @@ def _catalogue(chosen: Chosen, point: dict[str, Any], most: float) -> dict[str, 
     return found | kind | {"spin_torque_not_included_at_most_nm": bound}
 
 
-def _interval(found: TorqueInterval, torque: float) -> dict[str, Any]:
-    """Keys of an interval: its ends over its own torque, applied to that of the answer."""
-    low, high = sorted(share * torque for share in found.relative)
+def _interval(found: TorqueInterval, torques: Mapping[str, float]) -> dict[str, Any]:
+    """Keys of an interval: its ends over its own torque, applied to that of the balls of the answer."""
+    seal = torques.get(SEAL, 0.0)
+    torque = torques["friction_torque_nm"] - seal
+    low, high = sorted(share * torque + seal for share in found.relative)
     # at rest the torque is that of the drive
     meaning = found.meaning if torque else "none at rest"
     return {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": meaning}
@@ -186,7 +192,9 @@ class _MapAnswer(NamedTuple):
         speed = point["speed_rpm"] * RPM
         at = point["preload_n"], speed, point["temperature_c"] + CELSIUS, point["axial_load_n"]
         state = nut_map.evaluate(*at)
-        torques = _signed((state.viscous_torque, state.hysteresis_torque, state.sliding_torque), speed)
+        torques = _signed(
+            (state.viscous_torque, state.hysteresis_torque, state.sliding_torque), speed, self.chosen
+        )
         further: dict[str, Any] = {}
         if speed == 0.0:
             further[BREAKAWAY] = float(state.friction_torque)
@@ -195,7 +203,7 @@ class _MapAnswer(NamedTuple):
         extremes = {key: float(getattr(state, name)) for name, key in EXTREMES.items()}
         films = _odd_films(self.chosen, extremes)
         if point["preload_n"] > 0.0:
-            further |= self._interval(at, torques["friction_torque_nm"])
+            further |= self._interval(at, torques)
         return {
             **point,
             **torques,
@@ -208,7 +216,9 @@ class _MapAnswer(NamedTuple):
             "map_hash": nut_map.header["file_hash"],
         }
 
-    def _interval(self, at: tuple[float, float, float, float], torque: float) -> dict[str, Any]:
+    def _interval(
+        self, at: tuple[float, float, float, float], torques: Mapping[str, float]
+    ) -> dict[str, Any]:
         """Interval of a torque by the mechanistic law, and whether oversize balls make it uncertain."""
         if self.nut_map.law != MECHANISTIC:
             return {}
@@ -218,7 +228,7 @@ class _MapAnswer(NamedTuple):
         parameters, friction_set = self.chosen.parameters, self.chosen.friction_set
         found = map_interval(parameters, self.nut_map.header["axes"], friction_set, *at)
         unlike = unlike_flanks(parameters, at[0], at[3], found.torque)
-        return _interval(found, torque) | ({UNLIKE: unlike} if unlike else {})
+        return _interval(found, torques) | ({UNLIKE: unlike} if unlike else {})
 
 
 def _direct_torques(chosen: Chosen, points: list[dict[str, float]]) -> list[dict[str, Any]]:
@@ -278,7 +288,7 @@ def _film_shear(chosen: Chosen) -> _Solved:
         parts = double_nut_torque(
             chosen.parameters, chosen.friction_set, film_model, preload, speed, temperature, axial_load
         )
-        return _signed((parts.viscous, parts.hysteresis, parts.sliding), speed)
+        return _signed((parts.viscous, parts.hysteresis, parts.sliding), speed, chosen)
 
     return solved
 
@@ -299,7 +309,7 @@ def _mechanistic(chosen: Chosen) -> _Solved:
     def solved(preload: float, speed: float, temperature: float, axial_load: float) -> dict[str, Any]:
         forces = nut_forces(chosen.parameters, preload, axial_load)
         at = chosen.parameters, forces, contacts, abs(speed), temperature
-        torques = _signed(double_nut_parts(*at, *chosen.friction_set.values[:2])[:3], speed) | of_grid
-        return torques | _interval(torque_interval(*at, chosen.friction_set), torques["friction_torque_nm"])
+        torques = _signed(double_nut_parts(*at, *chosen.friction_set.values[:2])[:3], speed, chosen)
+        return torques | of_grid | _interval(torque_interval(*at, chosen.friction_set), torques)
 
     return solved
