@@ -179,7 +179,7 @@ def kind_of(fmu: Path | str) -> type[FmuInstance]:
 
 
 @contextlib.contextmanager
-def running(fmu: Path | str, **start: float) -> Iterator[FmuInstance]:
+def running(fmu: Path | str, **start: Any) -> Iterator[FmuInstance]:
     """An instance of an FMU, packed or in a folder.
 
     Raises       CheckError: it cannot be loaded, instantiated or stepped, with what the FMU says itself

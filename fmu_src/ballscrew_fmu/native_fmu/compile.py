@@ -14,12 +14,14 @@ import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from ballscrew_fmu.native_fmu.sources import is_fmi_header
+
+Result = TypeVar("Result")
 
 
 class Platform(NamedTuple):
@@ -122,13 +124,16 @@ def build_libraries(
     compiler = find_compiler()
     if missing := [name for name in platforms if not compiler.crosses and name not in compiler.platforms]:
         raise BuildError(f"{compiler.name} does not compile for {', '.join(missing)}: {INSTALL}, which does")
+    tasks = [functools.partial(_compiled, compiler, sources, units, name, platform) for platform in platforms]
+    return dict(zip(platforms, two_at_a_time(tasks), strict=True))
+
+
+def two_at_a_time(tasks: Sequence[Callable[[], Result]]) -> list[Result]:
+    """Results in their order. The first error ends it."""
     with ThreadPoolExecutor(max_workers=min(2, os.cpu_count() or 1)) as pool:
-        running = {
-            platform: pool.submit(_compiled, compiler, sources, units, name, platform)
-            for platform in platforms
-        }
+        running = [pool.submit(task) for task in tasks]
         try:
-            return {platform: future.result() for platform, future in running.items()}
+            return [future.result() for future in running]
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise

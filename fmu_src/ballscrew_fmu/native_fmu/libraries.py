@@ -15,7 +15,6 @@ import re
 import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -31,6 +30,7 @@ from ballscrew_fmu.native_fmu.compile import (
     Compiler,
     build_libraries,
     find_compiler,
+    two_at_a_time,
 )
 from ballscrew_fmu.native_fmu.sources import (
     entry_sources,
@@ -167,14 +167,7 @@ def compile_all(wanted: Sequence[tuple[Library, str]], advance: Callable[[str], 
         advance(f"compiling {library.name} for {platform}")
         contents(library, (platform,))
 
-    with ThreadPoolExecutor(max_workers=min(2, os.cpu_count() or 1)) as pool:
-        running = [pool.submit(one, library, platform) for library, platform in wanted]
-        try:
-            for future in running:
-                future.result()
-        except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
+    two_at_a_time([functools.partial(one, *library) for library in wanted])
 
 
 def main() -> int:

@@ -41,7 +41,9 @@ def go_on(instance, speeds=(0.002, 0.02, -0.01, 1.0, 0.0)):
 def test_outputs_equal_the_map_and_the_law_over_random_inputs_and_parameters(unpacked, synthetic_nut_map):
     """Jumping loads, rests and reversals in and beyond the map; tanh, and presliding of the screw or set."""
     rng = np.random.default_rng(6)
-    for given in ({"presliding": False}, {}, {"presliding_stiffness": 400.0, "presliding_damping": 0.7}):
+    for given in (
+        {"presliding": False}, {"seal_torque": 0.2}, {"presliding_stiffness": 400.0, "presliding_damping": 0.7},
+    ):  # fmt: skip
         rows = [
             {
                 "preload": float(rng.choice([0.0, 10.0, 2000.0, 9000.0, 13000.0])),
@@ -210,6 +212,23 @@ def test_the_last_preload_in_range_is_held_at_rest_and_in_a_saved_state(monitor)
             each.slave.setFMUstate(each.slave.deSerializeFMUstate(content))
             each.step(torque=1.0, speed=0.0)
             assert each.get("preload") == stored
+
+
+def test_seals_are_a_part_of_the_torque_and_not_of_the_preload(unpacked, monitor):
+    with FmuInstance(unpacked, seal_torque=0.3) as one, FmuInstance(unpacked) as bare:
+        for preload, speed in ((2000.0, 30.0), (0.0, 30.0), (2000.0, -30.0)):
+            for each in (one, bare):
+                assert each.step(1.0, preload=preload, speed=speed)  # all elements slide
+            names = ("friction_torque", "friction_torque_nut_a", "friction_torque_nut_b", "power_loss")
+            more = [a - b for a, b in zip(one.get(*names), bare.get(*names), strict=True)]
+            seal = math.copysign(0.3, speed)
+            assert more == pytest.approx([seal, 0.5 * seal, 0.5 * seal, 9.0], rel=1e-9)
+            assert one.get("sliding_torque") == pytest.approx(bare.get("sliding_torque"), rel=1e-12)
+        with monitor(seal_torque=0.3) as inverse:
+            inverse.step(torque=one.get("friction_torque"), speed=speed)
+            assert inverse.get("preload", "in_range") == [pytest.approx(2000.0, rel=1e-6), True]
+        assert one.step(1.0, preload=0.0, speed=0.0)  # they hold the axis without preload
+        assert one.get("friction_torque") == pytest.approx(-0.3, rel=1e-9)
 
 
 # --- the entry library: what it refuses before pythonfmu is called ---

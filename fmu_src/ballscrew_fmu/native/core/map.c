@@ -186,58 +186,24 @@ INTERNAL void map_free(Map *map)
     }
 }
 
-#ifdef EMBEDDED_RESOURCES
-
-/* --- compiled in ------------------------------------------------------------------------------------------------- */
-
-/* map_numbers and map_identity of embedded.h; no file is opened */
-INTERNAL Map *map_compiled(char *message, size_t message_size)
+/* A map from numbers that are compiled in, or from the bytes of those of a file. name: for messages */
+static Map *new_map(const MapIdentity *identity, const double *numbers, const unsigned char *bytes, size_t count,
+                    const char *name, char *message, size_t message_size)
 {
-    Map *map = map_in_use(&map_identity);
-    const char *wrong;
-
-    if (map != NULL) {
-        return map;
-    }
-    map = calloc(1, sizeof *map);
-    if (map == NULL) {
-        (void)snprintf(message, message_size, "not enough memory for the head of the map");
-        return NULL;
-    }
-    map->identity = map_identity;
-    wrong = map_over(map, map_numbers, sizeof map_numbers / sizeof *map_numbers);
-    if (wrong != NULL) {
-        (void)snprintf(message, message_size, "the map that is compiled in: %s", wrong);
-        free(map);
-        return NULL;
-    }
-    return map_for_all(map);
-}
-
-#else
-
-/* --- file -------------------------------------------------------------------------------------------------------- */
-
-#define HEAD_SIZE (FILE_HEAD_SIZE + HASH_SIZE)
-
-/* A map from a file that is not damaged. */
-static Map *decoded(const unsigned char *bytes, size_t size, const char *name, const MapIdentity *identity,
-                    char *message, size_t message_size)
-{
-    const size_t count = (size - HEAD_SIZE) / 8;
-    Map *map = calloc(1, sizeof *map + 8 * count);
+    const size_t copied = bytes != NULL ? count : 0;
+    Map *map = calloc(1, sizeof *map + 8 * copied);
     const char *wrong;
 
     if (map == NULL) {
         (void)snprintf(message, message_size, "%s: not enough memory for the map", name);
         return NULL;
     }
-    for (size_t i = 0; i < count; ++i) {
-        const uint64_t bits = little_endian(bytes + HEAD_SIZE + 8 * i);
+    for (size_t i = 0; i < copied; ++i) {
+        const uint64_t bits = little_endian(bytes + 8 * i);
         memcpy(&map->data[i], &bits, sizeof bits);
     }
     map->identity = *identity;
-    wrong = map_over(map, map->data, count);
+    wrong = map_over(map, bytes != NULL ? map->data : numbers, count);
     if (wrong != NULL) {
         (void)snprintf(message, message_size, "%s: %s", name, wrong);
         free(map);
@@ -246,7 +212,23 @@ static Map *decoded(const unsigned char *bytes, size_t size, const char *name, c
     return map_for_all(map);
 }
 
-/* The same from the bytes of a file; name for messages. */
+#ifdef EMBEDDED_RESOURCES
+
+/* map_numbers and map_identity of embedded.h; no file is opened */
+INTERNAL Map *map_compiled(char *message, size_t message_size)
+{
+    Map *map = map_in_use(&map_identity);
+
+    return map != NULL ? map
+                       : new_map(&map_identity, map_numbers, NULL, sizeof map_numbers / sizeof *map_numbers,
+                                 "the map that is compiled in", message, message_size);
+}
+
+#else
+
+#define HEAD_SIZE (FILE_HEAD_SIZE + HASH_SIZE)
+
+/* Map from the bytes of a file; name for messages. */
 INTERNAL Map *map_from_bytes(const unsigned char *bytes, size_t size, int law, const char *name, char *message,
                              size_t message_size)
 {
@@ -268,7 +250,7 @@ INTERNAL Map *map_from_bytes(const unsigned char *bytes, size_t size, int law, c
     }
     map = map_in_use(&identity);
     if (map == NULL) {
-        map = decoded(bytes, size, name, &identity, message, message_size);
+        map = new_map(&identity, NULL, bytes + HEAD_SIZE, (size - HEAD_SIZE) / 8, name, message, message_size);
     }
     if (map != NULL && law != ANY_LAW && map->law != law) {
         (void)snprintf(message, message_size, "%s: map %.12s has the friction law %s, expected %s: another model",

@@ -155,29 +155,42 @@ INTERNAL Status instance_set_reals(Instance *instance, const unsigned references
     return STATUS_OK;
 }
 
-INTERNAL Status instance_get_boolean(Instance *instance, unsigned reference, bool *value)
+static bool is_boolean(unsigned index)
 {
-    const unsigned index = instance_index(reference);
+    return index < (unsigned)VARIABLE_COUNT && model_variables[index].boolean;
+}
 
-    if (index >= (unsigned)VARIABLE_COUNT || is_real(index)) {
-        return unknown(instance, "Boolean", reference);
+INTERNAL Status instance_get_booleans(Instance *instance, const unsigned references[], size_t count, bool values[])
+{
+    if (count > 0 && (references == NULL || values == NULL)) {
+        return instance_missing_array(instance);
     }
     instance_follow(instance);
-    *value = model_get(&instance->now.model, (int)index) != 0.0;
+    for (size_t i = 0; i < count; ++i) {
+        if (!is_boolean(instance_index(references[i]))) {
+            return unknown(instance, "Boolean", references[i]);
+        }
+        values[i] = model_get(&instance->now.model, (int)instance_index(references[i])) != 0.0;
+    }
     return STATUS_OK;
 }
 
-INTERNAL Status instance_set_boolean(Instance *instance, unsigned reference, bool value)
+INTERNAL Status instance_set_booleans(Instance *instance, const unsigned references[], size_t count, const bool values[])
 {
-    const unsigned index = instance_index(reference);
-
-    if (index >= (unsigned)VARIABLE_COUNT || is_real(index)) {
-        return unknown(instance, "settable Boolean", reference);
+    if (count > 0 && (references == NULL || values == NULL)) {
+        return instance_missing_array(instance);
     }
-    if (!can_be_set(instance, index, value)) {
-        return STATUS_ERROR;
+    for (size_t i = 0; i < count; ++i) {
+        if (!is_boolean(instance_index(references[i]))) {
+            return unknown(instance, "settable Boolean", references[i]);
+        }
+        if (!can_be_set(instance, instance_index(references[i]), values[i])) {
+            return STATUS_ERROR;
+        }
     }
-    put(instance, index, value);
+    for (size_t i = 0; i < count; ++i) {
+        put(instance, instance_index(references[i]), values[i]);
+    }
     return STATUS_OK;
 }
 
