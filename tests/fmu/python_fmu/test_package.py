@@ -51,7 +51,7 @@ def test_with_a_live_page_the_map_is_in_the_page_alone(tmp_path):
         folder = Path(fmpy.extract(str(fmu.path), unzipdir=str(tmp_path / law)), "resources")
         found = map_in(str(folder))  # NutMap compares the hash of its numbers
         assert found.header == nut_map.header
-        inputs = [{"preload": 2000.0, "speed": 30.0, "axial_load": 500.0}]
+        inputs = [{"preload": 2000.0, "speed": 30.0, "temperature": 303.15, "axial_load": 500.0}]
         assert replay(fmu.path, inputs) == pytest.approx(friction_results(nut_map, inputs), rel=1e-12)
         for damaged in (page.replace('id="map"', ""), page[:200], page.replace("A", "B", 20)):
             (folder / "live.html").write_text(damaged)
