@@ -52,7 +52,8 @@ def test_with_a_live_page_the_map_is_in_the_page_alone(tmp_path):
         found = map_in(str(folder))  # NutMap compares the hash of its numbers
         assert found.header == nut_map.header
         inputs = [{"preload": 2000.0, "speed": 30.0, "temperature": 303.15, "axial_load": 500.0}]
-        assert replay(fmu.path, inputs) == pytest.approx(friction_results(nut_map, inputs), rel=1e-12)
+        (outputs,), (expected,) = replay(fmu.path, inputs), friction_results(nut_map, inputs)
+        assert outputs == pytest.approx(expected, rel=1e-9)
         for damaged in (page.replace('id="map"', ""), page[:200], page.replace("A", "B", 20)):
             (folder / "live.html").write_text(damaged)
             with pytest.raises(MapError):
