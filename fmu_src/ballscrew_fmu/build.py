@@ -130,7 +130,6 @@ def build(
         compiler = libraries.provider(nut_map.header, embed_map)
         libraries.compile_all(to_compile(inputs, wanted, embed_map), advance)
         if any(kind.model is FRICTION for kind in wanted):
-            # of one screw, it would be the same in the other models
             advance("live page")
             page = inputs.live_page() if compiler.crosses else ""
         references = {}
@@ -141,7 +140,7 @@ def build(
             if model not in references:
                 references[model] = reference_of(nut_map, model)
             reference = references[model]
-            shown = page if of_friction else ""
+            shown, page = (page, "") if of_friction else ("", page)  # in one file
             if kind.native:
                 fmu = build_native_fmu(
                     nut_map, kind.fmi_version, path, reference, compiler.platforms, model, embed_map, shown

@@ -135,7 +135,6 @@ TRANSMISSION = FmuModel(
         "friction/named_parts.h",
         "friction/screw_model.h",
         "friction/screw_state.h",
-        "friction/tangent.h",
         "friction/tangent_law.h",
     ),
     step=1e-5,  # below 1.5 times the damping time of the contacts: stable with any masses and either order of exchange

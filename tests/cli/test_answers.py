@@ -10,7 +10,7 @@ from pathlib import Path
 from pkgutil import resolve_name
 
 import pytest
-from command_line import answer, run
+from command_line import answer, refused, run
 from reference_screw import GD4008
 
 from ballscrew_tehl.cli import parser
@@ -51,6 +51,44 @@ def test_keys_and_numbers_are_those_recorded(capsys, name):
         near = 0.03 if "mechanistic" in name else 0.01 if solved else 1e-4
         wide = 0.5 if "film_temperature_rise" in key else 0.01 if "mechanistic" in key else 1e-12
         assert at(found, key) == pytest.approx(expected, rel=near, abs=wide), key
+
+
+@pytest.mark.parametrize("friction", ["three_parameter", "mechanistic"])
+def test_seals_of_the_screw_file_are_a_constant_part_of_the_torque(capsys, tmp_path, friction):
+    """Along the motion, at breakaway, in the interval; the preload and a calibration are those of the balls."""
+    source = {"three_parameter": PACKAGED_DATA / "gd4008.toml", "mechanistic": PACKAGED_VG100}[friction]
+    screw = tmp_path / "sealed.toml"
+    screw.write_text(source.read_text().replace("poisson_ratio", "seal_torque_Nm = 0.05\npoisson_ratio", 1))
+    words = "--preload-n", "2000", "--temperature-c", "30", "--screw"
+    for speed, sign in ((1000, 1.0), (-1000, -1.0)):
+        bare, sealed = (
+            answer(capsys, "torque", *words, file, "--speed-rpm", speed)[0] for file in (source, screw)
+        )
+        changed = {"friction_torque_nm", "torque_low_nm", "torque_high_nm"} & set(bare)
+        assert sealed.pop("seal_torque_nm") == sign * 0.05
+        for key in changed:
+            assert sealed[key] - bare[key] == pytest.approx(sign * 0.05, rel=1e-9)
+        assert {k: v for k, v in sealed.items() if k not in {*changed, "map_hash"}} == {
+            k: v for k, v in bare.items() if k not in {*changed, "map_hash"}
+        }
+    torque = abs(sealed["friction_torque_nm"])
+    at = "--torque-nm", torque, "--speed-rpm", 1000, "--temperature-c", 30, "--screw", screw
+    assert answer(capsys, "preload", *at)[0]["preload_n"] == pytest.approx(2000.0, rel=1e-6)
+    bare, sealed = (
+        answer(capsys, "torque", *words, file, "--speed-rpm", 0)[0]["breakaway_torque_nm"]
+        for file in (source, screw)
+    )
+    assert sealed - bare == pytest.approx(0.05, rel=1e-9)
+    if friction == "mechanistic":
+        sets = [
+            answer(capsys, "calibrate", "--torque-nm", nm, "--preload-n", 2000, *at[2:-1], file)[0]
+            for nm, file in ((torque - 0.05, source), (torque, screw))
+        ]
+        first, second = (next(iter(one.values()))["net_sliding_coefficient"] for one in sets)
+        assert first == pytest.approx(second, rel=1e-9)
+        assert "seal_torque" in refused(
+            capsys, "calibrate", "--torque-nm", 0.04, "--preload-n", 2000, *at[2:-1], screw
+        )
 
 
 @pytest.mark.parametrize("friction", ["three_parameter", "mechanistic"])

@@ -7,7 +7,6 @@ needs no event. Both speeds of a part by Newton's method. For an axis without su
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from functools import partial
 from typing import Any
 
 from ballscrew_fmu.variables.axis import axis_variables
@@ -38,6 +37,7 @@ def axis_motion(
     k = contact_stiffness(p["nut_stiffness"], p["stiffness_preload"])
     guide_root = math.sqrt(p["guide_coulomb"] / p["guide_presliding_travel"])
     guide_limit = p["guide_presliding_travel"] * guide_root
+    seals = nut_map.seal_stiffness(p["seal_torque"])
     h = step / parts
     angle = speed = position = velocity = guide = 0.0
     turned = moved = 0.0  # rates of both speeds in the part before
@@ -56,21 +56,16 @@ def axis_motion(
             low, high = sorted(min(force, nut_map.force.hi) for force in (a, b))
             slow = max(abs(w), 1e-9)
             nut = nut_map.evaluate_forces(low, high, slow, row["temperature"], friction)
-            drag, coulomb = nut.viscous_torque / slow, nut.coulomb_torque
-            stiffness_here = partial(
-                nut_map.stiffness_at_forces,
-                low,
-                high,
-                friction.net_sliding_coefficient,
-                friction.breakaway_factor,
+            drag, coulomb = nut.viscous_torque / slow, nut.coulomb_torque + p["seal_torque"]
+            present = seals + nut_map.stiffness_at_forces(
+                low, high, friction.net_sliding_coefficient, friction.breakaway_factor
             )
             if not any(elements) or not stiffness:
-                stiffness = stiffness_here()
+                stiffness = present
             limits = element_limits(coulomb, stiffness)
             if all(
                 abs(y) >= m for y, m in zip(elements, limits, strict=True)
             ):  # all slide: it follows the loads
-                present = stiffness_here()
                 elements = tuple(y * math.sqrt(stiffness / present) for y in elements)
                 stiffness, limits = present, element_limits(coulomb, present)
             root, damping = math.sqrt(stiffness / ELEMENTS), AXIS_DAMPING_TIME * stiffness

@@ -38,8 +38,13 @@ def _reference(place: Path, experiment: ElementTree.Element) -> Reference:
     settings = experiment.find("TransientSimulation")
     if settings is None or not {"Stimuli", "References"} <= sources.keys():
         raise CheckError(f"{experiment.get('name')}: no transient simulation with inputs and results")
-    step = float(settings.get("stepSize", "nan"))
-    count = round(float(settings.get("stopTime", "nan")) / step)
+    try:
+        step = float(settings.get("stepSize", ""))
+        count = round(float(settings.get("stopTime", "")) / step)
+    except (ArithmeticError, ValueError) as error:  # round: of infinity, of NaN
+        raise CheckError(
+            f"{experiment.get('name')}: stepSize and stopTime need numbers > 0: {error}"
+        ) from error
     inputs = _rows(sources["Stimuli"], count, 0.0, step)
     outputs = _rows(sources["References"], count, step, step)
     return Reference(
@@ -79,6 +84,9 @@ def _rows(path: Path, count: int, first: float, step: float) -> list[dict[str, f
 def _parameters(path: Path) -> Mapping[str, float | bool]:
     values: dict[str, float | bool] = {}
     for node in _parsed(path).iter(f"{{{SSV_NAMESPACE}}}Parameter"):
-        kind, text = node[0].tag.rpartition("}")[2], node[0].get("value", "")
-        values[node.get("name", "")] = text == "true" if kind == "Boolean" else float(text)
+        try:
+            kind, text = node[0].tag.rpartition("}")[2], node[0].get("value", "")
+            values[node.get("name", "")] = text == "true" if kind == "Boolean" else float(text)
+        except (IndexError, ValueError) as error:
+            raise CheckError(f"{path.name}: parameter {node.get('name')} without a value: {error}") from error
     return values

@@ -20,7 +20,8 @@ from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.checks.replay import AGREEMENT, CheckError, check_replay, replay
 from ballscrew_fmu.models import MODELS
 from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, hash_in
-from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_fmu.python_fmu.shared_map import MAP_FILE as PYTHON_MAP_FILE
+from ballscrew_fmu.python_fmu.shared_map import map_in
 from ballscrew_tehl.runtime.packed import MapError
 
 
@@ -91,11 +92,11 @@ def _run_checks(folder: Path, model: str) -> list[str]:
     Raises       CheckError: what is wrong, one line
     """
     own = next((one for one in MODELS if one.name == model), None)
-    nut_map = folder / "resources" / "nut_map.npz"
+    resources = folder / "resources"
     found, source = experiments_in(folder), "the reference in the FMU is"
-    if own is not None and nut_map.exists():
+    if own is not None and (resources / PYTHON_MAP_FILE).exists():
         try:
-            found, source = {"map": reference_of(NutMap.from_npz(nut_map), own)}, "the map gives"
+            found, source = {"map": reference_of(map_in(str(resources)), own)}, "the map gives"
         except MapError as error:
             raise CheckError(f"made by another version of this package: {error}") from error
     if not found:

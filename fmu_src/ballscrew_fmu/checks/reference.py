@@ -62,10 +62,11 @@ def friction_step(
     preload, speed, temperature, axial_load = (given[v.name] for v in INPUTS)
     friction = FrictionParameters(*(given[name] for name in DEFAULTS))
     nut = nut_map.evaluate(preload, speed, temperature, axial_load, *friction)
+    nut = nut._replace(seal_torque=given["seal_torque"])
     if given["presliding"]:
         present = given["presliding_stiffness"] or nut_map.presliding_stiffness(
             preload, axial_load, friction.net_sliding_coefficient, friction.breakaway_factor
-        )
+        ) + nut_map.seal_stiffness(nut.seal_torque)
         stiffness = held_stiffness(before, present)
         damping = given["presliding_damping"] or DAMPING_TIME * stiffness
         law = presliding_friction(nut.coulomb_torque, speed, step, before, stiffness, damping)

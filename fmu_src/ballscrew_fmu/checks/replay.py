@@ -42,19 +42,25 @@ class FmuInstance:
     Parameters   fmu : the FMU, or the folder of an unpacked FMU
                  start : values set before initialization
                  initialize : False: instantiate only
+                 messages : takes the log; a list of the caller outlives an instance that cannot be made
     Attributes   messages : (status, text) of each log message
                  time : of the last successful step [s]
     """
 
     def __init__(
-        self, fmu: Path | str, initialize: bool = True, name: str = "instance", **start: float
+        self,
+        fmu: Path | str,
+        initialize: bool = True,
+        name: str = "instance",
+        messages: list[tuple[int, str]] | None = None,
+        **start: float,
     ) -> None:
         self._unpacked = None if Path(fmu).is_dir() else tempfile.mkdtemp(prefix="ballscrew_fmu_")
         folder = str(fmu) if self._unpacked is None else fmpy.extract(str(fmu), unzipdir=self._unpacked)
         self.description = fmpy.read_model_description(folder)
         self._references = {v.name: v.valueReference for v in self.description.modelVariables}
         self._types = {v.name: v.type for v in self.description.modelVariables}
-        self.messages: list[tuple[int, str]] = []
+        self.messages = [] if messages is None else messages
         self.time = 0.0
         self.slave = self._instantiated(folder, name)
         if initialize:
@@ -173,22 +179,25 @@ def kind_of(fmu: Path | str) -> type[FmuInstance]:
 
 
 @contextlib.contextmanager
-def running(fmu: Path | str, **start: float) -> Iterator[FmuInstance]:
+def running(fmu: Path | str, **start: Any) -> Iterator[FmuInstance]:
     """An instance of an FMU, packed or in a folder.
 
     Raises       CheckError: it cannot be loaded, instantiated or stepped, with what the FMU says itself
     """
-    kind = kind_of(fmu)
-    one = kind.__new__(kind)
+    messages: list[tuple[int, str]] = []
     try:
-        one.__init__(fmu, **start)  # type: ignore[misc]  # apart from new: its messages outlive a failure
-        with one:
-            yield one
-    except CheckError:
-        raise
+        one = kind_of(fmu)(fmu, messages=messages, **start)
     except Exception as error:  # fmpy raises Exception itself
-        said = [text for _, text in getattr(one, "messages", [])]
-        raise CheckError(" ".join((said[-1] if said else str(error)).split())) from error
+        raise _failed(messages, error) from error
+    with one:
+        try:
+            yield one
+        except FMICallException as error:
+            raise _failed(messages, error) from error
+
+
+def _failed(messages: Sequence[tuple[int, str]], error: Exception) -> CheckError:
+    return CheckError(" ".join((messages[-1][1] if messages else str(error)).split()))
 
 
 def replay(

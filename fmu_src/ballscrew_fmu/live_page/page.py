@@ -72,7 +72,7 @@ def live_page(
     published, words = _published(parameters), PRELOAD_WORDS[kind]
     packed = {
         "wasm": _packed(contents(page_library(header))[WASM]),
-        "map": _packed(_by_byte(map_bytes(nut_map))),
+        "map": packed_map(nut_map),
     }
     if ends is not None:
         packed["ends"] = _packed(_by_byte(np.asarray(ends, dtype="<f8").tobytes()))
@@ -80,12 +80,14 @@ def live_page(
     about = {
         "law": tuple(SURFACES).index(law),
         "lead": header.get("screw", {}).get("lead", 0.0),
+        "seal": nut_map.seal_torque,
         "inputs": _inputs(header),
         "start": _start(header, start),
         "parts": [
             ("viscous_torque", "rolling" if law == MECHANISTIC else "viscous"),
             ("hysteresis_torque", "hysteresis"),
             ("sliding_torque", "sliding"),
+            *([("seal_torque", "seal")] if nut_map.seal_torque else []),
         ],
         "side": words.side,
         "loaded": OF_A_NUT,
@@ -125,6 +127,11 @@ _AS_HIGH_AS_ITS_CONTENT = (
     "const main = this.contentDocument.querySelector('main'); new ResizeObserver(() => {"
     "this.style.height = Math.ceil(main.getBoundingClientRect().height) + 40 + 'px'}).observe(main)"
 )
+
+
+def packed_map(nut_map: NutMap) -> str:
+    """Text of the map in the page, which the FMU for Python hosts reads, too (python_fmu.shared_map)."""
+    return _packed(_by_byte(map_bytes(nut_map)))
 
 
 def _packed(content: bytes) -> str:

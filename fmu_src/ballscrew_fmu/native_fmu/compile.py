@@ -5,6 +5,7 @@ runs in the folder of the sources with relative file names.
 """
 
 import contextlib
+import functools
 import importlib.util
 import os
 import platform as machine
@@ -13,12 +14,14 @@ import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from ballscrew_fmu.native_fmu.sources import is_fmi_header
+
+Result = TypeVar("Result")
 
 
 class Platform(NamedTuple):
@@ -75,7 +78,7 @@ def find_compiler() -> Compiler:
     Raises       BuildError: there is none
     """
     if importlib.util.find_spec("ziglang") is not None:
-        version = _run([*_ZIG, "version"], Path.cwd(), "ziglang").strip()
+        version = _answer(*_ZIG, "version").strip()
         return Compiler((*_ZIG, "cc"), f"ziglang {version}", tuple(PLATFORMS), True)
     candidates = [os.environ.get("CC"), "cc", "gcc", "clang"]
     own = next((found for name in candidates if name and (found := shutil.which(name))), None)
@@ -84,8 +87,13 @@ def find_compiler() -> Compiler:
             f"no C compiler: neither ziglang, which builds for Linux, Windows and macOS ({INSTALL}) nor cc, gcc or "
             "clang on the path"
         )
-    version = _run([own, "-dumpfullversion", "-dumpversion"], Path.cwd(), own).split()[0]
+    version = _answer(own, "-dumpfullversion", "-dumpversion").split()[0]
     return Compiler((own,), f"{Path(own).stem} {version}", (this_platform(),), False)
+
+
+@functools.cache
+def _answer(*command: str) -> str:
+    return _run(command, Path.cwd(), command[0])
 
 
 def this_platform() -> str:
@@ -116,13 +124,16 @@ def build_libraries(
     compiler = find_compiler()
     if missing := [name for name in platforms if not compiler.crosses and name not in compiler.platforms]:
         raise BuildError(f"{compiler.name} does not compile for {', '.join(missing)}: {INSTALL}, which does")
+    tasks = [functools.partial(_compiled, compiler, sources, units, name, platform) for platform in platforms]
+    return dict(zip(platforms, two_at_a_time(tasks), strict=True))
+
+
+def two_at_a_time(tasks: Sequence[Callable[[], Result]]) -> list[Result]:
+    """Results in their order. The first error ends it."""
     with ThreadPoolExecutor(max_workers=min(2, os.cpu_count() or 1)) as pool:
-        running = {
-            platform: pool.submit(_compiled, compiler, sources, units, name, platform)
-            for platform in platforms
-        }
+        running = [pool.submit(task) for task in tasks]
         try:
-            return {platform: future.result() for platform, future in running.items()}
+            return [future.result() for future in running]
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise

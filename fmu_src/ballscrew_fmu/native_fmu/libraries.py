@@ -7,6 +7,7 @@ of sources and options, and in the cache the compiler: what other sources left b
 """
 
 import contextlib
+import functools
 import hashlib
 import importlib.resources
 import os
@@ -14,7 +15,6 @@ import re
 import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -30,6 +30,7 @@ from ballscrew_fmu.native_fmu.compile import (
     Compiler,
     build_libraries,
     find_compiler,
+    two_at_a_time,
 )
 from ballscrew_fmu.native_fmu.sources import (
     entry_sources,
@@ -116,16 +117,18 @@ def _content(library: Library, platform: str) -> bytes:
     file = _kept(library, platform, find_compiler())
     with contextlib.suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)
-    if not os.access(file.parent, os.W_OK):  # each time again
-        return _built(library, platform)
+    built = functools.partial(build_libraries, library.sources, library.units, library.name, (platform,))
+    if not os.access(file.parent, os.W_OK):  # in each process again
+        if file not in _unkept:
+            _unkept[file] = built()[platform]
+        return _unkept[file]
     with FileLock(f"{file}.lock"):
         if not file.is_file():
-            write_whole(file, _built(library, platform))
+            write_whole(file, built()[platform])
     return file.read_bytes()
 
 
-def _built(library: Library, platform: str) -> bytes:
-    return build_libraries(library.sources, library.units, library.name, (platform,))[platform]
+_unkept: dict[Path, bytes] = {}  # libraries of this process where the cache cannot be written
 
 
 def _kept(library: Library, platform: str, compiler: Compiler) -> Path:
@@ -147,7 +150,9 @@ def missing(libraries: Sequence[Library], platforms: Sequence[str]) -> list[tupl
     return [
         (one, platform)
         for one, platform in found
-        if (compiler.crosses or platform != WASM) and not _kept(one, platform, compiler).is_file()
+        if (compiler.crosses or platform != WASM)
+        and (file := _kept(one, platform, compiler)) not in _unkept
+        and not file.is_file()
     ]
 
 
@@ -162,14 +167,7 @@ def compile_all(wanted: Sequence[tuple[Library, str]], advance: Callable[[str], 
         advance(f"compiling {library.name} for {platform}")
         contents(library, (platform,))
 
-    with ThreadPoolExecutor(max_workers=min(2, os.cpu_count() or 1)) as pool:
-        running = [pool.submit(one, library, platform) for library, platform in wanted]
-        try:
-            for future in running:
-                future.result()
-        except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
+    two_at_a_time([functools.partial(one, *library) for library in wanted])
 
 
 def main() -> int:

@@ -12,6 +12,7 @@ can be linked into one program.
 
 import hashlib
 import importlib.resources
+import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -49,7 +50,7 @@ FMI_HEADERS = {
 _HERE = importlib.resources.files("ballscrew_fmu") / "native"
 ALL = "all.c"
 _ORDER = (  # of the files that all.c includes: each calls those before it
-    "file.c", "map.c", "axis_step.c", "model.c", "resources.c", "messages.c", "values.c", "derivative.c",
+    "file.c", "map.c", "axis_step.c", "model.c", "messages.c", "resources.c", "values.c", "derivative.c",
     "saved_state.c", "instance.c", "step_in_parts.c", "fmi2.c", "fmi3.c",
 )  # fmt: skip
 _SHARED = ("core", "models", "runtime", "fmi")  # folders; in addition one folder of models
@@ -181,6 +182,7 @@ _ALL = """\
 _ENTRY_TABLE = """\
 /* GENERATED from the table of variables: do not edit. */
 #define FIRST_REFERENCE {first}U
+#define TOO_LARGE {too_large!r}
 
 static const Variable variables[] = {{
 {rows}
@@ -240,8 +242,14 @@ def units_of(model: FmuModel) -> tuple[str, str]:
 
 def page_sources(header: Mapping[str, Any]) -> dict[str, bytes]:
     """Sources of the live page: page.c and what it includes of those of the friction."""
-    files = native_sources(header, ())
-    return {**files, "page.c": (_HERE / "page" / "page.c").read_bytes()}
+    files, names = (
+        {**native_sources(header, ()), "page.c": (_HERE / "page" / "page.c").read_bytes()},
+        ["page.c"],
+    )
+    for name in names:  # it grows
+        included = re.findall(r'#include "(\w+\.[ch])"', files[name].decode())
+        names += [one for one in included if one in files and one not in names]
+    return {name: files[name] for name in sorted(names)}
 
 
 def entry_sources(variables: Sequence[Variable]) -> dict[str, bytes]:
@@ -251,11 +259,13 @@ def entry_sources(variables: Sequence[Variable]) -> dict[str, bytes]:
         settable = "NEVER" if v.causality == "output" else "INITIALLY" if v.fixed else "ALWAYS"
         return f'    {{"{v.name}", {str(v.unit is None).lower()}, {settable}}},'
 
-    table = _ENTRY_TABLE.format(first=FIRST_REFERENCE, rows="\n".join(map(row, variables)))
+    table = _ENTRY_TABLE.format(
+        first=FIRST_REFERENCE, too_large=constants.TOO_LARGE, rows="\n".join(map(row, variables))
+    )
     return {
         "entry_table.h": table.encode(),
         "entry.c": (_HERE / "python_host" / "entry.c").read_bytes(),
-        "uri.h": (_HERE / "runtime" / "uri.h").read_bytes(),
+        **{name: (_HERE / "runtime" / name).read_bytes() for name in ("text.h", "uri.h")},
         **fmi_headers(2),
     }
 

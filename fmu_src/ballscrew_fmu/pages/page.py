@@ -98,7 +98,7 @@ def _page(
     live_page: str,
     **about: Any,
 ) -> str:
-    """The page of a model. Calls of part in its template make the sections, text outside of them the introduction."""
+    """The page of an FMU. Calls of part in the template make the sections, text outside of them the introduction."""
     sections: list[tuple[str, str, Html]] = []
 
     def part(title: str, caller: Callable[[], Html]) -> str:
@@ -107,7 +107,7 @@ def _page(
         return ""
 
     connected = [v.causality in ("input", "output") for v in variables]
-    intro = TEMPLATES.get_template(f"{model.layer}.html").render(
+    intro = TEMPLATES.get_template("model.html").render(
         part=part, name=name, model=model, header=header, mechanistic=header["law"] == MECHANISTIC,
         connections=[_row(v) for v, here in zip(variables, connected, strict=True) if here],
         others=[_row(v) for v, here in zip(variables, connected, strict=True) if not here],

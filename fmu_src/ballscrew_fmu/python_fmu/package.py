@@ -21,10 +21,11 @@ from ballscrew_fmu.description.fmi2 import model_description
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.pages.page import documentation_files
 from ballscrew_fmu.python_fmu.entry_library import TOKEN_FILE, binaries
-from ballscrew_fmu.python_fmu.shared_map import MAP_FILE
+from ballscrew_fmu.python_fmu.shared_map import MAP_FILE, PAGE_FILE
 from ballscrew_fmu.python_fmu.solver_cache import SOLVER_FOLDER, digest, solver_name
 from ballscrew_tehl import __version__
 from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.packed import npz_bytes
 
 #: packages whose modules travel if the slave of a model imports them, directly or indirectly
 TRAVELLING = ("ballscrew_fmu.python_fmu", "ballscrew_fmu.variables", "ballscrew_tehl.runtime", "pythonfmu")
@@ -41,6 +42,11 @@ class {model}({model}Base):
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
 '''
+#: the live page is in the resources: its map is that of the FMU
+REDIRECTION = f"""<!DOCTYPE html>
+<meta charset="utf-8"><title>Live page</title><meta http-equiv="refresh" content="0; url=../resources/{PAGE_FILE}">
+<a href="../resources/{PAGE_FILE}">Live page</a>
+"""
 _IMPORT = re.compile(r"^(\s*)from\s+([\w.]+)\s+import\s", re.MULTILINE)
 
 
@@ -163,7 +169,7 @@ def fmu_files(
     """Files of the FMU by path, with its GUID.
 
     Parameters   sources, solver : None: runtime_sources(), solver_sources()
-                 live_page : for the documentation; "": none
+                 live_page : a page with the map, which then is in it alone; "": none
     """
     code = {f"{name}.py": text.encode() for name, text in (sources or runtime_sources(model)).items()}
     code["__init__.py"] = b'"""Code of one FMU, named by its content."""\n'
@@ -177,9 +183,11 @@ def fmu_files(
     entry = SCRIPT.format(package=package, slave=_inner_name(model.slave), model=model.name)
     files[f"resources/{script}.py"] = entry.encode()
     files["resources/slavemodule.txt"] = script.encode()
-    files[f"resources/{MAP_FILE}"] = nut_map.to_npz()
+    if live_page:
+        files[f"resources/{PAGE_FILE}"] = live_page.encode()
+    files[f"resources/{MAP_FILE}"] = npz_bytes(nut_map.header, {} if live_page else nut_map.arrays)
     files |= binaries(nut_map.header, model)
-    documentation = documentation_files(nut_map.header, model, live_page)
+    documentation = documentation_files(nut_map.header, model, REDIRECTION if live_page else "")
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     tool = f"ballscrew-tehl {__version__} with pythonfmu {version('pythonfmu')}"
     blank = model_description(nut_map.header, "", tool, model)

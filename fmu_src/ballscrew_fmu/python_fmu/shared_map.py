@@ -1,23 +1,41 @@
 """The map of an FMU for Python hosts with its table of variables, once in a process for all instances.
 
-A map has 4.5 MB. Instances share it if their resources have the same map file, by its content: a file that was replaced
+In an FMU with a live page the numbers of the map are in the page alone, and the file of the map has its header.
+Instances share a map if their resources have the same map file, by its content: a file that was replaced
 is read by the next instance. The modules of an FMU are loaded once in a process, whatever the number of copies.
 """
 
+import base64
 import functools
 import hashlib
 import math
 import operator
 import os
+import re
 import weakref
+import zlib
 from collections.abc import Callable, Mapping
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable, places
 from ballscrew_tehl.runtime.constants import TOO_LARGE
 from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.packed import (
+    AXES,
+    DEFAULTS,
+    FILM_SHEAR,
+    FORCE_CURVES,
+    SURFACES,
+    TORQUE_SURFACES,
+    MapError,
+    read_npz,
+)
 
-MAP_FILE = "nut_map.npz"
+MAP_FILE, PAGE_FILE = "nut_map.npz", "live.html"
+HEAD = 24 + 64  # [bytes] of nut_map.bin before its numbers
 Table = Callable[[Mapping[str, Any]], tuple[Variable, ...]]
 
 
@@ -60,9 +78,47 @@ def shared_map(resources: str, table: Table) -> SharedMap:
         key = hashlib.file_digest(file, "sha256").hexdigest(), table
     found = _MAPS.get(key)
     if found is None:
-        found = _MAPS[key] = SharedMap(NutMap.from_npz(path), table)
+        found = _MAPS[key] = SharedMap(map_in(resources), table)
     _latest[:] = [found]
     return found
+
+
+def map_in(resources: str) -> NutMap:
+    """The map of these resources.
+
+    Raises       MapError: it is damaged;  OSError: it is not there
+    """
+    header, arrays = read_npz(os.path.join(resources, MAP_FILE))
+    if not arrays:
+        with open(os.path.join(resources, PAGE_FILE), encoding="utf-8") as page:
+            packed = re.search(r'id="map">([^<]*)<', page.read())
+        try:
+            planes = np.frombuffer(zlib.decompress(base64.b64decode(packed[1] if packed else "")), np.uint8)
+            numbers = np.frombuffer(planes.reshape(8, -1).T.tobytes(), "<f8", offset=HEAD)
+            arrays = arrays_of(numbers, [int(header["axes"][name][2]) + 2 for name in AXES])
+        except (ValueError, zlib.error) as error:
+            raise MapError(f"{PAGE_FILE}: no map in it: {error}") from error
+    return NutMap(header, arrays)
+
+
+def arrays_of(numbers: NDArray[np.float64], counts: list[int]) -> dict[str, NDArray[np.float64]]:
+    """Coefficients of a map from the numbers in nut_map.bin; counts: of coefficients along AXES."""
+    force, speed, temperature, preload, share = counts
+    rest = numbers[3 * len(AXES) + len(DEFAULTS) + 2 :]
+
+    def taken(*shape: int) -> NDArray[np.float64]:
+        nonlocal rest
+        found, rest = rest[: math.prod(shape)].reshape(shape), rest[math.prod(shape) :]
+        return found
+
+    plane, films = (speed, temperature, force), len(SURFACES[FILM_SHEAR]) - TORQUE_SURFACES  # of each law
+    surfaces = np.concatenate([taken(*plane, TORQUE_SURFACES), taken(*plane, films)], axis=-1)
+    return {
+        "coefficients": surfaces.transpose(2, 0, 1, 3),
+        "force_coefficients": taken(force, len(FORCE_CURVES)),
+        "separation_coefficients": taken(2, preload).T,
+        "sharing_coefficients": taken(2, preload, share).transpose(1, 2, 0),
+    }
 
 
 def _least(variable: Variable) -> float:

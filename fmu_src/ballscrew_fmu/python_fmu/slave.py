@@ -38,6 +38,7 @@ class BallScrewFrictionBase(MapSlave):
         self._point = self._shared.getter(*POINT, *DEFAULTS)
         self._regularized = self._shared.getter("speed", "regularization_speed", "presliding")
         self._given = self._shared.getter("presliding_stiffness", "presliding_damping", "presliding_side")
+        self._seal = self._shared.getter("seal_torque")
         self._loads = self._shared.getter(
             "preload", "axial_load", "net_sliding_coefficient", "breakaway_factor"
         )
@@ -65,6 +66,7 @@ class BallScrewFrictionBase(MapSlave):
         nut = self._refined(tolerance, point) if refine else None
         if nut is None:
             nut = self._map.evaluate_point(*point)
+        nut = nut._replace(seal_torque=self._seal(values))
         speed, regularization_speed, presliding = self._regularized(values)
         if presliding:
             coulomb = self._presliding(nut.coulomb_torque, speed, step)
@@ -86,7 +88,7 @@ class BallScrewFrictionBase(MapSlave):
         """Standstill law of the elements; without a step, at the start of the simulation."""
         stiffness, damping, side = self._given(self._values)
         if stiffness < LEAST_STIFFNESS:
-            stiffness = self._stiffness_of_screw()
+            stiffness = self._stiffness_of_screw() + self._map.seal_stiffness(self._seal(self._values))
         before = self._elements
         if step is None:
             before = initial_elements(side, speed, coulomb_torque, stiffness)

@@ -6,7 +6,8 @@ first has been deleted.
 
 No call may raise once the instance exists: pythonfmu 0.7 then releases its objects twice, at the exception and when
 the instance is freed, which crashes the host process. The entry library (native/python_host/entry.c) refuses what is
-illegal: references that are unknown or cannot be set, all Integer and String variables, states that cannot be read.
+illegal: references that are unknown or cannot be set, all Integer and String variables, impossible steps, states that
+cannot be read.
 Steps that fail are discarded.
 """
 
@@ -84,8 +85,6 @@ class MapSlave(Fmi2Slave):
             return self._discard(
                 "doStep in a wrong state: needs exitInitializationMode or a restored state of this FMU"
             )
-        if not 0.0 <= step_size < TOO_LARGE:
-            return self._discard(f"step size = {step_size} s; needs a finite number >= 0")
         self._started = self._started or self._update(None)
         return self._started and self._update(step_size)
 

@@ -139,6 +139,11 @@ def band_text(header: Header) -> str:
     )
 
 
+def seal_torque(header: Header) -> float:
+    """Drag of the seals [N.m]; 0 if the screw file does not state it."""
+    return float(header.get("screw", {}).get("seal_torque", 0.0))
+
+
 def lead_text(header: Header) -> str:
     """Lead of the screw, as text; "" if the map does not state it."""
     screw = header.get("screw", {})
@@ -225,7 +230,7 @@ OUTPUTS = (
     Variable(
         "friction_torque", "output",
         "Friction torque, opposes the motion: J dw/dt = motor torque - friction_torque",
-        "N.m", nominal=1.0, depends_on=_ALL, of_map={"initially_depends_on": _of_viscous(*_SLIDING)},
+        "N.m", nominal=1.0, depends_on=_ALL, of_map={"initially_depends_on": _of_viscous(*_SLIDING, "seal_torque")},
     ),
     Variable(
         "viscous_torque", "output", "", "N.m", nominal=1.0, depends_on=_ALL,
@@ -251,7 +256,8 @@ OUTPUTS = (
     Variable(
         "power_loss", "output",
         "Dissipated power, less than torque times speed while elements store energy",
-        "W", minimum=0.0, nominal=100.0, depends_on=_ALL, of_map={"initially_depends_on": _of_viscous(*_SLIDING)},
+        "W", minimum=0.0, nominal=100.0, depends_on=_ALL,
+        of_map={"initially_depends_on": _of_viscous(*_SLIDING, "seal_torque")},
     ),
     Variable("film_thickness_min", "output", "Minimum film thickness of all contacts", **_FILM),
     Variable(
@@ -294,12 +300,12 @@ OUTPUTS = (
     ),
     Variable(
         "friction_torque_nut_a", "output",
-        "Part of friction_torque of the nut that a positive axial_load loads", "N.m", nominal=1.0, depends_on=_ALL,
-        of_map={"initially_depends_on": _of_viscous(*_SLIDING)},
+        "Part of friction_torque of the nut that a positive axial_load loads, half of the seals included",
+        "N.m", nominal=1.0, depends_on=_ALL, of_map={"initially_depends_on": _of_viscous(*_SLIDING, "seal_torque")},
     ),
     Variable(
         "friction_torque_nut_b", "output", "Part of friction_torque of the other nut", "N.m", nominal=1.0,
-        depends_on=_ALL, of_map={"initially_depends_on": _of_viscous(*_SLIDING)},
+        depends_on=_ALL, of_map={"initially_depends_on": _of_viscous(*_SLIDING, "seal_torque")},
     ),
 )  # fmt: skip
 PARAMETERS = (
@@ -364,6 +370,10 @@ PARAMETERS = (
         "1", 0.0, -1.0, 1.0, nominal=1.0, fixed=True,
     ),
     Variable(
+        "seal_torque", "parameter", "Drag of the seals: a constant part of friction_torque, takes part in presliding",
+        "N.m", minimum=0.0, nominal=0.1, of_map={"start": seal_torque},
+    ),
+    Variable(
         "refine", "parameter",
         "Solve contacts at the operating point and correct the map. Needs numba, scipy, pydantic, threadpoolctl",
         start=False, python_only=True,
@@ -402,7 +412,7 @@ def fmu_variables(header: Header) -> tuple[Variable, ...]:
 
 
 ELEMENT_STATES = tuple(f"presliding_element_{i}" for i in range(1, ELEMENTS + 1))
-_SLIPPING = (*_COEFFICIENTS, "presliding", "presliding_stiffness", "presliding_side")
+_SLIPPING = (*_COEFFICIENTS, "seal_torque", "presliding", "presliding_stiffness", "presliding_side")
 
 
 def other_elements(name: str) -> tuple[str, ...]:
@@ -462,7 +472,9 @@ def native_variables(header: Header) -> tuple[Variable, ...]:
         if "presliding" in initially or v.from_zero:
             v = v._replace(depends_on=(*v.depends_on, *ELEMENT_STATES))
             initially = tuple(
-                dict.fromkeys((*initially, *_COEFFICIENTS, "presliding_stiffness", "presliding_damping"))
+                dict.fromkeys(
+                    (*initially, *_COEFFICIENTS, "presliding_stiffness", "presliding_damping", "seal_torque")
+                )
             )
         table.append(v._replace(initially_depends_on=initially))
     return (*table, *of_map(STATES, header))

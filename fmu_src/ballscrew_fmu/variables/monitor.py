@@ -12,7 +12,7 @@ from ballscrew_fmu.variables.friction import (
 from ballscrew_tehl.runtime.packed import DEFAULTS
 
 _ALL = ("torque", "speed", "temperature", "axial_load")
-_FRICTION = (*DEFAULTS, "regularization_speed")
+_FRICTION = (*DEFAULTS, "regularization_speed", "seal_torque")
 _PRELOAD = (*_FRICTION, "speed_min", "initial_preload")
 _INTERVAL = (*_PRELOAD, "torque_uncertainty", "law_uncertainty")
 
@@ -60,7 +60,8 @@ ROWS = (
         "True while the torque determines the preload: speed >= speed_min, inputs and preload within the map",
         depends_on=_ALL, initially_depends_on=(*_FRICTION, "speed_min"),
     ),
-    *(_ROWS[name] for name in _FRICTION),
+    *(_ROWS[name] for name in _FRICTION[:-1]),
+    _ROWS["seal_torque"]._replace(description="Drag of the seals, subtracted from the measured torque"),
     Variable(
         "speed_min", "parameter", "Magnitude of speed below which the torque does not determine the preload",
         "rad/s", 1.0, 0.0, nominal=1.0, display_unit="rev/min",

@@ -122,7 +122,8 @@ ROWS = (
     _ROWS["range_margin"]._replace(depends_on=_ALL, initially_depends_on=_ELASTIC),
     _friction_row("heat", initially=()),
     Variable(
-        "lead", "parameter", "Travel of the nut in one turn of the screw", "m", minimum=0.0, nominal=0.01,
+        "lead", "parameter", "Travel of the nut in one turn of the screw. Negative: left-hand thread", "m",
+        minimum=-1.0, nominal=0.01,
         of_map={"start": of_screw("lead")},
     ),
     Variable(

@@ -84,6 +84,12 @@ def calibrate(
     if temperature is None:
         temperature = parameters.lubricant.reference_temperature
     file = read_measurement_file(measurements, temperature)
+    if seals := parameters.screw.seal_torque:
+        file = replace(
+            file,
+            measurements=[m.without_seals(seals) for m in file.measurements],
+            notes=[*file.notes, f"seal_torque = {seals:g} N.m subtracted from all torques"],
+        )
     films, outside = films_of(parameters, map_file)
     points, dropped = usable_points(file, parameters, drop, outside)
     notes = [*file.notes, *repeat_notes(points, file.lines), *_check_count(points, name)]

@@ -33,6 +33,18 @@ class Measurement:
     uncertainty: float | None = None
     rows: tuple[int, ...] = field(default=(), compare=False)
 
+    def without_seals(self, seal_torque: float) -> Measurement:
+        """The same with the torque of the balls alone, without that of the seals [N.m].
+
+        Raises       ValueError: nothing is left
+        """
+        if not self.torque > seal_torque:
+            raise ValueError(
+                f"torque = {self.torque:g} N.m; needs more than seal_torque = {seal_torque:g} N.m of the screw file: "
+                "check both"
+            )
+        return replace(self, torque=self.torque - seal_torque)
+
     @property
     def point(self) -> str:
         """For messages: row 3 (1000 N, 100 r/min)."""

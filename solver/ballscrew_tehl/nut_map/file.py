@@ -267,7 +267,7 @@ def _with_friction(
 
 
 def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:
-    """Numbers that transmission and axis need: lead, diameter [m], stiffness of the nut at a preload [N/m], [N].
+    """Numbers of a screw for its FMUs: lead, diameter [m], stiffness of the nut at a preload [N/m], [N], seals [N.m].
 
     The contacts keep the angle that they have under this preload.
     """
@@ -278,6 +278,7 @@ def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:
         "diameter": 2.0 * screw.nominal_radius,
         "nut_stiffness": stiffness,
         "stiffness_preload": preload,
+        **({"seal_torque": screw.seal_torque} if screw.seal_torque else {}),
     }
 
 

@@ -145,7 +145,9 @@ def preload_interval(
         return map_interval(parameters, axes, friction_set, preload, *at)
 
     def end(preload: float, which: int) -> float:
-        return interval(preload).relative[which] * float(nut_map.evaluate(preload, *at).friction_torque)
+        seals = nut_map.seal_torque
+        balls = float(nut_map.evaluate(preload, *at).friction_torque) - seals
+        return interval(preload).relative[which] * balls + seals
 
     low, high, at_edge = lowest, highest, []
     if end(lowest, 1) < torque:

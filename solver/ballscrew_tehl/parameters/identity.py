@@ -32,10 +32,11 @@ NOT_IN_MAP = (
     "supply_length",
     "replenishment_constant",
 )
-#: other ways to give parameters; the values that follow from them are part of the identity instead
+#: other ways to give parameters; the values that follow from them are part of the identity instead. seal_torque is no
+#: part of a map, which takes it when it is read
 GIVEN_BY = {
     "lubricant": ("iso_vg", "viscosity_index", "density_15c", "nlgi"),
-    "screw": ("return_ball_count", "dynamic_rating", "ball_material"),
+    "screw": ("return_ball_count", "dynamic_rating", "ball_material", "seal_torque"),
 }
 #: key of the header of a map
 SCREW_FILE = "screw_file"

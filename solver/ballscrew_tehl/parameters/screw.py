@@ -110,6 +110,7 @@ class ScrewParameters(Table):
         "area", "section of the spacer; default: that of the nut",
         default_factory=lambda d: d["nut_section_area"], gt=0,
     )  # fmt: skip
+    seal_torque: float = quantity("torque", "drag of the seals of all nuts", default=0.0, ge=0, le=1e3)
 
     @model_validator(mode="after")
     def _fits_together(self) -> ScrewParameters:

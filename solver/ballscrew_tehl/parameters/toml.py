@@ -16,6 +16,7 @@ UNITS: dict[str, dict[str, tuple[float, float, float]]] = {
     "area": {"m2": (1, 1, 0), "mm2": (1, 1e6, 0)},
     "angle": {"rad": (1, 1, 0), "deg": (math.pi, 180, 0)},
     "force": {"N": (1, 1, 0), "kN": (1e3, 1, 0)},
+    "torque": {"Nm": (1, 1, 0), "mNm": (1, 1e3, 0)},
     "pressure": {"Pa": (1, 1, 0), "MPa": (1e6, 1, 0), "GPa": (1e9, 1, 0)},
     "temperature": {"K": (1, 1, 0), "degC": (1, 1, 273.15)},
     "viscosity": {"Pas": (1, 1, 0), "mPas": (1, 1e3, 0)},

@@ -159,8 +159,9 @@ class Refinement:
         """NutMap.evaluate, refined: same parameters, results and errors; points of arrays one after the other."""
         friction = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height, breakaway_factor)
         columns = self.nut_map.checked_arguments(preload, speed, temperature, axial_load, *friction)
+        seal = self.nut_map.seal_torque
         if isinstance(columns[0], (float, int)):
-            return self.evaluate_point(*columns)
+            return self.evaluate_point(*columns)._replace(seal_torque=seal)
         rows = zip(*(column.ravel().tolist() for column in columns), strict=True)
         states = [self.evaluate_point(*row) for row in rows]
         fields: dict[str, Any] = {
@@ -169,7 +170,7 @@ class Refinement:
             if name != "clamped"
         }
         clamped = tuple(dict.fromkeys(name for state in states for name in state.clamped))
-        return type(states[0])(**fields, clamped=clamped)
+        return type(states[0])(**fields | {"clamped": clamped, "seal_torque": seal})
 
     def evaluate_point(
         self,

@@ -233,4 +233,5 @@ def torque_intervals(
     if nut_map.law == MECHANISTIC:
         axes = nut_map.header["axes"]
         ends = relative_intervals(parameters, axes, friction_set, preloads, speeds, temperatures)
-    return np.concatenate((torque[..., None], torque[..., None] * ends), axis=-1)
+    seals, torque = nut_map.seal_torque, torque[..., None]
+    return np.concatenate((torque, seals + (torque - seals) * ends), axis=-1)

@@ -184,8 +184,9 @@ def limits(data: ReportData) -> Html:
             central > THICKEST_FILM * 0.5 * screw.ball_diameter,
         "efficiency outside the map, not drawn": np.isnan(data.efficiencies[:, 1:]),
     }  # fmt: skip
+    seals = "" if data.nut_map.seal_torque else "seals and wipers, "
     rows = [
-        ("not included", "seals and wipers, churning of grease, returns, misalignment, support bearings, running-in"),
+        ("not included", seals + "churning of grease, returns, misalignment, support bearings, running-in"),
         ("outside the range", "values at the edge of the map, marked as out of range (in_range false)"),
         *((name, f"{100.0 * float(np.mean(where)):.0f} % of the lines") for name, where in partial.items()
           if np.any(where)),

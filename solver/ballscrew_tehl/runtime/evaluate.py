@@ -65,6 +65,7 @@ class NutMap:
         self.nut_torques = NUT_TORQUES[self.law]
         self.arrays = arrays
         self.presliding_angle = float(header["presliding_angle"])
+        self.seal_torque = float(header.get("screw", {}).get("seal_torque", 0.0))  # [N.m]
         self.defaults = FrictionParameters(*(float(header["defaults"][name]) for name in DEFAULTS))
         axes = header["axes"]
         self.force = Axis(axes["force"], logarithmic=True)
@@ -107,16 +108,16 @@ class NutMap:
                      speed : [rad/s], either sign
                      apparent_viscosity_ratio, net_sliding_coefficient : >= 0; roughness_height : [m], >= 0;
                      breakaway_factor : >= 0, values below 1 count as 1; None takes the default of the map header
-        Returns      DoubleNutState; no regularisation of the Coulomb parts at standstill
+        Returns      DoubleNutState with the seals of the screw; no regularisation of the Coulomb parts at standstill
         Raises       ValueError: an argument that is not finite, a temperature in degrees Celsius, a negative
                      friction parameter
         """
         given = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height, breakaway_factor)
         arguments = self.checked_arguments(preload, speed, temperature, axial_load, *given)
         self._refuse_celsius(float(np.min(arguments[2], initial=math.inf)))
-        if isinstance(arguments[0], float):
-            return self.evaluate_point(*arguments)
-        return self._evaluate_array(*arguments)
+        point = isinstance(arguments[0], float)
+        state = self.evaluate_point(*arguments) if point else self._evaluate_array(*arguments)
+        return state._replace(seal_torque=self.seal_torque)
 
     def checked_arguments(
         self,
@@ -243,6 +244,10 @@ class NutMap:
         relieved, loaded = self._forces_point(preload, axial_load)
         return self.stiffness_at_forces(relieved, min(loaded, self.force.hi), net, breakaway)
 
+    def seal_stiffness(self, seal_torque: float) -> float:
+        """Presliding stiffness of the seals [N.m/rad], by the presliding angle at the highest force of the map."""
+        return seal_torque / (self.presliding_angle * self.force.hi ** (1.0 / 3.0))
+
     def stiffness_at_forces(self, relieved: float, loaded: float, net: float, breakaway: float) -> float:
         """presliding_stiffness at given forces of both nuts [N], at most the end of the axis."""
         return self._nut_stiffness(relieved, net, breakaway) + self._nut_stiffness(loaded, net, breakaway)
@@ -356,7 +361,7 @@ class NutMap:
             nuts.append((torques, nut_extremes(values, curves, f, s, ARRAYS)))
         in_range = ~np.logical_or.reduce(list(outside.values()))
         roughness = parameters.roughness_height
-        return double_nut(nuts[0], nuts[-1], roughness, in_range, (), ARRAYS)[:-1], outside
+        return double_nut(nuts[0], nuts[-1], roughness, in_range, (), ARRAYS)[:-2], outside
 
     @cached_property
     def _runs(self) -> Array:

@@ -10,6 +10,7 @@ from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.over_preload import OverPreload
 from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters
 from ballscrew_tehl.runtime.preload import estimate_preload
+from ballscrew_tehl.runtime.standstill import regularised_sign
 
 
 class MonitorInputs(NamedTuple):
@@ -33,6 +34,7 @@ class MonitorParameters(NamedTuple):
     torque_uncertainty: float  # [N.m]
     initial_preload: float  # [N]
     law_uncertainty: float  # [1] half-width of the interval of the law over its torque
+    seal_torque: float = 0.0  # [N.m] subtracted from the measured torque
 
 
 class MonitorStep(NamedTuple):
@@ -54,10 +56,12 @@ def monitor_step(
     given, speed, slowest = parameters, inputs.speed, parameters.speed_min
     friction = FrictionParameters(*(getattr(given, name) for name in DEFAULTS))
     point, highest = (inputs.temperature, inputs.axial_load, friction), nut_map.force.hi
-    uncertainty = math.hypot(given.torque_uncertainty, given.law_uncertainty * inputs.torque)
     moving = abs(speed) >= slowest and speed != 0.0
+    seals = given.seal_torque * regularised_sign(max(abs(speed), slowest), given.regularization_speed)
+    torque = inputs.torque - (-seals if speed < 0.0 else seals)
+    uncertainty = math.hypot(given.torque_uncertainty, given.law_uncertainty * torque)
     if moving:
-        found = estimate_preload(nut_map, inputs.torque, speed, *point, given.regularization_speed)
+        found = estimate_preload(nut_map, torque, speed, *point, given.regularization_speed)
         preload, slope, clamped = found.preload, found.torque_sensitivity, found.clamped
     else:
         preload = given.initial_preload if held is None else held

@@ -75,16 +75,17 @@ class DoubleNutState(NamedTuple):
     relieved_coulomb_torque: Any  # [N.m] the same
     in_range: Any  # bool
     clamped: tuple[str, ...]  # names of the inputs beyond the map, at any point
+    seal_torque: Any = 0.0  # [N.m] constant drag of the seals, not a part of the balls
 
     @property
     def coulomb_torque(self) -> Any:
-        """Hysteresis and sliding part [N.m]: what does not vanish with the speed."""
-        return self.hysteresis_torque + self.sliding_torque
+        """Hysteresis, sliding and seals [N.m]: what does not vanish with the speed."""
+        return self.hysteresis_torque + self.sliding_torque + self.seal_torque
 
     @property
     def friction_torque(self) -> Any:
-        """Sum of the three parts [N.m]."""
-        return self.viscous_torque + self.hysteresis_torque + self.sliding_torque
+        """Sum of the three parts and of the seals [N.m]."""
+        return self.viscous_torque + self.hysteresis_torque + self.sliding_torque + self.seal_torque
 
 
 class Spin(NamedTuple):

@@ -23,11 +23,13 @@ def friction_outputs(
     hysteresis = coulomb.sign * nut.hysteresis_torque
     sliding = coulomb.sign * nut.sliding_torque
     outputs = nut._asdict()
-    outputs["friction_torque"] = viscous + hysteresis + sliding
+    seal = coulomb.sign * nut.seal_torque
+    outputs["friction_torque"] = viscous + hysteresis + sliding + seal
     outputs["viscous_torque"] = viscous
     outputs["hysteresis_torque"] = hysteresis
     outputs["sliding_torque"] = sliding
     relieved = math.copysign(nut.relieved_viscous_torque, speed) + coulomb.sign * nut.relieved_coulomb_torque
+    relieved += 0.5 * seal  # each nut has seals
     each = (outputs["friction_torque"] - relieved, relieved)
     outputs["friction_torque_nut_a"], outputs["friction_torque_nut_b"] = each if loads_a else each[::-1]
     outputs["power_loss"] = nut.viscous_torque * abs(speed) + coulomb.power

@@ -57,7 +57,7 @@ class TransmissionInputs(NamedTuple):
 class TransmissionParameters(NamedTuple):
     """Parameters of the FMU, under their names."""
 
-    lead: float  # [m/rev]
+    lead: float  # [m/rev] negative: left-hand thread
     nut_stiffness: float  # [N/m] of the nut without load at stiffness_preload
     stiffness_preload: float  # [N]
     axial_play: float  # [m] free way of the nut without preload
@@ -71,6 +71,7 @@ class TransmissionParameters(NamedTuple):
     presliding_stiffness: float  # [N.m/rad] 0: from the screw
     presliding_damping: float  # [N.m.s/rad] 0: from the stiffness
     presliding_side: float  # travel from rest at the start over that at which all slides; 0: from the speed
+    seal_torque: float = 0.0  # [N.m]
 
 
 class TransmissionStep(NamedTuple):
@@ -137,7 +138,7 @@ def transmission_step(
 
     Parameters   step : [s];  before : elements at the start of the step; None: at the start of the simulation
                  heat : dissipated before the step [J]
-    Validity     the caller has checked that all are finite numbers, parameters >= 0
+    Validity     the caller has checked that all are finite numbers, parameters >= 0 but lead
     """
     p, h = parameters, step or 0.0
     k = contact_stiffness(p.nut_stiffness, p.stiffness_preload)
@@ -227,6 +228,7 @@ def _standstill(
     if not stiffness >= LEAST_STIFFNESS:
         low, high = sorted(min(force, nut_map.force.hi) for force in forces)
         stiffness = nut_map.stiffness_at_forces(low, high, p.net_sliding_coefficient, p.breakaway_factor)
+        stiffness += nut_map.seal_stiffness(p.seal_torque)
     if before is None:
         before = initial_elements(p.presliding_side, speed, coulomb_torque, stiffness)
     stiffness = held_stiffness(before, stiffness)
@@ -253,4 +255,4 @@ def _nuts(
     friction = FrictionParameters._make(getattr(parameters, name) for name in DEFAULTS)
     nut = nut_map.evaluate_forces(low, high, inputs.speed, inputs.temperature, friction)
     clamped += nut.clamped
-    return nut._replace(in_range=not clamped, clamped=tuple(clamped))
+    return nut._replace(in_range=not clamped, clamped=tuple(clamped), seal_torque=parameters.seal_torque)

@@ -24,7 +24,7 @@ from ballscrew_fmu.checks.reference import (
     reference_input,
     reference_of,
 )
-from ballscrew_fmu.checks.replay import CheckError, FmuInstance, check_replay, largest_difference
+from ballscrew_fmu.checks.replay import CheckError, FmuInstance, check_replay, largest_difference, running
 from ballscrew_fmu.models import AXIS, FRICTION, NATIVE_MODELS
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.experiments import FOLDER, MANIFEST, Reference
@@ -109,6 +109,13 @@ def test_a_replay_that_differs_or_is_not_a_number_is_found(tmp_path, capsys):
         check_replay(other, Reference(STEP, one_row, [{"preload": 1.0}]), "")
 
 
+def test_errors_of_the_caller_are_not_those_of_the_fmu(built):
+    with pytest.raises(ZeroDivisionError), running(built(FRICTION, 2)):
+        raise ZeroDivisionError
+    with pytest.raises(CheckError, match="step size"), running(built(FRICTION, 2)) as one:
+        one.step(-1.0)
+
+
 # --- damage of files ---
 
 
@@ -119,6 +126,20 @@ def with_table(files, change):
     before, after = (hashlib.sha3_256(text).hexdigest().encode() for text in (files[place], content))
     manifest = f"{FOLDER}/{MANIFEST}"
     return files | {place: content, manifest: files[manifest].replace(before, after)}
+
+
+def with_experiment(old, new):
+    """The validation with another text, with its checksum in the manifest."""
+
+    def changed(files):
+        (place,) = [name for name in files if name.endswith("_validation.exp")]
+        content = files[place].replace(old, new)
+        assert content != files[place]
+        before, after = (hashlib.sha3_256(text).hexdigest().encode() for text in (files[place], content))
+        manifest = f"{FOLDER}/{MANIFEST}"
+        return files | {place: content, manifest: files[manifest].replace(before, after)}
+
+    return changed
 
 
 def with_cell(change):
@@ -149,6 +170,10 @@ DAMAGES = [  # of the reference experiments of a native FMU
     (replaced("_validation_out.csv", lambda content: content[:-3]), "its checksum differs"),
     (replaced("_validation_out.csv", lambda content: None), "No such file"),
     (replaced(MANIFEST, lambda content: b"<broken"), "fmi-ls-manifest.xml: not XML"),
+    *(
+        (with_experiment(b'stepSize="0.001"', text), "stepSize and stopTime need numbers")
+        for text in (b'stepSize="x"', b'stepSize="0"', b'stepSize="nan"', b"")
+    ),
 ]
 BROKEN = [  # what the process that runs the FMU says, or that it ended
     (2, ".so", lambda content: content[:5000], "cannot|ends the process"),

@@ -80,6 +80,20 @@ def test_small_vibrations_have_the_frequencies_of_the_linear_axis(support):
     assert imbalance(one) <= 1e-12
 
 
+def test_a_left_hand_thread_mirrors_the_rotation():
+    """Its screw turns the other way, with the same forces; the start is at the same position."""
+    right, left = (axis(lead=lead, initial_position=0.2) for lead in (8e-3, -8e-3))
+    assert left.get("angle") == -right.get("angle") != 0.0
+    for n in range(100):
+        for one, sign in ((right, 1.0), (left, -1.0)):
+            given = loads(1e-3 * n)
+            one.step(1e-3, **given | {"motor_torque": sign * given["motor_torque"]})
+        for name in SHOWN:
+            turned = -1.0 if name in ("angle", "speed", "friction_torque") else 1.0
+            assert left.get(name) == pytest.approx(turned * right.get(name), rel=1e-9, abs=1e-12)
+    assert abs(right.get("position") - 0.2) > 1e-4
+
+
 def integrated(one, time, end):
     """Model exchange to the end or to the first event; returns its time."""
 

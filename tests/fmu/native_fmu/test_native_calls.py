@@ -33,7 +33,7 @@ from native_library import (
 from native_model import put_resources
 from synthetic_map import make_map
 
-from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
+from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, NATIVE_MODELS, TRANSMISSION
 from ballscrew_fmu.native_fmu.resource_files import map_bytes
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
 from ballscrew_tehl.runtime.constants import ELEMENTS
@@ -148,15 +148,25 @@ def test_outputs_are_those_of_the_last_step(opened, version):
                 assert one.get("friction_torque")[0] == pytest.approx(expected_torque(speed=speed), rel=1e-12)
 
 
-@both_versions
-def test_impossible_steps_and_experiments(version):
+@hosts
+def test_impossible_steps(opened, version):
     for time, size, legal in (
-        (0.0, -1e-9, False), (0.0, math.nan, False), (0.0, math.inf, False), (0.0, 1e30, False),
-        (math.nan, 1e-3, False), (math.inf, 1e-3, False), (0.0, 0.0, version == 2),
+        (0.0, -1e-9, False), (1.0, -1e-18, False), (0.0, math.nan, False), (0.0, math.inf, False), (0.0, 1e30, False),
+        (math.nan, 1e-3, False), (math.inf, 1e-3, False), (0.0, 0.0, version != 3),
     ):  # fmt: skip
-        with NativeInstance(version).start() as one:
-            assert one.step(time, size) == (OK if legal else ERROR)
-            assert one.step(0.0, 1e-3) == (OK if legal else ERROR)  # the state is error
+        for logger in (True, False):
+            with opened(version, logger=logger).start() as one:
+                assert one.step(time, size) == (OK if legal else ERROR)
+                where = (
+                    f"communication point = {time:.10g} s, step size = {size:.10g} s; needs finite numbers"
+                )
+                assert legal or not logger or one.messages[0].text.startswith(where)
+                assert one.step(0.0, 1e-3) == (OK if legal else ERROR)  # the state is error
+                assert one.call("Reset") == OK
+
+
+@both_versions
+def test_impossible_experiments(version):
     for start, stop in ((math.nan, None), (math.inf, None), (1.0, 0.5), (0.0, math.nan)):
         with NativeInstance(version) as one:
             assert one.initialize(start, stop) == ERROR
@@ -281,6 +291,30 @@ def test_variables_that_cannot_be_set_or_read_are_refused(opened, version, kind)
             with opened(version, kind).start() as one:
                 assert one.call(name, one.vr("speed"), one_each, doubles(0.0, 0.0), c_size_t(2)) == ERROR
                 assert "2 values for 1" in one.last
+
+
+@hosts_and_kinds
+def test_parameters_are_accepted_with_the_values_that_they_have(opened, version, kind):
+    """OpenModelica writes all of them after the initialization, fixed ones too: without effect."""
+    for model in MODELS if version == "python" else NATIVE_MODELS:
+        table = (model.variables if version == "python" else model.native_variables)(NUT_MAP.header)
+        start = {v.name: float(v.start) for v in table if v.causality == "parameter" and v.unit is not None}
+        fixed = {v.name: start[v.name] for v in table if v.fixed}
+        assert fixed
+        with opened(version, kind, model).start() as one, opened(version, kind, model).start() as other:
+            assert one.set(**start) == OK, one.last
+            assert one.get(*start) == list(start.values())
+            if kind == CS:
+                assert one.go(temperature=310.0) == other.go(temperature=310.0)
+                assert one.set(**fixed, temperature=320.0) == OK
+                assert one.get("temperature") == [320.0]
+                assert one.go(temperature=310.0) == other.go(temperature=310.0)
+            else:
+                one.call("EnterContinuousTimeMode")
+                assert one.set(**fixed, temperature=320.0) == OK
+            name, value = next(iter(fixed.items()))
+            assert one.set(**{name: value + 0.25}) == ERROR
+            assert f"{name} cannot be set in" in one.last
 
 
 @hosts_and_kinds
@@ -528,17 +562,17 @@ def loads(version, resources, kind=CS):
 
 
 def test_uris_and_paths_of_odd_folders(tmp_path):
-    """A URI is decoded once, a path never; FMI 2 takes what is not a URI as path."""
+    """A URI is decoded once, a path never; both versions take both."""
     for name in FOLDERS:
         folder = put_resources(Path(os.fsdecode(os.fsencode(str(tmp_path)) + b"/" + name.encode())), NUT_MAP)
         place = os.fsencode(folder).decode()
         for form in ("file://{}", "file:{}", "file://localhost{}", "FILE://LOCALHOST{}", "file://{}/"):
-            assert loads(2, form.format(quote(place))), (form, name)
+            assert all(loads(version, form.format(quote(place))) for version in (2, 3)), (form, name)
         assert loads(2, "file://" + "".join("/" if c == 47 else f"%{c:02X}" for c in place.encode()))
         assert all((loads(3, f"{place}/"), loads(3, place, ME), loads(2, place)))
     put_resources(tmp_path / "a b", NUT_MAP)
     damaged = put_resources(tmp_path / "a%20b", NUT_MAP, nut_map=b"nothing")
-    for version, place in ((3, f"file://{tmp_path}/100%25"), (3, damaged), (2, "file://" + quote(damaged)),
+    for version, place in ((3, f"file://{tmp_path}/none%25"), (3, damaged), (2, "file://" + quote(damaged)),
                            (3, "/" + "y" * 1_000_000)):  # fmt: skip
         assert not loads(version, place)
     assert loads(2, f"file://{tmp_path}/a%20b")

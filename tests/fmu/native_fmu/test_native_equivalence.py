@@ -54,6 +54,7 @@ def standstill(rng, n):
         "net_sliding_coefficient": rng.uniform(0.0, 0.01),
         "apparent_viscosity_ratio": rng.uniform(0.5, 9.0),
         "roughness_height": (0.0, 24e-9, 2e-7)[n // 3 % 3],
+        "seal_torque": (0.0, 0.05, 0.4)[n % 3],
     }
 
 
@@ -207,7 +208,7 @@ def test_the_elements_start_at_their_side_or_that_of_the_speed(nut_map, speed):
 WIDTHS = {  # [unit] of a difference quotient; None: a share of the value
     FRICTION: dict.fromkeys(
         ("preload", "speed", "temperature", "axial_load", "presliding_element_3", "net_sliding_coefficient",
-         "apparent_viscosity_ratio", "breakaway_factor", "presliding_stiffness", "presliding_damping")
+         "apparent_viscosity_ratio", "breakaway_factor", "presliding_stiffness", "presliding_damping", "seal_torque")
     ),
     TRANSMISSION: dict.fromkeys(("speed", "preload", "temperature", "nut_stiffness", "contact_damping_time"))
     | {"angle": 1e-4 * WAY / RATIO, "position": 1e-4 * WAY, "velocity": 1e-7, "presliding_element_3": 1e-7},
@@ -215,7 +216,7 @@ WIDTHS = {  # [unit] of a difference quotient; None: a share of the value
         "torque": 1e-4, "speed": 1e-3, "temperature": 1e-2, "axial_load": 0.1, "apparent_viscosity_ratio": 1e-4,
         "net_sliding_coefficient": 1e-7, "roughness_height": 1e-12, "breakaway_factor": 1e-4,
         "regularization_speed": 1e-3, "speed_min": 1e-4, "torque_uncertainty": 1e-5, "initial_preload": 0.1,
-        "law_uncertainty": 1e-5,
+        "law_uncertainty": 1e-5, "seal_torque": 1e-5,
     },
 }  # fmt: skip
 

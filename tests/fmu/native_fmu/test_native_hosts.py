@@ -292,10 +292,18 @@ def test_damaged_and_foreign_map_files_are_refused(tmp_path):
         (number(16, 3.0), "axis force"), (number(16, 1e9), "axis force"), (number(16, 4096.0), "size does not fit"),
         *((number(LAW, law), "friction law") for law in (2.0, 0.5, float("nan"))),
         (sealed_map(GOOD[:-8] + struct.pack("<d", float("nan"))), "not finite"),
+        (number(LAW - 8, float("inf")), "a default is not finite"),
         (mechanistic, "has the friction law mechanistic, expected film_shear"),
         (b"BSFMAP01" + GOOD[8:], "begins with 'BSFMAP03'"), (b"\x00\n\x50\xff", "begin with '..P.'"),
     ):  # fmt: skip
         assert found in refusal(content), found
+    odd = screw_bytes(NUT_MAP.header, FRICTION, "x", "t").replace(
+        FRICTION.native_name.encode(), b"Ball\n\xff\x1b[2J", 1
+    )
+    put_resources(tmp_path, NUT_MAP, screw=sealed_map(odd.ljust(-(-len(odd) // 8) * 8, b"\0")))
+    with NativeInstance(2, resources=str(tmp_path)) as one:
+        assert one.handle is None
+        assert one.last.isprintable()
     for bit in range(8 * HEAD):
         flipped = bytearray(GOOD)
         flipped[bit // 8] ^= 1 << bit % 8

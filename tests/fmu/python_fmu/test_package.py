@@ -10,13 +10,18 @@ import pytest
 import pythonfmu
 from fmu_checks import members
 from processes import elsewhere, output
-from synthetic_map import make_map
+from synthetic_map import LAWS, make_map
 
 from ballscrew_fmu.archive import NAMESPACE
+from ballscrew_fmu.checks.reference import friction_results
+from ballscrew_fmu.checks.replay import replay
+from ballscrew_fmu.live_page.page import packed_map
 from ballscrew_fmu.models import MONITOR
 from ballscrew_fmu.python_fmu import process_end
 from ballscrew_fmu.python_fmu.package import build_fmu, fmu_files, runtime_sources
+from ballscrew_fmu.python_fmu.shared_map import map_in
 from ballscrew_fmu.python_fmu.solver_cache import digest
+from ballscrew_tehl.runtime.packed import MapError
 
 pytestmark = pytest.mark.slow
 
@@ -36,6 +41,23 @@ def test_another_process_builds_the_same_bytes_and_other_content_has_another_gui
     variants = [fmu_files(make_map(1.01)), fmu_files(make_map(), sources)]
     variants.append(fmu_files(make_map(), solver={"__init__.py": ""}))
     assert len({own.guid.encode(), *(found["resources/guid.txt"] for found in variants)}) == 4
+
+
+def test_with_a_live_page_the_map_is_in_the_page_alone(tmp_path):
+    for law in LAWS:
+        nut_map = make_map(law=law)
+        page = f'<script type="text/plain" id="map">{packed_map(nut_map)}</script>'
+        fmu = build_fmu(nut_map, tmp_path / f"{law}.fmu", live_page=page)
+        folder = Path(fmpy.extract(str(fmu.path), unzipdir=str(tmp_path / law)), "resources")
+        found = map_in(str(folder))  # NutMap compares the hash of its numbers
+        assert found.header == nut_map.header
+        inputs = [{"preload": 2000.0, "speed": 30.0, "temperature": 303.15, "axial_load": 500.0}]
+        (outputs,), (expected,) = replay(fmu.path, inputs), friction_results(nut_map, inputs)
+        assert outputs == pytest.approx(expected, rel=1e-9)
+        for damaged in (page.replace('id="map"', ""), page[:200], page.replace("A", "B", 20)):
+            (folder / "live.html").write_text(damaged)
+            with pytest.raises(MapError):
+                map_in(str(folder))
 
 
 STEP_AND_LIST_MODULES = """

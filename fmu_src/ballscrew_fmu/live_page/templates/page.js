@@ -36,7 +36,7 @@ async function openModel() {
   };
   c._initialize();
   const map = await numbers("map");
-  const problem = text(c.page_open(placed(map), map.length, about.law, about.lead));
+  const problem = text(c.page_open(placed(map), map.length, about.law, about.lead, about.seal));
   if (problem) throw new Error(problem);
   if (interval) c.page_take_ends(placed(await numbers("ends")), ...about.nodes);
   const values = new Float64Array(c.memory.buffer, c.page_values(), c.page_count());

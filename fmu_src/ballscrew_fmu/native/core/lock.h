@@ -11,8 +11,6 @@
 #define LOCK_KIND_WINDOWS
 #elif (defined(__unix__) || defined(__APPLE__)) && !defined(BALLSCREW_SPIN_LOCK)
 #define LOCK_KIND_POSIX
-#elif defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L && !defined(__STDC_NO_ATOMICS__)
-#define LOCK_KIND_C11
 #elif defined(__GNUC__)
 #define LOCK_KIND_BUILTIN
 #else
@@ -34,18 +32,6 @@ typedef pthread_mutex_t Lock;
 #define LOCK_OPEN PTHREAD_MUTEX_INITIALIZER
 static inline void lock_enter(Lock *lock) { (void)pthread_mutex_lock(lock); }
 static inline void lock_leave(Lock *lock) { (void)pthread_mutex_unlock(lock); }
-
-#elif defined(LOCK_KIND_C11)
-
-#include <stdatomic.h>
-typedef atomic_flag Lock;
-#define LOCK_OPEN ATOMIC_FLAG_INIT
-static inline void lock_enter(Lock *lock)
-{
-    while (atomic_flag_test_and_set_explicit(lock, memory_order_acquire)) {
-    }
-}
-static inline void lock_leave(Lock *lock) { atomic_flag_clear_explicit(lock, memory_order_release); }
 
 #elif defined(LOCK_KIND_BUILTIN)
 

@@ -55,6 +55,7 @@ static const char *head_from(Map *map, const double *numbers)
     }
     memcpy(map->defaults, numbers + 3 * MAP_AXES, sizeof map->defaults);
     map->presliding_angle = numbers[NUMBERS - 1] * pow(map->force.lo, 1.0 / 3.0); /* that at 1 N is in the file */
+    map->seal_angle = numbers[NUMBERS - 1] * pow(map->force.hi, 1.0 / 3.0);
     if (!(map->presliding_angle > 0.0 && isfinite(map->presliding_angle))) {
         return "presliding angle is invalid";
     }
@@ -89,9 +90,9 @@ static const char *map_over(Map *map, const double *numbers, size_t count)
     if (coefficients_of(map) != count - NUMBERS) {
         return "size does not fit its axes";
     }
-    for (size_t i = NUMBERS; i < count; ++i) {
+    for (size_t i = 3 * MAP_AXES; i < count; ++i) {
         if (!isfinite(numbers[i])) {
-            return "a coefficient is not finite";
+            return i < NUMBERS ? "a default is not finite" : "a coefficient is not finite";
         }
     }
     curves = (size_t)axis_coefficients(&map->force);
@@ -185,58 +186,24 @@ INTERNAL void map_free(Map *map)
     }
 }
 
-#ifdef EMBEDDED_RESOURCES
-
-/* --- compiled in ------------------------------------------------------------------------------------------------- */
-
-/* map_numbers and map_identity of embedded.h; no file is opened */
-INTERNAL Map *map_compiled(char *message, size_t message_size)
+/* A map from numbers that are compiled in, or from the bytes of those of a file. name: for messages */
+static Map *new_map(const MapIdentity *identity, const double *numbers, const unsigned char *bytes, size_t count,
+                    const char *name, char *message, size_t message_size)
 {
-    Map *map = map_in_use(&map_identity);
-    const char *wrong;
-
-    if (map != NULL) {
-        return map;
-    }
-    map = calloc(1, sizeof *map);
-    if (map == NULL) {
-        (void)snprintf(message, message_size, "not enough memory for the head of the map");
-        return NULL;
-    }
-    map->identity = map_identity;
-    wrong = map_over(map, map_numbers, sizeof map_numbers / sizeof *map_numbers);
-    if (wrong != NULL) {
-        (void)snprintf(message, message_size, "the map that is compiled in: %s", wrong);
-        free(map);
-        return NULL;
-    }
-    return map_for_all(map);
-}
-
-#else
-
-/* --- file -------------------------------------------------------------------------------------------------------- */
-
-#define HEAD_SIZE (FILE_HEAD_SIZE + HASH_SIZE)
-
-/* A map from a file that is not damaged. */
-static Map *decoded(const unsigned char *bytes, size_t size, const char *name, const MapIdentity *identity,
-                    char *message, size_t message_size)
-{
-    const size_t count = (size - HEAD_SIZE) / 8;
-    Map *map = calloc(1, sizeof *map + 8 * count);
+    const size_t copied = bytes != NULL ? count : 0;
+    Map *map = calloc(1, sizeof *map + 8 * copied);
     const char *wrong;
 
     if (map == NULL) {
         (void)snprintf(message, message_size, "%s: not enough memory for the map", name);
         return NULL;
     }
-    for (size_t i = 0; i < count; ++i) {
-        const uint64_t bits = little_endian(bytes + HEAD_SIZE + 8 * i);
+    for (size_t i = 0; i < copied; ++i) {
+        const uint64_t bits = little_endian(bytes + 8 * i);
         memcpy(&map->data[i], &bits, sizeof bits);
     }
     map->identity = *identity;
-    wrong = map_over(map, map->data, count);
+    wrong = map_over(map, bytes != NULL ? map->data : numbers, count);
     if (wrong != NULL) {
         (void)snprintf(message, message_size, "%s: %s", name, wrong);
         free(map);
@@ -245,7 +212,23 @@ static Map *decoded(const unsigned char *bytes, size_t size, const char *name, c
     return map_for_all(map);
 }
 
-/* The same from the bytes of a file; name for messages. */
+#ifdef EMBEDDED_RESOURCES
+
+/* map_numbers and map_identity of embedded.h; no file is opened */
+INTERNAL Map *map_compiled(char *message, size_t message_size)
+{
+    Map *map = map_in_use(&map_identity);
+
+    return map != NULL ? map
+                       : new_map(&map_identity, map_numbers, NULL, sizeof map_numbers / sizeof *map_numbers,
+                                 "the map that is compiled in", message, message_size);
+}
+
+#else
+
+#define HEAD_SIZE (FILE_HEAD_SIZE + HASH_SIZE)
+
+/* Map from the bytes of a file; name for messages. */
 INTERNAL Map *map_from_bytes(const unsigned char *bytes, size_t size, int law, const char *name, char *message,
                              size_t message_size)
 {
@@ -267,7 +250,7 @@ INTERNAL Map *map_from_bytes(const unsigned char *bytes, size_t size, int law, c
     }
     map = map_in_use(&identity);
     if (map == NULL) {
-        map = decoded(bytes, size, name, &identity, message, message_size);
+        map = new_map(&identity, NULL, bytes + HEAD_SIZE, (size - HEAD_SIZE) / 8, name, message, message_size);
     }
     if (map != NULL && law != ANY_LAW && map->law != law) {
         (void)snprintf(message, message_size, "%s: map %.12s has the friction law %s, expected %s: another model",

@@ -37,6 +37,7 @@ struct Map {
     Axis force, speed, temperature, preload, share;
     double defaults[MAP_DEFAULTS];
     double presliding_angle;  /* [rad] Coulomb torque over presliding stiffness at the lowest force */
+    double seal_angle;        /* [rad] the same at the highest force */
     const double *torque;     /* (speed, temperature, force, TORQUE_COLUMNS) */
     const double *films;      /* (speed, temperature, force, FILM_COLUMNS) */
     const double *curves;     /* (force, CURVE_COLUMNS) */

@@ -60,11 +60,13 @@ typedef struct {
 /* Parameters of the friction laws. */
 typedef struct {
     Number viscosity_ratio, net_sliding, roughness, breakaway; /* 1, 1, [m], 1 */
+    Number seal;                                               /* [N.m] drag of the seals */
 } Friction;
 
 /* Magnitudes of the friction parts at motion, sums over both nuts [N.m]. */
 typedef struct {
     Number viscous, hysteresis, sliding;
+    Number seal;                               /* not in those below */
     Number relieved_viscous, relieved_coulomb; /* of the relieved nut; a half if both have the same force */
 } Parts;
 
@@ -74,7 +76,10 @@ typedef struct {
     Number rise, pressure, ball_load;           /* highest: [K], [Pa], [N] */
 } Films;
 
-static inline Number coulomb_magnitude(const Parts *parts) { return add(parts->hysteresis, parts->sliding); }
+static inline Number coulomb_magnitude(const Parts *parts)
+{
+    return add(add(parts->hysteresis, parts->sliding), parts->seal);
+}
 
 /* Distance from the ends of an axis divided by its length, negative outside. */
 static inline Number margin_within(Number value, double lo, double hi)
@@ -529,6 +534,7 @@ static inline void nut_parts(const Map *map, Loads *loads, const Conditions *now
     out->relieved_viscous = multiply(friction->viscosity_ratio, relieved_viscous);
     out->viscous = loads->nuts == 1 ? times(2.0, viscous) : viscous;
     out->hysteresis = loads->hysteresis;
+    out->seal = friction->seal;
     if (map->law == MECHANISTIC_LAW) {
         const LoadedNut *loaded = &loads->nut[loads->nuts - 1];
         out->sliding = loads->nuts == 1 ? times(2.0, sliding) : sliding;
@@ -590,13 +596,15 @@ static inline void nut_films(const Map *map, const Loads *loads, const Condition
     }
 }
 
-/* Presliding stiffness: Coulomb torque at standstill over presliding_angle [N.m/rad], sum over both nuts. */
+/* Presliding stiffness: Coulomb torque at standstill over presliding_angle [N.m/rad], sum over both nuts; of the seals over
+   that at the highest force, so that it does not depend on the loads. */
 static inline Number nut_stiffness(const Map *map, Loads *loads, const Friction *friction)
 {
     nut_sums(map, loads);
-    return add(loads->stiffness_hysteresis,
-               multiply(multiply(friction->net_sliding, greater(friction->breakaway, constant(1.0))),
-                        loads->stiffness_sliding));
+    return add(add(loads->stiffness_hysteresis,
+                   multiply(multiply(friction->net_sliding, greater(friction->breakaway, constant(1.0))),
+                            loads->stiffness_sliding)),
+               over(friction->seal, map->seal_angle));
 }
 
 #endif

@@ -40,22 +40,13 @@
 
 /* --- importer ---------------------------------------------------------------------------------------------------- */
 
-/* The logger takes a printf format, in which # marks a value reference. The message is passed as the format,
-   without arguments: many importers print the format unchanged. */
 static void log_fmi2(const Importer *importer, const char *instance_name, Status status, const char *category,
                  const char *message)
 {
     const fmi2CallbackLogger logger = (fmi2CallbackLogger)importer->logger;
     char format[1024];
-    size_t used = 0;
 
-    for (; *message != '\0' && used < sizeof format - 2; ++message) {
-        if (*message == '%' || *message == '#') {
-            format[used++] = *message;
-        }
-        format[used++] = *message;
-    }
-    format[used] = '\0';
+    format_of(message, format, sizeof format);
     logger(importer->environment, instance_name, (fmi2Status)status, category, format);
 }
 
@@ -89,7 +80,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         return NULL;
     }
     return instance_create(&importer, fmuType == fmi2CoSimulation ? CO_SIMULATION : MODEL_EXCHANGE, instanceName,
-                           fmuGUID, fmuResourceLocation, true, loggingOn != fmi2False);
+                           fmuGUID, fmuResourceLocation, loggingOn != fmi2False);
 }
 
 void fmi2FreeInstance(fmi2Component c)
@@ -131,7 +122,7 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
     }
     for (size_t i = 0; i < nvr; ++i) {
         bool found = false;
-        const Status status = instance_get_boolean(instance, vr[i], &found);
+        const Status status = instance_get_booleans(instance, &vr[i], 1, &found);
         if (status != STATUS_OK) {
             RETURN(status);
         }
@@ -149,23 +140,20 @@ fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
         RETURN(instance_missing_array(instance));
     }
     for (size_t i = 0; status == STATUS_OK && i < nvr; ++i) {
-        status = instance_set_boolean(instance, vr[i], value[i] != fmi2False);
+        status = instance_set_booleans(instance, &vr[i], 1, &(bool){value[i] != fmi2False});
     }
     RETURN(status);
 }
 
-FORWARD(GetInteger, BOTH_KINDS, EVALUATED,
-        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Integer value[]),
-        ((void)value, instance_no_variables(instance, "Integer", vr, nvr)))
-FORWARD(SetInteger, BOTH_KINDS, SETTABLE,
-        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer value[]),
-        ((void)value, instance_no_variables(instance, "Integer", vr, nvr)))
-FORWARD(GetString, BOTH_KINDS, EVALUATED,
-        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2String value[]),
-        ((void)value, instance_no_variables(instance, "String", vr, nvr)))
-FORWARD(SetString, BOTH_KINDS, SETTABLE,
-        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2String value[]),
-        ((void)value, instance_no_variables(instance, "String", vr, nvr)))
+/* Types without variables. */
+#define NO_TYPE(name, type, states, modifier)                                                             \
+    FORWARD(name##type, BOTH_KINDS, states,                                                                \
+            (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, modifier fmi2##type value[]),      \
+            ((void)value, instance_no_variables(instance, #type, vr, nvr)))
+NO_TYPE(Get, Integer, EVALUATED, )
+NO_TYPE(Set, Integer, SETTABLE, const)
+NO_TYPE(Get, String, EVALUATED, )
+NO_TYPE(Set, String, SETTABLE, const)
 FORWARD(GetDirectionalDerivative, BOTH_KINDS, EVALUATED,
         (fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
          const fmi2ValueReference vKnown_ref[], size_t nKnown, const fmi2Real dvKnown[], fmi2Real dvUnknown[]),
@@ -270,8 +258,13 @@ static Status no_status(Instance *instance, fmi2StatusKind kind)
     return instance_discard(instance, "status %d of a step is not available", (int)kind);
 }
 
-FORWARD(GetStatus, CO_SIMULATION, STATUS_STATES, (fmi2Component c, const fmi2StatusKind s, fmi2Status *value),
-        ((void)value, no_status(instance, s)))
+#define NO_STATUS(name, type)                                                                               \
+    FORWARD(name, CO_SIMULATION, STATUS_STATES, (fmi2Component c, const fmi2StatusKind s, type *value),      \
+            ((void)value, no_status(instance, s)))
+NO_STATUS(GetStatus, fmi2Status)
+NO_STATUS(GetIntegerStatus, fmi2Integer)
+NO_STATUS(GetBooleanStatus, fmi2Boolean)
+NO_STATUS(GetStringStatus, fmi2String)
 
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value)
 {
@@ -282,10 +275,3 @@ fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *
     *value = instance->now.time;
     return fmi2OK;
 }
-
-FORWARD(GetIntegerStatus, CO_SIMULATION, STATUS_STATES, (fmi2Component c, const fmi2StatusKind s, fmi2Integer *value),
-        ((void)value, no_status(instance, s)))
-FORWARD(GetBooleanStatus, CO_SIMULATION, STATUS_STATES, (fmi2Component c, const fmi2StatusKind s, fmi2Boolean *value),
-        ((void)value, no_status(instance, s)))
-FORWARD(GetStringStatus, CO_SIMULATION, STATUS_STATES, (fmi2Component c, const fmi2StatusKind s, fmi2String *value),
-        ((void)value, no_status(instance, s)))

@@ -18,6 +18,7 @@
    there. */
 /* in one unit with fmi2.c */
 #undef BEGIN
+#undef NO_TYPE
 #undef RETURN
 #undef FORWARD
 #undef EVALUATED
@@ -76,7 +77,7 @@ const char *fmi3GetVersion(void)
 static fmi3Instance create(const Importer *importer, unsigned kind, fmi3String name, fmi3String token,
                            fmi3String resources, bool logging)
 {
-    Instance *self = instance_create(importer, kind, name, token, resources, false, logging);
+    Instance *self = instance_create(importer, kind, name, token, resources, logging);
 
     if (self != NULL) {
         self->time_variable = true;
@@ -230,37 +231,14 @@ FORWARD(SetFloat64, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE | INTERMEDIATE_U
             ? instance_set_reals(self, valueReferences, nValueReferences, values)
             : STATUS_ERROR)
 
-fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                          fmi3Boolean values[], size_t nValues)
-{
-    Status status;
-
-    BEGIN(GetBoolean, BOTH_KINDS, READABLE)
-    status = check_counts(self, nValueReferences, nValues);
-    if (status == STATUS_OK && nValues > 0 && (valueReferences == NULL || values == NULL)) {
-        status = instance_missing_array(self);
-    }
-    for (size_t i = 0; status == STATUS_OK && i < nValues; ++i) {
-        status = instance_get_boolean(self, valueReferences[i], &values[i]);
-    }
-    RETURN(status);
-}
-
-fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                          const fmi3Boolean values[], size_t nValues)
-{
-    Status status;
-
-    BEGIN(SetBoolean, BOTH_KINDS, SETTABLE)
-    status = check_counts(self, nValueReferences, nValues);
-    if (status == STATUS_OK && nValues > 0 && (valueReferences == NULL || values == NULL)) {
-        status = instance_missing_array(self);
-    }
-    for (size_t i = 0; status == STATUS_OK && i < nValues; ++i) {
-        status = instance_set_boolean(self, valueReferences[i], values[i]);
-    }
-    RETURN(status);
-}
+FORWARD(GetBoolean, BOTH_KINDS, READABLE, (VARIABLES, fmi3Boolean values[], size_t nValues),
+        check_counts(self, nValueReferences, nValues) == STATUS_OK
+            ? instance_get_booleans(self, valueReferences, nValueReferences, values)
+            : STATUS_ERROR)
+FORWARD(SetBoolean, BOTH_KINDS, SETTABLE, (VARIABLES, const fmi3Boolean values[], size_t nValues),
+        check_counts(self, nValueReferences, nValues) == STATUS_OK
+            ? instance_set_booleans(self, valueReferences, nValueReferences, values)
+            : STATUS_ERROR)
 
 /* Types without variables. */
 #define NO_TYPE(type, settable)                                                                     \

@@ -53,7 +53,7 @@ EXPORTED double *page_values(void) { return page.value; }
 EXPORTED void *page_bytes(size_t size) { return malloc(size); }
 
 /* Takes the map of a file. Empty text, or why it cannot. */
-EXPORTED const char *page_open(const unsigned char *bytes, size_t size, int law, double lead)
+EXPORTED const char *page_open(const unsigned char *bytes, size_t size, int law, double lead, double seal)
 {
     static char message[256];
 
@@ -62,6 +62,7 @@ EXPORTED const char *page_open(const unsigned char *bytes, size_t size, int law,
         return message;
     }
     page.lead = lead;
+    page.value[SEAL_TORQUE] = seal;
     friction_of_map(page.map, page.value);
     return "";
 }
@@ -108,7 +109,7 @@ static void add_ends(double force, double torque)
 EXPORTED void page_point(void)
 {
     double *value = page.value;
-    const double speed = value[SPEED], ideal = fabs(value[AXIAL_LOAD]) * page.lead / (2.0 * acos(-1.0));
+    const double speed = value[SPEED], ideal = fabs(value[AXIAL_LOAD] * page.lead) / (2.0 * acos(-1.0));
     const double sign = speed > 0.0 ? 1.0 : speed < 0.0 ? -1.0 : 0.0;
     const bool loads_a = !(value[AXIAL_LOAD] < 0.0);
     const Friction friction = friction_of(value);
@@ -132,7 +133,10 @@ EXPORTED void page_point(void)
     value[BACKDRIVING_EFFICIENCY] = efficiency_of(ideal, value[BREAKAWAY_TORQUE], -1.0);
     value[TORQUE_LOW] = value[TORQUE_HIGH] = page.ends != NULL ? 0.0 : NAN;
     if (page.ends != NULL) { /* the constants of the law are those of both nuts: their torques end together */
-        add_ends(value[FORCE_NUT_A], value[FRICTION_TORQUE_NUT_A]);
-        add_ends(value[FORCE_NUT_B], value[FRICTION_TORQUE_NUT_B]);
+        const double seal = sign * parts.seal;
+        add_ends(value[FORCE_NUT_A], value[FRICTION_TORQUE_NUT_A] - 0.5 * seal);
+        add_ends(value[FORCE_NUT_B], value[FRICTION_TORQUE_NUT_B] - 0.5 * seal);
+        value[TORQUE_LOW] += seal;
+        value[TORQUE_HIGH] += seal;
     }
 }

@@ -10,6 +10,7 @@
 #define _GNU_SOURCE /* dladdr */
 #include "fmi2Functions.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -24,6 +25,7 @@
 #define LIBRARY "libpythonfmu-export.so"
 #endif
 
+#include "text.h"
 #include "uri.h"
 
 typedef struct {
@@ -32,7 +34,7 @@ typedef struct {
     enum { NEVER, INITIALLY, ALWAYS } settable;
 } Variable;
 
-#include "entry_table.h" /* generated: variables by value reference from FIRST_REFERENCE */
+#include "entry_table.h" /* generated: TOO_LARGE, variables by value reference from FIRST_REFERENCE */
 
 #define VARIABLE_COUNT (sizeof variables / sizeof variables[0])
 
@@ -66,37 +68,26 @@ typedef struct {
     fmi2CallbackLogger logger;       /* of the importer; NULL: none */
     fmi2ComponentEnvironment environment;
     char *folder; /* of the resources, while the instance is made */
-    bool logs_errors;
+    unsigned logged; /* bit per status */
     bool failed; /* state "error" of the standard: a call was refused */
     char name[1]; /* of the instance */
 } Entry;
 
 /* --- messages ---------------------------------------------------------------------------------------------------- */
 
-static const char *const categories[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError",
-                                         "logStatusFatal"};
-#define CATEGORIES (sizeof categories / sizeof categories[0])
-
-/* Logger of pythonfmu. The message has no arguments: % and # are doubled, as the importer takes it for a format. */
+/* Logger of pythonfmu. */
 static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
                         fmi2String message, ...)
 {
     const Entry *entry = environment;
     char format[2048];
-    size_t used = 0;
 
     if (entry->logger == NULL || message == NULL) {
         return;
     }
-    for (; *message != '\0' && used < sizeof format - 2; ++message) {
-        if (*message == '%' || *message == '#') {
-            format[used++] = *message;
-        }
-        format[used++] = *message;
-    }
-    format[used] = '\0';
+    format_of(message, format, sizeof format);
     if (category == NULL || category[0] == '\0') {
-        category = (unsigned)status < CATEGORIES ? categories[status] : categories[0];
+        category = log_categories[(unsigned)status < CATEGORIES ? status : 0];
     }
     entry->logger(entry->environment, name, status, category, format);
 }
@@ -114,8 +105,8 @@ static fmi2Status fail(Entry *entry, const char *call, const char *format, ...)
     if (used >= 0 && (size_t)used < sizeof message) {
         (void)snprintf(message + used, sizeof message - (size_t)used, " (%s)", call);
     }
-    if (entry->logs_errors) {
-        log_message(entry, entry->name, fmi2Error, categories[fmi2Error], message);
+    if ((entry->logged >> fmi2Error & 1U) != 0U) {
+        log_message(entry, entry->name, fmi2Error, log_categories[fmi2Error], message);
     }
     entry->failed = true;
     return fmi2Error;
@@ -127,7 +118,7 @@ static fmi2Component refuse(Entry *entry, const char *reason, const char *detail
     char message[1200];
 
     (void)snprintf(message, sizeof message, "%s%.1000s", reason, detail);
-    log_message(entry, entry->name, fmi2Error, categories[fmi2Error], message);
+    log_message(entry, entry->name, fmi2Error, log_categories[fmi2Error], message);
     free(entry->folder);
     free(entry);
     return NULL;
@@ -338,7 +329,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         return NULL;
     }
     strcpy(entry->name, instanceName != NULL ? instanceName : "");
-    entry->logs_errors = loggingOn != fmi2False;
+    entry->logged = loggingOn != fmi2False ? ALL_CATEGORIES : 0U;
     if (functions != NULL) {
         entry->callbacks = *functions;
         entry->logger = functions->logger;
@@ -440,10 +431,6 @@ FORWARD(BEGIN_GOOD("fmi2SetupExperiment"), SetupExperiment,
 FORWARD_PLAIN(EnterInitializationMode)
 FORWARD_PLAIN(ExitInitializationMode)
 FORWARD_PLAIN(Terminate)
-FORWARD(BEGIN_GOOD("fmi2DoStep"), DoStep,
-        (fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
-         fmi2Boolean noSetFMUStatePriorToCurrentPoint),
-        currentCommunicationPoint, communicationStepSize, noSetFMUStatePriorToCurrentPoint)
 FORWARD_PLAIN(CancelStep)
 FORWARD(BEGIN, GetDirectionalDerivative,
         (fmi2Component c, const fmi2ValueReference unknown[], size_t nUnknown, const fmi2ValueReference known[],
@@ -459,27 +446,34 @@ FORWARD(BEGIN, GetRealStatus, (fmi2Component c, const fmi2StatusKind s, fmi2Real
 
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String chosen[])
 {
-    bool all = nCategories == 0, errors = false;
+    const char *unknown_name;
+    unsigned mask;
 
     BEGIN
     if (nCategories > 0 && chosen == NULL) {
         return fail(entry, "fmi2SetDebugLogging", "an array is a NULL pointer");
     }
-    for (size_t i = 0; i < nCategories; ++i) {
-        size_t known = 0;
-        while (known < CATEGORIES && (chosen[i] == NULL || strcmp(chosen[i], categories[known]) != 0)) {
-            ++known;
-        }
-        if (known == CATEGORIES) {
-            return fail(entry, "fmi2SetDebugLogging", "log category %.80s is unknown",
-                        chosen[i] != NULL ? chosen[i] : "NULL");
-        }
-        all = all || known == 0;
-        errors = errors || known == fmi2Error;
+    unknown_name = categories_mask(nCategories, chosen, &mask);
+    if (unknown_name != NULL) {
+        return fail(entry, "fmi2SetDebugLogging", "log category %.80s is unknown", unknown_name);
     }
-    entry->logs_errors = loggingOn != fmi2False && (all || errors);
+    entry->logged = loggingOn != fmi2False ? mask : 0U;
     /* pythonfmu compares names: to it "logAll" is a category that no message has, and no category at all is all */
-    return entry->calls.SetDebugLogging(entry->slave, loggingOn, all ? 0 : nCategories, chosen);
+    return entry->calls.SetDebugLogging(entry->slave, loggingOn, mask == ALL_CATEGORIES ? 0 : nCategories, chosen);
+}
+
+/* The limits are those of the native FMU. */
+fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real step, fmi2Boolean noSetFMUStatePriorToCurrentPoint)
+{
+    char text[32], other[32];
+
+    BEGIN_GOOD("fmi2DoStep")
+    if (!(fabs(point) < TOO_LARGE && step >= 0.0 && step < TOO_LARGE)) {
+        return fail(entry, "fmi2DoStep",
+                    "communication point = %s s, step size = %s s; needs finite numbers, step size >= 0",
+                    number_text(point, text), number_text(step, other));
+    }
+    return entry->calls.DoStep(entry->slave, point, step, noSetFMUStatePriorToCurrentPoint);
 }
 
 fmi2Status fmi2Reset(fmi2Component c)
@@ -499,9 +493,17 @@ static int phase_of(const Entry *entry)
     return entry->calls.GetInteger(entry->slave, &reference, 1, &phase) == fmi2OK ? phase : UNUSABLE;
 }
 
-static bool can_be_set(const Entry *entry, const Variable *variable)
+/* A fixed parameter may be set to the value that it has, as in the native FMU. */
+static bool can_be_set(const Entry *entry, const Variable *variable, fmi2ValueReference reference, fmi2Real value)
 {
-    return variable->settable == ALWAYS || (variable->settable == INITIALLY && phase_of(entry) == INITIALIZING);
+    const int phase = phase_of(entry);
+    fmi2Real present;
+
+    return variable->settable == ALWAYS
+           || (variable->settable == INITIALLY
+               && (phase == INITIALIZING
+                   || (phase == STEPPING && entry->calls.GetReal(entry->slave, &reference, 1, &present) == fmi2OK
+                       && present == value)));
 }
 
 /* Whether all references are those of variables that the call may get or set. A Boolean may be read as Real, as in the
@@ -520,7 +522,7 @@ static fmi2Status check(Entry *entry, const char *call, const char *type, bool s
         if (variable == NULL || !(variable->boolean ? boolean || (real && !sets) : real)) {
             return fail(entry, call, "no %s%s variable has value reference %u", sets ? "settable " : "", type, vr[i]);
         }
-        if (sets && !can_be_set(entry, variable)) {
+        if (sets && !can_be_set(entry, variable, vr[i], real ? ((const fmi2Real *)value)[i] : 0.0)) {
             return fail(entry, call, "%s cannot be set in %s", variable->name, phases[phase_of(entry)]);
         }
     }

@@ -24,8 +24,8 @@ static bool is_unknown(unsigned reference)
                || model_variables[index].causality == CAUSALITY_RATE);
 }
 
-/* Derivatives of outputs and rates with respect to inputs, continuous states and, in initialization mode, parameters
-   (derivative.c). Forward: sensitivity of each unknown for the seed of the knowns. Adjoint: sensitivity of each known
+/* Derivatives of outputs and rates with respect to inputs, continuous states and, in initialization mode, parameters.
+   Forward: sensitivity of each unknown for the seed of the knowns. Adjoint: sensitivity of each known
    for the seed of the unknowns. */
 INTERNAL Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t unknown_count,
                            const unsigned knowns[], size_t known_count, const double seed[], double sensitivity[],

@@ -36,7 +36,7 @@ INTERNAL Status instance_reset(Instance *instance)
 
 /* NULL, with a message, if the instance cannot be created. resources: folder of screw and map, as URI or as path. */
 INTERNAL Instance *instance_create(const Importer *importer, unsigned kind, const char *name, const char *token,
-                                   const char *resources, bool is_uri, bool logging)
+                                   const char *resources, bool logging)
 {
     Instance *instance;
     Screw screw;
@@ -46,7 +46,7 @@ INTERNAL Instance *instance_create(const Importer *importer, unsigned kind, cons
         importer_error(importer, name, "instance name is empty; needs a name");
         return NULL;
     }
-    map = importer_resources(importer, name, token, resources, is_uri, &screw);
+    map = importer_resources(importer, name, token, resources, &screw);
     if (map == NULL) {
         return NULL;
     }
@@ -149,6 +149,12 @@ static bool event(Instance *instance)
     return changed;
 }
 
+/* Whether a warning that is logged once has not been logged. */
+static bool may_warn(const Instance *instance, unsigned warning)
+{
+    return (instance->now.warned & warning) == 0U && instance_logs(instance, STATUS_WARNING);
+}
+
 /* One warning for each variable that is clamped. */
 static void warn_of_clamping(Instance *instance)
 {
@@ -174,8 +180,7 @@ static void warn_of_step(Instance *instance, double step)
     double stiffness, damping;
     char texts[4][32];
 
-    if ((instance->now.warned & WARNED_STEP) == 0U && instance_logs(instance, STATUS_WARNING)
-        && model_step_too_long(&instance->now.model, step, &stiffness, &damping)) {
+    if (may_warn(instance, WARNED_STEP) && model_step_too_long(&instance->now.model, step, &stiffness, &damping)) {
         instance->now.warned |= WARNED_STEP;
         instance_warn(instance,
              "step = %s s; an inertia coupled with the values of the last step comes to rest for steps below damping "
@@ -192,8 +197,7 @@ static void warn_of_coupling(Instance *instance, double step)
     CouplingLimit limit;
     char texts[3][32];
 
-    if ((instance->now.warned & WARNED_COUPLING) == 0U && instance_logs(instance, STATUS_WARNING)
-        && model_coupling_unstable(&instance->now.model, step, &limit)) {
+    if (may_warn(instance, WARNED_COUPLING) && model_coupling_unstable(&instance->now.model, step, &limit)) {
         instance->now.warned |= WARNED_COUPLING;
         instance_warn(instance,
              "step = %s s; the exchange of motion and force with the masses of table and shaft (together %s kg at the nut, "
@@ -210,8 +214,7 @@ static void warn_of_cut(Instance *instance, double step)
 {
     char text[32];
 
-    if ((instance->now.warned & WARNED_STEP) == 0U && model_step_cut(&instance->now.model)
-        && instance_logs(instance, STATUS_WARNING)) {
+    if (may_warn(instance, WARNED_STEP) && model_step_cut(&instance->now.model)) {
         instance->now.warned |= WARNED_STEP;
         instance_warn(instance,
              "step = %s s; its motion is too fast for error_bound, the error of the step is larger: take a shorter step, "
@@ -228,7 +231,6 @@ static bool is_time(double value)
     return fabs(value) < TOO_LARGE;
 }
 
-/* Life cycle. */
 INTERNAL Status instance_setup(Instance *instance, double start, bool stop_defined, double stop)
 {
     char text[32], other[32];
@@ -267,8 +269,7 @@ INTERNAL Status instance_exit_initialization(Instance *instance)
 
 #define TIME_SHARE 1e-3 /* of a step: allowed difference of communication points, in addition to rounding */
 
-/* Co-simulation. A step: arguments and values are checked, the model steps, the time is set. longest: [s] for which the
-   inputs were constant. */
+/* Before a step: arguments and values are checked. */
 INTERNAL Status instance_begin_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
     Situation *now = &instance->now;
@@ -291,8 +292,7 @@ INTERNAL Status instance_begin_step(Instance *instance, double time, double step
         initialize_now(instance);
     }
     /* a warning is enough: the model depends on the length of a step only */
-    if (check_time && (now->warned & WARNED_TIME) == 0U && fabs(time - now->time) > tolerance
-        && instance_logs(instance, STATUS_WARNING)) {
+    if (check_time && fabs(time - now->time) > tolerance && may_warn(instance, WARNED_TIME)) {
         now->warned |= WARNED_TIME;
         instance_warn(instance, "communication point = %s s, end of the last step = %s s; the new time is used (logged once)",
              number_text(time, text), number_text(now->time, other));
@@ -300,6 +300,7 @@ INTERNAL Status instance_begin_step(Instance *instance, double time, double step
     return STATUS_OK;
 }
 
+/* longest: [s] for which the inputs were constant */
 INTERNAL void instance_end_step(Instance *instance, double time, double longest)
 {
     instance->now.stale = false;
@@ -330,7 +331,6 @@ INTERNAL Status instance_step(Instance *instance, double time, double step, bool
 
 /* --- events and model exchange ----------------------------------------------------------------------------------- */
 
-/* Model exchange. Vectors are in values.c; length is that of the array of the importer. */
 INTERNAL Status instance_set_time(Instance *instance, double time)
 {
     char text[32];
@@ -343,7 +343,6 @@ INTERNAL Status instance_set_time(Instance *instance, double time)
     return STATUS_OK;
 }
 
-/* Co-simulation and model exchange. */
 INTERNAL Status instance_enter_event_mode(Instance *instance)
 {
     if (!instance->now.model.events) {
@@ -384,7 +383,6 @@ static Status store(Instance *instance, const Situation *situation, void **state
     return STATUS_OK;
 }
 
-/* Saved states. */
 INTERNAL Status instance_save(Instance *instance, void **state)
 {
     return state == NULL ? missing(instance) : store(instance, &instance->now, state);

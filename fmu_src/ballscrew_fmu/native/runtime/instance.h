@@ -7,6 +7,7 @@
 #include <stddef.h>
 
 #include "model.h"
+#include "text.h"
 
 /* What differs between the FMUs of a model, read from the resources. */
 typedef struct {
@@ -18,10 +19,6 @@ typedef struct {
 } Screw;
 
 typedef enum { STATUS_OK, STATUS_WARNING, STATUS_DISCARD, STATUS_ERROR, STATUS_FATAL } Status; /* as FMI 2 and FMI 3 */
-
-enum { CATEGORIES = 5 };
-static const char *const log_categories[CATEGORIES] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError",
-                                                       "logStatusFatal"}; /* by status */
 
 #define MESSAGE_SIZE 640
 
@@ -118,7 +115,6 @@ static inline Status instance_end(Instance *instance, Status status)
 #define instance_fail(instance, ...) instance_log(instance, STATUS_ERROR, __VA_ARGS__)
 #define instance_discard(instance, ...) instance_log(instance, STATUS_DISCARD, __VA_ARGS__)
 #define instance_warn(instance, ...) (void)instance_log(instance, STATUS_WARNING, __VA_ARGS__)
-#define ALL_CATEGORIES ((1U << CATEGORIES) - 1U)
 
 /* Co-simulation with event mode or intermediate updates (step_in_parts.c). */
 typedef struct {

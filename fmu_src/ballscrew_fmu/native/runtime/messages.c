@@ -1,7 +1,5 @@
-/* Messages of an instance, and which of them are logged. */
+/* Messages, and which of them are logged. */
 #include <stdarg.h>
-#include <stdio.h>
-#include <string.h>
 
 #include "instance.h"
 
@@ -9,22 +7,26 @@ static const char *const state_names[] = {"Instantiated", "Initialization Mode",
                                           "Step Mode",    "Terminated",          "Error",      "Intermediate Update Mode"};
 #define STATE_NAMES (sizeof state_names / sizeof state_names[0])
 
-/* Text of a number, the same on every platform. */
-INTERNAL const char *number_text(double value, char text[32])
-{
-    if (value != value) {
-        return "nan";
-    }
-    (void)snprintf(text, 32, "%.10g", value);
-    return text;
-}
-
 INTERNAL bool instance_logs(const Instance *instance, Status status)
 {
     return instance->logging && instance->importer.logger != NULL && (instance->categories >> status & 1U) != 0U;
 }
 
-/* Messages (messages.c). Log and return the status: STATUS_ERROR; or STATUS_DISCARD, nothing has changed. */
+/* Message if no instance can be created. Logged whatever the log settings. */
+INTERNAL void importer_error(const Importer *importer, const char *name, const char *format, ...)
+{
+    char message[MESSAGE_SIZE];
+    va_list arguments;
+
+    if (importer->logger != NULL) {
+        va_start(arguments, format);
+        (void)vsnprintf(message, sizeof message, format, arguments);
+        va_end(arguments);
+        importer->emit(importer, name != NULL ? name : "", STATUS_ERROR, log_categories[STATUS_ERROR], message);
+    }
+}
+
+/* Logs and returns the status: STATUS_ERROR; or STATUS_DISCARD, nothing has changed. */
 INTERNAL Status instance_log(Instance *instance, Status status, const char *format, ...)
 {
     char message[MESSAGE_SIZE];
@@ -45,22 +47,17 @@ INTERNAL Status instance_log(Instance *instance, Status status, const char *form
 
 INTERNAL Status instance_set_logging(Instance *instance, bool on, size_t count, const char *const wanted[])
 {
-    unsigned mask = count == 0 ? ALL_CATEGORIES : 0U;
+    const char *unknown_name;
+    unsigned mask;
 
     if (count > 0 && wanted == NULL) {
         return instance_fail(instance, "%lu log categories, but the array is NULL", (unsigned long)count);
     }
-    for (size_t i = 0; i < count; ++i) {
-        size_t known = 0;
-        while (known < CATEGORIES && (wanted[i] == NULL || strcmp(wanted[i], log_categories[known]) != 0)) {
-            ++known;
-        }
-        if (known == CATEGORIES) {
-            return instance_fail(instance, "log category %.80s is unknown; needs one of %s, %s, %s, %s, %s",
-                                 wanted[i] != NULL ? wanted[i] : "NULL", log_categories[0], log_categories[1],
-                                 log_categories[2], log_categories[3], log_categories[4]);
-        }
-        mask |= known == 0 ? ALL_CATEGORIES : 1U << known;
+    unknown_name = categories_mask(count, wanted, &mask);
+    if (unknown_name != NULL) {
+        return instance_fail(instance, "log category %.80s is unknown; needs one of %s, %s, %s, %s, %s", unknown_name,
+                             log_categories[0], log_categories[1], log_categories[2], log_categories[3],
+                             log_categories[4]);
     }
     instance->logging = on;
     instance->categories = mask;

@@ -1,34 +1,20 @@
-/* Screw and map of an instance, in the resources of the FMU or compiled in, and messages without an instance. */
-#include <stdarg.h>
-#include <stdio.h>
+/* Screw and map of an instance, in the resources of the FMU or compiled in. */
 #include <stdlib.h>
-#include <string.h>
 
 #include "instance.h"
 #include "uri.h"
-
-/* Message if no instance can be created. Logged whatever the log settings. */
-INTERNAL void importer_error(const Importer *importer, const char *name, const char *format, ...)
-{
-    char message[MESSAGE_SIZE];
-    va_list arguments;
-
-    if (importer->logger != NULL) {
-        va_start(arguments, format);
-        (void)vsnprintf(message, sizeof message, format, arguments);
-        va_end(arguments);
-        importer->emit(importer, name != NULL ? name : "", STATUS_ERROR, log_categories[STATUS_ERROR], message);
-    }
-}
 
 /* --- the screw: layout in native_fmu/resource_files.py ---------------------------------------------------------------- */
 
 #define SCREW_SIZE (FILE_HEAD_SIZE + 4 * HASH_SIZE + 8 + 8 * VARIABLE_COUNT + ORIGIN_SIZE)
 
-/* Text of a field; returns the byte after it. */
+/* Text of a field: of a name ASCII, without control characters, which no message may have; returns the byte after it. */
 static const unsigned char *text_of(const unsigned char *bytes, size_t length, char *text)
 {
-    memcpy(text, bytes, length);
+    for (size_t i = 0; i < length; ++i) {
+        const bool odd = bytes[i] < ' ' || (length == HASH_SIZE && bytes[i] > '~');
+        text[i] = (char)(odd && bytes[i] != 0 ? '.' : bytes[i]);
+    }
     text[length] = '\0';
     return bytes + length;
 }
@@ -126,10 +112,10 @@ static Map *read_resources(char *folder, const char *token, Screw *screw, char *
 
 #endif
 
-/* Screw and map in the resources, located by URI (FMI 2) or path (FMI 3), or compiled in. token: of the importer, must be
-   that of the screw. NULL with a message if they cannot be used. */
+/* Screw and map in the resources, located by URI (as in FMI 2) or path (as in FMI 3; importers mix them up), or compiled
+   in. token: of the importer, must be that of the screw. NULL with a message if they cannot be used. */
 INTERNAL Map *importer_resources(const Importer *importer, const char *name, const char *token, const char *resources,
-                                 bool is_uri, Screw *screw)
+                                 Screw *screw)
 {
     char message[MESSAGE_SIZE], *folder = NULL;
     Map *map = NULL;
@@ -144,11 +130,7 @@ INTERNAL Map *importer_resources(const Importer *importer, const char *name, con
         importer_error(importer, name, "not enough memory");
         return NULL;
     }
-    if (is_uri) {
-        path_of_uri(resources, folder);
-    } else {
-        strcpy(folder, resources);
-    }
+    path_of_uri(resources, folder);
     map = read_resources(folder, token, screw, message, sizeof message);
     importer->release(folder);
     if (map == NULL) {

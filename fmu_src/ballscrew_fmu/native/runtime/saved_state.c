@@ -39,28 +39,26 @@ INTERNAL void saved_release(Saved *saved, const Importer *importer)
 
 /* One function per field type measures, writes and reads, so that the three cannot differ. */
 typedef struct {
-    enum { MEASURE, WRITE, READ } way;
-    unsigned char *to;
-    const unsigned char *from;
+    const unsigned char *from; /* NULL: it writes */
+    unsigned char *to;         /* NULL, and no from: it measures */
     Owner owner;
     size_t at;
-    size_t size; /* READ: of the bytes */
-    bool good;   /* READ: complete and valid so far */
+    size_t size; /* of the bytes that are read */
+    bool good;   /* what is read is complete and valid so far */
 } Walk;
 
 static void pass_bytes(Walk *walk, uint64_t *value, size_t count)
 {
-    if (walk->way == READ && count > walk->size - walk->at) {
-        walk->good = false;
+    if (walk->from != NULL) {
         *value = 0;
-        return;
-    }
-    if (walk->way == READ) {
-        *value = 0;
+        walk->good = walk->good && count <= walk->size - walk->at;
+        if (count > walk->size - walk->at) {
+            return;
+        }
         for (size_t i = count; i-- > 0;) {
             *value = *value << 8 | walk->from[walk->at + i];
         }
-    } else if (walk->way == WRITE) {
+    } else if (walk->to != NULL) {
         for (size_t i = 0; i < count; ++i) {
             walk->to[walk->at + i] = (unsigned char)(*value >> (8 * i) & 0xFFU);
         }
@@ -141,7 +139,7 @@ static void pass_model(Walk *walk, Model *model)
     MODEL_FLAGS(PASS_FLAG)
     MODEL_MASKS(PASS_MASK)
     MODEL_SIGNS(PASS_SIGN)
-    if (walk->way == READ) {
+    if (walk->from != NULL) {
         model_clear_computed(model);
     }
 }
@@ -196,7 +194,7 @@ static uint64_t hash_of_bytes(const unsigned char *bytes, size_t size)
 /* Number of bytes; write that many bytes; read. False: the bytes are rejected, with the reason. */
 INTERNAL size_t situation_size(const Situation *situation, Owner owner)
 {
-    Walk walk = {MEASURE, NULL, NULL, owner, 0, 0, true};
+    Walk walk = {NULL, NULL, owner, 0, 0, true};
     Situation copy = *situation;
     unsigned version = LAYOUT_VERSION, size = 0;
     uint64_t sum = 0;
@@ -207,7 +205,7 @@ INTERNAL size_t situation_size(const Situation *situation, Owner owner)
 
 INTERNAL void situation_write(const Situation *situation, Owner owner, unsigned char *bytes)
 {
-    Walk walk = {WRITE, bytes, NULL, owner, 0, 0, true};
+    Walk walk = {NULL, bytes, owner, 0, 0, true};
     Situation copy = *situation;
     unsigned version = LAYOUT_VERSION, size = (unsigned)situation_size(situation, owner);
     uint64_t sum = 0;
@@ -241,7 +239,7 @@ static bool possible(const Situation *situation)
 INTERNAL bool situation_read(Situation *situation, Owner owner, const unsigned char *bytes, size_t size, char *reason,
                              size_t reason_size)
 {
-    Walk walk = {READ, NULL, bytes, owner, 0, size, true};
+    Walk walk = {bytes, NULL, owner, 0, size, true};
     unsigned version = 0, written = 0;
     uint64_t sum = 0;
 

@@ -1,4 +1,4 @@
-/* File URIs, as FMI 2 locates the resources. */
+/* File URIs, which locate the resources. */
 #ifndef BALLSCREW_URI_H
 #define BALLSCREW_URI_H
 

@@ -1,4 +1,6 @@
-/* Values of the variables of an instance, by value reference and as vectors of model exchange. */
+/* Values of the variables of an instance, by value reference and as vectors of model exchange. A call that fails or is
+   discarded stores nothing. In co-simulation a value that is not valid is stored, and steps are discarded until it is
+   replaced. */
 #include "instance.h"
 
 /* States in which a variable may be set; 0: never. */
@@ -17,8 +19,6 @@ static unsigned settable_in(const Variable *variable)
     }
 }
 
-/* Values (values.c), by value reference. A call that fails or is discarded stores nothing. In co-simulation a value
-   that is not valid is stored, and steps are discarded until it is replaced, as in the FMU for Python hosts. */
 INTERNAL unsigned instance_index(unsigned reference)
 {
     const unsigned index = reference - FIRST_REFERENCE; /* wraps around below the first */
@@ -79,17 +79,32 @@ INTERNAL void instance_follow(Instance *instance)
     }
 }
 
-/* Whether a value may be stored now; if not, the call has failed. */
-static bool can_be_set(Instance *instance, unsigned index)
+static bool is_settable(const Instance *instance, unsigned index)
+{
+    return (settable_in(&model_variables[index]) & instance->now.state) != 0U;
+}
+
+/* Whether a variable may be set to this value now; if not, the call has failed. A parameter may always be set to the
+   value that it has, without effect: OpenModelica writes all parameters, fixed ones too, after the initialization. */
+static bool can_be_set(Instance *instance, unsigned index, double value)
 {
     char here[32];
 
-    if ((settable_in(&model_variables[index]) & instance->now.state) != 0U) {
+    if (is_settable(instance, index)
+        || (model_variables[index].causality == CAUSALITY_PARAMETER && instance->now.model.value[index] == value)) {
         return true;
     }
     instance_list_states(instance->now.state, here, sizeof here);
     (void)instance_fail(instance, "%s cannot be set in %s", model_variables[index].name, here);
     return false;
+}
+
+static void put(Instance *instance, unsigned index, double value)
+{
+    if (is_settable(instance, index)) {
+        model_set(&instance->now.model, (int)index, value);
+        instance->now.stale = true;
+    }
 }
 
 INTERNAL Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[])
@@ -121,7 +136,7 @@ INTERNAL Status instance_set_reals(Instance *instance, const unsigned references
         if (!is_real(index)) {
             return unknown(instance, "settable Real", references[i]);
         }
-        if (!can_be_set(instance, index)) {
+        if (!can_be_set(instance, index, values[i])) {
             return STATUS_ERROR;
         }
     }
@@ -135,36 +150,47 @@ INTERNAL Status instance_set_reals(Instance *instance, const unsigned references
         }
     }
     for (size_t i = 0; i < count; ++i) {
-        model_set(&instance->now.model, (int)instance_index(references[i]), values[i]);
+        put(instance, instance_index(references[i]), values[i]);
     }
-    instance->now.stale = true;
     return STATUS_OK;
 }
 
-INTERNAL Status instance_get_boolean(Instance *instance, unsigned reference, bool *value)
+static bool is_boolean(unsigned index)
 {
-    const unsigned index = instance_index(reference);
+    return index < (unsigned)VARIABLE_COUNT && model_variables[index].boolean;
+}
 
-    if (index >= (unsigned)VARIABLE_COUNT || is_real(index)) {
-        return unknown(instance, "Boolean", reference);
+INTERNAL Status instance_get_booleans(Instance *instance, const unsigned references[], size_t count, bool values[])
+{
+    if (count > 0 && (references == NULL || values == NULL)) {
+        return instance_missing_array(instance);
     }
     instance_follow(instance);
-    *value = model_get(&instance->now.model, (int)index) != 0.0;
+    for (size_t i = 0; i < count; ++i) {
+        if (!is_boolean(instance_index(references[i]))) {
+            return unknown(instance, "Boolean", references[i]);
+        }
+        values[i] = model_get(&instance->now.model, (int)instance_index(references[i])) != 0.0;
+    }
     return STATUS_OK;
 }
 
-INTERNAL Status instance_set_boolean(Instance *instance, unsigned reference, bool value)
+INTERNAL Status instance_set_booleans(Instance *instance, const unsigned references[], size_t count, const bool values[])
 {
-    const unsigned index = instance_index(reference);
-
-    if (index >= (unsigned)VARIABLE_COUNT || is_real(index)) {
-        return unknown(instance, "settable Boolean", reference);
+    if (count > 0 && (references == NULL || values == NULL)) {
+        return instance_missing_array(instance);
     }
-    if (!can_be_set(instance, index)) {
-        return STATUS_ERROR;
+    for (size_t i = 0; i < count; ++i) {
+        if (!is_boolean(instance_index(references[i]))) {
+            return unknown(instance, "settable Boolean", references[i]);
+        }
+        if (!can_be_set(instance, instance_index(references[i]), values[i])) {
+            return STATUS_ERROR;
+        }
     }
-    model_set(&instance->now.model, (int)index, value ? 1.0 : 0.0);
-    instance->now.stale = true;
+    for (size_t i = 0; i < count; ++i) {
+        put(instance, instance_index(references[i]), values[i]);
+    }
     return STATUS_OK;
 }
 

@@ -94,6 +94,8 @@ def _of_point(args: Namespace, parameters: Parameters, point: Measurement) -> On
     films, outside = films_of(parameters, args.map)
     if reason := outside(point):
         raise ValueError(f"outside the map: {reason}; remedy: a larger map, or none")
+    if seals := parameters.screw.seal_torque:
+        point = point.without_seals(seals)
     return calibrate_point(point, parameters, cast(ContactValues, films(MECHANISTIC)))
 
 

@@ -35,6 +35,8 @@ COLUMNS = (
 )  # fmt: skip
 #: torque at which motion begins, of an answer at speed 0
 BREAKAWAY = "breakaway_torque_nm"
+#: torque of the seals, if the screw file states it
+SEAL = "seal_torque_nm"
 #: a film beyond lubrication theory, a torque that goes the wrong way, oversize balls that slip
 TOO_THICK, TOO_THIN, UNPHYSICAL, UNLIKE = RESERVATIONS = (
     "too_thick_film", "too_thin_film", "unphysical_trend", "unlike_flanks",
@@ -120,18 +122,21 @@ def _si(point: Mapping[str, float]) -> SI:
     )
 
 
-def _torques(viscous: float, hysteresis: float, sliding: float, speed: float) -> dict[str, float]:
-    """Torques that oppose the motion: sign of the speed, 0 at rest."""
+def _torques(chosen: Chosen, viscous: float, hysteresis: float, sliding: float, speed: float) -> Values:
+    """Torques that oppose the motion: sign of the speed, 0 at rest. That of the seals if the screw file states it."""
     sign = math.copysign(1.0, speed) if speed else 0.0
     parts = sign * float(viscous), sign * float(hysteresis), sign * float(sliding)
     names = "viscous_torque_nm", "hysteresis_torque_nm", "sliding_torque_nm"
-    return {"friction_torque_nm": sum(parts), **dict(zip(names, parts, strict=True))}
+    seal = sign * chosen.parameters.screw.seal_torque
+    of_seal = {SEAL: seal} if seal else {}
+    return {"friction_torque_nm": sum(parts) + seal, **dict(zip(names, parts, strict=True)), **of_seal}
 
 
 def _interval(interval: TorqueInterval, torques: Values) -> Values:
-    """Keys of an interval, its ends over its own torque applied to that of the answer."""
-    torque = torques["friction_torque_nm"]
-    low, high = sorted(end * torque for end in interval.relative)
+    """Keys of an interval, its ends over its own torque applied to that of the balls of the answer."""
+    seal = torques.get(SEAL, 0.0)
+    torque = torques["friction_torque_nm"] - seal
+    low, high = sorted(end * torque + seal for end in interval.relative)
     # at rest the torque is that of the drive
     meaning = interval.meaning if torque else "none at rest"
     return {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": meaning}
@@ -151,7 +156,9 @@ def _map_result(chosen: Chosen, nut_map: NutMap, point: Mapping[str, float]) -> 
     """Answer of a map at an operating point."""
     at = _si(point)
     state = nut_map.evaluate(*at)
-    torques: Values = _torques(state.viscous_torque, state.hysteresis_torque, state.sliding_torque, at[1])
+    torques: Values = _torques(
+        chosen, state.viscous_torque, state.hysteresis_torque, state.sliding_torque, at[1]
+    )
     if at[1] == 0.0:
         torques[BREAKAWAY] = float(state.friction_torque)
     if trend := unphysical_trend(nut_map, *at).text:
@@ -203,7 +210,7 @@ def _film_shear(chosen: Chosen) -> Callable[[SI], Values]:
 
     def solved(at: SI) -> Values:
         parts = double_nut_torque(chosen.parameters, chosen.friction_set, film_model, *at)
-        return _torques(parts.viscous, parts.hysteresis, parts.sliding, at[1])
+        return _torques(chosen, parts.viscous, parts.hysteresis, parts.sliding, at[1])
 
     return solved
 
@@ -223,7 +230,7 @@ def _mechanistic(chosen: Chosen) -> Callable[[SI], Values]:
         forces = nut_forces(chosen.parameters, preload, axial_load)
         place = chosen.parameters, forces, contacts, abs(speed), temperature
         parts = double_nut_parts(*place, *chosen.friction_set.values[:2])
-        torques = _torques(*parts[:3], speed)
+        torques = _torques(chosen, *parts[:3], speed)
         return torques | of_grid | _interval(torque_interval(*place, chosen.friction_set), torques)
 
     return solved

@@ -5,7 +5,6 @@
 
 #include "contacts.h"
 #include "named_parts.h"
-#include "axis_tangent.h"
 
 #define STANDARD_GRAVITY 9.80665 /* [m/s2] */
 #define STEEL_DENSITY 7850.0     /* [kg/m3] */
@@ -13,6 +12,21 @@
 #define LEAST_MASS 1e-6          /* [kg] of the table; of the screw with a support */
 #define AXIS_FOLLOW_TIME 3e-5    /* [s] model exchange, in which an element that slides follows: stiff, as the axis is */
 #define LEAST_TRAVEL 1e-9        /* [m] of the guide to sliding */
+
+/* What the axis needs in addition to the variables. */
+typedef struct {
+    unsigned slips;  /* bit per element that slides, */
+    int slip;        /* in direction +1 or -1 */
+    double stiffness; /* [N.m/rad] of the elements */
+    int guide_slip;  /* direction of the guide that slides, 0: it follows */
+    double heat;     /* [J] of all steps; model exchange: of events */
+    double supplied; /* [J] of all steps */
+} Moment;
+
+/* Derivatives of outputs and rates along one direction (axis_tangent.c). at: inputs, parameters and states, at an instant */
+#define slopes_along BALLSCREW_NAMED(BALLSCREW_PREFIX, slopes_along)
+void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+                  const Moment *moment, double slopes[VARIABLE_COUNT]);
 
 /* Degrees of freedom. The last one exists with a support only. */
 enum { SHAFT, TABLE, SCREW, FREEDOMS };
@@ -92,10 +106,8 @@ static inline bool is_supported(const Mechanics *mechanics) { return value_of(me
 static inline void friction_at(const Map *map, const Number at[], Number speed, double held, Point *point)
 {
     const Friction friction = friction_of(at);
-    const Number a = point->contacts.a.force, b = point->contacts.b.force;
-    const bool loads_a = loads_nut_a(&point->contacts);
 
-    nut_loads_of_forces(map, loads_a ? b : a, loads_a ? a : b, &point->loads);
+    loads_of_contacts(map, &point->contacts, &point->loads);
     nut_conditions(map, speed, at[TEMPERATURE], &point->conditions);
     nut_parts(map, &point->loads, &point->conditions, NULL, &friction, &point->parts);
     point->level = level_of(map, at, held, &point->loads, &friction, &point->parts);
@@ -228,20 +240,9 @@ static inline void axis_outputs(const Point *point, const Number at[], const Mom
     out[SUPPLIED_ENERGY] = constant(moment->supplied);
 }
 
-/* Force that the loaded nut lacks to the end of the map, negative outside by more than rounding [N]. */
-static inline Number force_left(const Map *map, const Point *point)
-{
-    const Number highest = greater(point->contacts.a.force, point->contacts.b.force);
-
-    return subtract(constant(map->force.hi * (1.0 + FORCE_ROUNDING)), highest);
-}
-
-/* Least distance from the limits of preload, speed, temperature and force of the loaded nut, each as a share of the
-   length of its axis. Negative outside. */
 static inline Number point_margin(const Map *map, const Point *point, const Number at[])
 {
-    return lesser(nut_margin(map, at[PRELOAD], at[SPEED], at[TEMPERATURE]),
-                  over(force_left(map, point), map->force.hi));
+    return contacts_margin(map, &point->contacts, at);
 }
 
 #endif

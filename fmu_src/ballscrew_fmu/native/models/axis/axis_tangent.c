@@ -1,7 +1,6 @@
 /* Outputs and rates of the axis in dual numbers. Tests compare them with differences of model.c. */
 #define DUAL_NUMBERS
 #include "axis_law.h"
-#include "nut_law.h"
 
 void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
                   const Moment *moment, double slopes[VARIABLE_COUNT])

@@ -47,8 +47,8 @@ static void initial_states(Model *model)
     double *at = model->value;
     const double ratio = screw_ratio(at), most = 0.01 * TOO_LARGE;
 
-    at[ANGLE] = ratio > 0.0 ? clamped(at[INITIAL_POSITION] / ratio, -most, most) : 0.0;
-    at[POSITION] = fabs(at[ANGLE]) < most && ratio > 0.0 ? ratio * at[ANGLE] : at[INITIAL_POSITION];
+    at[ANGLE] = fabs(ratio) > 0.0 ? clamped(at[INITIAL_POSITION] / ratio, -most, most) : 0.0;
+    at[POSITION] = fabs(at[ANGLE]) < most && fabs(ratio) > 0.0 ? ratio * at[ANGLE] : at[INITIAL_POSITION];
     at[SPEED] = at[VELOCITY] = at[SCREW_DISPLACEMENT] = at[SCREW_VELOCITY] = at[GUIDE_ELEMENT] = 0.0;
     for (int i = 0; i < ELEMENTS; ++i) {
         at[PRESLIDING_ELEMENT_1 + i] = 0.0;
@@ -123,15 +123,8 @@ bool model_step_cut(const Model *model) { return model->cut; }
 unsigned model_clamped(Model *model)
 {
     const Point *point = locate(model);
-    const double preload = model->latched[PRELOAD];
-    const bool preload_inside = preload >= model->map->preload.lo && preload <= model->map->force.hi;
 
-    return (point->conditions.speed_clamped ? 1U << (SPEED - INPUT_FIRST) : 0U)
-           | (force_left(model->map, point) >= 0.0 ? 0U
-              : loads_nut_a(&point->contacts)      ? 1U << (FORCE_NUT_A - INPUT_FIRST)
-                                                   : 1U << (FORCE_NUT_B - INPUT_FIRST))
-           | (point->conditions.temperature_clamped ? 1U << (TEMPERATURE - INPUT_FIRST) : 0U)
-           | (preload_inside ? 0U : 1U << (PRELOAD - INPUT_FIRST));
+    return contacts_clamped(model->map, &point->contacts, &point->conditions, model->latched[PRELOAD]);
 }
 
 bool model_possible(const Model *model)

@@ -4,8 +4,6 @@
 
 #include <string.h>
 
-#include "tangent.h"
-
 /* --- from the latched point to outputs --- */
 
 static bool presliding(const Model *model)

@@ -9,7 +9,7 @@
 static inline Friction friction_of(const Number at[])
 {
     const Friction out = {at[APPARENT_VISCOSITY_RATIO], at[NET_SLIDING_COEFFICIENT], at[ROUGHNESS_HEIGHT],
-                          at[BREAKAWAY_FACTOR]};
+                          at[BREAKAWAY_FACTOR], at[SEAL_TORQUE]};
     return out;
 }
 
@@ -45,8 +45,10 @@ static inline void part_outputs(const Parts *parts, Number share, bool loads_a, 
     out[VISCOUS_TORQUE] = with_sign_of(parts->viscous, speed);
     out[HYSTERESIS_TORQUE] = multiply(share, parts->hysteresis);
     out[SLIDING_TORQUE] = multiply(share, parts->sliding);
-    out[FRICTION_TORQUE] = add(add(out[VISCOUS_TORQUE], out[HYSTERESIS_TORQUE]), out[SLIDING_TORQUE]);
-    out[relieved] = add(with_sign_of(parts->relieved_viscous, speed), multiply(share, parts->relieved_coulomb));
+    out[FRICTION_TORQUE] = add(add(add(out[VISCOUS_TORQUE], out[HYSTERESIS_TORQUE]), out[SLIDING_TORQUE]),
+                               multiply(share, parts->seal));
+    out[relieved] = add(with_sign_of(parts->relieved_viscous, speed),
+                        multiply(share, add(parts->relieved_coulomb, times(0.5, parts->seal)))); /* each nut has seals */
     out[loaded] = subtract(out[FRICTION_TORQUE], out[relieved]);
 }
 

@@ -3,9 +3,6 @@
 #ifndef BALLSCREW_TANGENT_LAW_H
 #define BALLSCREW_TANGENT_LAW_H
 
-#include "nut_law.h"
-#include "tangent.h"
-
 void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
                   const Moment *moment, double slopes[VARIABLE_COUNT])
 {

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "nut_law.h"
+#include "presliding_law.h"
 #include "search.h"
 
 /* --- outputs of the latched point -------------------------------------------------------------------------------- */
@@ -30,9 +31,13 @@ static double motion(const Model *model)
     return greater(fabs(model->latched[SPEED]), model->latched[SPEED_MIN]);
 }
 
+/* Torque of the balls: the measured one without that of the seals. */
 static double torque_along_motion(const Model *model)
 {
-    return with_sign_of(model->latched[TORQUE], model->latched[SPEED]);
+    const double *at = model->latched;
+
+    return with_sign_of(at[TORQUE], at[SPEED])
+           - at[SEAL_TORQUE] * regularised_sign(motion(model), at[REGULARIZATION_SPEED]);
 }
 
 static unsigned clamped_inputs(const Estimate *found)
@@ -53,9 +58,11 @@ static void estimate(Model *model, Estimate *found)
 }
 
 /* Half-width of the interval of the torque [N.m], of the measured one and of the law */
-static double uncertainty(const double *at)
+static double uncertainty(const Model *model)
 {
-    return hypot(at[TORQUE_UNCERTAINTY], at[LAW_UNCERTAINTY] * at[TORQUE]);
+    const double *at = model->latched;
+
+    return hypot(at[TORQUE_UNCERTAINTY], at[LAW_UNCERTAINTY] * torque_along_motion(model));
 }
 
 /* All outputs except those of the films. */
@@ -82,7 +89,7 @@ static void compute(Model *model)
     }
     slope = greater(found.slope, 0.0);
     out[TORQUE_SENSITIVITY] = slope;
-    wide = uncertainty(at);
+    wide = uncertainty(model);
     out[PRELOAD_HALF_WIDTH] = wide < slope * model->map->force.hi ? wide / slope : model->map->force.hi;
     out[PRELOAD_LOW] = greater(out[PRELOAD] - out[PRELOAD_HALF_WIDTH], 0.0);
     out[PRELOAD_HIGH] = lesser(out[PRELOAD] + out[PRELOAD_HALF_WIDTH], model->map->force.hi);
@@ -282,8 +289,9 @@ static Along motion_along(const Model *model, const double direction[VARIABLE_CO
 }
 
 /* Preload of the outputs. By the torque it is the solution of torque(preload, inputs) = measured torque, so its
-   derivative is that of an implicit function; held, at rest or where the torque does not determine it, it is constant. */
-static Along preload_along(Model *model, const double direction[VARIABLE_COUNT], Along speed)
+   derivative is that of an implicit function; held, at rest or where the torque does not determine it, it is constant.
+   torque: derivative of that of the balls. */
+static Along preload_along(Model *model, const double direction[VARIABLE_COUNT], Along speed, double torque)
 {
     Along out = {model->value[PRELOAD], 0.0};
     Estimate found;
@@ -294,7 +302,6 @@ static Along preload_along(Model *model, const double direction[VARIABLE_COUNT],
     }
     preload_of_torque(model->map, model->latched, speed.value, torque_along_motion(model), &found);
     if (found.found && found.slope > 0.0) {
-        const double torque = with_sign_of(direction[TORQUE], model->latched[SPEED]);
         out.slope = (torque - torque_along(model->map, model->latched, direction, speed, out).slope) / found.slope;
     }
     return out;
@@ -332,20 +339,21 @@ void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], dou
 {
     const double *at = model->latched;
     Along speed, preload;
-    double steep, wide;
+    double torque, steep, wide;
 
     memset(slopes, 0, VARIABLE_COUNT * sizeof *slopes);
     compute(model);
     speed = motion_along(model, direction);
-    preload = preload_along(model, direction, speed);
+    torque = with_sign_of(direction[TORQUE], at[SPEED]) - seal_along(at, direction, speed).slope;
+    preload = preload_along(model, direction, speed, torque);
     steep = model->value[TORQUE_SENSITIVITY];
     slopes[PRELOAD] = preload.slope;
     slopes[TORQUE_SENSITIVITY] = steep > 0.0 ? sensitivity_slope(model, direction, speed, preload) : 0.0;
-    wide = uncertainty(at);
+    wide = uncertainty(model);
     if (wide < steep * model->map->force.hi) {
-        const double law = at[LAW_UNCERTAINTY] * at[TORQUE];
+        const double of_balls = torque_along_motion(model), law = at[LAW_UNCERTAINTY] * of_balls;
         const double change = at[TORQUE_UNCERTAINTY] * direction[TORQUE_UNCERTAINTY]
-                            + law * (direction[LAW_UNCERTAINTY] * at[TORQUE] + at[LAW_UNCERTAINTY] * direction[TORQUE]);
+                              + law * (direction[LAW_UNCERTAINTY] * of_balls + at[LAW_UNCERTAINTY] * torque);
         slopes[PRELOAD_HALF_WIDTH] = (change / greater(wide, SMOOTH)
                                       - model->value[PRELOAD_HALF_WIDTH] * slopes[TORQUE_SENSITIVITY]) / steep;
     }

@@ -24,6 +24,7 @@ static void begin_search(Search *search, const Map *map, const double at[], doub
     search->friction.net_sliding = constant(at[NET_SLIDING_COEFFICIENT]);
     search->friction.roughness = constant(at[ROUGHNESS_HEIGHT]);
     search->friction.breakaway = constant(at[BREAKAWAY_FACTOR]);
+    search->friction.seal = constant(0.0);
     search->sign = value_of(regularised_sign(constant(speed), constant(at[REGULARIZATION_SPEED])));
     nut_conditions(map, constant(speed), constant(at[TEMPERATURE]), &search->conditions);
     out->speed_clamped = search->conditions.speed_clamped;
@@ -154,7 +155,7 @@ Along torque_along(const Map *map, const double at[VARIABLE_COUNT], const double
 {
     const Friction friction = {
         variable_of(at, direction, APPARENT_VISCOSITY_RATIO), variable_of(at, direction, NET_SLIDING_COEFFICIENT),
-        variable_of(at, direction, ROUGHNESS_HEIGHT), variable_of(at, direction, BREAKAWAY_FACTOR)};
+        variable_of(at, direction, ROUGHNESS_HEIGHT), variable_of(at, direction, BREAKAWAY_FACTOR), constant(0.0)};
     const Number sign = regularised_sign(dual_of(speed), variable_of(at, direction, REGULARIZATION_SPEED));
     Conditions conditions;
     Loads loads;
@@ -164,6 +165,13 @@ Along torque_along(const Map *map, const double at[VARIABLE_COUNT], const double
     nut_loads(map, dual_of(preload), variable_of(at, direction, AXIAL_LOAD), &loads);
     nut_parts(map, &loads, &conditions, NULL, &friction, &parts);
     return pair_of(add(parts.viscous, multiply(sign, coulomb_magnitude(&parts))));
+}
+
+Along seal_along(const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Along speed)
+{
+    const Number sign = regularised_sign(dual_of(speed), variable_of(at, direction, REGULARIZATION_SPEED));
+
+    return pair_of(multiply(sign, variable_of(at, direction, SEAL_TORQUE)));
 }
 
 Along lambda_ratio_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],

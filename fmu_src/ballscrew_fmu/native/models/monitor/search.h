@@ -11,6 +11,7 @@
 #define torque_of_preload BALLSCREW_NAMED(BALLSCREW_PREFIX, torque_of_preload)
 #define preload_of_torque BALLSCREW_NAMED(BALLSCREW_PREFIX, preload_of_torque)
 #define torque_along BALLSCREW_NAMED(BALLSCREW_PREFIX, torque_along)
+#define seal_along BALLSCREW_NAMED(BALLSCREW_PREFIX, seal_along)
 #define lambda_ratio_along BALLSCREW_NAMED(BALLSCREW_PREFIX, lambda_ratio_along)
 
 typedef struct {
@@ -20,10 +21,10 @@ typedef struct {
     bool speed_clamped, temperature_clamped, axial_load_clamped;
 } Estimate;
 
-/* Torque at a preload up to the end of the map. at: inputs and parameters; speed: replaces that of at. */
+/* Torque of the balls at a preload up to the end of the map. at: inputs and parameters; speed: replaces that of at. */
 void torque_of_preload(const Map *map, const double at[VARIABLE_COUNT], double speed, double preload, Estimate *out);
 
-/* Preload at which the map gives this torque. If there is none: the end of the map, 0, or the preload at which the nuts
+/* Preload at which the map gives this torque, of the balls. If there is none: the end of the map, 0, or the preload at which the nuts
    separate. */
 void preload_of_torque(const Map *map, const double at[VARIABLE_COUNT], double speed, double torque, Estimate *out);
 
@@ -32,6 +33,8 @@ typedef struct {
     double value, slope;
 } Along;
 
+/* Torque of the seals, in the direction of the motion. */
+Along seal_along(const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Along speed);
 Along torque_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Along speed,
                    Along preload);
 Along lambda_ratio_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],

@@ -3,8 +3,7 @@
 #ifndef BALLSCREW_CONTACTS_H
 #define BALLSCREW_CONTACTS_H
 
-#include "constants.h"
-#include "number.h"
+#include "nut_law.h"
 #include "variables.h"
 
 #define TWO_PI 6.283185307179586
@@ -109,6 +108,44 @@ static inline Number mean_elastic_force(const Contacts *contacts, Number first, 
 static inline bool loads_nut_a(const Contacts *contacts)
 {
     return value_of(contacts->a.force) >= value_of(contacts->b.force);
+}
+
+/* Loads of the friction at the forces of both contacts. */
+static inline void loads_of_contacts(const Map *map, const Contacts *contacts, Loads *loads)
+{
+    const Number a = contacts->a.force, b = contacts->b.force;
+    const bool loads_a = loads_nut_a(contacts);
+
+    nut_loads_of_forces(map, loads_a ? b : a, loads_a ? a : b, loads);
+}
+
+/* What a force lacks to the end of the map, negative outside by more than rounding [N]. */
+static inline Number force_left(const Map *map, Number force)
+{
+    return subtract(constant(map->force.hi * (1.0 + FORCE_ROUNDING)), force);
+}
+
+/* What is clamped, one bit per variable from the first input. */
+static inline unsigned contacts_clamped(const Map *map, const Contacts *contacts, const Conditions *conditions,
+                                        double preload)
+{
+    const bool preload_inside = preload >= map->preload.lo && preload <= map->force.hi;
+
+    return (preload_inside ? 0U : 1U << (PRELOAD - INPUT_FIRST))
+           | (conditions->speed_clamped ? 1U << (SPEED - INPUT_FIRST) : 0U)
+           | (conditions->temperature_clamped ? 1U << (TEMPERATURE - INPUT_FIRST) : 0U)
+           | (value_of(force_left(map, contacts->a.force)) < 0.0 ? 1U << (FORCE_NUT_A - INPUT_FIRST) : 0U)
+           | (value_of(force_left(map, contacts->b.force)) < 0.0 ? 1U << (FORCE_NUT_B - INPUT_FIRST) : 0U);
+}
+
+/* Least distance from the limits of preload, speed, temperature and force of the loaded nut, each as a share of the
+   length of its axis. Negative outside. */
+static inline Number contacts_margin(const Map *map, const Contacts *contacts, const Number at[])
+{
+    const Number highest = greater(contacts->a.force, contacts->b.force);
+
+    return lesser(nut_margin(map, at[PRELOAD], at[SPEED], at[TEMPERATURE]),
+                  over(force_left(map, highest), map->force.hi));
 }
 
 #endif
