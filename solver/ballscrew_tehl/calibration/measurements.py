@@ -33,7 +33,7 @@ class Measurement:
     uncertainty: float | None = None
     rows: tuple[int, ...] = field(default=(), compare=False)
 
-    def without_seals(self, seal_torque: float) -> Measurement:
+    def without_seals(self, seal_torque: float) -> "Measurement":
         """The same with the torque of the balls alone, without that of the seals [N.m].
 
         Raises       ValueError: nothing is left
