@@ -272,7 +272,7 @@ def sweep(mesh, h, conductivity, t_in, flow, face, t_at, damped, forward, whole,
     start_at, end_at, reverse_at = face.start, face.end, face.reverse
     f_compression, f_driven, f_fluidity, f_rate = flow.compression, flow.driven, flow.fluidity, flow.rate
     f_shear, f_sliding, f_soft, f_squeeze = flow.shear, flow.sliding, flow.soft, flow.squeeze
-    f_stiff, f_stress_share = flow.stiff, flow.stress_share
+    f_stiff = flow.stiff
     h_lift, h_lower, h_pivot, h_source = heat.lift, heat.lower, heat.pivot, heat.source
     h_squeeze, h_stress, h_up_1, h_up_2 = heat.squeeze, heat.stress, heat.up_1, heat.up_2
     h_upper, h_weight, h_widen = heat.upper, heat.weight, heat.widen
@@ -315,8 +315,7 @@ def sweep(mesh, h, conductivity, t_in, flow, face, t_at, damped, forward, whole,
                     d -= c
                 lower[r], diag[r], upper[r] = -lo, d, -hi
                 # d shear/d stress
-                by_stress = f_rate[j, i, k] * (1.0 + 1.0 / f_stress_share[j, i, k])
-                u = eased * by_stress
+                u = eased * 2.0 * f_rate[j, i, k]
                 rhs[r, 0] = b + u * known
                 rhs[r, 1] = -u * wall_a
                 rhs[r, 2] = -u * wall_b
