@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse.linalg import LinearOperator, gmres
 
 from ...compiled import kernel
 from ..half_space.grid import Array
 from ..half_space.walls import LineConvolution
 from .kernels import line_flux
-from .krylov import gmres
 from .oil import ln_viscosity, pressure_factor
 
 #: largest change of a node in one sweep [K]: the sources are exponential in temperature, longer steps overshoot
@@ -438,7 +438,8 @@ def update_walls(
             d_b + wall_b.rough(response[:, :, 3] * d_b - response[:, :, 2] * d_a),
         ]).ravel()  # fmt: skip
 
-    step, _, _ = gmres(apply, lambda v: v, missing.ravel(), WALL_TOLERANCE, MOST_WALL_STEPS)
+    system = LinearOperator((missing.size, missing.size), matvec=apply, dtype=float)
+    step, _ = gmres(system, missing.ravel(), rtol=WALL_TOLERANCE, restart=MOST_WALL_STEPS, maxiter=1)
     t[:, :, 0] += step.reshape(shape)[0]
     t[:, :, -1] += step.reshape(shape)[1]
 
