@@ -99,12 +99,6 @@ OUTSIDE = (
         "318.7 GPa; the atlas of contacts holds 200 to",
     ),
     (
-        "[lubricant]",
-        '[lubricant]\nrheology = "eyring"',
-        "rheology",
-        "eyring; the atlas of contacts holds newtonian",
-    ),
-    (
         "thermal_conductivity_W_mK = 46.0",
         "thermal_conductivity_W_mK = 6.0",
         "wall",

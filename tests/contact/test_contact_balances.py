@@ -73,7 +73,7 @@ def test_balances_of_a_hot_contact(name):
     problem = ContactProblem(at, OIL, (STEEL, STEEL), options(), solution.choice)
     it = problem.start(solution.state)
     problem.update_flow(it, solution.temperature)
-    out, p = outflow(solution, problem, WarmFilm(problem, solution.temperature, it.flow, it.heat))
+    out, p = outflow(solution, problem, WarmFilm(problem, solution.temperature, it.heat))
     assert np.abs(out)[p > 1e-4].max() <= 3e-3
     heat = solution.heat_balance
     assert min(heat.generated, heat.conducted) > 0.0

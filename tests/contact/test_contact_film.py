@@ -1,4 +1,4 @@
-"""The film across: closed forms of flow, stress and heat; shear thinning; the oil of the kernels."""
+"""The film across: closed forms of flow, stress and heat; the oil of the kernels."""
 
 import math
 
@@ -40,7 +40,7 @@ def exponential_film(n_z, u_a=U_A, u_b=U_B, gradient=P_X, power=0.0):
     speeds = film_flow.SurfaceSpeeds(u_a, u_b)
     film_flow.film_flow(exponential_oil(), np.zeros(1), 0.0 * one, GAP * one, t, speeds, flow)
     out, by_t = [np.empty((1, 1)) for _ in range(4)], np.empty((1, 1, 2, n_z + 1))
-    film_flow.film_coefficients(exponential_oil(), 1.0, 0.0 * one, t, flow, speeds, 1.0, 1.0, *out, by_t)
+    film_flow.film_coefficients(exponential_oil(), 1.0, 0.0 * one, t, speeds, 1.0, 1.0, *out, by_t)
     return flow, math.exp(out[0][0, 0]), out[2][0, 0], by_t[0, 0]
 
 
@@ -96,53 +96,13 @@ def test_oil_of_the_kernels_is_that_of_the_lubricant_laws():
                 )
 
 
-# --- shear thinning --------------------------------------------------------------------------------------------------
+# --- stress ---
 
 N_Z = 10
 
 
-def limit(p):
-    return max(OIL.limiting_stress_ambient, 0.05 * p)
-
-
-LAWS = {
-    "eyring": ({"eyring_stress": 4e6}, lambda x, p: 4e6 * math.asinh(x / 4e6)),
-    "carreau": (
-        {"carreau_modulus": 2e6, "carreau_exponent": 0.4}, lambda x, p: x * (1.0 + (x / 2e6) ** 2) ** -0.3
-    ),
-    "limiting_shear_stress": (
-        {"limiting_stress_slope": 0.05},
-        lambda x, p: -math.expm1(-x / limit(p)) * limit(p),
-    ),
-}  # fmt: skip
-
-
-def column(rheology, p, eta, du, p_x=0.0, p_y=0.0, **more):
-    """Stress at wall a and thinning of a column that starts as a Newtonian one."""
-    table = kernels.oil_table(OIL.model_copy(update={"rheology": rheology, **more}), 303.15)
-    thinning, eta = np.ones(N_Z + 1), eta * np.ones(N_Z + 1)
-    tau = film_flow.wall_stress(
-        table, p, 2e-7, p_x, p_y, du, eta, film_flow.cumulative_matrix(N_Z)[-1], thinning
-    )
-    return np.array(tau), thinning
-
-
-@pytest.mark.parametrize("rheology", LAWS)
-def test_couette_flow_has_the_closed_stress_of_the_law(rheology):
-    update, law = LAWS[rheology]
-    for p in (0.0, 3e8, 1.2e9):
-        for newtonian in (1e3, 1e6, 1e7, 1e8, 1e9, 1e11):
-            tau, thinning = column(rheology, p, 60.0, newtonian * 2e-7 / 60.0, **update)
-            closed = law(newtonian, p)
-            # close to the limiting stress the law is continued along its tangent
-            assert tau[0] == pytest.approx(closed, rel=1e-3 if rheology.startswith("lim") else 1e-7)
-            np.testing.assert_allclose(thinning, newtonian / closed, rtol=1e-3)
-            assert tau[1] == 0.0
-
-
-@pytest.mark.parametrize("rheology", ["newtonian", *LAWS])
-def test_both_wall_equations_hold(rheology):
-    """int tau/e dz = u_b - u_a along, 0 across, tau = tau_a + z grad p, from stresses far below and far above."""
+def test_both_wall_equations_hold():
+    """int tau/eta dz = u_b - u_a along, 0 across, tau = tau_a + z grad p."""
     rng = np.random.default_rng(5)
     z, weights = np.linspace(0.0, 1.0, N_Z + 1), film_flow.cumulative_matrix(N_Z)[-1]
     for _ in range(20):
@@ -150,11 +110,10 @@ def test_both_wall_equations_hold(rheology):
         eta = eta * np.exp(-rng.uniform(0.0, 4.0) * np.sin(np.pi * z))
         du = rng.normal() * 10.0 ** rng.uniform(-2.0, 0.5)
         p_x, p_y = rng.normal(size=2) * min(p / 1e-4, 1e13)
-        tau, thinning = column(rheology, p, eta, du, p_x, p_y)
+        tau = film_flow.wall_stress(2e-7, p_x, p_y, du, eta, weights)
         for stress, slip in ((tau[0] + z * 2e-7 * p_x, du), (tau[1] + z * 2e-7 * p_y, 0.0)):
-            moved = 2e-7 * np.sum(weights * thinning * stress / eta)
-            # NEWTON's residual relative to the sliding
-            assert abs(moved - slip) <= 1e-8 * abs(du)
+            parts = 2e-7 * weights * stress / eta
+            assert abs(np.sum(parts) - slip) <= 1e-12 * np.sum(np.abs(parts))
 
 
 # --- energy equation ---

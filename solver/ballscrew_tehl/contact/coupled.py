@@ -1,4 +1,4 @@
-"""Thermal or shear-thinning film: pressure, rheology, energy equation and surface temperatures solved in turn.
+"""Thermal film: pressure, energy equation and surface temperatures solved in turn.
 
 One iteration: Newton steps of the generalised Reynolds equation at temperatures that follow the pressure, the flow at
 the new pressure, sweeps of the energy equation each way, the temperatures of both surfaces, and a step towards the new
@@ -37,8 +37,6 @@ GROWTH, FAR_GROWTH = 1.5, 1.2
 #: relative change below which damping ends; when the change has grown by RETURN, it goes on from the state where it
 #: ended, and then ends at the share 1/RETURN of this bound
 UNDAMPED_BELOW, RETURN = 0.02, 5.0
-#: share of the change of ln(viscosity) by shear thinning, and the bound of that change
-THINNING_STEP, THINNING_LIMIT = 0.5, 2.0
 #: Newton steps per iteration at most, and where the last ones failed; where these fail as well, damping follows
 NEWTON_STEPS, MORE_NEWTON_STEPS = 4, 12
 #: pressure change that ends the Newton steps, as a share of the last relative change; 16 contacts: a sixth fewer Newton
@@ -60,7 +58,7 @@ LEAST_RISE = 10.0
 #: largest temperature change of one iteration [K]
 TEMPERATURE_LIMIT = 60.0
 #: iterations between surfaces and separately sheared columns for the first temperatures, and share of the change in
-#: each; with 4, a sliding contact of M = 2e5 does not converge, with 1, neither one with shear thinning
+#: each; with 4, a sliding contact of M = 2e5 does not converge
 START_ITERATIONS, START_STEP = 10, 0.6
 
 
@@ -86,13 +84,11 @@ def solve_coupled(
     it.reason = f"no convergence in {limit} thermal iterations"
     for _ in range(limit):
         newton = run.step_pressure()
-        change = run.step_rheology()
+        run.gap = problem.update_flow(it, run.temperature)
         if failure := run.pressure_failure(newton):
             it.reason = failure
             break
-        if run.equation is not None:
-            change = run.step_temperature(run.equation, change)
-        it.temperature_history.append(change)
+        it.temperature_history.append(run.step_temperature())
         it.iterations += 1
         if failure := run.failure():
             it.reason = failure
@@ -101,8 +97,7 @@ def solve_coupled(
             it.converged, it.reason = True, reached
             run.settle(newton)
             break
-    if run.equation is not None:
-        it.temperature, it.heat_flows = run.temperature, run.equation.heat_flows(it, run.new)
+    it.temperature, it.heat_flows = run.temperature, run.equation.heat_flows(it, run.new)
     return it
 
 
@@ -119,26 +114,23 @@ class _CoupledRun:
     ) -> None:
         self.problem, self.it, self.tolerance = problem, it, tolerance
         self.relaxation = Relaxation(damped)
-        self.equation = EnergyEquation(problem) if problem.options.thermal else None
-        given = temperature is not None
-        if self.equation is not None:
-            if temperature is None:
-                temperature = self.equation.estimate(it)
-            self.equation.set_outside(temperature)
-        elif temperature is None:
-            temperature = problem.uniform_temperature()
+        self.equation = EnergyEquation(problem)
+        near = temperature is not None
+        if temperature is None:
+            temperature = self.equation.estimate(it)
+        self.equation.set_outside(temperature)
         #: temperatures of the iterate; those of the last energy solve
         self.temperature = self.new = temperature
         self.gap = problem.update_flow(it, temperature)
-        if self.equation is not None and given and not damped:
+        if near and not damped:
             # the first Newton steps need the temperatures of a near start to follow as well
             self.equation.solve(it, temperature, self.gap, damped)
         self.films: list[float] = []
         self.mean_changes: list[float] = []
         #: largest change of temperature over the mean rise
         self.spike = np.inf
-        #: pressure, temperature and thinning where damping last ended; whether undamped steps have led away from there
-        self.kept = it.state, temperature, it.flow.thinning
+        #: pressure and temperature where damping last ended; whether undamped steps have led away from there
+        self.kept = it.state, temperature
         self.returned = False
 
     def step_pressure(self) -> NewtonHistory:
@@ -158,7 +150,7 @@ class _CoupledRun:
     def _newton(self, aim: float, steps: int) -> NewtonHistory:
         """Newton steps to a pressure change [p_max], at temperatures that follow."""
         problem, it = self.problem, self.it
-        film = WarmFilm(problem, self.temperature.copy(), it.flow, it.heat)
+        film = WarmFilm(problem, self.temperature.copy(), it.heat)
         it.state, newton, it.preconditioner = problem.geometry.solve(
             it.state, film, problem.film_scale, aim, steps, preconditioner=it.preconditioner
         )
@@ -178,42 +170,25 @@ class _CoupledRun:
         if not self._newton(self.tolerance, MORE_NEWTON_STEPS).converged:
             it.state, self.temperature = state, temperature
         self.gap = self.problem.update_flow(it, self.temperature)
-        if self.equation is not None:
-            # the heat balance is that of the last flow
-            self.new = self.equation.solve(it, self.temperature, self.gap, False)
+        # the heat balance is that of the last flow
+        self.new = self.equation.solve(it, self.temperature, self.gap, False)
 
     def _rescale(self, film: float) -> None:
         """Take a film [b^2/R_x] as that of the iteration."""
         estimate = self.problem.scales.film_estimate
         self.problem.film_scale = min(max(film, LEAST_GAP_SHARE * estimate), estimate)
 
-    def step_rheology(self) -> float:
-        """Flow at the new pressure; the largest change of ln(viscosity) by shear thinning that was taken."""
-        flow = self.it.flow
-        if self.problem.oil.rheology == "newtonian":
-            self.gap = self.problem.update_flow(self.it, self.temperature)
-            return 0.0
-        before = np.log(flow.thinning) - flow.ln_eta
-        self.gap = self.problem.update_flow(self.it, self.temperature)
-        step = np.log(flow.thinning) - flow.ln_eta - before
-        step = THINNING_STEP * np.clip(step, -THINNING_LIMIT, THINNING_LIMIT)
-        flow.thinning[:] = np.exp(flow.ln_eta + before + step)
-        return float(np.abs(step).max())
-
-    def step_temperature(self, equation: EnergyEquation, change: float) -> float:
-        """Solve the energy equation and step towards it.
-
-        change: that of the rheology; returns the larger of it and of temperature over largest rise, NaN if one is NaN
-        """
+    def step_temperature(self) -> float:
+        """Solve the energy equation and step towards it; largest change of temperature over largest rise."""
         it, damped = self.it, self.relaxation.damped
-        self.new = equation.solve(it, self.temperature, self.gap, damped)
+        self.new = self.equation.solve(it, self.temperature, self.gap, damped)
         if damped:
             self._hold_temperatures()
         residual = self.new - self.temperature
         rise = max(float(self.new.max()) - self.problem.conditions.temperature, LEAST_RISE)
         # far upstream oil circulates between the bodies, without an effect on the film
         near = it.state.gap <= max(NEAR_FILMS * self.problem.film_scale, NEAR_GAP)
-        change = float(np.maximum(change, np.max(np.abs(residual[near]), initial=0.0) / rise))
+        change = float(np.max(np.abs(residual[near]), initial=0.0)) / rise
         # by load: a pressure spike covers many nodes and little of the contact
         carried = np.maximum(it.state.p, 0.0) * self.problem.geometry.weights
         carried /= float(np.sum(carried))
@@ -222,7 +197,7 @@ class _CoupledRun:
         self.spike = float(np.max(np.abs(residual[near]), initial=0.0)) / max(heated, LEAST_RISE)
         step = self.relaxation.step(residual * near[..., None], change)
         if damped and not self.relaxation.damped:
-            self.kept = it.state, self.temperature, it.flow.thinning.copy()
+            self.kept = it.state, self.temperature
         elif self.relaxation.damped and not damped:
             self._go_back()
             return change
@@ -242,7 +217,7 @@ class _CoupledRun:
     def _go_back(self) -> None:
         """To where damping ended: one undamped step may leave a film that takes dozens of iterations to recover."""
         it = self.it
-        it.state, self.temperature, it.flow.thinning[:] = self.kept
+        it.state, self.temperature = self.kept
         it.preconditioner = None
         self._rescale(self.problem.central_film(it))
         self.gap = self.problem.update_flow(it, self.temperature)

@@ -92,7 +92,7 @@ def solve_from(
     """Solve on one grid from a state, or from the dry contact; damped: without an undamped attempt."""
     options = problem.options
     it = problem.start(state)
-    if problem.plain:
+    if not problem.options.thermal:
         return problem.solve_isothermal(it, tolerance, options.max_newton)
     if state is None:
         it = problem.solve_isothermal(it, START_TOLERANCE, START_STEPS)

@@ -47,22 +47,20 @@ class Iteration:
 
 
 class WarmFilm(Film):
-    """Film coefficients at temperatures that follow the pressure, and thinning that follows the viscosity."""
+    """Film coefficients at temperatures that follow the pressure."""
 
-    def __init__(
-        self, problem: ContactProblem, temperature: Array, flow: film_flow.FilmFlow, heat: HeatTransport
-    ) -> None:
-        self.problem, self.temperature, self.flow, self.heat = problem, temperature, flow, heat
+    def __init__(self, problem: ContactProblem, temperature: Array, heat: HeatTransport) -> None:
+        self.problem, self.temperature, self.heat = problem, temperature, heat
         ny, nx, layers = temperature.shape
         self.unit, self.unit_h, self.warm = problem.scales.hertz.p_max, problem.scales.h_unit, True
         self.by_t, self.change = np.zeros((ny, nx, 2, layers)), np.empty_like(temperature)
 
     def coefficients(self, p: Array) -> tuple[Array, ...]:
         """At a pressure [p_max] and the present temperature."""
-        problem, flow = self.problem, self.flow
+        problem = self.problem
         out = tuple(np.empty_like(p) for _ in range(4))
         film_flow.film_coefficients(
-            problem.table, self.unit, p, self.temperature, flow, problem.speeds, problem.conditions.u_e,
+            problem.table, self.unit, p, self.temperature, problem.speeds, problem.conditions.u_e,
             1.0 / problem.scales.reynolds, *out, self.by_t,
         )  # fmt: skip
         return out
@@ -102,8 +100,6 @@ class ContactProblem:
         self.film_scale = self.scales.film_estimate
         self.table = oil_table(oil, conditions.temperature)
         self.speeds = film_flow.SurfaceSpeeds(float(conditions.u_1), float(conditions.u_2))
-        #: whether the film is that of one viscosity per pressure
-        self.plain = oil.rheology == "newtonian" and not options.thermal
 
     def central_film(self, it: Iteration) -> float:
         """Gap on the axis at X = 0 [b^2/R_x], by the quadratic through the three nodes around it."""
@@ -113,7 +109,7 @@ class ContactProblem:
 
     @cached_property
     def isothermal_film(self) -> Film:
-        """Film coefficients of a Newtonian oil at the inlet temperature."""
+        """Film coefficients at the inlet temperature."""
         c, shape = self.conditions, self.geometry.undeformed.shape
 
         def coefficients(p: Array) -> tuple[Array, ...]:
@@ -126,7 +122,7 @@ class ContactProblem:
 
         film = Film(coefficients, shape, self.scales.hertz.p_max)
         # the start of a thermal solve is left at a looser tolerance, where columns lead elsewhere within it
-        film.across = self.plain
+        film.across = not self.options.thermal
         return film
 
     def start(self, state: ReynoldsState | None = None) -> Iteration:
@@ -149,7 +145,7 @@ class ContactProblem:
         return np.full(shape, float(self.conditions.temperature))
 
     def solve_isothermal(self, it: Iteration, tolerance: float, max_steps: int) -> Iteration:
-        """Newton iteration of a Newtonian oil at the inlet temperature."""
+        """Newton iteration at the inlet temperature."""
         it.state, history, it.preconditioner = self.geometry.solve(
             it.state, self.isothermal_film, self.scales.film_estimate, tolerance, max_steps, patient=True
         )
@@ -166,7 +162,7 @@ class ContactProblem:
     def update_flow(self, it: Iteration, temperature: Array) -> Array:
         """Velocities, heat sources and shear stress at the present pressure; returns the gap [m]."""
         p, h = self.physical(it.state)
-        film = self.isothermal_film if self.plain else WarmFilm(self, temperature, it.flow, it.heat)
+        film = WarmFilm(self, temperature, it.heat) if self.options.thermal else self.isothermal_film
         self._set_pressure_flow(it, film)
         x = self.geometry.grid.x * self.scales.hertz.b
         film_flow.film_flow(self.table, x, p, h, temperature, self.speeds, it.flow)

@@ -53,7 +53,7 @@ def solution_of(
 ) -> ContactSolution:
     """What a solve has found; its time is left at zero."""
     grid, scales = problem.geometry.grid, problem.scales
-    if problem.plain:
+    if not problem.options.thermal:
         problem.update_flow(it, problem.uniform_temperature())
     force, sliding_heat = problem.traction(it)
     force *= -1.0 if problem.given.u_e < 0.0 else 1.0
@@ -105,7 +105,7 @@ def _implausible(problem: ContactProblem, h_c: float, integrals: Mapping[str, fl
     if loss < 0.0:
         return f"no solution: its rolling loss is {loss:.3g} W"
     least = LEAST_FILM * scales.warm_film**2 / scales.film_estimate
-    if problem.oil.rheology != "newtonian" or options.x_in is not None or options.y_max is not None:
+    if options.x_in is not None or options.y_max is not None:
         least = 0.0
     if not least <= h_c <= MOST_FILM * scales.film_estimate:
         return f"no solution: its film is {h_c / scales.film_estimate:.3g} times its formula"

@@ -36,7 +36,7 @@ def solve(
 ) -> ContactResult:
     """Solve one contact.
 
-    Parameters   conditions: operating point;  oil, solid: materials, with the rheology that the oil names; a pair of
+    Parameters   conditions: operating point;  oil, solid: materials, the film is Newtonian; a pair of
                  solids = body 1 (raceway) and body 2 (ball), one = both;  warn: log a film that is thick compared with
                  the bodies (a map has light balls that an axial load relieves)
     Returns      ContactResult; check `converged` and `reason` before using it

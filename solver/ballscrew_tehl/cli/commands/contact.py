@@ -10,7 +10,7 @@ from typing import Any
 
 from ... import __version__
 from ...tables.csv_file import read_rows
-from ..parser import LAWS, RHEOLOGIES
+from ..parser import LAWS
 from ..shared.points import check_rows
 from ..shared.progress import QUIET, progress_bar
 from ..shared.results import print_results
@@ -56,7 +56,6 @@ FIELDS: dict[str, tuple[Callable[[str], Any], str]] = {
     "radius_ratio": (_number, "a number, 0 < R_x/R_y <= 1"),
     "law": (_one_of(LAWS), ", ".join(LAWS)),
     "domain": (_numbers(3, ""), "three numbers: XA XB along rolling, Y across, in Hertz half-widths"),
-    "rheology": (_one_of(RHEOLOGIES), ", ".join(RHEOLOGIES)),
     "isothermal": (_flag, "true, false"),
     "refine": (_number, "a number, 1 to 8"),
 }
@@ -164,16 +163,13 @@ def _by_moes(contact: dict[str, Any], options: Any) -> dict[str, Any]:
 
 def _by_dimensions(contact: dict[str, Any], options: Any, screw_file: str | None) -> dict[str, Any]:
     from ...contact import ContactConditions, solve
-    from ...parameters.file import changed, load_screw
+    from ...parameters.file import load_screw
     from ...physics.hertz import E_prime
 
     parameters = load_screw(screw_file)
     load, R_x, R_y, u_1, u_2, temperature = (contact[name] for name in DIMENSIONS)
     conditions = ContactConditions(load, R_x, R_y, u_1, u_2, temperature, E_prime(parameters.screw))
-    oil = parameters.lubricant
-    if "rheology" in contact:
-        oil = changed(parameters, lubricant={"rheology": contact["rheology"]}).lubricant
-    solution = solve(conditions, oil, parameters.solids, options)
+    solution = solve(conditions, parameters.lubricant, parameters.solids, options)
     return {
         "h_c_m": solution.h_c,
         "h_m_m": solution.h_m,

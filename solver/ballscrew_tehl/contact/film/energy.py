@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse.linalg import LinearOperator, gmres
 
 from ...compiled import kernel
 from ..half_space.grid import Array
 from ..half_space.walls import LineConvolution
 from .kernels import line_flux
-from .krylov import gmres
 from .oil import ln_viscosity, pressure_factor
 
 #: largest change of a node in one sweep [K]: the sources are exponential in temperature, longer steps overshoot
@@ -272,7 +272,7 @@ def sweep(mesh, h, conductivity, t_in, flow, face, t_at, damped, forward, whole,
     start_at, end_at, reverse_at = face.start, face.end, face.reverse
     f_compression, f_driven, f_fluidity, f_rate = flow.compression, flow.driven, flow.fluidity, flow.rate
     f_shear, f_sliding, f_soft, f_squeeze = flow.shear, flow.sliding, flow.soft, flow.squeeze
-    f_stiff, f_stress_share = flow.stiff, flow.stress_share
+    f_stiff = flow.stiff
     h_lift, h_lower, h_pivot, h_source = heat.lift, heat.lower, heat.pivot, heat.source
     h_squeeze, h_stress, h_up_1, h_up_2 = heat.squeeze, heat.stress, heat.up_1, heat.up_2
     h_upper, h_weight, h_widen = heat.upper, heat.weight, heat.widen
@@ -315,8 +315,7 @@ def sweep(mesh, h, conductivity, t_in, flow, face, t_at, damped, forward, whole,
                     d -= c
                 lower[r], diag[r], upper[r] = -lo, d, -hi
                 # d shear/d stress
-                by_stress = f_rate[j, i, k] * (1.0 + 1.0 / f_stress_share[j, i, k])
-                u = eased * by_stress
+                u = eased * 2.0 * f_rate[j, i, k]
                 rhs[r, 0] = b + u * known
                 rhs[r, 1] = -u * wall_a
                 rhs[r, 2] = -u * wall_b
@@ -439,7 +438,8 @@ def update_walls(
             d_b + wall_b.rough(response[:, :, 3] * d_b - response[:, :, 2] * d_a),
         ]).ravel()  # fmt: skip
 
-    step, _, _ = gmres(apply, lambda v: v, missing.ravel(), WALL_TOLERANCE, MOST_WALL_STEPS)
+    system = LinearOperator((missing.size, missing.size), matvec=apply, dtype=float)
+    step, _ = gmres(system, missing.ravel(), rtol=WALL_TOLERANCE, restart=MOST_WALL_STEPS, maxiter=1)
     t[:, :, 0] += step.reshape(shape)[0]
     t[:, :, -1] += step.reshape(shape)[1]
 

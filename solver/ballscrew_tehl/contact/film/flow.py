@@ -1,8 +1,8 @@
 """Cross-film integrals of the generalised Reynolds equation, and the shear stress and velocity that follow from them.
 
 The film is cut into n_z layers of equal thickness between surface a (z = 0) and b (z = h); integrals over the nodes are
-of fourth order, exact for a uniform film. e is the generalised viscosity eta/S with the shear thinning S of the
-rheology. Source: Yang & Wen 1990 in the form of the model notes, section 5.
+of fourth order, exact for a uniform film. Newtonian oil. Source: Yang & Wen 1990 in the form of the model notes,
+section 5.
 """
 
 from __future__ import annotations
@@ -13,16 +13,12 @@ import numpy as np
 
 from ...compiled import kernel
 from ..half_space.grid import Array
-from .oil import NEWTONIAN, ln_viscosity, pressure_density, pressure_factor, shear_thinning, thinned_stress
+from .oil import ln_viscosity, pressure_density, pressure_factor
 
 #: bound of ln(eta) for stresses, which a Barus oil exceeds at high pressure: exp would overflow
 LARGEST_LN_ETA = 300.0
 #: largest change of temperature by a change of pressure between two energy solves [K]: bounds a start far away
 FOLLOW_LIMIT = 40.0
-
-#: residual of the sliding speed at which the stress of a column is converged, relative; slip [m/s] below which it is
-#: relative to this one; most Newton steps
-STRESS_TOLERANCE, LEAST_SLIP, STRESS_STEPS = 1e-9, 1e-12, 60
 
 
 class SurfaceSpeeds(NamedTuple):
@@ -40,9 +36,7 @@ class FilmFlow(NamedTuple):
     film of that of the pressure flow, 1 in sum over the cells of the energy equation, at the density of reference;
     squeeze : change of compression with the pressure of the node [W/(m2 Pa)], per kelvin; soft : -d ln(eta)/dT [1/K];
     stiff : d ln(eta)/dp [1/Pa]; rate : shear rate along x times h [m/s];
-    thinning : S; ln_eta : ln of eta [Pa s] that S belongs to; stress_share : d ln(stress)/d ln(eta) at a given
-    shear rate, 1 if Newtonian;
-    (n_y, n_x): fluidity : integral of dz/e, with the slope of the rate over stress of a thinning oil [m/(Pa s)];
+    (n_y, n_x): fluidity : integral of dz/eta [m/(Pa s)];
     stress_x, stress_y : at the level about which the pressure gradient turns it [Pa]; traction_x, traction_y : in
     mid-film [Pa]; gradient_x, gradient_y : pressure gradient that drives the flux of the faces [Pa/m], power : its
     dissipation times the relative density [W/m2].
@@ -58,9 +52,6 @@ class FilmFlow(NamedTuple):
     soft: Array
     stiff: Array
     rate: Array
-    thinning: Array
-    ln_eta: Array
-    stress_share: Array
     fluidity: Array
     stress_x: Array
     stress_y: Array
@@ -72,10 +63,7 @@ class FilmFlow(NamedTuple):
 
     @classmethod
     def empty(cls, ny: int, nx: int, nz: int) -> FilmFlow:
-        films, columns = np.zeros((10, ny, nx, nz + 1)), np.zeros((8, ny, nx))
-        thinning, stress_share = np.ones((2, ny, nx, nz + 1))
-        fields = [*films, thinning, np.zeros_like(thinning), stress_share, *columns]
-        return cls(*fields)
+        return cls(*np.zeros((10, ny, nx, nz + 1)), *np.zeros((8, ny, nx)))
 
 
 @kernel
@@ -105,16 +93,14 @@ def cumulative_matrix(n):
 
 
 @kernel
-def film_coefficients(oil, p_max, p, t, flow, speeds, u_e, scale, ln_phi, dln_phi, g, dg, by_t):
+def film_coefficients(oil, p_max, p, t, speeds, u_e, scale, ln_phi, dln_phi, g, dg, by_t):
     """Coefficients of the generalised Reynolds equation and their derivatives to P = p/p_max and to temperature.
 
     phi = scale * 12 (r1 e0/e1 - r2) [uniform film: scale * rho/eta]; g = [u_a r0 + (u_b-u_a) e0 r1]/u_e. p (n_y, n_x)
-    dimensionless, t (n_y, n_x, n_z+1); the thinning of flow belongs to the viscosity of flow and follows the viscosity
-    by stress_share as at a given shear rate. by_t (n_y, n_x, 2, n_z+1): derivatives of ln phi and g to the temperature
-    of every node across the film [1/K]; the others at constant temperature. r1 = int rho int dz'/e dz is taken as
-    int (int_z^1 rho)/e dz, r2 likewise.
+    dimensionless, t (n_y, n_x, n_z+1). by_t (n_y, n_x, 2, n_z+1): derivatives of ln phi and g to the temperature of
+    every node across the film [1/K]; the others at constant temperature. r1 = int rho int dz'/eta dz is taken as
+    int (int_z^1 rho)/eta dz, r2 likewise.
     """
-    thinning, ln_eta_at, share = flow.thinning, flow.ln_eta, flow.stress_share
     u_a, du = speeds.u_a / u_e, (speeds.u_b - speeds.u_a) / u_e
     ny, nx = p.shape
     n = t.shape[2] - 1
@@ -128,13 +114,9 @@ def film_coefficients(oil, p_max, p, t, flow, speeds, u_e, scale, ln_phi, dln_ph
             r0 = 0.0
             for k in range(n + 1):
                 ln_eta, soft, slope = ln_viscosity(oil, factor, t[j, i, k])
-                f[k] = (
-                    weights[k]
-                    * thinning[j, i, k]
-                    * np.exp(-ln_eta_at[j, i, k] - share[j, i, k] * (ln_eta - ln_eta_at[j, i, k]))
-                )
-                f_t[k] = -f[k] * share[j, i, k] * soft
-                f_p[k] = -f[k] * share[j, i, k] * slope * d_factor
+                f[k] = weights[k] * np.exp(-ln_eta)
+                f_t[k] = -f[k] * soft
+                f_p[k] = -f[k] * slope * d_factor
                 rest[k] = rho_p - oil.beta_t * (t[j, i, k] - oil.t_ref)
                 r0 += weights[k] * rest[k]
                 carried[k] = carried_z[k] = 0.0
@@ -182,7 +164,7 @@ def film_coefficients(oil, p_max, p, t, flow, speeds, u_e, scale, ln_phi, dln_ph
 
 @kernel
 def isothermal_coefficients(oil, p_max, p, t, speeds, u_e, scale, ln_phi, dln_phi, g, dg):
-    """The same for one temperature t [K] everywhere and a Newtonian oil: phi = scale rho/eta."""
+    """The same for one temperature t [K] everywhere: phi = scale rho/eta."""
     ny, nx = p.shape
     u = 0.5 * (speeds.u_a + speeds.u_b) / u_e
     for j in range(ny):
@@ -198,11 +180,10 @@ def isothermal_coefficients(oil, p_max, p, t, speeds, u_e, scale, ln_phi, dln_ph
 
 
 @kernel
-def wall_stress(oil, p, h, p_x, p_y, du, viscosity, weights, thinning):
-    """Shear stress at surface a along and across [Pa]; sets the thinning of the column.
+def wall_stress(h, p_x, p_y, du, viscosity, weights):
+    """Shear stress at surface a along and across [Pa]: int tau/eta dz = (du, 0) with tau = tau_a + z grad p.
 
-    int tau/e dz = (du, 0) with tau = tau_a + z grad p, solved by Newton for a shear-thinning oil (n_z+1 values of
-    viscosity, weights, thinning). p [Pa], h [m], pressure gradients [Pa/m], speed du of b relative to a [m/s].
+    h [m], pressure gradients [Pa/m], speed du of b relative to a [m/s]; viscosity, weights (n_z+1,).
     """
     n = viscosity.size - 1
     inv0 = inv1 = 0.0
@@ -210,54 +191,14 @@ def wall_stress(oil, p, h, p_x, p_y, du, viscosity, weights, thinning):
         f = weights[k] / viscosity[k]
         inv0 += f
         inv1 += f * k / n
-    t_x = (du / h - h * p_x * inv1) / inv0
-    t_y = -h * p_y * inv1 / inv0
-    if oil.rheology == NEWTONIAN:
-        return t_x, t_y
-    # start: the stress of a uniform film in its middle
-    m_x, m_y = t_x + 0.5 * h * p_x, t_y + 0.5 * h * p_y
-    size = np.sqrt(m_x * m_x + m_y * m_y)
-    if size > 0.0:
-        share = thinned_stress(oil, p, size) / size
-        t_x, t_y = share * m_x - 0.5 * h * p_x, share * m_y - 0.5 * h * p_y
-    scale = abs(du) + LEAST_SLIP
-    for _ in range(STRESS_STEPS):
-        r_x, r_y = -du / h, 0.0
-        j_xx = j_xy = j_yy = 0.0
-        for k in range(n + 1):
-            z = k * h / n
-            s_x, s_y = t_x + z * p_x, t_y + z * p_y
-            tau = np.sqrt(s_x * s_x + s_y * s_y)
-            thin, slope = shear_thinning(oil, p, viscosity[k], tau)
-            thinning[k] = thin
-            f = weights[k] / viscosity[k]
-            r_x += f * thin * s_x
-            r_y += f * thin * s_y
-            extra = f * slope / (tau * tau + 1e-30)
-            j_xx += f * thin + extra * s_x * s_x
-            j_xy += extra * s_x * s_y
-            j_yy += f * thin + extra * s_y * s_y
-        if not (abs(r_x) + abs(r_y)) * h > STRESS_TOLERANCE * scale:
-            break
-        det = j_xx * j_yy - j_xy * j_xy
-        d_x = -(j_yy * r_x - j_xy * r_y) / det
-        d_y = -(j_xx * r_y - j_xy * r_x) / det
-        # the rate is convex in the stress beyond its present size: from above Newton cannot miss, from below it can
-        size, limit = np.sqrt(d_x * d_x + d_y * d_y), 0.5 * oil.stress + 0.5 * np.sqrt(t_x * t_x + t_y * t_y)
-        if size > limit:
-            d_x *= limit / size
-            d_y *= limit / size
-        t_x += d_x
-        t_y += d_y
-    return t_x, t_y
+    return (du / h - h * p_x * inv1) / inv0, -h * p_y * inv1 / inv0
 
 
 @kernel
 def film_flow(oil, x, p, h, t, speeds, flow):
     """Velocities, stresses and heat sources of pressure p [Pa], gap h [m], temperature t [K] on nodes x [m].
 
-    Fills flow; its gradients and power are those of kernels.pressure_flow, its thinning is the start for a
-    shear-thinning column.
+    Fills flow; its gradients and power are those of kernels.pressure_flow.
     """
     ny, nx = p.shape
     n = t.shape[2] - 1
@@ -284,28 +225,23 @@ def film_flow(oil, x, p, h, t, speeds, flow):
             for k in range(n + 1):
                 ln_eta, slope, by_factor = ln_viscosity(oil, factor, t[j, i, k])
                 flow.stiff[j, i, k] = by_factor * d_factor
-                flow.ln_eta[j, i, k] = ln_eta
                 eta[k] = np.exp(min(ln_eta, LARGEST_LN_ETA))
                 rho[k] = oil.density * (rho_p - oil.beta_t * (t[j, i, k] - oil.t_ref))
                 flow.soft[j, i, k] = max(-slope, 0.0)
-            tau_x, tau_y = wall_stress(oil, p[j, i], gap, p_x, p_y, du, eta, weights, flow.thinning[j, i])
+            tau_x, tau_y = wall_stress(gap, p_x, p_y, du, eta, weights)
             flow.traction_x[j, i] = tau_x + 0.5 * gap * p_x
             flow.traction_y[j, i] = tau_y + 0.5 * gap * p_y
-            inv0 = inv1 = sloped = 0.0
+            inv0 = inv1 = 0.0
             for k in range(n + 1):
                 z = k * dz
                 s_x, s_y = tau_x + z * gap * p_x, tau_y + z * gap * p_y
-                if oil.rheology != NEWTONIAN:
-                    thin, slope = shear_thinning(oil, p[j, i], eta[k], np.sqrt(s_x * s_x + s_y * s_y))
-                    flow.stress_share[j, i, k] = thin / (thin + slope)
-                e[k] = flow.thinning[j, i, k] / eta[k]
+                e[k] = 1.0 / eta[k]
                 w = weights[k] * e[k]
                 inv0 += w
                 inv1 += w * z
-                sloped += w / flow.stress_share[j, i, k]
                 f_x[k], f_y[k] = s_x * e[k], s_y * e[k]
                 flow.rate[j, i, k] = gap * f_x[k]
-            flow.fluidity[j, i] = gap * sloped
+            flow.fluidity[j, i] = gap * inv0
             pivot = inv1 / inv0
             # by the trapezoidal rule: so the cells of the energy equation add up the heat
             lever = 0.0

@@ -1,13 +1,10 @@
-"""Right-preconditioned GMRES without restart (Saad 2003, algorithm 9.5); small systems, few iterations."""
+"""Steps of GMRES without restart in compiled loops (Saad 2003, algorithm 9.5): see linear.gmres."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import numpy as np
 
 from ...compiled import kernel
-from ..half_space.grid import Array
 
 #: sums may be reordered for vector units; NaN and infinity stay what they are
 SUMS = {"reassoc", "contract"}
@@ -63,30 +60,3 @@ def solution(basis, hessenberg, e, used, out):
     for i in range(used):
         for m in range(out.size):
             out[m] += y[i] * basis[i, m]
-
-
-def gmres(
-    apply: Callable[[Array], Array],
-    precondition: Callable[[Array], Array],
-    rhs: Array,
-    tolerance: float,
-    max_iterations: int,
-) -> tuple[Array, int, float]:
-    """Solve apply(x) = rhs to a relative residual; returns x, the iterations used, the residual left."""
-    beta = float(np.linalg.norm(rhs))
-    if beta == 0.0:
-        return np.zeros_like(rhs), 0, 0.0
-    m = max_iterations
-    basis, hessenberg = np.empty((m + 1, rhs.size)), np.zeros((m + 1, m))
-    cs, sn, e = np.zeros(m), np.zeros(m), np.zeros(m + 1)
-    basis[0], e[0] = rhs / beta, beta
-    used, left = 0, beta
-    for k in range(m):
-        orthogonalise(basis, k, apply(precondition(basis[k])), hessenberg)
-        left = rotate(hessenberg, cs, sn, e, k)
-        used = k + 1
-        if not left > tolerance * beta:
-            break
-    x = np.empty_like(rhs)
-    solution(basis, hessenberg, e, used, x)
-    return precondition(x), used, float(left) / beta
