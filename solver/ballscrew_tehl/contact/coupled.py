@@ -348,21 +348,21 @@ class EnergyEquation:
         energy.face_flow(
             self.mesh, oil.specific_heat, it.state.p, it.flux_x * unit, it.flux_y * unit, it.flow, face
         )
-        new, conductivity = temperature.copy(), oil.thermal_conductivity
+        new = temperature.copy()
         # backward first: oil flows both ways in the inlet
         for sweep in range(2 * SWEEPS):
             forward, whole = sweep % 2 == 1, sweep == 2 * SWEEPS - 1
             energy.sweep(
-                self.mesh, gap, conductivity, self.T_0, it.flow, face, temperature, damped, forward, whole, new,
-                it.heat, self.walls.response,
+                self.mesh, gap, it.flow, face, temperature, damped, forward, whole, new, it.heat,
+                self.walls.response,
             )  # fmt: skip
-        energy.wall_heat(self.mesh, gap, conductivity, self.T_0, it.flow, face, new, self.walls)
+        energy.wall_heat(self.mesh, gap, it.flow, face, new, self.walls)
         energy.update_walls(self.operators, new, self.walls, self.T_0)
         return new
 
     def heat_flows(self, it: Iteration, new: Array) -> tuple[float, float, float]:
         """Heat generated, conducted into the walls and carried out by the oil [W] of the last solve."""
-        return energy.heat_flows(self.mesh, new, self.T_0, it.flow, self.face, self.walls)
+        return energy.heat_flows(self.mesh, new, it.flow, self.face, self.walls)
 
 
 def wall_operators(problem: ContactProblem) -> tuple[LineConvolution, LineConvolution]:

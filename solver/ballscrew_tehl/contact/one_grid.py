@@ -12,7 +12,7 @@ from .coupled import solve_coupled
 from .film.reynolds import LEAST_PRESSURE, TARGET_LOAD, ReynoldsState
 from .half_space.grid import Array, Grid
 from .problem import ContactProblem, Iteration
-from .solution import ContactSolution, least_film, solution_of
+from .result import ContactResult, least_film, solution_of
 
 #: tolerance on the grid of half the nodes, where a cold solve begins: bounds the error of the extrapolation
 COARSE_TOLERANCE = 3e-5
@@ -32,7 +32,7 @@ START_TOLERANCE, START_STEPS = 1e-2, 30
 CAVITATED = 1e-3
 
 
-def solve_cold(problem: ContactProblem) -> ContactSolution:
+def solve_cold(problem: ContactProblem) -> ContactResult:
     """From the dry contact, by way of half the nodes."""
     options = problem.options
     coarse_choice = problem.choice.halved()

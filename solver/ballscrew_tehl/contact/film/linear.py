@@ -1,22 +1,19 @@
 """The linear system of a Newton step: GMRES, preconditioned by columns across, then one LU factor per line along.
 
-GMRES as in krylov. Vectors are fields (n_y, n_x), zero on the outer edges, and the approach behind them. Compiled as a
-whole: nothing between the products runs in Python.
+Vectors are fields (n_y, n_x), zero on the outer edges, and the approach behind them.
 """
-
-from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgetrf
+from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ...compiled import kernel
+from ..half_space.deflection import LineConvolution
 from ..half_space.grid import Array
 from . import kernels
-from .krylov import SUMS, orthogonalise, rotate, solution
-from .transport import HeatTransport, film_change, follow, line_response
+from .transport import HeatTransport, follow, line_response
 
 
 class LinearSystem(NamedTuple):
@@ -25,10 +22,8 @@ class LinearSystem(NamedTuple):
     width (n_x,), kappa_h: of the grid; gap, g, dln_phi, dg, penalty: of the film, derivatives to the pressure of the
     node; by_t (n_y, n_x, 2, n_z+1): to temperatures; c_x, c_y, wedge: of the faces; squeeze: inverse step of pseudo
     time, 0 = steady; scale: size of the diagonal, load its last; weights: of the load; free: whether the approach
-    follows from the load, else it is held;
-    forward, modes, backward: deflection in single precision, same_line (n_x, n_x): that of a line by itself;
-    heat, unit [Pa], unit_h [m]: temperatures that follow the pressure, warm: whether they do; across: whether columns
-    precondition too.
+    follows from the load, else it is held; same_line (n_x, n_x): deflection of a line by itself; heat, unit [Pa],
+    unit_h [m]: temperatures that follow the pressure, warm: whether they do; across: whether columns precondition too.
     """
 
     width: Array
@@ -47,9 +42,6 @@ class LinearSystem(NamedTuple):
     load: float
     weights: Array
     free: bool
-    forward: NDArray[np.float32]
-    modes: NDArray[np.float32]
-    backward: NDArray[np.float32]
     same_line: Array
     heat: HeatTransport
     unit: float
@@ -69,32 +61,32 @@ class LineFactors(NamedTuple):
     lu: Array
     pivots: NDArray[np.int32]
     approach: Array
-    approach_load: Array
-
-    @classmethod
-    def empty(cls, ny: int, nx: int) -> LineFactors:
-        lines, n = ny - 1, nx - 2
-        return cls(
-            np.empty((lines, n, n)), np.empty((lines, n), dtype=np.int32), np.zeros((ny, nx)), np.zeros(1)
-        )
+    approach_load: float
 
 
-def factor_lines(s: LinearSystem, factors: LineFactors, carried: bool) -> bool:
-    """Factors of every line's Jacobian with the line's own deflection; returns whether all are regular.
+def factor_lines(s: LinearSystem, carried: bool) -> LineFactors:
+    """Factors of every line's Jacobian with the line's own deflection.
 
     carried: with the heat that the oil of the line carries along, which costs as much as all the rest
-    Source: LAPACK getrf of the transposed matrix, which is stored by columns as it wants it
+    Raises       LinAlgError: singular, or not finite
+    Source       LAPACK getrf of the transposed matrix, which is stored by columns as it wants it
     """
-    line_jacobians(s, carried and s.warm, factors.lu, factors.approach)
-    for matrix, pivots in zip(factors.lu, factors.pivots, strict=True):
-        _, pivots[:], info = dgetrf(matrix.T, overwrite_a=1)
+    ny, nx = s.gap.shape
+    lu, pivots = np.empty((ny - 1, nx - 2, nx - 2)), np.empty((ny - 1, nx - 2), dtype=np.int32)
+    approach = np.zeros((ny, nx))
+    line_jacobians(s, carried and s.warm, lu, approach)
+    for matrix, exchanges, line in zip(lu, pivots, approach[:-1], strict=True):
+        _, exchanges[:], info = dgetrf(matrix.T, overwrite_a=1)
         if info != 0:
-            return False
-    answer_to_approach(s, factors)
-    return bool(np.isfinite(factors.approach_load[0]))
+            raise np.linalg.LinAlgError("a line of the contact has a singular Jacobian")
+        line[1:-1], _ = dgetrs(matrix.T, exchanges, line[1:-1], trans=1)
+    load = float(np.sum(s.weights * approach))
+    if not np.isfinite(load):
+        raise np.linalg.LinAlgError("a line of the contact has a singular Jacobian")
+    return LineFactors(lu, pivots, approach, load)
 
 
-@kernel(fastmath=SUMS)
+@kernel(fastmath={"reassoc", "contract"})  # sums in any order; NaN and infinity stay what they are
 def lu_solve(a, pivots, b):
     """Solve with the factors a (n, n) and pivots of the transposed matrix by LAPACK getrf, b (n,) in place."""
     n = a.shape[0]
@@ -117,19 +109,6 @@ def lu_solve(a, pivots, b):
 
 
 @kernel
-def convolve(forward, modes, backward, field, out):
-    """Deflection of a field (n_y, n_x) in the precision of the modes: see half_space.deflection."""
-    rows = np.dot(forward, field)
-    number = modes.shape[0]
-    each = rows.shape[0] // number
-    bent = np.empty_like(rows)
-    for m in range(number):
-        for r in range(each):
-            bent[each * m + r] = np.dot(modes[m], rows[each * m + r])
-    out[:, :] = np.dot(backward, bent)
-
-
-@kernel
 def line_jacobians(s, carried, out, approach):
     """Jacobians of all lines (lines, n, n), and their changes with a rigid approach (n_y, n_x)."""
     nx = s.gap.shape[1]
@@ -146,22 +125,6 @@ def line_jacobians(s, carried, out, approach):
         kernels.line_jacobian(j, s, far_phi, far_g, out[j], column)
         for i in range(n):
             approach[j, i + 1] = column[i]
-
-
-@kernel
-def answer_to_approach(s, factors):
-    """Line solves of what a rigid approach changes, in place, and their load."""
-    nx = s.gap.shape[1]
-    line = np.empty(nx - 2)
-    load = 0.0
-    for j in range(factors.lu.shape[0]):
-        for i in range(1, nx - 1):
-            line[i - 1] = factors.approach[j, i]
-        lu_solve(factors.lu[j], factors.pivots[j], line)
-        for i in range(1, nx - 1):
-            factors.approach[j, i] = line[i - 1]
-            load += s.weights[j, i] * line[i - 1]
-    factors.approach_load[0] = load
 
 
 @kernel
@@ -192,8 +155,8 @@ def column_factors(s):
 
 
 @kernel
-def solve_columns(s, columns, v, work, left, out):
-    """Pressures out (n_y, n_x) by the flow across of a scaled residual v, by its share; what they leave of v.
+def solve_columns(s, columns, v, left, out):
+    """Pressures out (n_y, n_x) by the flow across of a scaled residual v, by its share; left: what they leave of v.
 
     The deflection by them is left out. Far upstream of a circle, where lines lie closer than nodes, lines alone take
     dozens of iterations. Not with temperatures that follow, where nothing is gained.
@@ -209,29 +172,21 @@ def solve_columns(s, columns, v, work, left, out):
     for j in range(ny - 2, -1, -1):
         for i in range(1, nx - 1):
             out[j, i] = pivot[j, i] * (out[j, i] - upper[j, i] * out[j + 1, i])
-    dh, d_phi, d_g, r = work[0], work[1], work[2], work[3]
-    load = 0.0
-    for j in range(ny):
-        for i in range(nx):
-            dh[j, i] = 0.0
-            d_phi[j, i], d_g[j, i] = s.dln_phi[j, i] * out[j, i], s.dg[j, i] * out[j, i]
-            load += s.weights[j, i] * out[j, i]
-    kernels.jacobian_times(s, out, dh, d_phi, d_g, r)
+    r = np.empty((ny, nx))
+    kernels.jacobian_times(s, out, np.zeros((ny, nx)), s.dln_phi * out, s.dg * out, r)
     for j in range(ny):
         for i in range(nx):
             left[j * nx + i] = v[j * nx + i] - r[j, i] / s.scale[j, i]
-    left[ny * nx] = v[ny * nx] - (load / s.load if s.free else 0.0)
+    left[ny * nx] = v[ny * nx] - (np.sum(s.weights * out) / s.load if s.free else 0.0)
 
 
 @kernel
-def precondition(s, factors, columns, v, work, left, out):
-    """Column and line solves of a scaled residual v, bordered by the load balance; work (4, n_y, n_x), left: space."""
+def precondition(s, factors, columns, v):
+    """Column and line solves of a scaled residual v (n_y n_x + 1,), bordered by the load balance."""
     ny, nx = s.gap.shape
-    line = np.empty(nx - 2)
-    out[:] = 0.0
-    left[:] = v
+    line, out, left = np.empty(nx - 2), np.zeros(v.size), v.copy()
     if s.across:
-        solve_columns(s, columns, v, work, left, out[: ny * nx].reshape((ny, nx)))
+        solve_columns(s, columns, v, left, out[: ny * nx].reshape((ny, nx)))
     load = 0.0
     for j in range(factors.lu.shape[0]):
         for i in range(1, nx - 1):
@@ -240,74 +195,58 @@ def precondition(s, factors, columns, v, work, left, out):
         for i in range(1, nx - 1):
             out[j * nx + i] += line[i - 1]
             load += s.weights[j, i] * line[i - 1]
-    rise = (load - left[ny * nx] * s.load) / factors.approach_load[0] if s.free else v[ny * nx]
+    rise = (load - left[ny * nx] * s.load) / factors.approach_load if s.free else v[ny * nx]
     for j in range(ny):
         for i in range(nx):
             out[j * nx + i] -= rise * factors.approach[j, i]
     out[ny * nx] = rise
+    return out
 
 
-@kernel
-def film_step(s, dp, dh, dt, d_phi, d_g):
-    """Changes of ln phi and g with changes of the pressure, temperatures dt [K] included; fills all."""
-    ny, nx = dp.shape
+def times(s: LinearSystem, deflection: LineConvolution, v: Array) -> Array:
+    """Scaled Jacobian times a change v (n_y n_x + 1,) of pressures and approach; deflection in single precision."""
+    d_p, out = v[:-1].reshape(s.gap.shape), np.empty_like(s.gap)
+    d_h = deflection.rough(d_p) + v[-1]
+    d_phi, d_g = s.dln_phi * d_p, s.dg * d_p
     if s.warm:
-        follow(s.heat, s.g, s.dg, s.by_t, s.unit, s.unit_h, dp, dh, dt)
-    change = np.zeros((2, nx))
-    for j in range(ny):
-        if s.warm:
-            film_change(s.by_t, dt, j, change)
-        for i in range(nx):
-            d_phi[j, i] = s.dln_phi[j, i] * dp[j, i] + change[0, i]
-            d_g[j, i] = s.dg[j, i] * dp[j, i] + change[1, i]
+        d_t = np.empty((*s.gap.shape, s.by_t.shape[-1]))
+        follow(s.heat, s.g, s.dg, s.by_t, s.unit, s.unit_h, d_p, d_h, d_t)
+        by_heat = np.einsum("jimk,jik->mji", s.by_t, d_t)
+        d_phi, d_g = d_phi + by_heat[0], d_g + by_heat[1]
+    kernels.jacobian_times(s, d_p, d_h, d_phi, d_g, out)
+    return np.append(out / s.scale, np.sum(s.weights * d_p) / s.load if s.free else v[-1])
 
 
-@kernel
-def times(s, v, dt, work, out):
-    """Scaled Jacobian times a change of pressures and approach; dt: temperatures, work (4, n_y, n_x): work space."""
-    ny, nx = s.gap.shape
-    dp = v[: ny * nx].reshape((ny, nx))
-    dh, d_phi, d_g, r = work[0], work[1], work[2], work[3]
-    convolve(s.forward, s.modes, s.backward, dp.astype(np.float32), dh)
-    load = 0.0
-    for j in range(ny):
-        for i in range(nx):
-            dh[j, i] += v[ny * nx]
-            load += s.weights[j, i] * dp[j, i]
-    film_step(s, dp, dh, dt, d_phi, d_g)
-    kernels.jacobian_times(s, dp, dh, d_phi, d_g, r)
-    for j in range(ny):
-        for i in range(nx):
-            out[j * nx + i] = r[j, i] / s.scale[j, i]
-    out[ny * nx] = load / s.load if s.free else v[ny * nx]
+def gmres(
+    s: LinearSystem,
+    deflection: LineConvolution,
+    factors: LineFactors,
+    rhs: Array,
+    tolerance: float,
+    most: int,
+) -> tuple[Array, int, float]:
+    """Solution for a scaled right-hand side (n_y n_x + 1,), the iterations used and the relative residual left.
 
-
-@kernel
-def gmres(s, factors, rhs, tolerance, most, out):
-    """Solve for a scaled right-hand side (n_y n_x + 1,); returns the iterations used and the relative residual left."""
-    n = rhs.size
-    ny, nx = s.gap.shape
-    basis, hessenberg = np.empty((most + 1, n)), np.zeros((most + 1, most))
-    cs, sn, e = np.zeros(most), np.zeros(most), np.zeros(most + 1)
-    z, w, left_over = np.empty(n), np.empty(n), np.empty(n)
+    GMRES without restart, preconditioned from the right; every vector is made orthogonal twice.
+    Source       Saad 2003, algorithm 9.5
+    """
     columns = column_factors(s) if s.across else np.zeros((4, 1, 1))
-    dt = np.zeros((ny, nx, s.heat.up_1.shape[2] + 2 if s.warm else 0))
-    work = np.zeros((4, ny, nx))
-    beta = np.sqrt(np.sum(rhs * rhs))
-    out[:] = 0.0
-    if beta == 0.0:
-        return 0, 0.0
-    basis[0] = rhs / beta
-    e[0] = beta
-    used, left = 0, beta
+    basis, hessenberg = np.empty((most + 1, rhs.size)), np.zeros((most + 1, most))
+    size = float(np.linalg.norm(rhs))
+    if size == 0.0:
+        return np.zeros_like(rhs), 0, 0.0
+    basis[0] = rhs / size
     for k in range(most):
-        precondition(s, factors, columns, basis[k], work, left_over, z)
-        times(s, z, dt, work, w)
-        orthogonalise(basis, k, w, hessenberg)
-        left = rotate(hessenberg, cs, sn, e, k)
-        used = k + 1
-        if not left > tolerance * beta:
+        w, known = times(s, deflection, precondition(s, factors, columns, basis[k])), basis[: k + 1]
+        for _ in range(2):
+            overlap = known @ w
+            w -= overlap @ known
+            hessenberg[: k + 1, k] += overlap
+        hessenberg[k + 1, k] = np.linalg.norm(w)
+        basis[k + 1] = w / hessenberg[k + 1, k]
+        rotation, triangle = np.linalg.qr(hessenberg[: k + 2, : k + 1], mode="complete")
+        left = float(abs(rotation[0, -1]))
+        if not left > tolerance:
             break
-    solution(basis, hessenberg, e, used, w)
-    precondition(s, factors, columns, w, work, left_over, out)
-    return used, left / beta
+    weights = np.linalg.solve(triangle[:-1], size * rotation[0, :-1])
+    return precondition(s, factors, columns, weights @ known), k + 1, left

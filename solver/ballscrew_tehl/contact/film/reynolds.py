@@ -133,28 +133,22 @@ class ReynoldsState:
 
 @dataclass
 class NewtonHistory:
-    """One entry per Newton step, and why it ended."""
+    """Largest pressure change [p_max] and products of GMRES of every Newton step, and why they ended."""
 
-    residual: list[float] = field(default_factory=list)
     change: list[float] = field(default_factory=list)
-    load_error: list[float] = field(default_factory=list)
     krylov: list[int] = field(default_factory=list)
     converged: bool = False
     finite: bool = True
     reason: str = "not started"
 
-    def record(self, residual: Array, load_error: float) -> bool:
-        """Enter a residual and a load error; whether they are finite."""
-        self.residual.append(float(np.sqrt(np.mean(residual**2))))
-        self.load_error.append(load_error)
-        if not np.isfinite(self.residual[-1] + load_error):
-            self.finite, self.reason = False, "residual not finite"
-        return self.finite
+    def lose(self, reason: str) -> None:
+        """End without a finite state."""
+        self.finite, self.reason = False, reason
 
     def extend(self, later: NewtonHistory) -> None:
         """Append the steps of a later part of the same solve."""
-        for name in ("residual", "change", "load_error", "krylov"):
-            getattr(self, name).extend(getattr(later, name))
+        self.change.extend(later.change)
+        self.krylov.extend(later.krylov)
         self.converged, self.finite, self.reason = later.converged, later.finite, later.reason
 
 
@@ -197,11 +191,10 @@ class _Linearisation:
         self.flow_share = conductance / (conductance + elastic + TINY)
         scale = conductance + elastic + penalty
         scale[scale == 0.0] = 1.0
-        forward, modes, backward = geometry.deflection.single
         self.system = LinearSystem(
             grid.width_x, geometry.kappa_h, gap, g, dln_phi, dg, film.by_t, penalty, c_x, self.faces.c_y,
-            self.faces.wedge, squeeze, scale, TARGET_LOAD, geometry.weights, free, forward, modes, backward,
-            geometry.deflection.same_line, film.heat, film.unit, film.unit_h, film.warm, film.across,
+            self.faces.wedge, squeeze, scale, TARGET_LOAD, geometry.weights, free, geometry.deflection.same_line,
+            film.heat, film.unit, film.unit_h, film.warm, film.across,
         )  # fmt: skip
 
     def update(self, d_p: Array) -> Array:
@@ -319,7 +312,8 @@ class ContactGeometry:
         for _ in range(max_steps):
             linear = _Linearisation(self, p, gap, film, FLOOR_SHARE * film_estimate, 1.0 / pseudo_step)
             load_error = float(np.sum(self.weights * p)) - TARGET_LOAD
-            if not history.record(linear.residual[self.grid.inner], load_error):
+            if not np.isfinite(np.sum(linear.residual**2) + load_error):
+                history.lose("residual not finite")
                 break
             if history.change and history.change[-1] > RENEW_ABOVE:
                 factors = None
@@ -368,8 +362,8 @@ class ContactGeometry:
             factors: LineFactors | None = None
             while len(history.change) < max_steps:
                 linear = _Linearisation(self, p, gap, film, FLOOR_SHARE * film_estimate, 0.0, False)
-                load_error = float(np.sum(self.weights * p)) - TARGET_LOAD
-                if not history.record(linear.residual[self.grid.inner], load_error):
+                if not np.isfinite(np.sum(linear.residual**2)):
+                    history.lose("residual not finite")
                     return ReynoldsState(p, h_0, gap), history, None
                 delta, factors = _linear_step(linear, linear.right_hand_side(0.0), factors, history)
                 p_new = _bounded(p + delta[:-1].reshape(p.shape))
@@ -385,7 +379,7 @@ class ContactGeometry:
                 history.converged, history.reason = True, "pressure change and load error below tolerance"
                 break
             if not thickness > 0.0:
-                history.finite, history.reason = False, "no film at the held approach of a thick film"
+                history.lose("no film at the held approach of a thick film")
                 break
             points = [*points[-1:], (math.log(thickness), math.log(max(load, TINY)))]
             slope = -0.5
@@ -406,7 +400,7 @@ class ContactGeometry:
         film.follow(linear.system, change, gap - linear.system.gap)
         history.change.append(float(np.abs(p_new - p).max()))
         if not np.isfinite(history.change[-1]):
-            history.finite, history.reason = False, "pressure not finite"
+            history.lose("pressure not finite")
         return gap
 
     def _settle_edge(self, linear: _Linearisation, p: Array, step: float) -> None:
@@ -437,20 +431,17 @@ def _linear_step(
     linear: _Linearisation, rhs: Array, factors: LineFactors | None, history: NewtonHistory
 ) -> tuple[Array, LineFactors]:
     """Solve one linearised system by GMRES; factors that need too many iterations are replaced."""
-    used, delta, system = 0, np.empty_like(rhs), linear.system
+    system, deflection, used = linear.system, linear.geometry.deflection, 0
     if factors is not None:
-        used, left = gmres(system, factors, rhs, KRYLOV_TOLERANCE, KEEP_BELOW, delta)
+        delta, used, left = gmres(system, deflection, factors, rhs, KRYLOV_TOLERANCE, KEEP_BELOW)
         if not left <= KRYLOV_TOLERANCE:
             factors = None
     if factors is None:
-        ny, nx = linear.residual.shape
-        factors = LineFactors.empty(ny, nx)
         # without heat, both would have the same factors
         still = ((False, MOST_KRYLOV_STILL),) if system.warm else ()
         for carried, most in (*still, (True, MOST_KRYLOV)):
-            if not factor_lines(system, factors, carried):
-                raise np.linalg.LinAlgError("a line of the contact has a singular Jacobian")
-            again, left = gmres(system, factors, rhs, KRYLOV_TOLERANCE, most, delta)
+            factors = factor_lines(system, carried)
+            delta, again, left = gmres(system, deflection, factors, rhs, KRYLOV_TOLERANCE, most)
             used += again
             if left <= KRYLOV_TOLERANCE:
                 break

@@ -172,15 +172,3 @@ def line_response(heat, j, g, dg, by_t, unit, unit_h, same_line, columns, far_ph
                 far_phi[i, k] += a * now[r, k]
                 far_g[i, k] += b * now[r, k]
                 wedge[k] += f * now[r, k]
-
-
-@kernel
-def film_change(by_t, dt, j, out):
-    """Changes of ln phi and g (2, n_x) of line j with the temperature changes dt."""
-    nx, n = dt.shape[1], dt.shape[2]
-    for i in range(nx):
-        for m in range(2):
-            total = 0.0
-            for k in range(n):
-                total += by_t[j, i, m, k] * dt[j, i, k]
-            out[m, i] = total
