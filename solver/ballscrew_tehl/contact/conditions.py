@@ -12,7 +12,7 @@ import numpy as np
 from ..parameters.file import LubricantParameters
 from ..physics import film as film_formulas
 from ..physics.hertz import HertzContact, ellipse
-from .film.reynolds import THICK_FILM, GridChoice
+from .film.geometry import THICK_FILM, GridChoice
 from .half_space.grid import INLET_SHAPE, Array
 
 #: unit, least and largest of what a contact is given by: wider than any machine, so that no number overflows

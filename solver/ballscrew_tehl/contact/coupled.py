@@ -6,15 +6,14 @@ temperatures by Aitken's rule. Undamped, it converges in about ten iterations; c
 damped form first and 15 to 45.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .film import energy
-from .film.reynolds import HELD_ABOVE, GridChoice, NewtonHistory, contact_geometry
+from .film import energy, reynolds
+from .film.geometry import GridChoice, contact_geometry
+from .film.reynolds import HELD_ABOVE, NewtonHistory
 from .half_space.deflection import LineConvolution
 from .half_space.grid import TINY, Array
 from .half_space.walls import wall_operator
@@ -151,8 +150,8 @@ class _CoupledRun:
         """Newton steps to a pressure change [p_max], at temperatures that follow."""
         problem, it = self.problem, self.it
         film = WarmFilm(problem, self.temperature.copy(), it.heat)
-        it.state, newton, it.preconditioner = problem.geometry.solve(
-            it.state, film, problem.film_scale, aim, steps, preconditioner=it.preconditioner
+        it.state, newton, it.preconditioner = reynolds.solve(
+            problem.geometry, it.state, film, problem.film_scale, aim, steps, preconditioner=it.preconditioner
         )
         it.history.extend(newton)
         self.temperature = film.temperature
@@ -310,8 +309,10 @@ class EnergyEquation:
     def __init__(self, problem: ContactProblem) -> None:
         grid, hertz = problem.geometry.grid, problem.scales.hertz
         self.problem = problem
-        self.mesh = energy.EnergyMesh(grid.x * hertz.b, grid.width_x * hertz.b, grid.h_y * hertz.a)
         self.T_0 = problem.conditions.temperature
+        self.mesh = energy.EnergyMesh(
+            grid.x * hertz.b, grid.width_x * hertz.b, grid.h_y * hertz.a, problem.oil.thermal_conductivity, self.T_0
+        )  # fmt: skip
         #: unit of the Reynolds fluxes [kg/(m s)]
         self.flux_unit = problem.conditions.u_e * problem.scales.h_unit * problem.oil.density
         shape = problem.geometry.undeformed.shape
@@ -327,12 +328,12 @@ class EnergyEquation:
         p, _ = problem.physical(it.state)
         slip = problem.speeds.u_b - problem.speeds.u_a
         wall_a = np.full(p.shape, float(T_0))
-        wall_b, q = wall_a.copy(), np.zeros(p.shape)
+        wall_b = wall_a.copy()
         for _ in range(START_ITERATIONS):
-            energy.sheared_films(problem.table, p, h, k_oil, slip, wall_a, wall_b, temperature, q)
+            q = energy.sheared_films(problem.table, p, h, k_oil, slip, wall_a, wall_b, temperature)
             wall_a += START_STEP * (T_0 + self.operators[0](q) - wall_a)
             wall_b += START_STEP * (T_0 + self.operators[1](q) - wall_b)
-        energy.sheared_films(problem.table, p, h, k_oil, slip, wall_a, wall_b, temperature, q)
+        energy.sheared_films(problem.table, p, h, k_oil, slip, wall_a, wall_b, temperature)
         temperature[:, 0], temperature[:, -1] = T_0, T_0
         return temperature
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from .conditions import SolverOptions
 from .coupled import solve_coupled
-from .film.reynolds import LEAST_PRESSURE, TARGET_LOAD, ReynoldsState
+from .film.geometry import TARGET_LOAD, ReynoldsState
+from .film.linear import LEAST_PRESSURE
 from .half_space.grid import Array, Grid
 from .problem import ContactProblem, Iteration
 from .result import ContactResult, least_film, solution_of

@@ -1,7 +1,5 @@
 """One operating point on one grid: scales, film coefficients, flow, traction, and the isothermal solve."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -10,10 +8,10 @@ import numpy as np
 from ..parameters.file import LubricantParameters, SolidParameters
 from .conditions import ContactConditions, SolverOptions, expected_grid, scales_of
 from .film import flow as film_flow
-from .film import kernels, transport
-from .film.linear import LinearSystem, LineFactors
+from .film import reynolds, transport
+from .film.geometry import GridChoice, ReynoldsState, contact_geometry
+from .film.linear import Film, Linearisation, LineFactors
 from .film.oil import oil_table
-from .film.reynolds import FLOOR_SHARE, Film, GridChoice, NewtonHistory, ReynoldsState, contact_geometry
 from .film.transport import HeatTransport
 from .half_space.grid import Array
 
@@ -31,7 +29,7 @@ class Iteration:
     """
 
     state: ReynoldsState
-    history: NewtonHistory
+    history: reynolds.NewtonHistory
     flow: film_flow.FilmFlow
     heat: HeatTransport
     flux_x: Array
@@ -47,30 +45,30 @@ class Iteration:
 
 
 class WarmFilm(Film):
-    """Film coefficients at temperatures that follow the pressure."""
+    """Film coefficients at temperatures (n_y, n_x, n_z+1) [K] that follow the pressure."""
 
-    def __init__(self, problem: ContactProblem, temperature: Array, heat: HeatTransport) -> None:
+    warm = True
+
+    def __init__(self, problem: "ContactProblem", temperature: Array, heat: HeatTransport) -> None:
         self.problem, self.temperature, self.heat = problem, temperature, heat
-        ny, nx, layers = temperature.shape
-        self.unit, self.unit_h, self.warm = problem.scales.hertz.p_max, problem.scales.h_unit, True
-        self.by_t, self.change = np.zeros((ny, nx, 2, layers)), np.empty_like(temperature)
+        self.unit, self.unit_h = problem.scales.hertz.p_max, problem.scales.h_unit
 
     def coefficients(self, p: Array) -> tuple[Array, ...]:
         """At a pressure [p_max] and the present temperature."""
         problem = self.problem
-        out = tuple(np.empty_like(p) for _ in range(4))
-        film_flow.film_coefficients(
+        *out, self.by_t = film_flow.film_coefficients(
             problem.table, self.unit, p, self.temperature, problem.speeds, problem.conditions.u_e,
-            1.0 / problem.scales.reynolds, *out, self.by_t,
+            1.0 / problem.scales.reynolds,
         )  # fmt: skip
-        return out
+        return tuple(out)
 
-    def follow(self, linear: LinearSystem, d_p: Array, d_h: Array) -> None:
+    def follow(self, linear: Linearisation, d_p: Array, d_h: Array) -> None:
         """Temperatures after a change of pressure [p_max] and gap [b^2/R_x]."""
+        change = np.empty_like(self.temperature)
         transport.follow(
-            self.heat, linear.g, linear.dg, linear.by_t, self.unit, self.unit_h, d_p, d_h, self.change
+            self.heat, linear.g, linear.dg, linear.by_t, self.unit, self.unit_h, d_p, d_h, change
         )  # fmt: skip
-        self.temperature += np.clip(self.change, -film_flow.FOLLOW_LIMIT, film_flow.FOLLOW_LIMIT)
+        self.temperature += np.clip(change, -film_flow.FOLLOW_LIMIT, film_flow.FOLLOW_LIMIT)
 
 
 class ContactProblem:
@@ -110,17 +108,14 @@ class ContactProblem:
     @cached_property
     def isothermal_film(self) -> Film:
         """Film coefficients at the inlet temperature."""
-        c, shape = self.conditions, self.geometry.undeformed.shape
+        c, scales = self.conditions, self.scales
 
         def coefficients(p: Array) -> tuple[Array, ...]:
-            out = tuple(np.empty_like(p) for _ in range(4))
-            film_flow.isothermal_coefficients(
-                self.table, self.scales.hertz.p_max, p, c.temperature, self.speeds, c.u_e, 1.0 / self.scales.reynolds,
-                *out,
-            )  # fmt: skip
-            return out
+            return film_flow.isothermal_coefficients(
+                self.table, scales.hertz.p_max, p, c.temperature, self.speeds, c.u_e, 1.0 / scales.reynolds
+            )
 
-        film = Film(coefficients, shape, self.scales.hertz.p_max)
+        film = Film(coefficients)
         # the start of a thermal solve is left at a looser tolerance, where columns lead elsewhere within it
         film.across = not self.options.thermal
         return film
@@ -132,7 +127,7 @@ class ContactProblem:
         lines, nodes = state.p.shape
         return Iteration(
             state,
-            NewtonHistory(),
+            reynolds.NewtonHistory(),
             film_flow.FilmFlow.empty(lines, nodes, self.options.n_z),
             HeatTransport.empty(lines, self.geometry.grid.x * self.scales.hertz.b, self.options.n_z),
             np.zeros((lines, nodes - 1)),
@@ -146,8 +141,14 @@ class ContactProblem:
 
     def solve_isothermal(self, it: Iteration, tolerance: float, max_steps: int) -> Iteration:
         """Newton iteration at the inlet temperature."""
-        it.state, history, it.preconditioner = self.geometry.solve(
-            it.state, self.isothermal_film, self.scales.film_estimate, tolerance, max_steps, patient=True
+        it.state, history, it.preconditioner = reynolds.solve(
+            self.geometry,
+            it.state,
+            self.isothermal_film,
+            self.scales.film_estimate,
+            tolerance,
+            max_steps,
+            patient=True,
         )
         it.history.extend(history)
         it.converged, it.reason = history.converged, history.reason
@@ -170,14 +171,10 @@ class ContactProblem:
 
     def _set_pressure_flow(self, it: Iteration, film: Film) -> None:
         """Fluxes of the faces, and what the pressure drives and dissipates in the film, of the present state."""
-        hertz, geometry, heat, flow = self.scales.hertz, self.geometry, it.heat, it.flow
-        linear = geometry.linearise(it.state, film, self.film_scale)
-        system, faces, pressure = linear.system, linear.faces, np.maximum(it.state.p, 0.0)
-        it.flux_x, it.flux_y = -faces.flow_x, -faces.flow_y
-        kernels.pressure_flow(
-            geometry.mesh, geometry.grid.h_y, pressure, it.state.gap, linear.ln_phi, system.dln_phi, system.g, faces,
-            geometry.deflection.same_line, FLOOR_SHARE * self.film_scale, flow, heat,
-        )  # fmt: skip
+        hertz, heat, flow = self.scales.hertz, it.heat, it.flow
+        linear = reynolds.linearise(self.geometry, it.state, film, self.film_scale)
+        linear.pressure_flow(flow, heat)
+        it.flux_x, it.flux_y = -linear.faces.flow_x, -linear.faces.flow_y
         heat.wedge_h[:] = it.state.gap
         # volume flux u_e b^2/R_x times p_max over b
         watts = hertz.p_max * self.conditions.u_e * self.scales.h_unit / hertz.b

@@ -10,7 +10,7 @@ import numpy as np
 from ..physics.hertz import HertzContact
 from .conditions import ContactConditions, cells_in_inlet, inlet_length
 from .coupled import CONVERGED_AT
-from .film.reynolds import GridChoice, ReynoldsState
+from .film.geometry import GridChoice, ReynoldsState
 from .half_space.grid import TINY, Array
 from .integrals import contact_integrals
 from .problem import ContactProblem, Iteration

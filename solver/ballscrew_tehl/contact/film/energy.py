@@ -8,9 +8,7 @@ only where flow enters the domain, outlet included; the domain ends where the ga
 A cavitated film is taken as full; its mass flow is that at the rupture.
 """
 
-from __future__ import annotations
-
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +17,9 @@ from scipy.sparse.linalg import LinearOperator, gmres
 from ...compiled import kernel
 from ..half_space.grid import Array
 from ..half_space.walls import LineConvolution
-from .kernels import line_flux
-from .oil import ln_viscosity, pressure_factor
+from .flow import FilmFlow, trapezoid_weights
+from .fluxes import line_fluxes, outflow_across
+from .oil import OilTable, ln_viscosity, pressure_factor
 
 #: largest change of a node in one sweep [K]: the sources are exponential in temperature, longer steps overshoot
 SWEEP_LIMIT = 30.0
@@ -33,7 +32,7 @@ WALL_TOLERANCE, MOST_WALL_STEPS = 1e-2, 40
 
 
 class EnergyMesh(NamedTuple):
-    """Nodes x and cell widths (n_x,), distance of the lines [m]; conductivity of the oil [W/(m K)], inlet temperature [K]."""
+    """Nodes x and cell widths (n_x,), distance of the lines [m]; conductivity [W/(m K)], inlet temperature [K]."""
 
     x: Array
     width: Array
@@ -69,7 +68,7 @@ class FaceFlow(NamedTuple):
     reverse: NDArray[np.int64]
 
     @classmethod
-    def empty(cls, start: NDArray[np.int64], end: NDArray[np.int64], nx: int, nz: int) -> FaceFlow:
+    def empty(cls, start: NDArray[np.int64], end: NDArray[np.int64], nx: int, nz: int) -> Self:
         ny = start.size
         return cls(
             np.zeros((ny, nx - 1, nz + 1)), np.zeros((ny - 1, nx, nz + 1)), np.zeros((ny, nx, nz)), start,
@@ -77,53 +76,32 @@ class FaceFlow(NamedTuple):
         )  # fmt: skip
 
 
-@kernel
-def face_flow(mesh, heat, p, flux_x, flux_y, flow, face):
+def face_flow(
+    mesh: EnergyMesh, heat: float, p: Array, flux_x: Array, flux_y: Array, flow: FilmFlow, face: FaceFlow
+) -> None:
     """Mass through the faces: profiles of the nodes, in sum the flux of the Reynolds equation; fills face.
 
-    p (n_y, n_x) in any unit; flux_x (n_y, n_x-1), flux_y (n_y-1, n_x) [kg/(m s)]. Along a line the flux follows from
-    continuity, so that it is also right where the film cavitates.
+    heat: capacity of the oil [J/(kg K)]; p (n_y, n_x) in any unit; flux_x (n_y, n_x-1), flux_y (n_y-1, n_x) [kg/(m s)].
+    Along a line the flux follows from continuity, so that it is also right where the film cavitates.
     """
-    width, h_y = mesh.width, mesh.h_y
-    ny, nx, nz = flow.m_x.shape[0], flow.m_x.shape[1], flow.m_x.shape[2] - 1
-    dz = 1.0 / nz
-    steady = np.empty(nx - 1)
-    for j in range(ny - 1):
-        for i in range(nx):
-            total = 0.0
-            for k in range(nz + 1):
-                m = 0.5 * (flow.m_y[j, i, k] + flow.m_y[j + 1, i, k])
-                face.y[j, i, k] = m
-                total += m * (0.5 * dz if k == 0 or k == nz else dz)
-            for k in range(nz + 1):
-                face.y[j, i, k] = heat * (face.y[j, i, k] + flux_y[j, i] - total)
-    for j in range(ny - 1):
-        line_flux(j, width, 1.0 / h_y, p, flux_x, flux_y, steady)
-        face.reverse[j] = 0
-        for i in range(face.start[j] - 1, face.end[j]):
-            passing = steady[i]
-            total = 0.0
-            for k in range(nz + 1):
-                m = 0.5 * (flow.m_x[j, i, k] + flow.m_x[j, i + 1, k])
-                face.x[j, i, k] = m
-                total += m * (0.5 * dz if k == 0 or k == nz else dz)
-            # a ruptured film keeps its profile
-            scale = passing / total if 0.0 < passing < total else 1.0
-            for k in range(nz + 1):
-                m = scale * face.x[j, i, k] + passing - scale * total
-                face.x[j, i, k] = heat * m
-                if m < 0.0:
-                    face.reverse[j] = i + 1
-        for i in range(face.start[j], face.end[j]):
-            up = 0.0
-            for k in range(nz):
-                out = (face.x[j, i, k] - face.x[j, i - 1, k]) / width[i]
-                if j == 0:
-                    out += 2.0 * face.y[0, i, k] / h_y
-                else:
-                    out += (face.y[j, i, k] - face.y[j - 1, i, k]) / h_y
-                up -= out * (0.5 * dz if k == 0 else dz)
-                face.z[j, i, k] = up
+    nx, cells = p.shape[1], trapezoid_weights(flow.m_x.shape[2] - 1)
+    m = 0.5 * (flow.m_y[:-1] + flow.m_y[1:])
+    face.y[:] = heat * (m + (flux_y - m @ cells)[..., None])
+    steady = line_fluxes(mesh.width, 1.0 / mesh.h_y, p, flux_x, flux_y)
+    m = 0.5 * (flow.m_x[:-1, :-1] + flow.m_x[:-1, 1:])
+    total = m @ cells
+    # a ruptured film keeps its profile
+    ruptured = (steady > 0.0) & (steady < total)
+    scale = np.where(ruptured, steady / np.where(ruptured, total, 1.0), 1.0)
+    m = scale[..., None] * m + (steady - scale * total)[..., None]
+    start, end, columns = face.start[:-1, None], face.end[:-1, None], np.arange(nx)
+    solved = (columns[:-1] >= start - 1) & (columns[:-1] < end)
+    face.x[:-1] = np.where(solved[..., None], heat * m, 0.0)
+    back = solved & (m < 0.0).any(axis=2)
+    face.reverse[:-1] = np.where(back.any(axis=1), nx - 1 - np.argmax(back[:, ::-1], axis=1), 0)
+    out = np.diff(face.x[:-1], axis=1) / mesh.width[1:-1, None] + outflow_across(face.y)[:, 1:-1] / mesh.h_y
+    inside = (columns[1:-1] >= start) & (columns[1:-1] < end)
+    face.z[:-1, 1:-1] = np.where(inside[..., None], -np.cumsum(out * cells, axis=2)[..., :-1], 0.0)
 
 
 @kernel
@@ -397,41 +375,25 @@ def wall_heat(mesh, h, flow, face, t, walls):
             response[j, i, 3] = b_b * (1.0 - response[j, i, 3]) + 0.5 * dz * d_b
 
 
-@kernel
-def sheared_film(conductivity, h, slip, eta, soft, t_a, t_b, t):
-    """Temperature (n_z+1,) across a film sheared at one rate between walls: start of the iteration; returns q_wall.
+def sheared_films(
+    oil: OilTable, p: Array, h: Array, conductivity: float, slip: float, t_a: Array, t_b: Array, t: Array
+) -> Array:
+    """Every column sheared by itself between walls t_a, t_b (n_y, n_x) [K]; fills t, returns the heat into each wall.
 
     Couette flow with viscosity eta exp(-soft (T - T_wall)) [Pa s, 1/K] between equally warm walls, slip [m/s]:
     T = T_wall + (2/soft) ln[cosh(a)/cosh(a (1 - 2z/h))], cosh(a)^2 = 1 + soft eta slip^2/(8 k). Nahme 1940.
     """
-    n = t.size - 1
-    nahme = soft * eta * slip * slip / conductivity
-    a = np.arcsinh(np.sqrt(0.125 * nahme))
-    for k in range(n + 1):
-        z = k / n
-        t[k] = t_a + (t_b - t_a) * z
-        if soft > 0.0:
-            t[k] += 2.0 / soft * np.log(np.cosh(a) / np.cosh(a * (1.0 - 2.0 * z)))
-    if soft > 0.0:
-        return 4.0 * conductivity * a * np.tanh(a) / (soft * h)
-    return 0.5 * eta * slip * slip / h
-
-
-@kernel
-def sheared_films(oil, p, h, conductivity, slip, t_a, t_b, t, q):
-    """Every column sheared by itself at a slip [m/s] between walls (n_y, n_x) [K]; fills t, and q into each wall."""
-    for j in range(p.shape[0]):
-        for i in range(p.shape[1]):
-            wall = 0.5 * (t_a[j, i] + t_b[j, i])
-            factor, _ = pressure_factor(oil, p[j, i])
-            ln_eta, slope, _ = ln_viscosity(oil, factor, wall)
-            eta = np.exp(ln_eta)
-            for _ in range(2):
-                soft = max(-slope, 1e-9)
-                q[j, i] = sheared_film(conductivity, h[j, i], slip, eta, soft, t_a[j, i], t_b[j, i], t[j, i])
-                # the slope flattens with heat: take it where half the rise of the first guess has been reached
-                middle = 0.5 * (wall + t[j, i, (t.shape[2] - 1) // 2])
-                _, slope, _ = ln_viscosity(oil, factor, middle)
+    z, wall = np.linspace(0.0, 1.0, t.shape[2]), 0.5 * (t_a + t_b)
+    factor, _ = pressure_factor(oil, p)
+    ln_eta, slope, _ = ln_viscosity(oil, factor, wall)
+    for _ in range(2):
+        soft = np.maximum(-slope, 1e-9)
+        a = np.arcsinh(np.sqrt(0.125 * soft * np.exp(ln_eta) * slip * slip / conductivity))
+        rise = np.log(np.cosh(a)[..., None] / np.cosh(a[..., None] * (1.0 - 2.0 * z)))
+        t[:] = t_a[..., None] + (t_b - t_a)[..., None] * z + (2.0 / soft)[..., None] * rise
+        # the slope flattens with heat: take it where half the rise of the first guess has been reached
+        _, slope, _ = ln_viscosity(oil, factor, 0.5 * (wall + t[:, :, (z.size - 1) // 2]))
+    return np.asarray(4.0 * conductivity * a * np.tanh(a) / (soft * h))
 
 
 def update_walls(

@@ -1,53 +1,242 @@
-"""The linear system of a Newton step: GMRES, preconditioned by columns across, then one LU factor per line along.
+"""The linear system of a Newton step: residual and Jacobian of the Reynolds equation, and GMRES for the step.
 
-Vectors are fields (n_y, n_x), zero on the outer edges, and the approach behind them.
+Preconditioned by columns across, then one LU factor per line along, with the line's own deflection in it. Vectors are
+fields (n_y, n_x), zero on the outer edges, and the approach behind them.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_banded
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ...compiled import kernel
-from ..half_space.deflection import LineConvolution
-from ..half_space.grid import Array
-from . import kernels
+from ..half_space.grid import TINY, Array
+from .flow import FilmFlow
+from .fluxes import face_fluxes, lifted_gap, line_fluxes, net_flow, smaller, wedge_flux
+from .geometry import TARGET_LOAD, ContactGeometry
 from .transport import HeatTransport, follow, line_response
 
+#: deepest pressure of an iterate, as a share of its largest: bounds the negative load of cavitated nodes; the penalty
+#: that holds them is stiff in inverse proportion
+LEAST_PRESSURE = 1e-6
+#: factor of the penalty over the wedge flux and the conductance of a cavitated node
+PENALTY = 10.0
+#: smallest share of its fluidity that a node keeps in one Newton step
+LEAST_FLUIDITY = 0.05
 
-class LinearSystem(NamedTuple):
-    """Jacobian of residual and load at one state; arrays (n_y, n_x) unless said.
 
-    width (n_x,), kappa_h: of the grid; gap, g, dln_phi, dg, penalty: of the film, derivatives to the pressure of the
-    node; by_t (n_y, n_x, 2, n_z+1): to temperatures; c_x, c_y, wedge: of the faces; squeeze: inverse step of pseudo
-    time, 0 = steady; scale: size of the diagonal, load its last; weights: of the load; free: whether the approach
-    follows from the load, else it is held; same_line (n_x, n_x): deflection of a line by itself; heat, unit [Pa],
-    unit_h [m]: temperatures that follow the pressure, warm: whether they do; across: whether columns precondition too.
+class Film:
+    """Film coefficients over the pressure; an oil of one temperature unless overridden.
+
+    heat, unit [Pa], unit_h [m], by_t (n_y, n_x, 2, n_z+1) of a film whose temperatures follow the pressure (warm):
+    factors, units of pressure and gap, and derivatives of the last coefficients to temperatures.
     """
 
-    width: Array
-    kappa_h: float
-    gap: Array
-    g: Array
-    dln_phi: Array
-    dg: Array
-    by_t: Array
-    penalty: Array
-    c_x: Array
-    c_y: Array
-    wedge: Array
-    squeeze: float
-    scale: Array
-    load: float
-    weights: Array
-    free: bool
-    same_line: Array
+    #: whether columns across precondition the line solves
+    across = False
+    warm = False
     heat: HeatTransport
     unit: float
     unit_h: float
-    warm: bool
-    across: bool
+    by_t: Array = np.zeros((0, 0, 2, 0))
+
+    def __init__(self, coefficients: Callable[[Array], tuple[Array, ...]]) -> None:
+        #: nodal coefficients of P >= 0: ln phi, d ln phi/dP, g, dg/dP (n_y, n_x)
+        self.coefficients = coefficients
+
+    def follow(self, linear: "Linearisation", d_p: Array, d_h: Array) -> None:
+        """Take over changes of pressure [p_max] and gap [b^2/R_x] into what depends on them."""
+
+
+class Linearisation:
+    """Residual of the Reynolds equation and its Jacobian at one state; arrays (n_y, n_x) unless said.
+
+    floor: gap below which the flow is that of a lifted one; squeeze: inverse step of pseudo time [u_e/b], 0 = steady;
+    free: whether the approach follows from the load, else it is held. dln_phi, dg: derivatives of ln phi and g to the
+    pressure of the node, by_t (n_y, n_x, 2, n_z+1): to temperatures; scale: size of the diagonal, residuals are divided
+    by it; flow_share: share of the flow in it.
+    """
+
+    def __init__(
+        self,
+        geometry: ContactGeometry,
+        p: Array,
+        gap: Array,
+        film: Film,
+        floor: float,
+        squeeze: float = 0.0,
+        free: bool = True,
+    ) -> None:
+        grid, mesh = geometry.grid, geometry.mesh
+        self.geometry, self.film, self.p, self.gap, self.floor = geometry, film, p, gap, floor
+        self.squeeze, self.free = squeeze, free
+        self.ln_phi, self.dln_phi, self.g, self.dg = film.coefficients(np.maximum(p, 0.0))
+        self.by_t = film.by_t
+        self.faces = face_fluxes(mesh, p, gap, self.ln_phi, self.g, floor)
+        c_x = self.faces.c_x
+        # measured by the local flow conductance, which spans many decades from thick films to the contact
+        conductance, slope = np.zeros_like(p), self.dln_phi[:, 1:-1]
+        right, left = c_x[1, :, 1:] * slope - c_x[0, :, 1:], c_x[2, :, :-1] * slope + c_x[0, :, :-1]
+        conductance[:, 1:-1] = (np.abs(right) + np.abs(left)) / grid.width_x[1:-1]
+        # stiff enough that the wedge holds a cavitated node well above the deepest pressure allowed
+        stiffness = PENALTY * (1.0 + grid.x[-1]) / (LEAST_PRESSURE * float(p.max()))
+        self.penalty = np.where(p < 0.0, stiffness + PENALTY * conductance, 0.0)
+        self.residual = np.zeros_like(p)
+        flow = net_flow(mesh, self.faces.flow_x, self.faces.flow_y)
+        self.residual[grid.inner] = (flow - self.penalty * p)[grid.inner]
+        own = np.diagonal(geometry.deflection.same_line)
+        elastic = np.abs(self.g * own * (1.0 / grid.width_x + squeeze))
+        self.flow_share = conductance / (conductance + elastic + TINY)
+        self.scale = conductance + elastic + self.penalty
+        self.scale[self.scale == 0.0] = 1.0
+
+    def update(self, d_p: Array) -> Array:
+        """Change of pressure for a linear step d_p.
+
+        Where pressure flow dominates, the equation is linear in the fluidity rather than in the pressure: the step is
+        taken in the fluidity there, with whose logarithm the pressure rises in few steps.
+        """
+        thickening = np.maximum(-self.dln_phi, TINY)
+        in_fluidity = -np.log1p(np.maximum(-thickening * d_p, LEAST_FLUIDITY - 1.0)) / thickening
+        return d_p + self.flow_share * (in_fluidity - d_p)
+
+    def right_hand_side(self, load_error: float) -> Array:
+        """Scaled residual and load error with negative sign."""
+        return -np.append((self.residual / self.scale).ravel(), load_error / TARGET_LOAD)
+
+    def derivative(self, d_p: Array, d_h: Array, d_phi: Array, d_g: Array) -> Array:
+        """Change of the residual with changes of pressure, gap, ln phi and g at the nodes."""
+        _, _, c_x, c_y, wedge = self.faces
+        carried = self.g * d_h + self.gap * d_g
+        flow_x = c_x[0] * np.diff(d_p, axis=1) + c_x[1] * d_phi[:, :-1] + c_x[2] * d_phi[:, 1:]
+        flow_x += c_x[3] * (d_h[:, :-1] + d_h[:, 1:]) - wedge_flux(wedge, carried)
+        flow_y = c_y[0] * np.diff(d_p, axis=0) + c_y[1] * d_phi[:-1] + c_y[2] * d_phi[1:]
+        flow_y += c_y[3] * d_h[:-1] + c_y[4] * d_h[1:]
+        out, inner = net_flow(self.geometry.mesh, flow_x, flow_y), self.geometry.grid.inner
+        out[inner] -= (self.penalty * d_p + self.squeeze * carried)[inner]
+        return out
+
+    def times(self, v: Array) -> Array:
+        """Scaled Jacobian times a change v (n_y n_x + 1,) of pressures and approach; deflection in single precision."""
+        d_p, film = v[:-1].reshape(self.gap.shape), self.film
+        d_h = self.geometry.deflection.rough(d_p) + v[-1]
+        d_phi, d_g = self.dln_phi * d_p, self.dg * d_p
+        if film.warm:
+            d_t = np.empty((*self.gap.shape, self.by_t.shape[-1]))
+            follow(film.heat, self.g, self.dg, self.by_t, film.unit, film.unit_h, d_p, d_h, d_t)
+            by_heat = np.einsum("jimk,jik->mji", self.by_t, d_t)
+            d_phi, d_g = d_phi + by_heat[0], d_g + by_heat[1]
+        load = np.sum(self.geometry.weights * d_p) / TARGET_LOAD if self.free else v[-1]
+        return np.append(self.derivative(d_p, d_h, d_phi, d_g) / self.scale, load)
+
+    def pressure_flow(self, flow: FilmFlow, heat: HeatTransport) -> None:
+        """Gradients and dissipation of the pressure flow at the nodes, from the fluxes of their faces.
+
+        Fills of flow gradient_x, gradient_y (n_y, n_x), per unit of x and y: the smaller of the gradient that drives
+        the mean flux of the faces and that of the pressures of the neighbours: beside a pressure spike, where the
+        viscosity changes by decades from node to node, either may be far too large. power (n_y, n_x): flux times
+        pressure drop, half of it to either node of a face, per area, so that its sum is that of the faces between nodes
+        under pressure. While iterating, the flux along x is bounded by that of continuity, which temperatures do not
+        change. Zero in a cavitated node.
+        Fills of heat pull (n_y, n_x, 2), push (n_y, n_x, 4): changes of power with the pressure drops before and
+        behind, and with the wedge fluxes at the nodes i-2 to i+1, which continuity asks the pressure to carry: on faces
+        where pressure flow dominates over the deflection, by their share.
+        """
+        faces, mesh, inner = self.faces, self.geometry.mesh, self.geometry.grid.inner
+        p, dx = np.maximum(self.p, 0.0), np.diff(mesh.x)
+        wet, half = p[inner] > 0.0, 0.5 / mesh.width[1:-1]
+        steady = line_fluxes(mesh.width, mesh.kappa_h, p, faces.flow_x, faces.flow_y)
+        drop = np.diff(p[:-1], axis=1)
+        flux = faces.c_x[0, :-1] * drop
+        flux = smaller(flux, steady + flux - faces.flow_x[:-1])
+        conductance = (lifted_gap(self.gap, self.floor)[0] ** 3 * np.exp(self.ln_phi))[inner]
+        central = (drop[:, 1:] / dx[1:] * dx[:-1] + drop[:, :-1] / dx[:-1] * dx[1:]) / (dx[:-1] + dx[1:])
+        gradient_x = smaller(0.5 * (flux[:, :-1] + flux[:, 1:]) / conductance, central)
+        power = half * (flux[:, :-1] * drop[:, :-1] + flux[:, 1:] * drop[:, 1:])
+        # how much of a change of the wedge flux the pressure carries through the faces before and behind a node
+        through = faces.c_x[0] + np.abs(faces.c_x[1] * self.dln_phi[:, :-1])
+        through = (through + np.abs(faces.c_x[2] * self.dln_phi[:, 1:]))[:-1]
+        elastic = (np.abs(self.g) * np.diagonal(self.geometry.deflection.same_line))[inner]
+        left, right = (
+            part / (part + elastic) * half * drop_ for part, drop_ in
+            ((through[:, :-1], drop[:, :-1]), (through[:, 1:], drop[:, 1:]))
+        )  # fmt: skip
+        before, behind = faces.wedge[:, :-1], faces.wedge[:, 1:]
+        pull = np.stack((half * flux[:, :-1], half * flux[:, 1:]), axis=2)
+        push = np.stack(
+            (
+                left * before[1],
+                left * before[0] + right * behind[1],
+                left * before[2] + right * behind[0],
+                right * behind[2],
+            ),
+            axis=2,
+        )
+        # pressure is even over the line of symmetry
+        rise, up = np.diff(p, axis=0)[:, 1:-1], (faces.c_y[0] * np.diff(p, axis=0))[:, 1:-1]
+        fall, down = (np.concatenate((-values[:1], values[:-1])) for values in (rise, up))
+        power += 0.5 * mesh.kappa_h * (up * rise + down * fall)
+        h_y = self.geometry.grid.h_y
+        gradient_y = smaller(
+            0.5 * (up + down) / (conductance * mesh.kappa_h * h_y), 0.5 * (rise + fall) / h_y
+        )
+        for field, values in (
+            (flow.gradient_x, gradient_x), (flow.gradient_y, gradient_y), (flow.power, power),
+            (heat.pull, pull), (heat.push, push),
+        ):  # fmt: skip
+            field[:] = 0.0
+            field[inner] = np.where(wet if values.ndim == 2 else wet[..., None], values, 0.0)
+
+
+def line_jacobian(s: Linearisation, j: int, carried: bool) -> tuple[Array, Array]:
+    """Jacobian of line j to its own pressures (n_x-2, n_x-2), and to a rigid approach (n_x-2,).
+
+    With the deflection of the line by itself; carried: and with the heat that its oil carries along.
+    """
+    geometry, nx = s.geometry, s.gap.shape[1]
+    before, behind, wedge = s.faces.c_x[:, j, :-1], s.faces.c_x[:, j, 1:], s.faces.wedge
+    inv, kappa_h, same_line = (
+        1.0 / geometry.grid.width_x[1:-1],
+        geometry.kappa_h,
+        geometry.deflection.same_line,
+    )
+    up = (2.0 if j == 0 else 1.0) * kappa_h * s.faces.c_y[:, j, 1:-1]
+    # derivatives by nodes i-2, i-1, i, i+1 (gap, g) or i-1, i, i+1
+    by_p = np.array([before[0] * inv, -before[0] * inv - behind[0] * inv - up[0], behind[0] * inv])
+    by_phi = np.array([-before[1] * inv, (behind[1] - before[2]) * inv + up[1], behind[2] * inv])
+    by_g = np.array([
+        wedge[1, :-1] * inv, (wedge[0, :-1] - wedge[1, 1:]) * inv, (wedge[2, :-1] - wedge[0, 1:]) * inv - s.squeeze,
+        -wedge[2, 1:] * inv,
+    ])  # fmt: skip
+    by_h = np.array([0.0 * inv, -before[3] * inv, (behind[3] - before[3]) * inv + up[3], behind[3] * inv])
+    approach = up[4]
+    if j > 0:
+        down = kappa_h * s.faces.c_y[:, j - 1, 1:-1]
+        by_p[1] -= down[0]
+        by_phi[1] -= down[2]
+        by_h[2] -= down[4]
+        approach = approach - down[3]
+    by_p[1] -= s.penalty[j, 1:-1]
+    # the weight of the node before the first is zero
+    rows, nodes = np.arange(nx - 2), np.maximum(np.arange(1, nx - 1) + np.arange(-2, 2)[:, None], 0)
+    by_h += by_g * s.g[j, nodes]
+    by_g *= s.gap[j, nodes]
+    matrix = sum(weight[:, None] * same_line[at] for weight, at in zip(by_h, nodes, strict=True))
+    for weight, at in zip(by_g * s.dg[j, nodes], nodes, strict=True):
+        matrix[rows, at] += weight
+    for weight, at in zip(by_p + by_phi * s.dln_phi[j, nodes[1:]], nodes[1:], strict=True):
+        matrix[rows, at] += weight
+    if carried:
+        film, far_phi, far_g = s.film, np.empty((nx, nx)), np.empty((nx, nx))
+        line_response(film.heat, j, s.g, s.dg, s.by_t, film.unit, film.unit_h, same_line, far_phi, far_g)
+        for weight, at in zip(by_phi, nodes[1:], strict=True):
+            matrix += weight[:, None] * far_phi[at]
+        for weight, at in zip(by_g, nodes, strict=True):
+            matrix += weight[:, None] * far_g[at]
+    return matrix[:, 1:-1], approach + by_h.sum(axis=0)
 
 
 class LineFactors(NamedTuple):
@@ -64,180 +253,109 @@ class LineFactors(NamedTuple):
     approach_load: float
 
 
-def factor_lines(s: LinearSystem, carried: bool) -> LineFactors:
-    """Factors of every line's Jacobian with the line's own deflection.
+def factor_lines(s: Linearisation, carried: bool) -> LineFactors:
+    """Factors of the Jacobians of all lines.
 
-    carried: with the heat that the oil of the line carries along, which costs as much as all the rest
+    carried: with the heat that the oil of a line carries along, which costs as much as all the rest
     Raises       LinAlgError: singular, or not finite
     Source       LAPACK getrf of the transposed matrix, which is stored by columns as it wants it
     """
     ny, nx = s.gap.shape
     lu, pivots = np.empty((ny - 1, nx - 2, nx - 2)), np.empty((ny - 1, nx - 2), dtype=np.int32)
     approach = np.zeros((ny, nx))
-    line_jacobians(s, carried and s.warm, lu, approach)
-    for matrix, exchanges, line in zip(lu, pivots, approach[:-1], strict=True):
-        _, exchanges[:], info = dgetrf(matrix.T, overwrite_a=1)
+    for j in range(ny - 1):
+        lu[j], own = line_jacobian(s, j, carried and s.film.warm)
+        _, pivots[j], info = dgetrf(lu[j].T, overwrite_a=1)
         if info != 0:
             raise np.linalg.LinAlgError("a line of the contact has a singular Jacobian")
-        line[1:-1], _ = dgetrs(matrix.T, exchanges, line[1:-1], trans=1)
-    load = float(np.sum(s.weights * approach))
+        approach[j, 1:-1], _ = dgetrs(lu[j].T, pivots[j], own, trans=1)
+    load = float(np.sum(s.geometry.weights * approach))
     if not np.isfinite(load):
-        raise np.linalg.LinAlgError("a line of the contact has a singular Jacobian")
+        raise np.linalg.LinAlgError("the Jacobian of a line of the contact is not finite")
     return LineFactors(lu, pivots, approach, load)
 
 
 @kernel(fastmath={"reassoc", "contract"})  # sums in any order; NaN and infinity stay what they are
-def lu_solve(a, pivots, b):
-    """Solve with the factors a (n, n) and pivots of the transposed matrix by LAPACK getrf, b (n,) in place."""
-    n = a.shape[0]
-    for k in range(n):
-        row = a[k]
-        total = b[k]
-        for m in range(k):
-            total -= row[m] * b[m]
-        b[k] = total / row[k]
-    for k in range(n - 2, -1, -1):
-        row = a[k]
-        total = b[k]
-        for m in range(k + 1, n):
-            total -= row[m] * b[m]
-        b[k] = total
-    for k in range(n - 1, -1, -1):
-        at = pivots[k]
-        if at != k:
-            b[k], b[at] = b[at], b[k]
+def solve_lines(lu, pivots, rows):
+    """Solve for the rows (lines, n) in place, with the factors and exchanges of the transposed matrices by getrf."""
+    n = rows.shape[1]
+    for j in range(rows.shape[0]):
+        a, b = lu[j], rows[j]
+        for k in range(n):
+            total = b[k]
+            for m in range(k):
+                total -= a[k, m] * b[m]
+            b[k] = total / a[k, k]
+        for k in range(n - 2, -1, -1):
+            total = b[k]
+            for m in range(k + 1, n):
+                total -= a[k, m] * b[m]
+            b[k] = total
+        for k in range(n - 1, -1, -1):
+            at = pivots[j, k]
+            if at != k:
+                b[k], b[at] = b[at], b[k]
 
 
-@kernel
-def line_jacobians(s, carried, out, approach):
-    """Jacobians of all lines (lines, n, n), and their changes with a rigid approach (n_y, n_x)."""
-    nx = s.gap.shape[1]
-    n = nx - 2
-    far = nx if carried else 0
-    far_phi, far_g = np.empty((far, far)), np.empty((far, far))
-    columns = np.empty((3 * s.heat.up_1.shape[2] + 5, nx))
-    column = np.empty(n)
-    for j in range(out.shape[0]):
-        if carried:
-            line_response(
-                s.heat, j, s.g, s.dg, s.by_t, s.unit, s.unit_h, s.same_line, columns, far_phi, far_g
-            )
-        kernels.line_jacobian(j, s, far_phi, far_g, out[j], column)
-        for i in range(n):
-            approach[j, i + 1] = column[i]
+class ColumnSolve:
+    """Pressures by the flow across through every column of a scaled residual, neighbour columns and deflection held.
 
-
-@kernel
-def column_factors(s):
-    """Factors (4, n_y, n_x) of the flow across through every column, neighbour columns and deflection held.
-
-    Lower, inverse pivot and upper of the rows of the scaled residual; share of the flow across in the diagonal.
+    By the share of the flow across in the diagonal. Far upstream of a circle, where lines lie closer than nodes, lines
+    alone take dozens of iterations. Not with temperatures that follow, where nothing is gained.
     """
-    ny, nx = s.gap.shape
-    out = np.zeros((4, ny, nx))
-    lower, pivot, upper, share = out[0], out[1], out[2], out[3]
-    for j in range(ny - 1):
-        for i in range(1, nx - 1):
-            unit = s.kappa_h / s.scale[j, i]
-            above = (2.0 if j == 0 else 1.0) * unit
-            own = above * (s.c_y[j, i, 1] * s.dln_phi[j, i] - s.c_y[j, i, 0]) - 1.0
-            if j + 1 < ny - 1:
-                upper[j, i] = above * (s.c_y[j, i, 2] * s.dln_phi[j + 1, i] + s.c_y[j, i, 0])
-            if j > 0:
-                own -= unit * (s.c_y[j - 1, i, 2] * s.dln_phi[j, i] + s.c_y[j - 1, i, 0])
-                lower[j, i] = unit * (s.c_y[j - 1, i, 0] - s.c_y[j - 1, i, 1] * s.dln_phi[j - 1, i])
-                lower[j, i] *= pivot[j - 1, i]
-            share[j, i] = 1.0 + 1.0 / own
-            if j > 0:
-                own -= lower[j, i] * upper[j - 1, i]
-            pivot[j, i] = 1.0 / own
-    return out
+
+    def __init__(self, s: Linearisation) -> None:
+        c_y, inner = s.faces.c_y, s.geometry.grid.inner
+        unit, slope = (s.geometry.kappa_h / s.scale)[inner], s.dln_phi[:, 1:-1]
+        above = unit.copy()
+        above[0] *= 2.0
+        self.diagonals = np.zeros((3, *unit.shape))
+        upper, own, lower = self.diagonals
+        own[:] = above * (c_y[1, :, 1:-1] * slope[:-1] - c_y[0, :, 1:-1]) - 1.0
+        own[1:] -= unit[1:] * (c_y[2, :-1, 1:-1] * slope[1:-1] + c_y[0, :-1, 1:-1])
+        # as solve_banded takes them: upper at the next line, lower at the line before
+        upper[1:] = above[:-1] * (c_y[2, :-1, 1:-1] * slope[1:-1] + c_y[0, :-1, 1:-1])
+        lower[:-1] = unit[1:] * (c_y[0, :-1, 1:-1] - c_y[1, :-1, 1:-1] * slope[:-2])
+        self.share = 1.0 + 1.0 / own
+
+    def __call__(self, residual: Array) -> Array:
+        """Pressures (n_y-1, n_x-2) for a residual on the inner nodes."""
+        ab = self.diagonals.transpose(0, 2, 1).reshape(3, -1)
+        columns = solve_banded((1, 1), ab, (self.share * residual).T.ravel(), check_finite=False)
+        return np.asarray(columns.reshape(residual.shape[::-1]).T)
 
 
-@kernel
-def solve_columns(s, columns, v, left, out):
-    """Pressures out (n_y, n_x) by the flow across of a scaled residual v, by its share; left: what they leave of v.
-
-    The deflection by them is left out. Far upstream of a circle, where lines lie closer than nodes, lines alone take
-    dozens of iterations. Not with temperatures that follow, where nothing is gained.
-    """
-    ny, nx = s.gap.shape
-    lower, pivot, upper, share = columns[0], columns[1], columns[2], columns[3]
-    out[:, :] = 0.0
-    for j in range(ny - 1):
-        for i in range(1, nx - 1):
-            out[j, i] = share[j, i] * v[j * nx + i]
-            if j > 0:
-                out[j, i] -= lower[j, i] * out[j - 1, i]
-    for j in range(ny - 2, -1, -1):
-        for i in range(1, nx - 1):
-            out[j, i] = pivot[j, i] * (out[j, i] - upper[j, i] * out[j + 1, i])
-    r = np.empty((ny, nx))
-    kernels.jacobian_times(s, out, np.zeros((ny, nx)), s.dln_phi * out, s.dg * out, r)
-    for j in range(ny):
-        for i in range(nx):
-            left[j * nx + i] = v[j * nx + i] - r[j, i] / s.scale[j, i]
-    left[ny * nx] = v[ny * nx] - (np.sum(s.weights * out) / s.load if s.free else 0.0)
-
-
-@kernel
-def precondition(s, factors, columns, v):
+def precondition(s: Linearisation, factors: LineFactors, columns: ColumnSolve | None, v: Array) -> Array:
     """Column and line solves of a scaled residual v (n_y n_x + 1,), bordered by the load balance."""
-    ny, nx = s.gap.shape
-    line, out, left = np.empty(nx - 2), np.zeros(v.size), v.copy()
-    if s.across:
-        solve_columns(s, columns, v, left, out[: ny * nx].reshape((ny, nx)))
-    load = 0.0
-    for j in range(factors.lu.shape[0]):
-        for i in range(1, nx - 1):
-            line[i - 1] = left[j * nx + i] * s.scale[j, i]
-        lu_solve(factors.lu[j], factors.pivots[j], line)
-        for i in range(1, nx - 1):
-            out[j * nx + i] += line[i - 1]
-            load += s.weights[j, i] * line[i - 1]
-    rise = (load - left[ny * nx] * s.load) / factors.approach_load if s.free else v[ny * nx]
-    for j in range(ny):
-        for i in range(nx):
-            out[j * nx + i] -= rise * factors.approach[j, i]
-    out[ny * nx] = rise
-    return out
-
-
-def times(s: LinearSystem, deflection: LineConvolution, v: Array) -> Array:
-    """Scaled Jacobian times a change v (n_y n_x + 1,) of pressures and approach; deflection in single precision."""
-    d_p, out = v[:-1].reshape(s.gap.shape), np.empty_like(s.gap)
-    d_h = deflection.rough(d_p) + v[-1]
-    d_phi, d_g = s.dln_phi * d_p, s.dg * d_p
-    if s.warm:
-        d_t = np.empty((*s.gap.shape, s.by_t.shape[-1]))
-        follow(s.heat, s.g, s.dg, s.by_t, s.unit, s.unit_h, d_p, d_h, d_t)
-        by_heat = np.einsum("jimk,jik->mji", s.by_t, d_t)
-        d_phi, d_g = d_phi + by_heat[0], d_g + by_heat[1]
-    kernels.jacobian_times(s, d_p, d_h, d_phi, d_g, out)
-    return np.append(out / s.scale, np.sum(s.weights * d_p) / s.load if s.free else v[-1])
+    inner, weights = s.geometry.grid.inner, s.geometry.weights
+    residual, missing, d_p = v[:-1].reshape(s.gap.shape), v[-1] * TARGET_LOAD, np.zeros_like(s.gap)
+    if columns is not None:
+        d_p[inner] = columns(residual[inner])
+        residual = residual - s.derivative(d_p, np.zeros_like(d_p), s.dln_phi * d_p, s.dg * d_p) / s.scale
+        missing -= np.sum(weights * d_p)
+    lines = (residual * s.scale)[inner]
+    solve_lines(factors.lu, factors.pivots, lines)
+    d_p[inner] += lines
+    rise = (np.sum(weights[inner] * lines) - missing) / factors.approach_load if s.free else v[-1]
+    return np.append(d_p - rise * factors.approach, rise)
 
 
 def gmres(
-    s: LinearSystem,
-    deflection: LineConvolution,
-    factors: LineFactors,
-    rhs: Array,
-    tolerance: float,
-    most: int,
+    s: Linearisation, factors: LineFactors, rhs: Array, tolerance: float, most: int
 ) -> tuple[Array, int, float]:
     """Solution for a scaled right-hand side (n_y n_x + 1,), the iterations used and the relative residual left.
 
     GMRES without restart, preconditioned from the right; every vector is made orthogonal twice.
     Source       Saad 2003, algorithm 9.5
     """
-    columns = column_factors(s) if s.across else np.zeros((4, 1, 1))
+    columns = ColumnSolve(s) if s.film.across else None
     basis, hessenberg = np.empty((most + 1, rhs.size)), np.zeros((most + 1, most))
     size = float(np.linalg.norm(rhs))
     if size == 0.0:
         return np.zeros_like(rhs), 0, 0.0
     basis[0] = rhs / size
     for k in range(most):
-        w, known = times(s, deflection, precondition(s, factors, columns, basis[k])), basis[: k + 1]
+        w, known = s.times(precondition(s, factors, columns, basis[k])), basis[: k + 1]
         for _ in range(2):
             overlap = known @ w
             w -= overlap @ known

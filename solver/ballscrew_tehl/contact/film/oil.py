@@ -1,12 +1,9 @@
-"""The oil in the compiled loops: ambient viscosity from a table, pressure laws, density."""
-
-from __future__ import annotations
+"""The oil in the film: ambient viscosity from a table, pressure laws, density."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled import kernel
 from ...parameters.file import LubricantParameters
 from ...parameters.oil import ROELANDS_LN
 from ...parameters.units import COLDEST
@@ -20,13 +17,13 @@ TABLE_BELOW, TABLE_SPAN, TABLE_STEP = 40.0, 640.0, 0.25
 class OilTable(NamedTuple):
     """Numbers of one oil at one inlet temperature.
 
-    table_start [K], ln_eta0 (n,) of Pa s, roelands (0 Barus, 1 Roelands), z, p_r [Pa], alpha [1/Pa],
+    table_start [K], ln_eta0 (n,) of Pa s, roelands (else Barus), z, p_r [Pa], alpha [1/Pa],
     rise, fade: A, B of the density law [1/Pa], beta_t: thermal expansion [1/K], t_ref [K], density [kg/m3].
     """
 
     table_start: float
     ln_eta0: Array
-    roelands: int
+    roelands: bool
     z: float
     p_r: float
     alpha: float
@@ -45,40 +42,34 @@ def oil_table(oil: LubricantParameters, temperature: float) -> OilTable:
     ln_eta0 = np.maximum(np.log(lubricant_laws.eta0(oil, t)), -ROELANDS_LN)
     rise, fade = lubricant_laws.DENSITY_LAWS[oil.density_law]
     return OilTable(
-        start, ln_eta0, int(oil.pressure_law == "roelands"), oil.z_roelands, oil.roelands_pressure,
+        start, ln_eta0, oil.pressure_law == "roelands", oil.z_roelands, oil.roelands_pressure,
         oil.pressure_viscosity, rise, fade, oil.density_temperature,
         oil.reference_temperature, oil.density,
     )  # fmt: skip
 
 
-@kernel
-def pressure_factor(oil, p):
+def pressure_factor(oil: OilTable, p: Array) -> tuple[Array, Array | float]:
     """Pressure part of the viscosity law and its derivative [1/Pa]: (1+p/p_r)^Z - 1 (Roelands), alpha p (Barus)."""
-    if oil.roelands == 1:
+    if oil.roelands:
         power = (1.0 + p / oil.p_r) ** oil.z
         return power - 1.0, oil.z * power / (oil.p_r + p)
     return oil.alpha * p, oil.alpha
 
 
-@kernel
-def ln_viscosity(oil, factor, t):
+def ln_viscosity(oil: OilTable, factor: Array, t: Array) -> tuple[Array, Array, Array | float]:
     """ln eta(p, T), d ln eta/dT [1/K] and d ln eta/d factor, from the pressure factor and the temperature [K]."""
-    s = (t - oil.table_start) / TABLE_STEP
-    last = oil.ln_eta0.size - 2
-    k = 0 if not s > 0.0 else (last if s > last else int(s))
+    s, last = (t - oil.table_start) / TABLE_STEP, oil.ln_eta0.size - 2
+    k = np.fmin(np.fmax(s, 0.0), last).astype(np.int64)
     slope = (oil.ln_eta0[k + 1] - oil.ln_eta0[k]) / TABLE_STEP
-    w = min(max(s - k, 0.0), 1.0)
-    base = oil.ln_eta0[k] + w * TABLE_STEP * slope
-    if not 0.0 < s < last + 1:
-        # constant beyond the table
-        slope = 0.0
-    if oil.roelands == 1:
+    base = oil.ln_eta0[k] + np.clip(s - k, 0.0, 1.0) * TABLE_STEP * slope
+    # constant beyond the table
+    slope = np.where((s > 0.0) & (s < last + 1), slope, 0.0)
+    if oil.roelands:
         return base + (base + ROELANDS_LN) * factor, slope * (1.0 + factor), base + ROELANDS_LN
     return base + factor, slope, 1.0
 
 
-@kernel
-def pressure_density(oil, p):
+def pressure_density(oil: OilTable, p: Array) -> tuple[Array, Array]:
     """Density over pressure at the reference temperature relative to ambient, and its derivative [1/Pa].
 
     Dowson & Higginson 1966; thermal expansion beta_t (T - t_ref) comes off (sign of the print corrected).
