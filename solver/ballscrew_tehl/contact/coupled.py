@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from .film import energy, reynolds
 from .film.geometry import GridChoice, contact_geometry
-from .film.reynolds import HELD_ABOVE, NewtonHistory
+from .film.reynolds import FLOOR_SHARE, HELD_ABOVE, NewtonHistory
 from .half_space.deflection import LineConvolution
 from .half_space.grid import TINY, Array
 from .half_space.walls import wall_operator
-from .problem import LEAST_GAP_SHARE, ContactProblem, Iteration, WarmFilm
+from .problem import ContactProblem, Iteration, WarmFilm
 
 Columns = NDArray[np.int64]
 
@@ -33,20 +33,21 @@ LEAST_STEP = 0.05
 LARGE_CHANGE = 0.1
 #: growth of the share from one iteration to the next, near the solution and above LARGE_CHANGE
 GROWTH, FAR_GROWTH = 1.5, 1.2
-#: relative change below which damping ends; when the change has grown by RETURN, it goes on from the state where it
-#: ended, and then ends at the share 1/RETURN of this bound
-UNDAMPED_BELOW, RETURN = 0.02, 5.0
-#: Newton steps per iteration at most, and where the last ones failed; where these fail as well, damping follows
-NEWTON_STEPS, MORE_NEWTON_STEPS = 4, 12
+#: damping ends at a relative change of LARGE_CHANGE/RETURN; when the change has grown by RETURN, it goes on from the
+#: state where it ended, and then ends at the share 1/RETURN of that bound
+RETURN = 5.0
+#: Newton steps per iteration at most; three times as many where the last ones failed; where these fail as well, damping
+#: follows
+NEWTON_STEPS = 4
 #: pressure change that ends the Newton steps, as a share of the last relative change; 16 contacts: a sixth fewer Newton
 #: steps than with 10 steps and a share of 0.1
 PRESSURE_SHARE = 0.3
 #: a solution is converged at changes below this multiple of the tolerance of pressure: bounds the error of the film
 CONVERGED_AT = 10.0
 #: a solution is also converged where the film is expected to change by less than that, and the mean temperature,
-#: weighted by pressure, has changed by MEAN_SHARE of it: the node of a pressure spike may still oscillate, by
-#: SPIKE_CHANGE of the mean rise. Bound of the ratio of the changes, which is taken where they creep: damped
-MEAN_SHARE, SPIKE_CHANGE, LARGEST_RATIO = 10.0, 0.5, 0.98
+#: weighted by pressure, by CONVERGED_AT times that: the node of a pressure spike may still oscillate, by SPIKE_CHANGE
+#: of the mean rise. Bound of the ratio of the changes, which is taken where they creep: damped
+SPIKE_CHANGE, LARGEST_RATIO = 0.5, 0.98
 #: sweeps of the energy equation each way per iteration: oil circulates in the inlet. With 1, the heat balance of a
 #: thick sliding film closes to 3e-5 only; no iteration more on 12 contacts of a map
 SWEEPS = 2
@@ -138,7 +139,7 @@ class _CoupledRun:
         last_change = it.temperature_history[-1] if it.temperature_history else 1.0
         aim = max(self.tolerance, PRESSURE_SHARE * min(last_change, LARGE_CHANGE))
         # a node at the edge of cavitation may take many short steps
-        steps = NEWTON_STEPS if it.history.converged or not it.temperature_history else MORE_NEWTON_STEPS
+        steps = NEWTON_STEPS if it.history.converged or not it.temperature_history else 3 * NEWTON_STEPS
         if problem.film_scale > HELD_ABOVE:
             steps = problem.options.max_newton
         newton = self._newton(aim, steps)
@@ -166,7 +167,7 @@ class _CoupledRun:
         if newton.change[-1] <= self.tolerance:
             return
         it, state, temperature = self.it, self.it.state, self.temperature
-        if not self._newton(self.tolerance, MORE_NEWTON_STEPS).converged:
+        if not self._newton(self.tolerance, 3 * NEWTON_STEPS).converged:
             it.state, self.temperature = state, temperature
         self.gap = self.problem.update_flow(it, self.temperature)
         # the heat balance is that of the last flow
@@ -175,7 +176,7 @@ class _CoupledRun:
     def _rescale(self, film: float) -> None:
         """Take a film [b^2/R_x] as that of the iteration."""
         estimate = self.problem.scales.film_estimate
-        self.problem.film_scale = min(max(film, LEAST_GAP_SHARE * estimate), estimate)
+        self.problem.film_scale = min(max(film, 0.5 * FLOOR_SHARE * estimate), estimate)
 
     def step_temperature(self) -> float:
         """Solve the energy equation and step towards it; largest change of temperature over largest rise."""
@@ -250,7 +251,7 @@ class _CoupledRun:
         if (
             self.mean_changes
             and self.spike <= SPIKE_CHANGE
-            and self.mean_changes[-1] <= MEAN_SHARE * tolerance
+            and self.mean_changes[-1] <= CONVERGED_AT * tolerance
             and _left(self.films, LARGEST_RATIO if self.relaxation.damped else 0.0) <= tolerance
         ):
             return f"film and mean temperature within tolerance, largest change {changes[-1]:.0e} of the rise"
@@ -275,7 +276,7 @@ class Relaxation:
     def __init__(self, damped: bool) -> None:
         self.damped = self.ever_damped = damped
         self.share = DAMPED_STEP if damped else UNDAMPED_STEP
-        self._undamped_below = UNDAMPED_BELOW
+        self._undamped_below = LARGE_CHANGE / RETURN
         self._residual: Array | None = None
 
     def step(self, residual: Array, change: float) -> float:

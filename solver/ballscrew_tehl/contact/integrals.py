@@ -3,8 +3,6 @@
 The contact is the Hertz ellipse X^2 + Y^2 <= 1.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

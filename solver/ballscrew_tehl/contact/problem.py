@@ -17,8 +17,6 @@ from .half_space.grid import Array
 
 #: materials of body 1 (raceway) and body 2 (ball)
 Solids = tuple[SolidParameters, SolidParameters]
-#: least gap, as a share of the present film, in flow and energy equation while an iterate overlaps
-LEAST_GAP_SHARE = 0.1
 
 
 @dataclass
@@ -157,7 +155,7 @@ class ContactProblem:
 
     def physical(self, state: ReynoldsState) -> tuple[Array, Array]:
         """Pressure of the film [Pa] and gap [m], the latter at least a tenth of the film while iterating."""
-        gap = np.maximum(state.gap, LEAST_GAP_SHARE * self.film_scale) * self.scales.h_unit
+        gap = np.maximum(state.gap, 0.5 * reynolds.FLOOR_SHARE * self.film_scale) * self.scales.h_unit
         return np.maximum(state.p, 0.0) * self.scales.hertz.p_max, gap
 
     def update_flow(self, it: Iteration, temperature: Array) -> Array:

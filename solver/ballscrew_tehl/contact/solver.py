@@ -43,8 +43,6 @@ WARNED_ABOVE = 0.1
 WORTH_TRYING = 0.8
 #: halvings of the load, from the first that the grid is expected to resolve, in search of two resolved ones
 MOST_HALVINGS = 8
-#: share of the load below which no resolved load is expected: ends that search
-LEAST_LOAD_SHARE = 1e-6
 
 
 def solve(
@@ -177,9 +175,7 @@ def _resolved_pair(
     """Solutions at the highest halved load that the grid resolves and at half of it; None if there are none."""
     load, lower = c.load, None
     # expected films give nearly where the grid begins to resolve: no solves before
-    while load > LEAST_LOAD_SHARE * c.load and not _expected_resolved(
-        replace(c, load=0.5 * load), oil, replace(options, thermal=False)
-    ):
+    while not _expected_resolved(replace(c, load=0.5 * load), oil, replace(options, thermal=False)):
         load *= 0.5
     for _ in range(MOST_HALVINGS):
         load *= 0.5

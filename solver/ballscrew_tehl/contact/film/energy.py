@@ -27,8 +27,8 @@ SWEEP_LIMIT = 30.0
 COLUMNS = 4
 #: flow, over that of the cell upstream, up to which the slope of the latter counts in full
 REVERSAL = 4.0
-#: relative residual at which GMRES ends for the wall temperatures, and its most iterations
-WALL_TOLERANCE, MOST_WALL_STEPS = 1e-2, 40
+#: relative residual at which GMRES ends for the wall temperatures
+WALL_TOLERANCE = 1e-2
 
 
 class EnergyMesh(NamedTuple):
@@ -415,7 +415,7 @@ def update_walls(
         ]).ravel()  # fmt: skip
 
     system = LinearOperator((missing.size, missing.size), matvec=apply, dtype=float)
-    step, _ = gmres(system, missing.ravel(), rtol=WALL_TOLERANCE, restart=MOST_WALL_STEPS, maxiter=1)
+    step, _ = gmres(system, missing.ravel(), rtol=WALL_TOLERANCE, maxiter=2)
     t[:, :, 0] += step.reshape(shape)[0]
     t[:, :, -1] += step.reshape(shape)[1]
 

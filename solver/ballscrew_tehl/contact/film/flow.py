@@ -13,6 +13,8 @@ import numpy as np
 from ..half_space.grid import Array
 from .oil import OilTable, ln_viscosity, pressure_density, pressure_factor
 
+#: fewest layers that the cubics of cumulative_matrix fit in
+LEAST_LAYERS = 4
 #: bound of ln(eta) for stresses, which a Barus oil exceeds at high pressure: exp would overflow
 LARGEST_LN_ETA = 300.0
 #: largest change of temperature by a change of pressure between two energy solves [K]: bounds a start far away
@@ -68,7 +70,7 @@ class FilmFlow(NamedTuple):
 def cumulative_matrix(n: int) -> Array:
     """Matrix (n+1, n+1) from nodal values on the unit interval to their integral from the first node to each.
 
-    By the cubic through four nodes, n >= 4 layers; the last row has the weights of the whole integral.
+    By the cubic through four nodes, n >= LEAST_LAYERS; the last row has the weights of the whole integral.
     """
     steps = np.zeros((n, n + 1))
     for k in range(1, n - 1):

@@ -1,4 +1,4 @@
-"""What depends on the grid and on the ratio of radii only: nodes, gap of the undeformed bodies, deflection, dry contact.
+"""What depends on the grid and on the ratio of radii only: nodes, undeformed gap, deflection, dry contact.
 
 Dimensionless in Hertz units: P = p/p_max, X = x/b, Y = y/a, gap in b^2/R_x, load 2 pi/3.
 """
@@ -10,15 +10,14 @@ import numpy as np
 from scipy.special import elliprd
 
 from ...physics.hertz import ratio_of_axes
-from ..half_space.deflection import LineConvolution, deflection_operator
-from ..half_space.dry import dry_contact
+from ..half_space.deflection import LineConvolution, deflection_operator, dry_contact
 from ..half_space.grid import Array, Grid, graded_grid
 from .fluxes import Mesh
 
 TARGET_LOAD = 2.0 * np.pi / 3.0
 #: film [b^2/R_x] above which it is thicker than the flattening of the bodies
 THICK_FILM = 2.0
-#: fewest nodes along and across rolling that a coarser grid may have
+#: fewest nodes along rolling that a coarser grid may have, fewest lines of any grid
 LEAST_NODES, LEAST_LINES = 33, 5
 
 

@@ -25,27 +25,25 @@ STEP_LIMIT = 0.3
 #: earlier state small residuals hide large errors of the pressure; and its most iterations
 KRYLOV_TOLERANCE, MOST_KRYLOV = 0.002, 60
 #: iterations of GMRES above which a preconditioner of an earlier state is renewed: new factors cost as much as 16
-#: products
+#: products. After twice as many with new factors that leave out the heat carried along the lines, it is put in
 KEEP_BELOW = 12
 #: pressure change [p_max] above which it is renewed at once; 16 contacts: a fifth fewer factorisations than at 3e-3; at
 #: 0.3, with 16 iterations, half as many products more and a tenth more Newton steps
 RENEW_ABOVE = 0.05
-#: iterations with factors that leave out the heat carried along the lines, after which it is put in
-MOST_KRYLOV_STILL = 24
-#: a step turns back if its projection on the last one is below -TURN of it; steps alternate if two of the last four
-#: turned back and the last is above ALTERNATING times the least of three
-TURN, ALTERNATING = 0.5, 0.5
+#: a step turns back if its projection on the last one is below -ALTERNATING of it; steps alternate if two of the last
+#: four turned back and the last is above ALTERNATING times the least of three
+ALTERNATING = 0.5
 #: the edge of cavitation is settled at nodes below this pressure, relative to the largest, and above this share of the
 #: flow in the diagonal of the node; sweeps for it
 EDGE_PRESSURE, EDGE_FLOW_SHARE, EDGE_SWEEPS = 0.02, 0.9, 100
-#: share of the expected film below which the flow is that of a lifted gap while iterating
+#: share of the expected film below which the flow is that of a lifted gap while iterating; the gap of the energy
+#: equation is at least half of that
 FLOOR_SHARE = 0.2
 #: Newton steps after which a patient solve goes over to pseudo time
 NEWTON_STEPS = 30
-#: pseudo time steps [b/u_e]: the first, and the one beyond which a solution is steady
-FIRST_PSEUDO_STEP, LONG_PSEUDO_STEP = 0.1, 10.0
-#: change of pressure [p_max] that the pseudo time step aims at
-PSEUDO_CHANGE = 0.3
+#: first step of pseudo time [b/u_e], which aims at changes of the pressure of STEP_LIMIT; beyond the inverse of it a
+#: solution is steady
+FIRST_PSEUDO_STEP = 0.1
 #: film [b^2/R_x] above which the approach is held and corrected with the load
 HELD_ABOVE = 50.0
 #: largest change of ln(film) between two held approaches of a thick film
@@ -154,11 +152,11 @@ def _newton(
         balanced = abs(load_error) <= LOAD_TOLERANCE * TARGET_LOAD
         close = change <= length.share * tolerance * min(1.0, float(p.max()))
         close = close and abs(float(gap[0, geometry.centre]) - centre) <= GAP_TOLERANCE * abs(centre)
-        if close and balanced and size <= limit and (steady or pseudo_step > LONG_PSEUDO_STEP):
+        if close and balanced and size <= limit and (steady or pseudo_step > 1.0 / FIRST_PSEUDO_STEP):
             history.converged, history.reason = True, "pressure change below tolerance"
             break
         if not steady:
-            pseudo_step *= min(max(PSEUDO_CHANGE / max(size, TINY), 0.5), 2.0)
+            pseudo_step *= min(max(STEP_LIMIT / max(size, TINY), 0.5), 2.0)
     return ReynoldsState(p, h_0, gap), history, factors
 
 
@@ -256,7 +254,7 @@ def _bounded(p: Array) -> Array:
 
 def _linear_step(
     linear: Linearisation, rhs: Array, factors: LineFactors | None, history: NewtonHistory
-) -> tuple[Array, LineFactors]:
+) -> tuple[Array, LineFactors | None]:
     """Solve one linearised system by GMRES; factors that need too many iterations are replaced."""
     used = 0
     if factors is not None:
@@ -265,7 +263,7 @@ def _linear_step(
             factors = None
     if factors is None:
         # without heat, both would have the same factors
-        still = ((False, MOST_KRYLOV_STILL),) if linear.film.warm else ()
+        still = ((False, 2 * KEEP_BELOW),) if linear.film.warm else ()
         for carried, most in (*still, (True, MOST_KRYLOV)):
             factors = factor_lines(linear, carried)
             delta, again, left = gmres(linear, factors, rhs, KRYLOV_TOLERANCE, most)
@@ -289,7 +287,7 @@ class _StepLength:
     def adapt(self, d_p: Array) -> None:
         """Choose the share of a full step."""
         self.sizes.append(float(np.abs(d_p).max()))
-        turned = float(np.sum(d_p * self._last)) < -TURN * float(np.sum(self._last * self._last))
+        turned = float(np.sum(d_p * self._last)) < -ALTERNATING * float(np.sum(self._last * self._last))
         self._turned.append(turned)
         if turned and sum(self._turned[-4:]) > 1 and self.sizes[-1] > ALTERNATING * min(self.sizes[-3:]):
             # a node at the edge of cavitation alternates; half steps bring it to rest there

@@ -4,8 +4,6 @@ T - T0 = 1/(2 pi k) double integral of q exp[-(|u| r - u (x-x'))/(2 chi)]/r: Car
 speed, zero included. The printed fast-source integral of the paper is its limit for large u b/chi.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ...compiled import kernel
