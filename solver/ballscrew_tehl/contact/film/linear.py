@@ -4,6 +4,7 @@ Preconditioned by columns across, then one LU factor per line along, with the li
 fields (n_y, n_x), zero on the outer edges, and the approach behind them.
 """
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 from ...compiled import kernel
 from ..half_space.grid import TINY, Array
 from .flow import FilmFlow
-from .fluxes import face_fluxes, lifted_gap, line_fluxes, net_flow, smaller, wedge_flux
+from .fluxes import face_fluxes, lifted_gap, line_fluxes, net_flow, net_flow_change, smaller
 from .geometry import TARGET_LOAD, ContactGeometry
 from .transport import HeatTransport, follow, line_response
 
@@ -109,15 +110,10 @@ class Linearisation:
 
     def derivative(self, d_p: Array, d_h: Array, d_phi: Array, d_g: Array) -> Array:
         """Change of the residual with changes of pressure, gap, ln phi and g at the nodes."""
-        _, _, c_x, c_y, wedge = self.faces
-        carried = self.g * d_h + self.gap * d_g
-        flow_x = c_x[0] * np.diff(d_p, axis=1) + c_x[1] * d_phi[:, :-1] + c_x[2] * d_phi[:, 1:]
-        flow_x += c_x[3] * (d_h[:, :-1] + d_h[:, 1:]) - wedge_flux(wedge, carried)
-        flow_y = c_y[0] * np.diff(d_p, axis=0) + c_y[1] * d_phi[:-1] + c_y[2] * d_phi[1:]
-        flow_y += c_y[3] * d_h[:-1] + c_y[4] * d_h[1:]
-        out, inner = net_flow(self.geometry.mesh, flow_x, flow_y), self.geometry.grid.inner
+        mesh, inner = self.geometry.mesh, self.geometry.grid.inner
+        out, carried = net_flow_change(mesh, self.faces, self.g, self.gap, d_p, d_h, d_phi, d_g)
         out[inner] -= (self.penalty * d_p + self.squeeze * carried)[inner]
-        return out
+        return np.asarray(out)
 
     def times(self, v: Array) -> Array:
         """Scaled Jacobian times a change v (n_y n_x + 1,) of pressures and approach; deflection in single precision."""
@@ -191,52 +187,56 @@ class Linearisation:
             field[inner] = np.where(wet if values.ndim == 2 else wet[..., None], values, 0.0)
 
 
-def line_jacobian(s: Linearisation, j: int, carried: bool) -> tuple[Array, Array]:
-    """Jacobian of line j to its own pressures (n_x-2, n_x-2), and to a rigid approach (n_x-2,).
+@kernel
+def add_rows(weights, nodes, source, matrix):
+    """Add to the rows i of a matrix the rows nodes[:, i] of another times weights[:, i]."""
+    for i in range(matrix.shape[0]):
+        for m in range(nodes.shape[0]):
+            for k in range(matrix.shape[1]):
+                matrix[i, k] += weights[m, i] * source[nodes[m, i], k]
 
-    With the deflection of the line by itself; carried: and with the heat that its oil carries along.
+
+def line_jacobians(s: Linearisation, carried: bool) -> tuple[Array, Array]:
+    """Jacobians of all lines to their own pressures (lines, n, n), n = n_x-2, and to a rigid approach (lines, n).
+
+    With the deflection of a line by itself; carried: and with the heat that its oil carries along.
     """
-    geometry, nx = s.geometry, s.gap.shape[1]
-    before, behind, wedge = s.faces.c_x[:, j, :-1], s.faces.c_x[:, j, 1:], s.faces.wedge
-    inv, kappa_h, same_line = (
-        1.0 / geometry.grid.width_x[1:-1],
-        geometry.kappa_h,
-        geometry.deflection.same_line,
+    (ny, nx), geometry, film = s.gap.shape, s.geometry, s.film
+    before, behind, wedge = s.faces.c_x[:, :-1, :-1], s.faces.c_x[:, :-1, 1:], s.faces.wedge
+    inv, same_line = 1.0 / geometry.grid.width_x[1:-1], geometry.deflection.same_line
+    up = geometry.kappa_h * s.faces.c_y[:, :, 1:-1]
+    down = np.concatenate((0.0 * up[:, :1], up[:, :-1]), axis=1)
+    up[:, 0] *= 2.0
+    # derivatives by nodes i-2, i-1, i, i+1 (gap, g) or i-1, i, i+1; the node before the first weighs nothing
+    nodes = np.maximum(np.arange(1, nx - 1) + np.arange(-2, 2)[:, None], 0)
+    by_p = np.array([before[0] * inv, -(before[0] + behind[0]) * inv - up[0] - down[0], behind[0] * inv])
+    by_p[1] -= s.penalty[:-1, 1:-1]
+    by_phi = np.array([-before[1] * inv, (behind[1] - before[2]) * inv + up[1] - down[2], behind[2] * inv])
+    by_h = np.array([0.0 * before[3], -before[3] * inv, (behind[3] - before[3]) * inv, behind[3] * inv])
+    by_h[2] += up[3] - down[4]
+    by_g = (
+        np.array([wedge[1, :-1], wedge[0, :-1] - wedge[1, 1:], wedge[2, :-1] - wedge[0, 1:], -wedge[2, 1:]])
+        * inv
     )
-    up = (2.0 if j == 0 else 1.0) * kappa_h * s.faces.c_y[:, j, 1:-1]
-    # derivatives by nodes i-2, i-1, i, i+1 (gap, g) or i-1, i, i+1
-    by_p = np.array([before[0] * inv, -before[0] * inv - behind[0] * inv - up[0], behind[0] * inv])
-    by_phi = np.array([-before[1] * inv, (behind[1] - before[2]) * inv + up[1], behind[2] * inv])
-    by_g = np.array([
-        wedge[1, :-1] * inv, (wedge[0, :-1] - wedge[1, 1:]) * inv, (wedge[2, :-1] - wedge[0, 1:]) * inv - s.squeeze,
-        -wedge[2, 1:] * inv,
-    ])  # fmt: skip
-    by_h = np.array([0.0 * inv, -before[3] * inv, (behind[3] - before[3]) * inv + up[3], behind[3] * inv])
-    approach = up[4]
-    if j > 0:
-        down = kappa_h * s.faces.c_y[:, j - 1, 1:-1]
-        by_p[1] -= down[0]
-        by_phi[1] -= down[2]
-        by_h[2] -= down[4]
-        approach = approach - down[3]
-    by_p[1] -= s.penalty[j, 1:-1]
-    # the weight of the node before the first is zero
-    rows, nodes = np.arange(nx - 2), np.maximum(np.arange(1, nx - 1) + np.arange(-2, 2)[:, None], 0)
-    by_h += by_g * s.g[j, nodes]
-    by_g *= s.gap[j, nodes]
-    matrix = sum(weight[:, None] * same_line[at] for weight, at in zip(by_h, nodes, strict=True))
-    for weight, at in zip(by_g * s.dg[j, nodes], nodes, strict=True):
-        matrix[rows, at] += weight
-    for weight, at in zip(by_p + by_phi * s.dln_phi[j, nodes[1:]], nodes[1:], strict=True):
-        matrix[rows, at] += weight
-    if carried:
-        film, far_phi, far_g = s.film, np.empty((nx, nx)), np.empty((nx, nx))
-        line_response(film.heat, j, s.g, s.dg, s.by_t, film.unit, film.unit_h, same_line, far_phi, far_g)
-        for weight, at in zip(by_phi, nodes[1:], strict=True):
-            matrix += weight[:, None] * far_phi[at]
-        for weight, at in zip(by_g, nodes, strict=True):
-            matrix += weight[:, None] * far_g[at]
-    return matrix[:, 1:-1], approach + by_h.sum(axis=0)
+    by_g[2] -= s.squeeze
+    g, gap, dg = (np.moveaxis(field[:-1, nodes], 1, 0) for field in (s.g, s.gap, s.dg))
+    by_h += by_g[:, None] * g
+    by_g = by_g[:, None] * gap
+    bands = by_g * dg
+    bands[1:] += by_p + by_phi * np.moveaxis(s.dln_phi[:-1, nodes[1:]], 1, 0)
+    rows, out = np.arange(nx - 2), np.empty((ny - 1, nx - 2, nx - 2))
+    far_phi, far_g = np.empty((2, nx, nx))
+    for j in range(ny - 1):
+        matrix = np.zeros((nx - 2, nx))
+        add_rows(by_h[:, j], nodes, same_line, matrix)
+        if carried:
+            line_response(film.heat, j, s.g, s.dg, s.by_t, film.unit, film.unit_h, same_line, far_phi, far_g)
+            add_rows(by_phi[:, j], nodes[1:], far_phi, matrix)
+            add_rows(by_g[:, j], nodes, far_g, matrix)
+        for band, at in zip(bands[:, j], nodes, strict=True):
+            matrix[rows, at] += band
+        out[j] = matrix[:, 1:-1]
+    return out, up[4] - down[3] + by_h.sum(axis=0)
 
 
 class LineFactors(NamedTuple):
@@ -260,15 +260,13 @@ def factor_lines(s: Linearisation, carried: bool) -> LineFactors:
     Raises       LinAlgError: singular, or not finite
     Source       LAPACK getrf of the transposed matrix, which is stored by columns as it wants it
     """
-    ny, nx = s.gap.shape
-    lu, pivots = np.empty((ny - 1, nx - 2, nx - 2)), np.empty((ny - 1, nx - 2), dtype=np.int32)
-    approach = np.zeros((ny, nx))
-    for j in range(ny - 1):
-        lu[j], own = line_jacobian(s, j, carried and s.film.warm)
-        _, pivots[j], info = dgetrf(lu[j].T, overwrite_a=1)
+    lu, raised = line_jacobians(s, carried and s.film.warm)
+    pivots, approach = np.empty(raised.shape, dtype=np.int32), np.zeros_like(s.gap)
+    for j, matrix in enumerate(lu):
+        _, pivots[j], info = dgetrf(matrix.T, overwrite_a=1)
         if info != 0:
             raise np.linalg.LinAlgError("a line of the contact has a singular Jacobian")
-        approach[j, 1:-1], _ = dgetrs(lu[j].T, pivots[j], own, trans=1)
+        approach[j, 1:-1], _ = dgetrs(matrix.T, pivots[j], raised[j], trans=1)
     load = float(np.sum(s.geometry.weights * approach))
     if not np.isfinite(load):
         raise np.linalg.LinAlgError("the Jacobian of a line of the contact is not finite")
@@ -333,7 +331,7 @@ def precondition(s: Linearisation, factors: LineFactors, columns: ColumnSolve | 
         d_p[inner] = columns(residual[inner])
         residual = residual - s.derivative(d_p, np.zeros_like(d_p), s.dln_phi * d_p, s.dg * d_p) / s.scale
         missing -= np.sum(weights * d_p)
-    lines = (residual * s.scale)[inner]
+    lines = residual[inner] * s.scale[inner]
     solve_lines(factors.lu, factors.pivots, lines)
     d_p[inner] += lines
     rise = (np.sum(weights[inner] * lines) - missing) / factors.approach_load if s.free else v[-1]
@@ -349,22 +347,34 @@ def gmres(
     Source       Saad 2003, algorithm 9.5
     """
     columns = ColumnSolve(s) if s.film.across else None
-    basis, hessenberg = np.empty((most + 1, rhs.size)), np.zeros((most + 1, most))
+    basis, triangle = np.empty((most + 1, rhs.size)), np.zeros((most, most))
+    turns: list[tuple[float, float]] = []
     size = float(np.linalg.norm(rhs))
     if size == 0.0:
         return np.zeros_like(rhs), 0, 0.0
-    basis[0] = rhs / size
+    basis[0], target = rhs / size, [size]
     for k in range(most):
         w, known = s.times(precondition(s, factors, columns, basis[k])), basis[: k + 1]
+        column = np.zeros(k + 1)
         for _ in range(2):
             overlap = known @ w
             w -= overlap @ known
-            hessenberg[: k + 1, k] += overlap
-        hessenberg[k + 1, k] = np.linalg.norm(w)
-        basis[k + 1] = w / hessenberg[k + 1, k]
-        rotation, triangle = np.linalg.qr(hessenberg[: k + 2, : k + 1], mode="complete")
-        left = float(abs(rotation[0, -1]))
-        if not left > tolerance:
+            column += overlap
+        length = float(np.linalg.norm(w))
+        basis[k + 1] = w / length
+        # Givens rotations of the new column of the Hessenberg matrix
+        entries = column.tolist()
+        for i, (cos, sin) in enumerate(turns):
+            entries[i : i + 2] = (
+                cos * entries[i] + sin * entries[i + 1],
+                cos * entries[i + 1] - sin * entries[i],
+            )
+        diagonal = max(math.hypot(entries[k], length), TINY)
+        turns.append((entries[k] / diagonal, length / diagonal))
+        entries[k] = diagonal
+        triangle[: k + 1, k] = entries
+        target[k:] = turns[k][0] * target[k], -turns[k][1] * target[k]
+        if not abs(target[-1]) > tolerance * size:
             break
-    weights = np.linalg.solve(triangle[:-1], size * rotation[0, :-1])
-    return precondition(s, factors, columns, weights @ known), k + 1, left
+    weights = np.linalg.solve(triangle[: k + 1, : k + 1], target[:-1])
+    return precondition(s, factors, columns, weights @ known), k + 1, abs(target[-1]) / size
