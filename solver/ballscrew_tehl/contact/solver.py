@@ -61,8 +61,10 @@ def solve(
     Raises       ValueError: conditions out of range; oil or solid of another kind
     Validity     steady, smooth; flooded, or with a meniscus at options.x_in. Resolved while the inlet length holds
                  about three cells; the nodes along rolling are doubled first, beyond that the film comes from the
-                 asymptotic branch. Oil in a gap of more than options.warm_films films has the inlet temperature. Both
-                 surfaces have one speed each: spin and differential slip are left to the closed forms of friction
+                 asymptotic branch. Above M = 3000 the minimum film is limited by the lines across: its side lobes are
+                 about as narrow as their spacing. Oil in a gap of more than options.warm_films films has the inlet
+                 temperature. Both surfaces have one speed each: spin and differential slip are left to the closed
+                 forms of friction
     Source       Zhao et al. 2023, Eqs. 5-13 with the deflection that Eq. 6 omits, the generalised Reynolds equation
                  (Yang & Wen 1990), moving-point-source walls (Carslaw & Jaeger 1959) and the errata named in the
                  modules of this package
