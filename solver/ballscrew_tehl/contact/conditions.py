@@ -11,7 +11,7 @@ from ..parameters.file import LubricantParameters
 from ..physics import film as film_formulas
 from ..physics.hertz import HertzContact, ellipse
 from .film.flow import LEAST_LAYERS
-from .film.geometry import LEAST_LINES, THICK_FILM, GridChoice
+from .film.geometry import LEAST_LINES, LEAST_NODES, THICK_FILM, GridChoice
 from .half_space.grid import INLET_SHAPE, Array
 
 #: unit, least and largest of what a contact is given by: wider than any machine, so that no number overflows
@@ -80,7 +80,7 @@ class ContactConditions:
 
 #: fewest nodes, lines, layers and iterations of a solve; most, which then take hours; bounds of the factors on domain
 #: and lines
-FEWEST = {"n_x": 17, "n_y": LEAST_LINES, "n_z": LEAST_LAYERS, "max_newton": 1, "max_thermal": 1}
+FEWEST = {"n_x": LEAST_NODES, "n_y": LEAST_LINES, "n_z": LEAST_LAYERS, "max_newton": 1, "max_thermal": 1}
 MOST_NODES, LEAST_FACTOR, MOST_FACTOR = 10_000, 0.25, 64.0
 
 

@@ -1,7 +1,5 @@
 """Films of the balls from the contact solver, without a map."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence

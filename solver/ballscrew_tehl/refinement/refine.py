@@ -31,12 +31,10 @@ from ..parameters.file import Parameters
 from ..parameters.identity import map_parameters
 from ..physics.hertz import RACEWAYS
 from ..runtime.packed import MECHANISTIC
-from .direct import NutContacts
+from .direct import Array, NutContacts
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import DoubleNutState, NutMap
-
-Array = NDArray[np.float64]
 
 #: contacts that are stored, both raceways together, least recently used ones dropped: a look-up takes time with its
 #: square
@@ -61,8 +59,6 @@ SCATTER, SCATTER_LENGTH = 1.5e-3, 0.05
 JITTER = 1e-9
 #: distance [cells] from a contact without a solution within which none is tried again
 UNSOLVABLE_RADIUS = 0.1
-#: weight of the expected size of corrections in solved points: larger, the data count later
-EXPECTED_WEIGHT = 1.0
 #: correlation with a point above which a look-up counts as its use
 USED_ABOVE = 0.5
 #: iterations between the deviation and the share of scatter in it
@@ -140,8 +136,9 @@ class CorrectionStore:
         for _ in range(DEVIATION_STEPS):
             covariance = smooth + (SCATTER / self._sigma) ** 2 * rough
             self._weights = np.linalg.solve(covariance, values)
-            misfit = EXPECTED_WEIGHT * self.expected**2 + float(first @ self._weights[:, 0])
-            self._sigma = math.sqrt(misfit / (EXPECTED_WEIGHT + len(points)))
+            # the expected size counts as one solved point
+            misfit = self.expected**2 + float(first @ self._weights[:, 0])
+            self._sigma = math.sqrt(misfit / (1.0 + len(points)))
         covariance = smooth + (SCATTER / self._sigma) ** 2 * rough
         self._weights = np.linalg.solve(covariance, values)
         self._inverse = np.linalg.inv(smooth + JITTER * np.eye(len(points)))

@@ -17,8 +17,8 @@ from .fluxes import Mesh
 TARGET_LOAD = 2.0 * np.pi / 3.0
 #: film [b^2/R_x] above which it is thicker than the flattening of the bodies
 THICK_FILM = 2.0
-#: fewest nodes along rolling that a coarser grid may have, fewest lines of any grid
-LEAST_NODES, LEAST_LINES = 33, 5
+#: fewest nodes along rolling and lines of a grid; one of half the nodes has at least twice as many cells
+LEAST_NODES, LEAST_LINES = 17, 5
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class GridChoice:
     def halved(self) -> "GridChoice | None":
         """Every other node of the same grid, None where too few are left."""
         n_x, n_y = (self.n_x + 1) // 2, (self.n_y + 1) // 2
-        return replace(self, n_x=n_x, n_y=n_y) if n_x >= LEAST_NODES and n_y >= LEAST_LINES else None
+        return replace(self, n_x=n_x, n_y=n_y) if n_x >= 2 * LEAST_NODES - 1 and n_y >= LEAST_LINES else None
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ SHARE = 0.4
 #: exponentials of less than -CUT are taken as zero
 CUT = 40.0
 #: nodes under pressure below which the dry contact is not resolved
-LEAST_NODES = 40
+LEAST_UNDER_PRESSURE = 40
 #: growth of the width until that many nodes are under pressure
 WIDENING = 1.5
 #: change of pressure [p_max] that ends the conjugate gradients of the dry contact
@@ -119,33 +119,19 @@ def cell_integrals(x, edges, sign, breaks, table, own, out):
                 out[m, i, k] = own[i, k] + sign * (row[k, m] - row[k + 1, m])
 
 
-@kernel
-def line_influence(x, edges, h_y, n_distance):
-    """Influence (n_distance, nx, nx): integral of 1/r over cell k of a line d spacings away, seen from node i.
+def own_influence(x: Array, edges: Array, h_y: float) -> Array:
+    """Influence (nx, nx) of the cells of a line on its own nodes: integral of 1/r over cell k, seen from node i.
 
     x, edges [b]; h_y: spacing across in the same unit. Source: Love 1929 with the corner x ln(y+r) + y ln(x+r), y > 0;
     terms of x or of y alone drop out of the differences.
     """
-    nx = x.size
-    out = np.empty((n_distance, nx, nx))
-    low, high = np.empty(nx + 1), np.empty(nx + 1)
-    for i in range(nx):
-        for d in range(n_distance):
-            # the line's own strip is twice its upper half
-            times = 1.0 if d > 0 else 2.0
-            y = (d + 0.5) * h_y
-            for k in range(nx + 1):
-                s = edges[k] - x[i]
-                if d == 0:
-                    low[k] = s * np.log(abs(s)) if s != 0.0 else 0.0
-                else:
-                    low[k] = high[k]
-                # y (ln(s + r) - ln y), odd in s
-                r = np.sqrt(s * s + y * y)
-                high[k] = s * np.log(y + r) + np.copysign(y * np.log((abs(s) + r) / y), s)
-            for k in range(nx):
-                out[d, i, k] = times * ((high[k + 1] - low[k + 1]) - (high[k] - low[k]))
-    return out
+    s, y = edges - x[:, None], 0.5 * h_y
+    r = np.hypot(s, y)
+    # y (ln(s + r) - ln y), odd in s, at the border of the strip; x ln(y+r) in its middle
+    border = s * np.log(y + r) + np.copysign(y * np.log((np.abs(s) + r) / y), s)
+    middle = s * np.log(np.where(s == 0.0, 1.0, np.abs(s)))
+    # the strip is twice its upper half
+    return 2.0 * np.diff(border - middle, axis=1)
 
 
 def distance_modes(n_y: int) -> Array:
@@ -225,7 +211,7 @@ def deflection_operator(grid: Grid, kappa: float, factor: float) -> LineConvolut
     # integral of 1/r across a strip
     y = (np.arange(grid.n_distance) + 0.5) * h_y
     density = scale * np.diff(np.log(y + np.sqrt(s * s + y * y)))
-    own = scale * line_influence(grid.x, grid.cell_edges_x, h_y, 1)[0]
+    own = scale * own_influence(grid.x, grid.cell_edges_x, h_y)
     return mode_operator(grid, 1.0, *both_sides(half, density, density), own)
 
 
@@ -247,7 +233,7 @@ def dry_contact(
     while True:
         shape = 1.0 - (grid.x[None, :] ** 2 + grid.y[:, None] ** 2) / width**2
         p = np.sqrt(np.maximum(0.0, shape)) * inside
-        if np.count_nonzero(p) >= LEAST_NODES:
+        if np.count_nonzero(p) >= LEAST_UNDER_PRESSURE:
             break
         width *= WIDENING
     p *= load / np.sum(weights * p)
