@@ -44,8 +44,8 @@ from ballscrew_tehl.parameters.file import load_screw
 MODULES_ASIDE = ("moes", "film.oil", "half_space.walls")
 NAMES_ASIDE = (
     "TINY", "INLET_SHAPE", "TARGET_LOAD", "FAR_POWER", "LARGEST_LN_ETA",
-    "FASTEST", "FEWEST", "LEAST_LAYERS", "LEAST_NODES", "LEAST_LINES", "MOST_NODES", "LEAST_FACTOR", "MOST_FACTOR", "RANGES", "THICKEST",
-    "MOST_FILM", "LEAST_FILM", "CORE", "WARNED_ABOVE",
+    "FASTEST", "FEWEST", "LEAST_LAYERS", "LEAST_NODES", "LEAST_LINES", "MOST_NODES", "LEAST_FACTOR", "MOST_FACTOR",
+    "RANGES", "THICKEST", "MOST_FILM", "LEAST_FILM", "CORE", "WARNED_ABOVE",
     "SMOOTHED_OVER", "SMOOTHED_HERTZ", "POINTS", "SHARE", "CUT", "COLUMNS",
 )  # fmt: skip
 #: points of robustness.py without and with heat: some at random, and those of 700 that took damping, pseudo time, held
