@@ -24,11 +24,11 @@ from scipy.stats import t as student_t
 
 from ballscrew_tehl import __version__, load_screw
 from ballscrew_tehl.calibration.fit import HEIGHT, TorqueBasis, torque_basis
-from ballscrew_tehl.calibration.measured import FILM_OF_SET, error_summary, solved_film
+from ballscrew_tehl.calibration.measured import error_summary, solved_film
 from ballscrew_tehl.calibration.measured_screw import packaged_measurements
 from ballscrew_tehl.friction.origin import with_set
 from ballscrew_tehl.friction.sets import FITTED, SETS, FrictionSet, friction_set_lines, write_friction_sets
-from ballscrew_tehl.parameters.file import Parameters
+from ballscrew_tehl.parameters.file import Law, Parameters
 from ballscrew_tehl.parameters.identity import parameters_hash
 from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 
@@ -173,7 +173,7 @@ def fitted_set(basis: TorqueBasis, parameters: Parameters, name: str, provenance
     values = fit_values(basis, loss)
     ratio, net, height = values.tolist()
     return FrictionSet(
-        name, parameters.friction.kinematics, FILM_OF_SET[name], ratio, net, height, loss, provenance,
+        Law(name), ratio, net, height, loss, provenance,
         intervals=intervals(basis, values)[0], errors=errors_of(basis, values, loss),
         leave_one_table_out=leave_one_table_out(basis, loss), limits=profile_limits(basis),
         screw=parameters.name, parameters_hash=parameters_hash(parameters),
@@ -183,13 +183,13 @@ def fitted_set(basis: TorqueBasis, parameters: Parameters, name: str, provenance
 def basis_of(parameters: Parameters, name: str, film_model: Callable = solved_film) -> TorqueBasis:
     """The 11 points by the films, or contacts, of a set."""
     temperature = load_screw().lubricant.reference_temperature
-    film = film_model(FILM_OF_SET[name], parameters)
+    film = film_model(Law(name).film_model, parameters)
     return replace(torque_basis(parameters, film, packaged_measurements(temperature)), names=SETS[name])
 
 
 def main(file: str | None = None) -> str:
     """The sets and what is not stored, as text."""
-    sets, lines, others = {}, [], []
+    sets, lines, others = [], [], []
     published, own = load_screw(), load_screw(PACKAGED_VG100)
     for name, loss in LOSS.items():
         mechanistic = name == "mechanistic"
@@ -204,7 +204,7 @@ def main(file: str | None = None) -> str:
             f"ballscrew_tehl {__version__}"
         )
         entry = fitted_set(basis, parameters, name, provenance)
-        sets[entry.kinematics, name] = entry
+        sets.append(entry)
         correlations = intervals(basis, np.array(entry.values))[1]
         lines += [
             *friction_set_lines(entry),

@@ -4,8 +4,6 @@ The names of __all__ are the library; what is not among them is internal and may
 used: a command line answer must not wait for a compiler.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:

@@ -3,8 +3,6 @@
 Read by the command `screw` and by the report.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

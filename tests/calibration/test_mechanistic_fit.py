@@ -39,7 +39,7 @@ def test_one_number_is_the_weighted_mean_of_the_rest():
 
 
 def test_packaged_number_is_that_of_its_screw_and_carried_over_to_others():
-    packaged = load_friction_sets()["rolling_frame", "mechanistic"]
+    packaged = load_friction_sets()["mechanistic"]
     assert default_friction_set(VG100) == packaged
     assert packaged.values[0] == 1.0
     # what docs/validation.md states; 4, 12 and 6 % were wanted

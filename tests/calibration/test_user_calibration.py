@@ -86,7 +86,7 @@ def test_torque_basis_under_axial_load_is_the_double_nut(films):
     points = [replace(MEASURED[1], axial_load=load) for load in (0.0, 1500.0, -8000.0)]
     basis = torque_basis(GD4008, film, points)
     assert np.isinf(basis.film[2]).sum() == 2  # one nut has separated
-    entry = load_friction_sets()["published", "three_parameter"]
+    entry = load_friction_sets()["three_parameter"]
     for m, torque in zip(points, basis.torque(entry.values), strict=True):
         direct = double_nut_torque(GD4008, entry, film, m.preload, m.speed, m.temperature, m.axial_load)
         assert torque == pytest.approx(direct.total, rel=1e-12)

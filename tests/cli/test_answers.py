@@ -216,7 +216,7 @@ def test_screw_agrees_with_itself_the_loads_and_torque(capsys):
 def test_file_of_a_fit_and_another_screw(capsys, tmp_path):
     path = tmp_path / "friction.toml"
     own = dataclasses.replace(default_friction_set(LAW), net_sliding_coefficient=0.0142, screw="mine")
-    write_friction_sets(path, {(own.kinematics, own.name): own})
+    write_friction_sets(path, [own])
     found, err = answer(capsys, "torque", *POINT, "--friction", path)
     assert (found["friction_screw"], err) == ("mine", "")
     packaged, _ = answer(capsys, "torque", *POINT, *MECHANISTIC)
@@ -282,7 +282,7 @@ def test_choices_of_the_parser_are_those_of_the_modules():
     """The parser repeats names so that it does not import the modules that define them."""
     for own, place in (
         (parser.DROP_KINDS, "calibration.measured.DROPS"),
-        (parser.SET_NAMES, "calibration.measured.FILM_OF_SET"), (parser.SET_NAMES, "friction.sets.SETS"),
+        (parser.SET_NAMES, "friction.sets.SETS"),
         (parser.LUBRICANTS, "parameters.template.LUBRICANTS"), (parser.LAWS, "contact.moes.LAWS"),
         (parser.KINEMATICS, "physics.kinematics.KINEMATICS"), (parser.EXPORT_FORMATS, "cli.commands.export.KINDS"),
     ):  # fmt: skip

@@ -205,7 +205,7 @@ def named(word):
 def test_bad_input_is_one_line_and_exit_code_2(capsys, command, folder):
     law = load_screw(PACKAGED_VG100)
     fit = default_friction_set(law)
-    write_friction_sets("fit.toml", {(fit.kinematics, fit.name): dataclasses.replace(fit, screw="mine")})
+    write_friction_sets("fit.toml", [dataclasses.replace(fit, screw="mine")])
     before = sorted(folder.rglob("*"))
     for words, line in REFUSALS[command]:
         said = refused(capsys, *command.split(), *map(named, words))

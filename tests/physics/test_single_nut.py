@@ -21,7 +21,7 @@ FOUR = changed(GD4008, screw={"preload_kind": "single_nut_oversize_ball"})
 OFFSET = changed(GD4008, screw={"preload_kind": "single_nut_offset"})
 SCREW, BETA = FOUR.screw, FOUR.screw.contact_angle
 SB = math.sin(BETA) * math.cos(SCREW.lead_angle)
-FRICTION = FrictionSet("test", "published", "hamrock_dowson", 7.0, 0.005, 3e-8)
+FRICTION = FrictionSet("three_parameter", 7.0, 0.005, 3e-8)
 
 
 # --- offset lead ---

@@ -15,16 +15,17 @@ from ..atlas.contact_atlas import OutsideAtlasError
 from ..friction.interval import implied_thrust
 from ..friction.mechanistic import ContactValues, mean_load
 from ..friction.origin import with_set
-from ..friction.sets import MECHANISTIC, SETS, FrictionSet
+from ..friction.sets import SETS, FrictionSet
 from ..friction.torque import FilmModel, nut_forces
 from ..nut_map.built import Progress
-from ..parameters.file import Parameters
+from ..parameters.file import Law, Parameters
 from ..parameters.identity import parameters_hash
 from ..parameters.units import RPM
 from ..physics.ball_law import Array
 from ..physics.hertz import RACEWAYS
 from ..physics.load import nut_loads
 from ..runtime.evaluate import NutMap
+from ..runtime.packed import MECHANISTIC
 from .fit import MAX_LEVERAGE, Fit, TorqueBasis, fit, torque_basis
 from .level import check_level
 from .measurement_file import (
@@ -41,9 +42,6 @@ from .result import Calibration, not_identified, outlier_text
 
 #: name -> film model, or contacts of the mechanistic law
 Films = Callable[[str], FilmModel | ContactValues]
-#: film model of the sets. The film of the thermal solve needs the roughness height: with two parameters the
-#: deviation from the tables is 12 %, with three it is less than with the isothermal film of the published decomposition
-FILM_OF_SET = {"two_parameter": "solved", "three_parameter": "solved_thermal", MECHANISTIC: MECHANISTIC}
 #: kinds of rows that --drop leaves out of a fit
 DROPS = ("impossible", "outside", "outliers")
 #: degrees of freedom below which a note says that intervals are rough
@@ -83,7 +81,7 @@ def calibrate(
     from ..nut_map.file import parameters_for
 
     parameters = parameters_for(map_file, parameters)
-    name = name or parameters.friction.set
+    name = name or parameters.friction.law
     with_set(parameters, name)
     if temperature is None:
         temperature = parameters.lubricant.reference_temperature
@@ -91,7 +89,7 @@ def calibrate(
     films, outside = films_of(parameters, map_file)
     points, dropped = usable_points(file, parameters, drop, outside)
     notes = [*file.notes, *repeat_notes(points, file.lines), *_check_count(points, name)]
-    film = films(FILM_OF_SET[name])
+    film = films(Law(name).film_model)
     check_level(points, parameters, film, name, file)
     basis = torque_basis(parameters, film, points, progress)
     basis = replace(basis, names=SETS[name])
@@ -110,7 +108,7 @@ def calibrate(
             found = fit(basis, repeats_of(basis.measurements))
         else:
             notes.append(NO_OUTLIERS)
-    friction_set = fitted_set(basis, found, parameters, film.name, name, _provenance(file, basis, dropped))
+    friction_set = fitted_set(basis, found, parameters, name, _provenance(file, basis, dropped))
     notes += [*number_notes(friction_set, parameters), *_point_notes(basis, found)]
     if name == MECHANISTIC:
         notes.append(TRANSFER)
@@ -118,12 +116,12 @@ def calibrate(
 
 
 def fitted_set(
-    basis: TorqueBasis, found: Fit, parameters: Parameters, film: str, name: str, provenance: str
+    basis: TorqueBasis, found: Fit, parameters: Parameters, name: str, provenance: str
 ) -> FrictionSet:
     """Friction set of a fit: values, intervals, errors, what is not identified."""
     ratio, net, height = found.values.tolist()
     return FrictionSet(
-        name, parameters.friction.kinematics, film, ratio, net, height, loss="least_squares",
+        Law(name), ratio, net, height, loss="least_squares",
         provenance=provenance, intervals=found.half_width, limits=found.limits,
         errors=error_summary(basis, found.deviation, found.left_out),
         not_identified=not_identified(basis, found),
@@ -299,7 +297,7 @@ def films_of(
     def films(name: str) -> FilmModel | ContactValues:
         if name == BallContacts.name:
             return BallContacts(parameters)
-        own = next(key for key, film in FILM_OF_SET.items() if film == name)
+        own = next(law for law in Law if law.film_model == name)
         return MapFilm(load_map(map_file, with_set(parameters, own)), parameters)
 
     return films, outside

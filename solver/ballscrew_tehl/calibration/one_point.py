@@ -9,11 +9,12 @@ from ..friction.baselines import nsk_torque
 from ..friction.interval import TorqueInterval
 from ..friction.mechanistic import ContactValues, torque_line
 from ..friction.origin import CATALOGUE, CATALOGUE_DIFFERS, without_overrides
-from ..friction.sets import CALIBRATED_AT, MECHANISTIC, FrictionSet
+from ..friction.sets import CALIBRATED_AT, FrictionSet
 from ..friction.torque import nut_forces
-from ..parameters.file import Parameters
+from ..parameters.file import Law, Parameters
 from ..parameters.identity import parameters_hash
 from ..parameters.units import CELSIUS, RPM
+from ..runtime.packed import MECHANISTIC
 from .level import implausible_level, law_interval
 from .measured import TRANSFER, number_notes
 from .measurements import Measurement
@@ -46,7 +47,6 @@ def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactVal
                  times the interval of the law
     """
     own = without_overrides(parameters, MECHANISTIC)
-    kinematics = own.friction.kinematics
     at = own, nut_forces(own, m.preload, 0.0), contacts, m.speed, m.temperature
     law = law_interval(m, parameters, contacts, MECHANISTIC)
     rest, slope = torque_line(*at)
@@ -54,7 +54,7 @@ def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactVal
         raise ValueError(problem)
     where = f"{m.preload:g} N, {m.speed / RPM:g} r/min, {m.temperature - CELSIUS:g} C"
     found = FrictionSet(
-        MECHANISTIC, kinematics, contacts.name, 1.0, (m.torque - rest) / slope, loss="solved",
+        Law.MECHANISTIC, 1.0, (m.torque - rest) / slope, loss="solved",
         provenance=f"one torque, {m.torque:g} N.m at {where}, ballscrew_tehl {__version__}",
         not_identified={SPLIT: ONE_POINT},
         screw=parameters.name, parameters_hash=parameters_hash(parameters),

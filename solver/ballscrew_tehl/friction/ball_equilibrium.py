@@ -12,8 +12,6 @@ Assumption: no other force on the ball. What drives it against rolling resistanc
 small part of what the contacts can transmit, its inertia less.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 
@@ -67,7 +65,7 @@ class Traction(NamedTuple):
     limiting: Any
     boundary: Any
 
-    def take(self, rows: Any) -> Traction:
+    def take(self, rows: Any) -> "Traction":
         """That of some balls, with the same constants."""
         viscosity, pressure, film, asperities = (part[rows] for part in self[:4])
         return Traction(viscosity, pressure, film, asperities, *self[4:])
@@ -85,7 +83,7 @@ class _Balls(NamedTuple):
     oil: Array  # tau_0 of the share on oil (n, c, 1, 1)
     dry: Array  # stress of the asperities times their share
 
-    def take(self, rows: Any) -> _Balls:
+    def take(self, rows: Any) -> "_Balls":
         return _Balls(*(one[rows] for one in self))
 
 

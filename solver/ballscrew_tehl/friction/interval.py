@@ -22,8 +22,6 @@ half-widths to flooded, uniform in 1/length. Not in the interval: viscosity of t
 what a fit at other constants would take up of their effect, so that a fitted interval is rather too wide.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -34,9 +32,10 @@ from ..parameters.file import Parameters, load_screw
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_VG100
+from ..parameters.screw import ball_ball_coefficient
 from ..physics.ball_law import Array
 from ..physics.load import nut_loads
-from .mechanistic import ContactValues, ball_ball_coefficient, law_constants, powers_of_nuts, torque_line
+from .mechanistic import ContactValues, law_constants, powers_of_nuts, torque_line
 from .sets import CALIBRATED_AT, FrictionSet, load_friction_sets
 from .torque import nut_forces
 
@@ -136,11 +135,11 @@ def fit_of(friction_set: FrictionSet, parameters: Parameters) -> Fit | None:
     """Fit of the coefficient to measurements of this screw with this oil and these constants; None: there is none."""
     if friction_set.parameters_hash != parameters_hash(parameters):
         return None
-    packaged = load_friction_sets().get((friction_set.kinematics, friction_set.name))
+    packaged = load_friction_sets()[friction_set.law]
     value = friction_set.net_sliding_coefficient
-    if friction_set.calibrated_at and packaged is not None:
+    if friction_set.calibrated_at:
         return Fit(value, value, packaged.errors["leave_one_out_mean"])
-    ours = packaged is not None and packaged.net_sliding_coefficient == value
+    ours = packaged.net_sliding_coefficient == value
     if ours and law_constants(parameters) != law_constants(load_screw(PACKAGED_VG100)):
         return None
     limits, half = friction_set.limits.get(FITTED_COEFFICIENT), friction_set.intervals.get(FITTED_COEFFICIENT)

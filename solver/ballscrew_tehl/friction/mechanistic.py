@@ -16,8 +16,6 @@ seals, grease churning and the returns are not modelled. The shear stress acts o
 (contact.integrals.pressure_core) with the central film and the mean temperature of the film.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -25,7 +23,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ..parameters.file import FOUR_POINT, FrictionParameters, Parameters
+from ..parameters.file import FOUR_POINT, FrictionTable, Parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.units import RPM
 from ..physics.ball_law import Array, contact_angle_at_ball_load
@@ -88,19 +86,13 @@ class NutPowers(NamedTuple):
 UNLOADED_POWERS = NutPowers(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
-def roughness_of(friction: FrictionParameters) -> float:
+def roughness_of(friction: FrictionTable) -> float:
     """Composite rms roughness [m] of the law: the height of the screw file, or that of BOUNDED."""
     height = friction.roughness_height
     return BOUNDED["roughness_height"].value if height is None else height
 
 
-def ball_ball_coefficient(friction: FrictionParameters, thrust: float | None = None) -> float:
-    """2 mu_b Lambda kappa; thrust: kappa, None = that of BOUNDED."""
-    kappa = BOUNDED["ball_thrust"].value if thrust is None else thrust
-    return 2.0 * friction.boundary_friction * friction.limiting_shear_coefficient * kappa
-
-
-def thrust_factor(friction: FrictionParameters, share: Any) -> Any:
+def thrust_factor(friction: FrictionTable, share: Any) -> Any:
     """Thrust of a ball on its neighbours with a share f of the load on asperities, over that in a full film.
 
     Balls whose contact angles differ would run at different speeds. Their neighbours hold them, and both contacts
@@ -121,7 +113,7 @@ def thrust_factor(friction: FrictionParameters, share: Any) -> Any:
     return (2.0 - np.minimum(y, 1.0)) / ((2.0 - x) * np.maximum(y, 1.0))
 
 
-def breakaway_factor(friction: FrictionParameters) -> float:
+def breakaway_factor(friction: FrictionTable) -> float:
     """thrust_factor where asperities carry all of the load, at least 1."""
     return max(float(thrust_factor(friction, 1.0)), 1.0)
 

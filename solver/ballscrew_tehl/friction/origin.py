@@ -1,12 +1,9 @@
 """Where the numbers of a friction set were measured, and what the catalogue says for another screw."""
 
-from __future__ import annotations
-
-from ..parameters.file import Parameters, changed
+from ..parameters.file import Law, Parameters, changed
 from ..parameters.identity import parameters_hash
-from ..parameters.screw import LAW_SETS
-from ..runtime.packed import MECHANISTIC, MapError
-from .sets import FITTED, SETS, FrictionSet
+from ..runtime.packed import MapError
+from .sets import FITTED, SETS, FrictionSet, overridable
 
 #: name of the catalogue formula, baselines.nsk_torque
 CATALOGUE = "JIS B 1192 / ISO 3408-3"
@@ -39,24 +36,24 @@ def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
 
 
 def with_set(parameters: Parameters, name: str) -> Parameters:
-    """Parameters that select a friction set; overrides in the screw file belong to the set that it selects itself.
+    """Parameters with a law of the same surface speeds; overrides in the screw file belong to its own law.
 
-    Raises       ValueError: a set of another law
+    Raises       ValueError: a law with other surface speeds
     """
-    if name == parameters.friction.set:
+    if name == parameters.friction.law:
         return parameters
     kinematics = parameters.friction.kinematics
-    if name not in LAW_SETS[kinematics]:
+    if name not in (known := Law.of_kinematics(kinematics)):
         raise ValueError(
-            f"friction set = {name}; allowed with kinematics {kinematics}: {', '.join(LAW_SETS[kinematics])}; the "
+            f"friction set = {name}; allowed with kinematics {kinematics}: {', '.join(known)}; the "
             "kinematics decides the friction law"
         )
-    return changed(without_overrides(parameters, name), friction={"set": name})
+    return changed(without_overrides(parameters, name), friction={"law": name})
 
 
 def without_overrides(parameters: Parameters, name: str) -> Parameters:
-    """Parameters without the numbers of a set that the screw file states; the mechanistic set has no roughness."""
-    stated = set(FITTED[:2] if name == MECHANISTIC else FITTED) & parameters.friction.model_fields_set
+    """Parameters without the fitted numbers of a law that the screw file states."""
+    stated = set(overridable(Law(name))) & parameters.friction.model_fields_set
     return changed(parameters, friction=dict.fromkeys(stated)) if stated else parameters
 
 

@@ -4,8 +4,6 @@ Source of all equations: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231; "
 The forces work on floats and arrays alike and check nothing: their callers do.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -3,8 +3,6 @@
 Source: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Eqs. (14)-(24).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
@@ -51,7 +49,7 @@ class NutSums(NamedTuple):
     hysteresis: float
     sliding: float
 
-    def torque(self, ratio: float, net_coefficient: float, roughness_height: float) -> TorqueParts:
+    def torque(self, ratio: float, net_coefficient: float, roughness_height: float) -> "TorqueParts":
         """Torque of the nut for an apparent viscosity ratio [1], a net coefficient [1] and h_r [m]."""
         viscous = ratio * float(
             self.viscous_screw * roughness_share(self.film_screw, roughness_height)

@@ -3,32 +3,41 @@
 Keys in a file carry their unit (`ball_diameter_mm`), attributes do not (`ball_diameter`, metres).
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from .checked_table import FieldError, MissingFieldError, Table
 from .mineral_oil import kinematic_viscosity_d341
 from .oil import LubricantParameters
 from .packaged_data import PACKAGED_DATA
 from .screw import (
     FOUR_POINT,
-    FrictionParameters,
+    FrictionTable,
+    Law,
     MapParameters,
     Parameters,
     PublishedSpeeds,
     ScrewParameters,
     SolidParameters,
 )
-from .toml import Entry, ParameterError, check_tables, key_forms, message, read_table, read_toml
+from .toml import (
+    Entry,
+    FieldError,
+    MissingFieldError,
+    ParameterError,
+    Table,
+    check_tables,
+    key_forms,
+    message,
+    read_table,
+    read_toml,
+)
 
 __all__ = [
-    "FOUR_POINT", "FrictionParameters", "LubricantParameters", "ParameterError", "Parameters",
-    "PublishedSpeeds", "ScrewParameters", "SolidParameters", "changed", "graded_oil",
+    "FOUR_POINT", "FrictionTable", "Law", "LubricantParameters", "ParameterError", "Parameters", "PublishedSpeeds",
+    "ScrewParameters", "SolidParameters", "changed", "graded_oil",
     "kinematic_viscosity_d341", "load_screw", "parameters_json",
 ]  # fmt: skip
 
@@ -40,10 +49,14 @@ TABLES: dict[str, type[Table]] = {
     "solid": SolidParameters,
     "ball": SolidParameters,
     "lubricant": LubricantParameters,
-    "friction": FrictionParameters,
+    "friction": FrictionTable,
     "published_speeds": PublishedSpeeds,
     "map": MapParameters,
 }
+
+
+#: keys of files of before, by table
+WORDS_OF_BEFORE = {"friction": ("kinematics", "set")}
 
 
 def _dimensions(model: type[Table]) -> dict[str, str | None]:
@@ -74,7 +87,7 @@ def _explain(
     """The first error of pydantic as one line about the file."""
     cause = error.get("ctx", {}).get("error")
     field = cause.field if isinstance(cause, FieldError) else str(error["loc"][0])
-    dimensions = _dimensions(model)
+    dimensions = _dimensions(model) | dict.fromkeys(WORDS_OF_BEFORE.get(table, ()))
     # a missing key in the unit of one of its kind
     used = {one.unit for name, one in entries.items() if dimensions[name] == dimensions[field]}
     forms = sorted(
@@ -94,7 +107,8 @@ def _explain(
 
 def _build_table(where: str, table: str, raw: dict[str, Any]) -> Table:
     model = TABLES[table]
-    fields, entries = read_table(where, table, raw, _dimensions(model))
+    dimensions = _dimensions(model) | dict.fromkeys(WORDS_OF_BEFORE.get(table, ()))
+    fields, entries = read_table(where, table, raw, dimensions)
     try:
         return model(**fields)
     except ValidationError as err:
@@ -116,8 +130,8 @@ def _build(where: str, content: dict[str, Any]) -> Parameters:
     except ValidationError as err:
         cause = err.errors()[0].get("ctx", {}).get("error")
         if isinstance(cause, FieldError):
-            kinematics = values["friction"].kinematics if "friction" in values else None
-            raise message(where, cause.field, kinematics, cause.allowed, cause.remedy) from None
+            law = values["friction"].law.value if "friction" in values else None
+            raise message(where, cause.field, law, cause.allowed, cause.remedy) from None
         raise message(where, "name", content.get("name"), "a text", "name the screw") from None
 
 
@@ -159,7 +173,7 @@ def graded_oil(iso_vg: int, viscosity_index: float, density_15c: float | None = 
 def changed(parameters: Parameters, **tables: dict[str, Any]) -> Parameters:
     """A checked copy with some values (SI) changed; defaults that depend on them are computed again.
 
-    Parameters   tables : table name -> field -> value; another kinematics comes with the default set of its law
+    Parameters   tables : table name -> field -> value
     Raises       pydantic.ValidationError (a ValueError)
     Example
         >>> changed(load_screw(), lubricant={"viscosity": 0.1}).lubricant.viscosity
@@ -168,12 +182,6 @@ def changed(parameters: Parameters, **tables: dict[str, Any]) -> Parameters:
     data = parameters.model_dump(exclude_unset=True)
     for table, values in tables.items():
         data[table] = {**(data.get(table) or {}), **values}
-    law = tables.get("friction", {})
-    if (
-        "set" not in law
-        and law.get("kinematics", parameters.friction.kinematics) != parameters.friction.kinematics
-    ):
-        data["friction"].pop("set", None)
     return Parameters.model_validate(data)
 
 

@@ -1,14 +1,12 @@
 """Identity of the parameters that a map depends on: canonical text and its hash."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from .file import TABLES, ParameterError, Parameters, parameters_json
+from .file import TABLES, Law, ParameterError, Parameters, parameters_json
 
 #: oil parameters that a map of a Newtonian oil does not depend on
 RHEOLOGY = (
@@ -17,7 +15,6 @@ RHEOLOGY = (
 )  # fmt: skip
 #: friction parameters that the map does not depend on
 NOT_IN_MAP = (
-    "set",
     "sliding_coefficient",
     "apparent_viscosity_ratio",
     "net_sliding_coefficient",
@@ -58,6 +55,7 @@ def map_parameters_json(parameters: Parameters) -> str:
     content = json.loads(parameters_json(parameters))
     # the range of a map is in its header
     content.pop("map", None)
+    content["friction"]["kinematics"] = Law(content["friction"].pop("law")).kinematics
     for name in NOT_IN_MAP:
         content["friction"].pop(name, None)
     for table, names in GIVEN_BY.items():
@@ -79,8 +77,11 @@ def map_parameters_json(parameters: Parameters) -> str:
 
 
 def screw_file_json(parameters: Parameters) -> str:
-    """All that a screw file has given, SI: entry SCREW_FILE of the header of a map."""
-    return json.dumps(parameters.model_dump(mode="json", exclude_unset=True), sort_keys=True)
+    """All that a screw file has given, SI: entry SCREW_FILE of the header of a map, with the law in words of before."""
+    content = parameters.model_dump(mode="json", exclude_unset=True)
+    if law := content.get("friction", {}).pop("law", None):
+        content["friction"] |= {"kinematics": Law(law).kinematics, "set": law}
+    return json.dumps(content, sort_keys=True)
 
 
 def map_parameters(header: Mapping[str, Any]) -> Parameters:

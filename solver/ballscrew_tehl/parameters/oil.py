@@ -1,15 +1,13 @@
 """The table of the oil: laws and numbers, or a grade and what follows from it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from . import mineral_oil
-from .checked_table import FieldError, MissingFieldError, Table, quantity
+from .toml import FieldError, MissingFieldError, Table, quantity
 
 #: p_r of Roelands [Pa]; ln of his reference viscosity 6.315e-5 Pa s, with changed sign
 ROELANDS_PRESSURE, ROELANDS_LN = 1 / 5.1e-9, 9.67
@@ -158,7 +156,7 @@ class LubricantParameters(Table):
         return index
 
     @model_validator(mode="after")
-    def _law_has_its_data(self) -> LubricantParameters:
+    def _law_has_its_data(self) -> Self:
         points = ("astm_viscosity_1", "astm_temperature_1", "astm_viscosity_2", "astm_temperature_2")
         graded = _is_graded(self.__dict__)
         if not graded:

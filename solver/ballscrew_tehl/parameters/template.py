@@ -1,7 +1,5 @@
 """A screw file to fill in: every key with its unit, meaning and range, values of the packaged example."""
 
-from __future__ import annotations
-
 import math
 import os
 import tempfile

@@ -1,13 +1,13 @@
 """TOML tables whose keys carry their unit (`ball_diameter_mm`), turned into SI values; one-line errors."""
 
-from __future__ import annotations
-
 import difflib
 import math
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field
 
 #: dimension -> unit suffix -> (factor, divisor, offset): SI = value * factor / divisor + offset, so that
 #: 13 mm is exactly 0.013 m. The first unit is SI.
@@ -28,6 +28,32 @@ UNITS: dict[str, dict[str, tuple[float, float, float]]] = {
     "velocity": {"m_s": (1, 1, 0), "mm_s": (1, 1e3, 0)},
     "angular_velocity": {"rad_s": (1, 1, 0), "rpm": (math.pi, 30, 0)},
 }
+
+
+class FieldError(ValueError):
+    """Fields of a table that contradict each other."""
+
+    def __init__(self, field: str, allowed: str, remedy: str) -> None:
+        super().__init__(f"{field}; allowed: {allowed}; {remedy}")
+        self.field, self.allowed, self.remedy = field, allowed, remedy
+
+
+class MissingFieldError(FieldError):
+    """A required field that is missing."""
+
+    def __init__(self, field: str) -> None:
+        super().__init__(field, "a value", "add the key")
+
+
+def quantity(dimension: str, description: str, **bounds: Any) -> Any:
+    """A field with a dimension (key of UNITS), bounds in SI and an optional default."""
+    return Field(json_schema_extra={"dimension": dimension}, description=description, **bounds)
+
+
+class Table(BaseModel):
+    """A checked, frozen, hashable table of the file."""
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid", allow_inf_nan=False)
 
 
 class ParameterError(ValueError):

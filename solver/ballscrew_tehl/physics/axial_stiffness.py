@@ -11,8 +11,6 @@ d_0 is the oversize over sin(beta) cos(lambda). Assumed: rigid bodies, equal loa
 the chain of `load` assumes none of these. Bodies of the default sections make GD4008-3 at 2 kN up to 18 % softer.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

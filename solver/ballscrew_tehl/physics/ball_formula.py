@@ -1,7 +1,5 @@
 """Closed film formula of the contacts of one ball at operating points of the screw, without a solve."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -3,8 +3,6 @@
 x is the rolling direction; R_x <= R_y; u_e = (u_1 + u_2)/2; E_prime = 2/sum((1-nu^2)/E).
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

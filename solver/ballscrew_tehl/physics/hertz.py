@@ -1,7 +1,5 @@
 """Hertz contact of ball and raceway: reduced radii, ellipse, pressure, approach; exact elliptic integrals."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Viscosity and density of the oil over pressure and temperature: one published law, one small function."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any
@@ -92,9 +90,9 @@ def _slope_constant(lub: LubricantParameters, T: Any) -> Any:
     return 0.0 * T
 
 
-Law = Callable[[LubricantParameters, Any], Any]
+ViscosityLaw = Callable[[LubricantParameters, Any], Any]
 #: name -> (ambient viscosity, its logarithmic slope)
-VISCOSITY_LAWS: dict[str, tuple[Law, Law]] = {
+VISCOSITY_LAWS: dict[str, tuple[ViscosityLaw, ViscosityLaw]] = {
     "section_2_3": (_eta0_section_2_3, _slope_section_2_3),
     "roelands_printed": (_eta0_roelands_printed, _slope_roelands_printed),
     "astm_d341": (_eta0_astm_d341, _slope_astm_d341),

@@ -6,8 +6,6 @@ dissipation int h^3 |grad p|^2/(12 eta) dA. The moment of the papers is F_R R_x.
 mean speed u_e; the papers' U is 2U.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

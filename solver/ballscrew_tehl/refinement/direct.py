@@ -34,7 +34,7 @@ def rolling_parameters(parameters: Parameters) -> Parameters:
     """Parameters of the contacts whose films and rises are shown: those of rolling balls, see ROLLING_FRAME."""
     if parameters.friction.kinematics == ROLLING_FRAME:
         return parameters
-    return changed(parameters, friction={"kinematics": ROLLING_FRAME, "set": MECHANISTIC})
+    return changed(parameters, friction={"law": MECHANISTIC})
 
 
 def contact_quantities(found: ContactResult) -> dict[str, float]:

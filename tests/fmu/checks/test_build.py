@@ -83,7 +83,7 @@ def test_all_fmus_with_own_friction_parameters_are_checked_and_documented(
     script, for_this_machine, tmp_path, capsys
 ):
     friction, folder = tmp_path / "friction.toml", tmp_path / "new" / "dist"
-    write_friction_sets(friction, {("published", "three_parameter"): FITTED_HERE})
+    write_friction_sets(friction, [FITTED_HERE])
     assert script(["--friction", str(friction), "--output", str(folder)]) == 0
     assert sorted(path.name for path in folder.iterdir()) == sorted(PYTHON + NATIVE)
     printed = capsys.readouterr().out
@@ -187,7 +187,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(script, tmp_path, capsys, monk
     cases["invalid choice: 'sliding'"] = ["--kinematics", "sliding"]
     for number, (message, changes) in enumerate(wrong.items()):
         entry = replace(FITTED_HERE, **changes)
-        write_friction_sets(tmp_path / f"{number}.toml", {(entry.kinematics, entry.name): entry})
+        write_friction_sets(tmp_path / f"{number}.toml", [entry])
         cases[message] = ["--friction", f"{number}.toml"]
     cases["no FMU to build"] = ["--python-only", "--fmi", "3"]
     cases["invalid choice: 'nut'"] = ["--only", "nut"]

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 from ...calibration.measured import calibrate, films_of
 from ...calibration.measurements import Measurement
 from ...friction.origin import refuse_other_fit, with_set
-from ...friction.sets import MECHANISTIC, FrictionSet, check_usable, write_friction_sets
+from ...friction.sets import FrictionSet, check_usable, write_friction_sets
 from ...parameters.file import Parameters
 from ...parameters.packaged_data import PACKAGED_VG100
 from ...parameters.units import CELSIUS, RPM
+from ...runtime.packed import MECHANISTIC
 from ..shared.chosen import screw_of
 from ..shared.files import check_output, written
 from ..shared.progress import QUIET, progress_bar
@@ -46,7 +47,7 @@ def run_calibrate(args: Namespace) -> int:
         with written("--output", args.output):
             write_friction_sets(
                 args.output,
-                {(found.kinematics, found.name): found},
+                [found],
                 "Fitted by ballscrew calibrate",
             )
         where = [
@@ -56,7 +57,7 @@ def run_calibrate(args: Namespace) -> int:
         follows = f"; next: ballscrew page {''.join(where)}--friction {shlex.quote(args.output)}"
         say(f"written: {args.output}{follows if where or not args.kinematics else ''}")
     if args.json:
-        entry = vars(found) | {"calibration": fitted.data}
+        entry = found.entries | {"calibration": fitted.data}
         print_results([{f"{found.kinematics}.{found.name}": entry}], True, False)
         return 0
     print(fitted.text)
