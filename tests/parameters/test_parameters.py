@@ -105,7 +105,7 @@ viscosity_Pas = 0.033 => viscosity_Pas = 0.033@astm_viscosity_1_cSt = 100 => lub
 ^astm_viscosity_1_mm2_s => viscosity_Pas = 0.1@astm_viscosity_1_mm2_s => lubricant.viscosity_Pas = 0.1; no entry
 viscosity_Pas = 0.033 =>  => lubricant.viscosity_Pas = (missing)
 law = "three_parameter" => set = "two_parameter"@kinematics = "rolling_frame" => friction.set = 'two_parameter'; mecha
-law = "three_parameter" => law = "four_parameter" => friction.law = 'four_parameter'; 'mechanistic', 'three_parameter' or 'two
+law = "three_parameter" => law = "four_parameter" => friction.law = 'four_parameter'; 'three_parameter' or 'two_p
 law = "three_parameter" => kinematics = "fixed" => friction.kinematics = 'fixed'; published or rolling_frame
 sliding_coefficient = 0.15  => sliding_coefficient = 1.5  => friction.sliding_coefficient = 1.5; <= 1; mu_s as printed
 sliding_coefficient = 0.15  => spin_split = 0.5  => friction.spin_split = 0.5; nearest:

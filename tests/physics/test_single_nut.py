@@ -7,9 +7,8 @@ import pytest
 from closed_film import HamrockDowsonFilm
 from reference_screw import GD4008
 
-from ballscrew_tehl.friction.parts import spin_moment
 from ballscrew_tehl.friction.sets import FrictionSet
-from ballscrew_tehl.friction.torque import double_nut_torque, four_point_spin_bound
+from ballscrew_tehl.friction.torque import double_nut_torque, four_point_spin_bound, spin_moment
 from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.physics.ball_chain import ball_oversize, ball_pitch
 from ballscrew_tehl.physics.ball_law import contact_compliance, groove_distance

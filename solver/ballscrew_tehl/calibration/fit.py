@@ -15,9 +15,16 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from ..friction.mechanistic import UNLOADED_POWERS, ContactValues, NutPowers, nut_powers
-from ..friction.parts import roughness_share, roughness_share_slope
 from ..friction.sets import FITTED, SETS
-from ..friction.torque import UNLOADED, FilmModel, NutSums, nut_forces, nut_sums
+from ..friction.torque import (
+    UNLOADED,
+    FilmModel,
+    NutSums,
+    nut_forces,
+    nut_sums,
+    roughness_share,
+    roughness_share_slope,
+)
 from ..nut_map.built import Progress
 from ..parameters.file import Parameters
 from ..physics.ball_law import Array

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
+from pydantic.fields import FieldInfo
 
 from .mineral_oil import kinematic_viscosity_d341
 from .oil import LubricantParameters
@@ -28,7 +29,9 @@ from .toml import (
     MissingFieldError,
     ParameterError,
     Table,
+    bounds_of,
     check_tables,
+    dimension_of,
     key_forms,
     message,
     read_table,
@@ -59,35 +62,28 @@ TABLES: dict[str, type[Table]] = {
 WORDS_OF_BEFORE = {"friction": ("kinematics", "set")}
 
 
-def _dimensions(model: type[Table]) -> dict[str, str | None]:
-    extras = {name: field.json_schema_extra for name, field in model.model_fields.items()}
-    return {
-        name: str(extra["dimension"]) if isinstance(extra, dict) else None for name, extra in extras.items()
-    }
+def _dimensions(table: str) -> dict[str, str | None]:
+    """Dimensions of the keys of a table."""
+    fields = {name: dimension_of(field) for name, field in TABLES[table].model_fields.items()}
+    return fields | dict.fromkeys(WORDS_OF_BEFORE.get(table, ()))
 
 
-def _allowed(model: type[Table], field: str, entry: Entry | None, error: dict[str, Any]) -> str:
+def _allowed(field: FieldInfo, entry: Entry | None, error: dict[str, Any]) -> str:
     """What a field accepts, in the unit of the file."""
-    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
-    dimension = _dimensions(model)[field]
-    bounds = [
-        f"{sign} {entry.in_file_unit(dimension, getattr(rule, name)) if entry else getattr(rule, name)}"
-        for rule in model.model_fields[field].metadata
-        for name, sign in signs.items()
-        if hasattr(rule, name)
-    ]
     kind = {"int_type": "a whole number", "float_type": "a number", "finite_number": "a finite number"}
-    words = [kind.get(error["type"], ""), *bounds]
+    dimension, unit = (dimension_of(field), entry.unit) if entry else (None, "")
+    words = [
+        kind.get(error["type"], ""),
+        *(f"{bound} {unit}".rstrip() for bound in bounds_of(field, dimension, unit)),
+    ]
     return ", ".join(word for word in words if word) or str(error["msg"]).removeprefix("Input should be ")
 
 
-def _explain(
-    where: str, table: str, model: type[Table], entries: dict[str, Entry], error: dict[str, Any]
-) -> ParameterError:
+def _explain(where: str, table: str, entries: dict[str, Entry], error: dict[str, Any]) -> ParameterError:
     """The first error of pydantic as one line about the file."""
     cause = error.get("ctx", {}).get("error")
     field = cause.field if isinstance(cause, FieldError) else str(error["loc"][0])
-    dimensions = _dimensions(model) | dict.fromkeys(WORDS_OF_BEFORE.get(table, ()))
+    dimensions = _dimensions(table)
     # a missing key in the unit of one of its kind
     used = {one.unit for name, one in entries.items() if dimensions[name] == dimensions[field]}
     forms = sorted(
@@ -99,20 +95,19 @@ def _explain(
     missing = error["type"] == "missing" or isinstance(cause, MissingFieldError)
     if isinstance(cause, FieldError) and not missing:
         return message(where, key, value, cause.allowed, cause.remedy)
-    remedy = str(model.model_fields[field].description)
+    info = TABLES[table].model_fields[field]
+    remedy = str(info.description)
     if missing:
         return message(where, key, None, "one of " + ", ".join(forms), f"add the key: {remedy}")
-    return message(where, key, value, _allowed(model, field, entry, error), f"it stands for: {remedy}")
+    return message(where, key, value, _allowed(info, entry, error), f"it stands for: {remedy}")
 
 
 def _build_table(where: str, table: str, raw: dict[str, Any]) -> Table:
-    model = TABLES[table]
-    dimensions = _dimensions(model) | dict.fromkeys(WORDS_OF_BEFORE.get(table, ()))
-    fields, entries = read_table(where, table, raw, dimensions)
+    fields, entries = read_table(where, table, raw, _dimensions(table))
     try:
-        return model(**fields)
+        return TABLES[table](**fields)
     except ValidationError as err:
-        raise _explain(where, table, model, entries, dict(err.errors()[0])) from None
+        raise _explain(where, table, entries, dict(err.errors()[0])) from None
 
 
 def _build(where: str, content: dict[str, Any]) -> Parameters:

@@ -16,6 +16,8 @@ _BY_GRADE = (
     "viscosity_law", "density", "reference_temperature", "specific_heat", "thermal_conductivity",
     "pressure_viscosity",
 )  # fmt: skip
+#: fields of the two points of D341
+_POINTS = "astm_viscosity_1", "astm_temperature_1", "astm_viscosity_2", "astm_temperature_2"
 
 
 def _of_grade(
@@ -156,10 +158,8 @@ class LubricantParameters(Table):
         return index
 
     @model_validator(mode="after")
-    def _law_has_its_data(self) -> Self:
-        points = ("astm_viscosity_1", "astm_temperature_1", "astm_viscosity_2", "astm_temperature_2")
-        graded = _is_graded(self.__dict__)
-        if not graded:
+    def _grade_or_values(self) -> Self:
+        if not _is_graded(self.__dict__):
             for name, other in (("iso_vg", "viscosity_index"), ("viscosity_index", "iso_vg")):
                 if getattr(self, name) is None and getattr(self, other) is not None:
                     raise FieldError(name, "a value", f"{other} needs it")
@@ -170,15 +170,23 @@ class LubricantParameters(Table):
                     raise MissingFieldError(name)
         elif self.viscosity_law != "astm_d341":
             raise FieldError("viscosity_law", '"astm_d341" or no entry with iso_vg', "remove one of them")
-        elif twice := [name for name in points if name in self.model_fields_set]:
+        elif twice := [name for name in _POINTS if name in self.model_fields_set]:
             raise FieldError(twice[0], "no entry with iso_vg", "remove the points or iso_vg")
-        given = [name for name in points if getattr(self, name) is not None]
+        return self
+
+    @model_validator(mode="after")
+    def _law_has_its_data(self) -> Self:
+        given = [name for name in _POINTS if getattr(self, name) is not None]
         if self.viscosity_law == "astm_d341":
-            for name in points:
+            for name in _POINTS:
                 if name not in given:
                     raise FieldError(name, "a value", "astm_d341 needs two points")
             if "viscosity" in self.model_fields_set:
-                source = "iso_vg and viscosity_index" if graded else "the two points of astm_d341"
+                source = (
+                    "iso_vg and viscosity_index"
+                    if _is_graded(self.__dict__)
+                    else "the two points of astm_d341"
+                )
                 raise FieldError("viscosity", "no entry", f"it follows from {source}")
             if not math.isfinite(self.viscosity):
                 raise FieldError(
