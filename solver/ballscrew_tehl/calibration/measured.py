@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import __version__
+from .._version import __version__
 from ..atlas.ball_contacts import BallContacts
 from ..atlas.contact_atlas import OutsideAtlasError
 from ..friction.interval import implied_thrust

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from .. import __version__
+from .._version import __version__
 from ..friction.baselines import nsk_torque
 from ..friction.interval import TorqueInterval
 from ..friction.mechanistic import ContactValues, torque_line

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn
 
-from .. import __version__
+from .._version import __version__
 from .shared.quantities import (
     CALIBRATION_POINT,
     CURRENT_UNIT,

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import __version__
+from .._version import __version__
 from ..parameters.units import CELSIUS, RPM
 from .directions import LIMIT, both_ways, varies
 from .dynamics import Identified

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from .file import TABLES, Law, ParameterError, Parameters, parameters_json
+from .template import entry_of
 
 #: oil parameters that a map of a Newtonian oil does not depend on
 RHEOLOGY = (
@@ -127,8 +128,6 @@ def differences(theirs: str, ours: str) -> tuple[str, str] | None:
 
 def _in_table(table: str, one: Any, other: Any) -> Iterator[tuple[str, str]]:
     """Fields of a table that differ, as both files have them."""
-    from .template import entry_of
-
     known = TABLES[table].model_fields if table in TABLES else {}
     sides = [LATER.get(table, {}) | (content or {}) for content in (one, other)]
     for field in dict.fromkeys([*(name for name in FIRST if name in known), *known, *sides[0], *sides[1]]):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .. import __version__
+from .._version import __version__
 from . import figures
 from . import report_tables as tables
 from .data import ReportData

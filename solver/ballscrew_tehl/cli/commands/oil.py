@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ... import __version__
+from ..._version import __version__
 from ...parameters import mineral_oil as oil_grade
 from ...parameters.file import LubricantParameters, graded_oil, load_screw
 from ...parameters.units import CELSIUS

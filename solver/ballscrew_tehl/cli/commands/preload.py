@@ -6,7 +6,7 @@ from argparse import Namespace
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from ... import __version__
+from ..._version import __version__
 from ...friction.origin import carried_over
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC

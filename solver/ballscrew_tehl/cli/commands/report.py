@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ... import __version__
+from ..._version import __version__
 from ...parameters.units import SHOWN
 from ...whole_file import whole_file
 from ..shared.chosen import Chosen, chosen_of

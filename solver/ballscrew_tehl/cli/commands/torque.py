@@ -7,7 +7,7 @@ from argparse import Namespace
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ... import __version__
+from ..._version import __version__
 from ...friction.baselines import nsk_torque
 from ...friction.origin import carried_over
 from ...parameters.file import FOUR_POINT
