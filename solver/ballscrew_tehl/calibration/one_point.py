@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from .._version import __version__
 from ..friction.baselines import nsk_torque
 from ..friction.interval import TorqueInterval
-from ..friction.mechanistic import ContactValues, torque_line
+from ..friction.mechanistic import ContactValues, nuts_powers, torque_line
 from ..friction.origin import CATALOGUE, CATALOGUE_DIFFERS, without_overrides
 from ..friction.sets import CALIBRATED_AT, FrictionSet
 from ..friction.torque import nut_forces
@@ -49,7 +49,7 @@ def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactVal
     own = without_overrides(parameters, MECHANISTIC)
     at = own, nut_forces(own, m.preload, 0.0), contacts, m.speed, m.temperature
     law = law_interval(m, parameters, contacts, MECHANISTIC)
-    rest, slope = torque_line(*at)
+    rest, slope = torque_line(nuts_powers(*at))
     if problem := implausible_level(m, law, rest):
         raise ValueError(problem)
     where = f"{m.preload:g} N, {m.speed / RPM:g} r/min, {m.temperature - CELSIUS:g} C"

@@ -62,6 +62,12 @@ class ContactValues(Protocol):
         ...
 
 
+#: ball loads (n,) of a nut on its own and on the other flanks [N]; None: as on its own
+NutLoads = tuple[Array, Array | None]
+#: a nut and how many times it counts
+CountedNut = tuple[int, NutLoads]
+
+
 class NutPowers(NamedTuple):
     """Torque of one nut by part [N.m]; (s, t) or floats.
 
@@ -199,7 +205,7 @@ def nut_powers(
 
 def powers_of_nuts(
     variants: Sequence[Parameters],
-    nuts: Sequence[tuple[Array, Array | None]],
+    nuts: Sequence[NutLoads],
     speed: Any,
     temperature: Any,
     contacts: ContactValues,
@@ -401,36 +407,31 @@ def _shear(balls: Sequence[_MeanBall], speed: Array) -> list[Array]:
     return list(power.reshape(len(balls), speeds, temperatures))
 
 
-def nuts_powers(
-    parameters: Parameters, forces: Sequence[float], contacts: ContactValues, speed: Any, temperature: Any
-) -> list[tuple[int, NutPowers]]:
-    """Power balance of the nuts, halves or sets of flanks that carry load, and how many times each counts.
+def loaded_nuts(parameters: Parameters, forces: Sequence[float]) -> list[CountedNut]:
+    """Nuts, halves or sets of flanks that carry load, as powers_of_nuts takes them, and how many times each counts.
 
-    Parameters   forces : of both, or of one alone [N];  others as nut_powers
+    Parameters   forces : of both, or of one alone [N]
     """
     screw = parameters.screw
     loads = [nut_loads(screw, force, screw.loaded_ball_count) for force in forces]
-    found = []
+    nuts = []
     for force, times in Counter(force for force in forces if force > 0.0).items():
         own = forces.index(force)
-        opposed = loads[1 - own] if times < len(forces) else None
-        found.append((times, nut_powers(parameters, loads[own], speed, temperature, contacts, opposed)))
-    return found
+        nuts.append((times, (loads[own], loads[1 - own] if times < len(forces) else None)))
+    return nuts
 
 
-def torque_line(
-    parameters: Parameters,
-    forces: Sequence[float],
-    contacts: ContactValues,
-    speed: Any,
-    temperature: Any,
-    ratio: float = 1.0,
-) -> tuple[Any, Any]:
-    """Torque of the nuts without ball on ball, and what it rises by per coefficient 2 mu_b Lambda kappa [N.m].
+def nuts_powers(
+    parameters: Parameters, forces: Sequence[float], contacts: ContactValues, speed: Any, temperature: Any
+) -> list[tuple[int, NutPowers]]:
+    """Power balance of the loaded_nuts, and how many times each counts; arguments as there and as nut_powers."""
+    nuts = loaded_nuts(parameters, forces)
+    (powers,) = powers_of_nuts([parameters], [nut for _, nut in nuts], speed, temperature, contacts)
+    return [(times, nut) for (times, _), nut in zip(nuts, powers, strict=True)]
 
-    Arguments as double_nut_parts; speed and temperature may be arrays as in nut_powers.
-    """
-    nuts = nuts_powers(parameters, forces, contacts, speed, temperature)
+
+def torque_line(nuts: Sequence[tuple[int, NutPowers]], ratio: float = 1.0) -> tuple[Any, Any]:
+    """Torque of nuts_powers without ball on ball, and what it rises by per coefficient 2 mu_b Lambda kappa [N.m]."""
     return (
         sum(times * nut.torque(ratio, 0.0) for times, nut in nuts),
         sum(times * nut.thrust_factor * nut.ball_ball for times, nut in nuts),
