@@ -34,14 +34,7 @@ from ..parameters.identity import parameters_hash
 from ..parameters.packaged_data import PACKAGED_VG100
 from ..parameters.screw import ball_ball_coefficient
 from ..physics.ball_law import Array
-from .mechanistic import (
-    ContactValues,
-    CountedNut,
-    law_constants,
-    loaded_nuts,
-    powers_of_nuts,
-    torque_line,
-)
+from .mechanistic import ContactValues, CountedNut, law_constants, loaded_nuts, powers_of_nuts, torque_line
 from .sets import CALIBRATED_AT, FrictionSet, load_friction_sets
 
 #: standard deviations of a normal quantity to the ends of the interval that holds 80 % of it

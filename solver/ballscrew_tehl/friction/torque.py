@@ -147,11 +147,7 @@ def check_motion(loads: np.ndarray, speed: Any) -> None:
 
 
 def nut_sums(
-    parameters: Parameters,
-    loads: np.ndarray,
-    speed: Any,
-    temperature: Any,
-    film_model: FilmModel,
+    parameters: Parameters, loads: np.ndarray, speed: Any, temperature: Any, film_model: FilmModel
 ) -> NutSums:
     """Sum the friction of all balls of one nut, at the contact angle under the mean load.
 

@@ -26,7 +26,7 @@ from ..parameters.identity import (
     screw_file_json,
 )
 from ..parameters.packaged_data import PACKAGED_DATA
-from ..physics.axial_stiffness import axial_stiffness, contact_stiffness
+from ..physics.axial_stiffness import axial_stiffness, nut_stiffness_constant
 from ..physics.ball_law import Array, loaded_contact_angle
 from ..physics.kinematics import ROLLING_FRAME
 from ..runtime.evaluate import NutMap
@@ -272,7 +272,7 @@ def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:
     The contacts keep the angle that they have under this preload.
     """
     angle = float(loaded_contact_angle(screw, preload, screw.loaded_ball_count))
-    stiffness = float(axial_stiffness(contact_stiffness(screw, angle), preload))
+    stiffness = float(axial_stiffness(nut_stiffness_constant(screw, angle), preload))
     return {
         "lead": screw.lead,
         "diameter": 2.0 * screw.nominal_radius,
