@@ -117,8 +117,8 @@ def test_map_is_read_back_with_the_film_of_the_friction_set(saved):
     header = nut_map.header
     assert header["certificate"] == CERTIFICATE
     assert header["parameters_hash"] == identity.parameters_hash(GD4008)
-    mechanistic = replace(default_friction_set(GD4008), film_model="mechanistic")
-    with pytest.raises(MapError, match=r"needs the film mechanistic; .* holds solved, solved_thermal"):
+    mechanistic = replace(default_friction_set(GD4008), law="mechanistic")
+    with pytest.raises(MapError, match="kinematics = rolling_frame; expected published"):
         load_map(saved, GD4008, mechanistic)
 
 

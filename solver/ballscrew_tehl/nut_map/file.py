@@ -239,12 +239,6 @@ def _with_friction(
 ) -> NutMap:
     """The map of a file with the numbers of a friction set, and the film that it takes."""
     film = friction.film_model
-    if f"{VISCOUS}{film}" not in variables:
-        known = ", ".join(name.removeprefix(VISCOUS) for name in variables if name.startswith(VISCOUS))
-        raise MapError(
-            f"friction set {friction.name} needs the film {film}; the map of the kinematics {header['kinematics']} "
-            f"holds {known}: choose another set"
-        )
     if film == MECHANISTIC:
         _sum_for_constants(header, variables, parameters)
         header[BAND] = dict(
