@@ -250,10 +250,14 @@ def _lines(
     temperature: Any,
     ratio: float,
 ) -> list[tuple[Array, Array]]:
-    """torque_line of variants with other constants, each (points, ...): the balls of all side by side."""
-    nuts = [nut for point in points for _, nut in point]
+    """torque_line of variants with other constants, each (points, ...)."""
+    nuts, remembered = [nut for point in points for _, nut in point], _Remembered(contacts)
+    # a point by itself keeps its last digits, which are in the headers of maps
+    batches = [variants] if len(points) > 1 else [[variant] for variant in variants]
     found = []
-    for powers in powers_of_nuts(variants, nuts, speed, temperature, _Remembered(contacts)):
+    for powers in (
+        of for batch in batches for of in powers_of_nuts(batch, nuts, speed, temperature, remembered)
+    ):
         of_nuts = iter(powers)
         lines = [torque_line([(times, next(of_nuts)) for times, _ in point], ratio) for point in points]
         rest, slope = zip(*lines, strict=True)
