@@ -209,8 +209,8 @@ def _minimise(
             better = slope >= -MAX_REVERSAL * decrement[at]
             took = pending[better]
             moved[took] = new[better]
-            for part, found in zip(reached, other, strict=True):
-                part[took] = found[better]
+            for part, result in zip(reached, other, strict=True):
+                part[took] = result[better]
             # secant of the slope
             share = np.where(slope < 0.0, decrement[at] / (decrement[at] - slope), SHORTENING[1])
             length[pending] *= np.where(better, 1.0, np.clip(share, *SHORTENING))

@@ -254,15 +254,15 @@ def _lines(
     nuts, remembered = [nut for point in points for _, nut in point], _Remembered(contacts)
     # a point by itself keeps its last digits, which are in the headers of maps
     batches = [variants] if len(points) > 1 else [[variant] for variant in variants]
-    found = []
+    result = []
     for powers in (
         of for batch in batches for of in powers_of_nuts(batch, nuts, speed, temperature, remembered)
     ):
         of_nuts = iter(powers)
         lines = [torque_line([(times, next(of_nuts)) for times, _ in point], ratio) for point in points]
         rest, slope = zip(*lines, strict=True)
-        found.append((np.array(rest), np.array(slope)))
-    return found
+        result.append((np.array(rest), np.array(slope)))
+    return result
 
 
 def _fitted_again(

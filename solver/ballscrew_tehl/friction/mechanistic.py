@@ -199,8 +199,8 @@ def nut_powers(
                  does its oil supply: the loads of one nut differ by some percent. Oversize balls: a ball has one motion
                  between all its flanks, and of its shear those of this nut count
     """
-    ((found,),) = powers_of_nuts([parameters], [(loads, opposed)], speed, temperature, contacts)
-    return found
+    ((result,),) = powers_of_nuts([parameters], [(loads, opposed)], speed, temperature, contacts)
+    return result
 
 
 def powers_of_nuts(
@@ -225,9 +225,9 @@ def powers_of_nuts(
         check_motion(np.append(loads, others), speed)
         if np.any(loads > 0.0):
             loaded.append((k, loads[loads > 0.0], others))
-    found = [[UNLOADED_POWERS] * len(nuts) for _ in variants]
+    result = [[UNLOADED_POWERS] * len(nuts) for _ in variants]
     if not loaded:
-        return found
+        return result
     at = speed, temperature, contacts
     constants = [law_constants(parameters) for parameters in variants]
     keys = [tuple(of[name] for name in SHEAR_CONSTANTS) for of in constants]
@@ -237,10 +237,10 @@ def powers_of_nuts(
     }
     shears = iter(_shear([ball for of in balls.values() for ball in of], speed))
     sheared = {key: [(ball, next(shears)) for ball in of] for key, of in balls.items()}
-    for parameters, key, powers in zip(variants, keys, found, strict=True):
+    for parameters, key, powers in zip(variants, keys, result, strict=True):
         for (k, loads, _), (ball, shear) in zip(loaded, sheared[key], strict=True):
             powers[k] = _powers(parameters, loads, ball, shear, *at)
-    return found
+    return result
 
 
 class _MeanBall(NamedTuple):
@@ -268,7 +268,7 @@ def _mean_ball(
     means = [mean_load(loads)]
     if screw.preload_kind == FOUR_POINT and np.any(others > 0.0):
         means.append(mean_load(others[others > 0.0]))
-    found = [
+    result = [
         {
             raceway: contacts.values(raceway, np.array([load]), speed[:, :1], temperature[0])
             for raceway in RACEWAYS
@@ -277,11 +277,11 @@ def _mean_ball(
     ]
     motion = contact_motion(screw, [float(contact_angle_at_ball_load(screw, load)) for load in means])
     columns = [
-        _columns(parameters, load, speed, temperature, of) for load, of in zip(means, found, strict=True)
+        _columns(parameters, load, speed, temperature, of) for load, of in zip(means, result, strict=True)
     ]
     friction = parameters.friction
     constants = friction.limiting_shear_coefficient, friction.boundary_friction
-    return _MeanBall(means[0], found[0], motion, columns, (parameters.lubricant.eyring_stress, *constants))
+    return _MeanBall(means[0], result[0], motion, columns, (parameters.lubricant.eyring_stress, *constants))
 
 
 def _powers(
@@ -354,15 +354,15 @@ def _columns(
     friction, radius = parameters.friction, radial_nodes()[0]
     columns: dict[str, dict[str, Array]] = {}
     for raceway in RACEWAYS:
-        found = {
+        result = {
             name: np.broadcast_to(found_by[raceway][name][0], speed.shape).ravel() for name in QUANTITIES[1:]
         }
-        pressure, film = found["core_pressure"], found["central_film"]
+        pressure, film = result["core_pressure"], result["central_film"]
         # as long across rolling as the Hertz ellipse, the core loses its width in front
         R_x, R_y = (float(R) for R in reduced_radii(screw, angle, raceway))
         a = float(ellipse(load, R_x, R_y, E_prime(screw)).a)
-        b = core_half_width(found["core_area"] / (math.pi * a), R_x)
-        warm = temperature.ravel() + found["mean_rise"]
+        b = core_half_width(result["core_area"] / (math.pi * a), R_x)
+        warm = temperature.ravel() + result["mean_rise"]
         columns[raceway] = {
             "pressure": pressure,
             "film": film,
@@ -401,9 +401,9 @@ def _shear(balls: Sequence[_MeanBall], speed: Array) -> list[Array]:
     names = "viscosity", "pressure", "film", "share"
     traction = Traction(*(column[name] for name in names), *np.moveaxis(constants, 1, 0))
     for t in range(temperatures):
-        found = ball_equilibrium(motion, each, column["axes"][:, t], traction.take(np.s_[:, t]), near)
-        power[:, t] = found.power[:, ::count].sum(axis=1)
-        near, before = found.motion if before is None else 2.0 * found.motion - before, found.motion
+        result = ball_equilibrium(motion, each, column["axes"][:, t], traction.take(np.s_[:, t]), near)
+        power[:, t] = result.power[:, ::count].sum(axis=1)
+        near, before = result.motion if before is None else 2.0 * result.motion - before, result.motion
     return list(power.reshape(len(balls), speeds, temperatures))
 
 

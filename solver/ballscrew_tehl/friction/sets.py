@@ -167,9 +167,9 @@ def friction_set_of_file(path: Path | str, parameters: Parameters) -> FrictionSe
     laws = [law, *Law.of_kinematics(law.kinematics)]
     entry = next((sets[one] for one in laws if one in sets), None)
     if entry is None:
-        found = ", ".join(f"{one.kinematics} with set {one}" for one in sorted(sets)) or "nothing"
+        result = ", ".join(f"{one.kinematics} with set {one}" for one in sorted(sets)) or "nothing"
         raise ValueError(
-            f"{path}: kinematics = {found}; allowed: {law.kinematics}, as in the screw file, with set "
+            f"{path}: kinematics = {result}; allowed: {law.kinematics}, as in the screw file, with set "
             f"{' or '.join(dict.fromkeys(laws))}: calibrate with it, or choose the other kinematics"
         )
     check_usable(entry, parameters, f"{path}", "calibrate again")

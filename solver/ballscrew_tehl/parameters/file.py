@@ -160,9 +160,9 @@ def graded_oil(iso_vg: int, viscosity_index: float, density_15c: float | None = 
     raw["name"] = f"mineral oil ISO VG {iso_vg}, viscosity index {viscosity_index:g}"
     if density_15c is not None:
         raw["density_15c_kg_m3"] = density_15c
-    found = _build_table("oil", "lubricant", raw)
-    assert isinstance(found, LubricantParameters)
-    return found
+    result = _build_table("oil", "lubricant", raw)
+    assert isinstance(result, LubricantParameters)
+    return result
 
 
 def changed(parameters: Parameters, **tables: dict[str, Any]) -> Parameters:

@@ -115,13 +115,13 @@ def differences(theirs: str, ours: str) -> tuple[str, str] | None:
     """
     one, other = without_names(theirs), without_names(ours)
     tables = dict.fromkeys([*TABLES, *one, *other])
-    found = [entries for table in tables for entries in _in_table(table, one.get(table), other.get(table))]
-    if not found:
+    result = [entries for table in tables for entries in _in_table(table, one.get(table), other.get(table))]
+    if not result:
         return None
     texts = []
     for side, text in enumerate((theirs, ours)):
         content = json.loads(text)
-        entries = ", ".join(entry[side] for entry in found[:NAMED])
+        entries = ", ".join(entry[side] for entry in result[:NAMED])
         texts.append(f"{content['name']} with {content['lubricant']['name']} ({entries})")
     return texts[0], texts[1]
 

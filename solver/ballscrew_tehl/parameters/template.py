@@ -217,7 +217,7 @@ def _choices(annotation: Any) -> tuple[Any, ...]:
     inside = get_args(annotation)
     if get_origin(annotation) is Literal:
         return inside
-    return next((found for part in inside if (found := _choices(part))), ())
+    return next((result for part in inside if (result := _choices(part))), ())
 
 
 def write_template(

@@ -99,9 +99,9 @@ def read_toml(path: Path, remedy: str = "give the path of a screw file") -> dict
         raise ParameterError(f"{path}: no valid TOML ({err}); correct the file there") from err
 
 
-def check_tables(where: str, found: dict[str, Any], known: list[str]) -> None:
+def check_tables(where: str, content: dict[str, Any], known: list[str]) -> None:
     """Refuse an unknown table and name the nearest known one."""
-    for name, value in found.items():
+    for name, value in content.items():
         if name not in known:
             key = f"[{name}]" if isinstance(value, dict) else name
             shown = "a table" if isinstance(value, dict) else value
