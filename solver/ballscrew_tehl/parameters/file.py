@@ -3,14 +3,12 @@
 Keys in a file carry their unit (`ball_diameter_mm`), attributes do not (`ball_diameter`, metres).
 """
 
-import json
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
-from .mineral_oil import kinematic_viscosity_d341
 from .oil import LubricantParameters
 from .packaged_data import PACKAGED_DATA
 from .screw import (
@@ -41,7 +39,7 @@ from .toml import (
 __all__ = [
     "FOUR_POINT", "FrictionTable", "Law", "LubricantParameters", "ParameterError", "Parameters", "PublishedSpeeds",
     "ScrewParameters", "SolidParameters", "changed", "graded_oil",
-    "kinematic_viscosity_d341", "load_screw", "parameters_json",
+    "load_screw",
 ]  # fmt: skip
 
 #: file of the default screw, in the package's data
@@ -178,8 +176,3 @@ def changed(parameters: Parameters, **tables: dict[str, Any]) -> Parameters:
     for table, values in tables.items():
         data[table] = {**(data.get(table) or {}), **values}
     return Parameters.model_validate(data)
-
-
-def parameters_json(parameters: Parameters) -> str:
-    """Text of all values with defaults: equal text means equal parameters, to the last bit. Flooded is Infinity."""
-    return json.dumps(parameters.model_dump(mode="json"), sort_keys=True, separators=(",", ":"))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from .file import TABLES, Law, ParameterError, Parameters, parameters_json
+from .file import TABLES, Law, ParameterError, Parameters
 from .template import entry_of
 
 #: oil parameters that a map of a Newtonian oil does not depend on
@@ -53,7 +53,7 @@ def map_parameters_json(parameters: Parameters) -> str:
     A field of LATER enters only where it differs from the value that all earlier screws had, a field of GIVEN_BY never.
     So every map stays valid for its screw.
     """
-    content = json.loads(parameters_json(parameters))
+    content = parameters.model_dump(mode="json")
     # the range of a map is in its header
     content.pop("map", None)
     content["friction"]["kinematics"] = Law(content["friction"].pop("law")).kinematics

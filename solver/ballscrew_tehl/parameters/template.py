@@ -167,8 +167,7 @@ def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str
                 continue
             value = getattr(values, field)
             dimension = dimension_of(info)
-            unit = _unit(field, dimension)
-            key = f"{field}_{unit}" if unit else field
+            key, unit = _key(field, dimension)
             shown = "" if value is None else _in_file(value, dimension, unit)
             entry = f"{key} = {shown}".rstrip()
             if field not in values.model_fields_set:
@@ -178,17 +177,18 @@ def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str
     return "\n".join(lines) + "\n"
 
 
-def _unit(field: str, dimension: Any) -> str:
+def _key(field: str, dimension: str | None) -> tuple[str, str]:
+    """Key of a field in a file, and the unit that ends it."""
     if dimension is None:
-        return ""
-    return FIELD_UNITS.get(field) or SHEET_UNITS.get(dimension) or next(iter(UNITS[dimension]))
+        return field, ""
+    unit = FIELD_UNITS.get(field) or SHEET_UNITS.get(dimension) or next(iter(UNITS[dimension]))
+    return f"{field}_{unit}", unit
 
 
 def entry_of(table: str, field: str, value: Any) -> str:
     """A value [SI] as a line of a screw file, to 6 digits: lead_mm = 8.0."""
     dimension = dimension_of(TABLES[table].model_fields[field])
-    unit = _unit(field, dimension)
-    key = f"{field}_{unit}" if unit else field
+    key, unit = _key(field, dimension)
     return f"{key} = {'none' if value is None else _in_file(value, dimension, unit, 6)}"
 
 

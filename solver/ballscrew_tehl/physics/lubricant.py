@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..parameters.file import LubricantParameters, kinematic_viscosity_d341
-from ..parameters.mineral_oil import D341_SHIFT, slope_d341
+from ..parameters.file import LubricantParameters
+from ..parameters.mineral_oil import D341_SHIFT, kinematic_viscosity_d341, slope_d341
 from ..parameters.oil import ROELANDS_LN
 from ..parameters.units import CELSIUS, COLDEST, HOTTEST
 
