@@ -24,10 +24,8 @@ from ballscrew_tehl.calibration.measured_screw import (
 )
 from ballscrew_tehl.calibration.measurements import Measurement
 from ballscrew_tehl.friction.baselines import jungnickel_torque, nsk_torque, zhou_torque
-from ballscrew_tehl.friction.origin import with_set
-from ballscrew_tehl.friction.sets import SETS, FrictionSet, default_friction_set
-from ballscrew_tehl.parameters.file import Parameters
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.friction.sets import SETS, FrictionSet, default_friction_set, with_set
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, Parameters
 from ballscrew_tehl.parameters.screw import ball_ball_coefficient
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.runtime.evaluate import NutMap

@@ -26,11 +26,16 @@ from ballscrew_tehl import __version__, load_screw
 from ballscrew_tehl.calibration.fit import HEIGHT, TorqueBasis, torque_basis
 from ballscrew_tehl.calibration.measured import error_summary, solved_film
 from ballscrew_tehl.calibration.measured_screw import packaged_measurements
-from ballscrew_tehl.friction.origin import with_set
-from ballscrew_tehl.friction.sets import FITTED, SETS, FrictionSet, friction_set_lines, write_friction_sets
-from ballscrew_tehl.parameters.file import Law, Parameters
+from ballscrew_tehl.friction.sets import (
+    FITTED,
+    SETS,
+    FrictionSet,
+    friction_set_lines,
+    with_set,
+    write_friction_sets,
+)
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, Law, Parameters
 from ballscrew_tehl.parameters.identity import parameters_hash
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 
 #: loss of each set; scipy's name of it
 LOSS = {"two_parameter": "soft_l1", "three_parameter": "soft_l1", "mechanistic": "least_squares"}

@@ -12,8 +12,7 @@ from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.friction.mechanistic import nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets
 from ballscrew_tehl.nut_map.file import packaged_map
-from ballscrew_tehl.parameters.file import changed, load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_DATA, PACKAGED_VG100, changed, load_screw
 from ballscrew_tehl.physics.load import nut_loads
 
 K = 0.0113

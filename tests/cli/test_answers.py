@@ -18,8 +18,7 @@ from ballscrew_tehl.friction.sets import default_friction_set, write_friction_se
 from ballscrew_tehl.nut_map import trend
 from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
 from ballscrew_tehl.nut_map.interval import map_interval
-from ballscrew_tehl.parameters.file import load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_DATA, PACKAGED_VG100, load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.load import double_nut_loads
 

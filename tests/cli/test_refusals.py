@@ -15,8 +15,7 @@ from ballscrew_tehl.cli.shared import files
 from ballscrew_tehl.friction.sets import default_friction_set, write_friction_sets
 from ballscrew_tehl.nut_map import certificate
 from ballscrew_tehl.nut_map.file import VG100, packaged_map
-from ballscrew_tehl.parameters.file import load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_DATA, PACKAGED_VG100, load_screw
 from ballscrew_tehl.refinement import direct
 
 POINT = ("--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30")

@@ -6,20 +6,17 @@ import math
 import pytest
 from reference_screw import GD4008
 
-from ballscrew_tehl.friction.origin import (
+from ballscrew_tehl.friction.sets import (
+    FrictionSet,
     carried_over,
+    default_friction_set,
+    load_friction_sets,
     refuse_other_fit,
     with_set,
     without_overrides,
-)
-from ballscrew_tehl.friction.sets import (
-    FrictionSet,
-    default_friction_set,
-    load_friction_sets,
     write_friction_sets,
 )
-from ballscrew_tehl.parameters.file import Law, changed, graded_oil, load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_DATA, PACKAGED_VG100, Law, changed, graded_oil, load_screw
 from ballscrew_tehl.runtime.packed import MapError
 
 LAW = load_screw(PACKAGED_VG100)

@@ -20,10 +20,9 @@ from ballscrew_tehl.friction.interval import (
 )
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
 from ballscrew_tehl.friction.sets import default_friction_set
-from ballscrew_tehl.parameters.file import changed, load_screw
+from ballscrew_tehl.parameters.file import PACKAGED_DATA, changed, load_screw
 from ballscrew_tehl.parameters.friction_constants import BOUNDED
 from ballscrew_tehl.parameters.identity import parameters_hash
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
 from ballscrew_tehl.parameters.screw import ball_ball_coefficient
 from ballscrew_tehl.parameters.units import RPM
 

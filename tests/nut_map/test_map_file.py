@@ -37,8 +37,7 @@ from ballscrew_tehl.nut_map.certificate import (
 from ballscrew_tehl.nut_map.file import load_map, save_map
 from ballscrew_tehl.nut_map.interval import BAND, band_point, map_interval
 from ballscrew_tehl.parameters import identity
-from ballscrew_tehl.parameters.file import changed, load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
+from ballscrew_tehl.parameters.file import PACKAGED_DATA, changed, load_screw
 from ballscrew_tehl.refinement import direct
 from ballscrew_tehl.runtime.packed import MapError, npz_bytes, read_npz
 

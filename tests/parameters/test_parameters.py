@@ -7,9 +7,8 @@ import pytest
 from reference_screw import GD4008
 
 from ballscrew_tehl.friction.sets import load_friction_sets
-from ballscrew_tehl.parameters.file import Law, changed, load_screw
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, Law, changed, load_screw
 from ballscrew_tehl.parameters.identity import parameters_hash
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.parameters.screw import NITRIDE
 from ballscrew_tehl.parameters.template import example_parameters
 from ballscrew_tehl.parameters.toml import ParameterError

@@ -8,8 +8,7 @@ from typing import cast
 from ..friction.baselines import nsk_torque
 from ..friction.interval import TorqueInterval, torque_interval
 from ..friction.mechanistic import ContactValues
-from ..friction.origin import with_set, without_overrides
-from ..friction.sets import FrictionSet, default_friction_set
+from ..friction.sets import FrictionSet, default_friction_set, with_set, without_overrides
 from ..friction.torque import FilmModel, double_nut_torque, nut_forces
 from ..parameters.file import Law, Parameters
 from ..parameters.screw import ball_ball_coefficient

@@ -14,8 +14,7 @@ from ..atlas.ball_contacts import BallContacts
 from ..atlas.contact_atlas import OutsideAtlasError
 from ..friction.interval import implied_thrust
 from ..friction.mechanistic import ContactValues, mean_load
-from ..friction.origin import with_set
-from ..friction.sets import SETS, FrictionSet
+from ..friction.sets import SETS, FrictionSet, with_set
 from ..friction.torque import FilmModel, nut_forces
 from ..nut_map.built import Progress
 from ..parameters.file import Law, Parameters

@@ -8,8 +8,7 @@ from .._version import __version__
 from ..friction.baselines import nsk_torque
 from ..friction.interval import TorqueInterval
 from ..friction.mechanistic import ContactValues, nuts_powers, torque_line
-from ..friction.origin import CATALOGUE, CATALOGUE_DIFFERS, without_overrides
-from ..friction.sets import CALIBRATED_AT, FrictionSet
+from ..friction.sets import CALIBRATED_AT, CATALOGUE, CATALOGUE_DIFFERS, FrictionSet, without_overrides
 from ..friction.torque import nut_forces
 from ..parameters.file import Law, Parameters
 from ..parameters.identity import parameters_hash

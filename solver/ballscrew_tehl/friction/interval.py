@@ -28,10 +28,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..parameters.file import Parameters, load_screw
+from ..parameters.file import PACKAGED_VG100, Parameters, load_screw
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash
-from ..parameters.packaged_data import PACKAGED_VG100
 from ..parameters.screw import ball_ball_coefficient
 from ..physics.ball_law import Array
 from .mechanistic import ContactValues, CountedNut, law_constants, loaded_nuts, powers_of_nuts, torque_line

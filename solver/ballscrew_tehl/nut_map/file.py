@@ -13,10 +13,9 @@ import numpy as np
 
 from ..friction.baselines import nsk_torque
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
-from ..friction.origin import carried_over, refuse_other_fit
 from ..friction.presliding import presliding_angle
-from ..friction.sets import FrictionSet, default_friction_set
-from ..parameters.file import Parameters, ScrewParameters, load_screw
+from ..friction.sets import FrictionSet, carried_over, default_friction_set, refuse_other_fit
+from ..parameters.file import PACKAGED_DATA, Parameters, ScrewParameters, load_screw
 from ..parameters.identity import (
     SCREW_FILE,
     differences,
@@ -25,7 +24,6 @@ from ..parameters.identity import (
     parameters_hash,
     screw_file_json,
 )
-from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.axial_stiffness import axial_stiffness, nut_stiffness_constant
 from ..physics.ball_law import Array, loaded_contact_angle
 from ..physics.kinematics import ROLLING_FRAME

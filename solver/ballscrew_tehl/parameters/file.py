@@ -10,7 +10,6 @@ from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
 from .oil import LubricantParameters
-from .packaged_data import PACKAGED_DATA
 from .screw import (
     FOUR_POINT,
     FrictionTable,
@@ -42,6 +41,10 @@ __all__ = [
     "load_screw",
 ]  # fmt: skip
 
+#: folder of the packaged data: the screw of the paper, its measurements, fitted sets and maps
+PACKAGED_DATA = Path(__file__).parents[1] / "data"
+#: the screw of the paper with the oil of the packaged mechanistic set
+PACKAGED_VG100 = PACKAGED_DATA / "gd4008_vg100.toml"
 #: file of the default screw, in the package's data
 PACKAGED = "gd4008.toml"
 

@@ -9,8 +9,16 @@ from typing import Any, Literal, NamedTuple, get_args, get_origin
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
-from .file import TABLES, Law, LubricantParameters, Parameters, ScrewParameters, graded_oil, load_screw
-from .packaged_data import PACKAGED_DATA
+from .file import (
+    PACKAGED_DATA,
+    TABLES,
+    Law,
+    LubricantParameters,
+    Parameters,
+    ScrewParameters,
+    graded_oil,
+    load_screw,
+)
 from .toml import bounds_of, dimension_of
 from .units import UNITS, from_si
 

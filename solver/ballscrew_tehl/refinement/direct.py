@@ -16,8 +16,8 @@ from ..friction.mechanistic import mean_load, nuts_powers, rolling_torque
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
 from ..parameters.file import Parameters, ScrewParameters, changed
-from ..physics.ball_formula import film_formula
 from ..physics.ball_law import Array, contact_angle_at_ball_load
+from ..physics.film import film_formula
 from ..physics.hertz import RACEWAYS, ball_ellipse
 from ..physics.kinematics import ROLLING_FRAME
 from ..physics.load import EQUAL_LOADS, load_nodes, nut_loads

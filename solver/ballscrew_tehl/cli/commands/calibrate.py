@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from ...calibration.measured import calibrate, films_of
 from ...calibration.measurements import Measurement
-from ...friction.origin import refuse_other_fit, with_set
-from ...friction.sets import FrictionSet, check_usable, write_friction_sets
-from ...parameters.file import Parameters
-from ...parameters.packaged_data import PACKAGED_VG100
+from ...friction.sets import FrictionSet, check_usable, refuse_other_fit, with_set, write_friction_sets
+from ...parameters.file import PACKAGED_VG100, Parameters
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
 from ..shared.chosen import screw_of

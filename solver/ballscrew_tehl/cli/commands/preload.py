@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..._version import __version__
-from ...friction.origin import carried_over
+from ...friction.sets import carried_over
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
 from ..shared.chosen import Chosen, chosen_of, say_outside

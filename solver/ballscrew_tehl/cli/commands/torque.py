@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..._version import __version__
 from ...friction.baselines import nsk_torque
-from ...friction.origin import carried_over
+from ...friction.sets import carried_over
 from ...parameters.file import FOUR_POINT
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC

@@ -7,10 +7,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...friction.origin import CATALOGUE_DIFFERS, refuse_other_fit, with_set, without_overrides
-from ...friction.sets import FrictionSet, default_friction_set, friction_set_of_file, load_friction_sets
-from ...parameters.file import Parameters, changed, load_screw
-from ...parameters.packaged_data import PACKAGED_VG100
+from ...friction.sets import (
+    CATALOGUE_DIFFERS,
+    FrictionSet,
+    default_friction_set,
+    friction_set_of_file,
+    load_friction_sets,
+    refuse_other_fit,
+    with_set,
+    without_overrides,
+)
+from ...parameters.file import PACKAGED_VG100, Parameters, changed, load_screw
 from ...parameters.screw import Law
 from ...runtime.packed import MECHANISTIC
 from .progress import QUIET, progress_bar
