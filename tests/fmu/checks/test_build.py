@@ -38,7 +38,7 @@ NATIVE = [
     for version in (2, 3)
 ]
 FITTED_HERE = FrictionSet(
-    "three_parameter", "published", "solved_thermal", 5.5, 0.0061, 31e-9,
+    "three_parameter", 5.5, 0.0061, 31e-9,
     loss="least_squares",
     provenance='bench <3> "a".csv (SHA-256 0123456789ab), 24 points of 25 rows, without row 7',
     errors={"mean": 0.0123, "leave_one_out_mean": 0.0145},
@@ -178,8 +178,6 @@ def test_bad_input_is_one_line_and_leaves_nothing(script, tmp_path, capsys, monk
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").write_text("kept")
     wrong = {
-        "rolling_frame with set three_parameter; allowed: published": {"kinematics": "rolling_frame"},
-        "needs the film hamrock_dowson": {"film_model": "hamrock_dowson"},
         "net_sliding_coefficient = 1.5; allowed: less than or equal to 1": {"net_sliding_coefficient": 1.5},
         "fitted for the screw another (000000000000)": {"screw": "another", "parameters_hash": "0" * 12},
     }
