@@ -16,7 +16,7 @@ UNITS: dict[str, dict[str, tuple[float, float, float]]] = {
     "angle": {"rad": (1, 1, 0), "deg": (math.pi, 180, 0)},
     "force": {"N": (1, 1, 0), "kN": (1e3, 1, 0)},
     "pressure": {"Pa": (1, 1, 0), "MPa": (1e6, 1, 0), "GPa": (1e9, 1, 0)},
-    "temperature": {"K": (1, 1, 0), "degC": (1, 1, 273.15)},
+    "temperature": {"K": (1, 1, 0), "degC": (1, 1, CELSIUS)},
     "viscosity": {"Pas": (1, 1, 0), "mPas": (1, 1e3, 0)},
     "kinematic_viscosity": {"m2_s": (1, 1, 0), "mm2_s": (1, 1e6, 0), "cSt": (1, 1e6, 0)},
     "pressure_coefficient": {"per_Pa": (1, 1, 0), "per_MPa": (1, 1e6, 0), "per_GPa": (1, 1e9, 0)},

@@ -13,6 +13,8 @@ from ..parameters.units import CELSIUS, COLDEST, HOTTEST
 
 #: Roelands' temperature constant [K]
 T_ROELANDS = 138.0
+#: of the viscosity printed in section 2.3 of the paper, exp(B/(T - T_VOGEL)) [K]
+B_VOGEL, T_VOGEL = 1045.31, 183.19
 
 
 def _checked_temperature(T: Any) -> Any:
@@ -33,16 +35,17 @@ def section_2_3(T: Any) -> Any:
         >>> round(float(section_2_3(303.0)), 3)
         0.297
     """
-    return 4.83e-5 * np.exp(1045.31 / (T - 183.19))
+    return 4.83e-5 * np.exp(B_VOGEL / (T - T_VOGEL))
 
 
 def _eta0_section_2_3(lub: LubricantParameters, T: Any) -> Any:
     # differs from paper: scaled to the viscosity of Table 1 at the reference temperature
-    return lub.viscosity * np.exp(1045.31 / (T - 183.19) - 1045.31 / (lub.reference_temperature - 183.19))
+    at_reference = B_VOGEL / (lub.reference_temperature - T_VOGEL)
+    return lub.viscosity * np.exp(B_VOGEL / (T - T_VOGEL) - at_reference)
 
 
 def _slope_section_2_3(lub: LubricantParameters, T: Any) -> Any:
-    return -1045.31 / (T - 183.19) ** 2
+    return -B_VOGEL / (T - T_VOGEL) ** 2
 
 
 def _roelands_s0(lub: LubricantParameters) -> tuple[float, float, float]:
