@@ -225,7 +225,7 @@ def test_file_of_a_fit_and_another_screw(capsys, tmp_path):
     assert inverse["preload_n"] == pytest.approx(2000.0, rel=1e-9)
     screw = tmp_path / "own.toml"
     text = (PACKAGED_DATA / "gd4008.toml").read_text(encoding="utf-8")
-    screw.write_text(text.replace('"published"', '"published"\nnet_sliding_coefficient = 0.0'))
+    screw.write_text(text.replace('law = "three', 'net_sliding_coefficient = 0.0\nlaw = "three'))
     assert answer(capsys, "torque", *POINT, "--screw", screw)[0]["sliding_torque_nm"] == 0.0
 
 
