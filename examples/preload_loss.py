@@ -35,7 +35,7 @@ from ballscrew_tehl.friction.interval import DEVIATIONS
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
 from ballscrew_tehl.friction.torque import preload_from_torque
 from ballscrew_tehl.nut_map.interval import map_interval
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
 

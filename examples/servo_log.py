@@ -16,7 +16,7 @@ from fmu_command import plain, run_and_plot
 from matplotlib.figure import Figure
 
 from ballscrew_tehl import load_map
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 

@@ -23,7 +23,6 @@ from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, reduced_radii
 from ballscrew_tehl.physics.kinematics import entrainment_speed
 from ballscrew_tehl.physics.lubricant import eta0
 from ballscrew_tehl.physics.rating import static_rating
-from ballscrew_tehl.physics.rolling_resistance import rolling_power
 from ballscrew_tehl.physics.supply import FLOODED
 
 SKF_TORQUE = "skf_torque.csv"
@@ -97,7 +96,7 @@ def houpert_rolling(parameters: Parameters, axial_load: float, speed: float, tem
         W, U = load / (E * R_x**2), eta * u_e / (E * R_x)
         G = oil.pressure_viscosity * E
         force = 2.86 * E * R_x**2 * (R_y / R_x) ** 0.348 * G**0.022 * U**0.66 * W**0.47
-        power += screw.loaded_ball_count * float(rolling_power(force, u_e))
+        power += screw.loaded_ball_count * float(2.0 * u_e * force)
     return power / speed / (1.0 + 0.29 * float(thermal_load_parameter(oil, u_e, temperature)) ** 0.78)
 
 

@@ -24,11 +24,9 @@ from ballscrew_tehl.calibration.measured_screw import (
 )
 from ballscrew_tehl.calibration.measurements import Measurement
 from ballscrew_tehl.friction.baselines import jungnickel_torque, nsk_torque, zhou_torque
-from ballscrew_tehl.friction.mechanistic import ball_ball_coefficient
-from ballscrew_tehl.friction.origin import with_set
-from ballscrew_tehl.friction.sets import SETS, FrictionSet, default_friction_set
-from ballscrew_tehl.parameters.file import Parameters
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.friction.sets import SETS, FrictionSet, default_friction_set, with_set
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, Parameters
+from ballscrew_tehl.parameters.screw import ball_ball_coefficient
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 
@@ -153,7 +151,7 @@ def compared_laws(laws: list[Law]) -> list[LawRow]:
     """The packaged sets, the mechanistic law with the default thrust in place of a fit, closed formulas."""
     last = laws[-1]
     k = ball_ball_coefficient(last.parameters.friction)
-    unfitted = last._replace(entry=FrictionSet("mechanistic", last.entry.kinematics, "mechanistic", 1.0, k))
+    unfitted = last._replace(entry=FrictionSet(last.entry.law, 1.0, k))
     return [
         *(set_row(law.entry, law.torque) for law in laws),
         evaluated_row(f"mechanistic, not fitted ({k:.3g})", 0, unfitted.torque),

@@ -25,13 +25,18 @@ from scipy.stats import t as student_t
 from ballscrew_tehl import __version__, load_screw
 from ballscrew_tehl.calibration import fit
 from ballscrew_tehl.calibration.fit import HEIGHT, TorqueBasis, torque_basis
-from ballscrew_tehl.calibration.measured import FILM_OF_SET, error_summary, solved_film
+from ballscrew_tehl.calibration.measured import error_summary, solved_film
 from ballscrew_tehl.calibration.measured_screw import packaged_measurements
-from ballscrew_tehl.friction.origin import with_set
-from ballscrew_tehl.friction.sets import FITTED, SETS, FrictionSet, friction_set_lines, write_friction_sets
-from ballscrew_tehl.parameters.file import Parameters
+from ballscrew_tehl.friction.sets import (
+    FITTED,
+    SETS,
+    FrictionSet,
+    friction_set_lines,
+    with_set,
+    write_friction_sets,
+)
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, Law, Parameters
 from ballscrew_tehl.parameters.identity import parameters_hash
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 
 #: losses, that of each set
 LOSSES = ("least_squares", "soft_l1")
@@ -174,7 +179,7 @@ def fitted_set(basis: TorqueBasis, parameters: Parameters, name: str, provenance
     values = fit_values(basis, loss)
     ratio, net, height = values.tolist()
     return FrictionSet(
-        name, parameters.friction.kinematics, FILM_OF_SET[name], ratio, net, height, loss, provenance,
+        Law(name), ratio, net, height, loss, provenance,
         intervals=intervals(basis, values)[0], errors=errors_of(basis, values, loss),
         leave_one_table_out=leave_one_table_out(basis, loss), limits=profile_limits(basis),
         screw=parameters.name, parameters_hash=parameters_hash(parameters),
@@ -193,7 +198,7 @@ def main(file: str | None = None, film_model: Callable = solved_film) -> str:
 
     Parameters   file : that the sets are written to;  film_model : films, or contacts, by set and screw
     """
-    sets, lines, others = {}, [], []
+    sets, lines, others = [], [], []
     published, own = load_screw(), load_screw(PACKAGED_VG100)
     for name in LOSS:
         mechanistic = name == "mechanistic"
@@ -208,7 +213,7 @@ def main(file: str | None = None, film_model: Callable = solved_film) -> str:
             f"ballscrew_tehl {__version__}"
         )
         entry = fitted_set(basis, parameters, name, provenance)
-        sets[entry.kinematics, name] = entry
+        sets.append(entry)
         correlations = intervals(basis, np.array(entry.values))[1]
         lines += [
             *friction_set_lines(entry),

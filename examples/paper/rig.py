@@ -7,8 +7,7 @@ import pandas as pd
 from pipe_table import data_file
 
 from ballscrew_tehl import load_screw
-from ballscrew_tehl.parameters.file import Parameters, graded_oil
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, Parameters, graded_oil
 
 #: lead [mm], preload [N], speed [r/min], and turns of a nut, assumed
 RIG_LEAD_MM, RIG_PRELOAD, RIG_SPEED, RIG_TURNS = 8.0, 1500.0, 100.0, 3.0

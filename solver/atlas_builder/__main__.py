@@ -26,8 +26,7 @@ from ballscrew_tehl.nut_map.certificate import deviation_from_direct
 from ballscrew_tehl.nut_map.file import VG100, nut_map_of, packaged_map, save_map
 from ballscrew_tehl.nut_map.grid import ball_range, map_grid
 from ballscrew_tehl.nut_map.workers import worker_pool
-from ballscrew_tehl.parameters.file import load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 from ballscrew_tehl.refinement.direct import rolling_parameters
 
 from .certificate import certificate, solve_points

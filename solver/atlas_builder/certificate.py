@@ -27,7 +27,7 @@ from ballscrew_tehl.nut_map.certificate import LEAST_RISE, error_totals
 from ballscrew_tehl.nut_map.file import nut_map_of
 from ballscrew_tehl.nut_map.grid import screw_grid
 from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters
-from ballscrew_tehl.physics.ball_formula import MIN_FILM, film_formula
+from ballscrew_tehl.physics.film import MIN_FILM, film_formula
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.refinement.direct import MeanBallContacts, solved_contact

@@ -27,7 +27,7 @@ from ballscrew_tehl.nut_map.build import (
 from ballscrew_tehl.nut_map.built import VISCOUS, BuiltMap, Progress
 from ballscrew_tehl.nut_map.grid import MapGrid
 from ballscrew_tehl.parameters.file import Parameters
-from ballscrew_tehl.physics.ball_formula import MIN_FILM, film_formula, moes_groups_of
+from ballscrew_tehl.physics.film import MIN_FILM, film_formula, moes_groups_of
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.load import load_nodes, nut_loads
 from ballscrew_tehl.physics.lubricant import eta0

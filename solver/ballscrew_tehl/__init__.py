@@ -4,9 +4,10 @@ The names of __all__ are the library; what is not among them is internal and may
 used: a command line answer must not wait for a compiler.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any
+
+from ._version import __date__ as __date__
+from ._version import __version__ as __version__
 
 if TYPE_CHECKING:
     from .caged_bearing import bearing
@@ -15,8 +16,6 @@ if TYPE_CHECKING:
     from .nut_map.file import load_map
     from .parameters.file import load_screw
 
-__version__ = "0.1.0"
-__date__ = "2026-11-21"  # of this version; before its release, of the start of the work on it
 __all__ = ["bearing", "calibrate", "load_map", "load_screw", "solve"]
 
 _PLACES = {

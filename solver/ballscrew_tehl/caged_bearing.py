@@ -5,8 +5,6 @@ that nothing of the law is fitted. It is how the law is compared with machines t
 examples/paper/machines.py.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from numbers import Integral
@@ -20,7 +18,8 @@ from .friction.interval import torque_interval
 from .friction.mechanistic import ContactValues, nuts_powers
 from .friction.sets import FrictionSet
 from .parameters.file import (
-    FrictionParameters,
+    FrictionTable,
+    Law,
     LubricantParameters,
     Parameters,
     ScrewParameters,
@@ -30,7 +29,6 @@ from .parameters.file import (
 from .parameters.units import COLDEST
 from .physics.hertz import RACEWAYS, reduced_radii
 from .refinement.direct import DirectContacts
-from .runtime.packed import MECHANISTIC
 
 #: what a screw needs and a bearing has not, so small that it does not count: lead over ball diameter, and section of
 #: the bodies between two balls over its square. The loads of the balls then differ by less than 1e-3; they would be
@@ -53,7 +51,7 @@ CONSTANTS = (
 MODULUS, POISSON = 206e9, 0.3
 WALLS = SolidParameters(density=7800.0, specific_heat=460.0, thermal_conductivity=46.0)
 #: the law with nothing fitted: factor of the rolling part 1, no ball on ball
-CAGED = FrictionSet(MECHANISTIC, "rolling_frame", MECHANISTIC, 1.0, 0.0)
+CAGED = FrictionSet(Law.MECHANISTIC, 1.0, 0.0)
 
 
 class BearingTorque(NamedTuple):
@@ -169,7 +167,7 @@ def bearing(
             name in CONSTANTS, "friction", name, "", ", ".join(CONSTANTS), "a bearing has no other constant"
         )
     try:
-        law = FrictionParameters(**given, net_sliding_coefficient=0.0)
+        law = FrictionTable(**given, net_sliding_coefficient=0.0)
     except ValidationError as err:
         first = err.errors()[0]
         where = ".".join(map(str, ("friction", *first["loc"])))

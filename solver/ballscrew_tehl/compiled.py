@@ -7,8 +7,6 @@ that is set. Where none can be written, kernels are compiled in every process. F
 have not been used for KEPT_DAYS. numba itself keeps processors and its own versions apart.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import shutil

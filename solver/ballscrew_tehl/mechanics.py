@@ -3,14 +3,12 @@
 Read by the command `screw` and by the report.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
 from .friction.baselines import nsk_torque
 from .parameters.file import ScrewParameters
-from .physics.axial_stiffness import axial_deflection, axial_stiffness, contact_stiffness, lost_motion
+from .physics.axial_stiffness import axial_deflection, axial_stiffness, lost_motion, nut_stiffness_constant
 from .physics.load import double_nut_loads, separation_load
 from .physics.rating import STATIC_PRESSURE, ball_pressure, dynamic_rating, life, static_rating
 
@@ -63,7 +61,7 @@ def screw_constants(screw: ScrewParameters) -> ScrewConstants:
 
     Raises       ValueError as physics.rating.static_rating
     """
-    return ScrewConstants(static_rating(screw), dynamic_rating(screw), contact_stiffness(screw))
+    return ScrewConstants(static_rating(screw), dynamic_rating(screw), nut_stiffness_constant(screw))
 
 
 def loaded_screw(

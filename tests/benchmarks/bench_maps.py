@@ -22,8 +22,7 @@ from ballscrew_tehl.nut_map.build import build_map
 from ballscrew_tehl.nut_map.certificate import deviation_from_direct
 from ballscrew_tehl.nut_map.file import nut_map_of
 from ballscrew_tehl.nut_map.workers import worker_pool
-from ballscrew_tehl.parameters.file import load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 
 SCREWS = Path(__file__).parents[1] / "data" / "screws"
 ERRORS = (

@@ -12,8 +12,7 @@ from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.friction.mechanistic import nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets
 from ballscrew_tehl.nut_map.file import packaged_map
-from ballscrew_tehl.parameters.file import changed, load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_DATA, PACKAGED_VG100, changed, load_screw
 from ballscrew_tehl.physics.load import nut_loads
 
 K = 0.0113
@@ -39,7 +38,7 @@ def test_one_number_is_the_weighted_mean_of_the_rest():
 
 
 def test_packaged_number_is_that_of_its_screw_and_carried_over_to_others():
-    packaged = load_friction_sets()["rolling_frame", "mechanistic"]
+    packaged = load_friction_sets()["mechanistic"]
     assert default_friction_set(VG100) == packaged
     assert packaged.values[0] == 1.0
     # what docs/validation.md states; 4, 12 and 6 % were wanted

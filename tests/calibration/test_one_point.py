@@ -29,13 +29,13 @@ def test_coefficient_comes_back_and_the_interval_is_the_scatter_at_the_point_and
     """As read from the file, which has six digits."""
     found = calibrate_point(Measurement(*PLACE, TORQUE), VG100, CONTACTS).friction_set
     assert found.net_sliding_coefficient == pytest.approx(K, rel=1e-12)
-    write_friction_sets(tmp_path / "fit.toml", {(found.kinematics, found.name): found})
+    write_friction_sets(tmp_path / "fit.toml", [found])
     read = friction_set_of_file(tmp_path / "fit.toml", VG100)
     here = torque_interval(VG100, [PLACE[0]] * 2, CONTACTS, *PLACE[1:], read)
     for ends in here.ends.values():
         assert ends == pytest.approx((here.torque, here.torque), rel=1e-6)
     assert here.torque == pytest.approx(TORQUE, rel=1e-5)
-    scatter = load_friction_sets()["rolling_frame", "mechanistic"].errors["leave_one_out_mean"]
+    scatter = load_friction_sets()["mechanistic"].errors["leave_one_out_mean"]
     wide = math.exp(DEVIATIONS * SCATTER_DEVIATION * scatter)
     assert here.relative == pytest.approx((1.0 / wide, wide), rel=1e-6)
     there = torque_interval(VG100, [5000.0] * 2, CONTACTS, 2500.0 * RPM, 310.0, read)

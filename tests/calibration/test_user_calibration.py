@@ -16,12 +16,12 @@ from ballscrew_tehl.calibration.fit import torque_basis
 from ballscrew_tehl.calibration.measured import MapFilm
 from ballscrew_tehl.calibration.measured_screw import PACKAGED_TORQUE
 from ballscrew_tehl.calibration.measurements import Measurement
-from ballscrew_tehl.friction.origin import with_set
 from ballscrew_tehl.friction.sets import (
     FITTED,
     default_friction_set,
     friction_set_of_file,
     load_friction_sets,
+    with_set,
 )
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map.file import load_map, packaged_map
@@ -86,7 +86,7 @@ def test_torque_basis_under_axial_load_is_the_double_nut(films):
     points = [replace(MEASURED[1], axial_load=load) for load in (0.0, 1500.0, -8000.0)]
     basis = torque_basis(GD4008, film, points)
     assert np.isinf(basis.film[2]).sum() == 2  # one nut has separated
-    entry = load_friction_sets()["published", "three_parameter"]
+    entry = load_friction_sets()["three_parameter"]
     for m, torque in zip(points, basis.torque(entry.values), strict=True):
         direct = double_nut_torque(GD4008, entry, film, m.preload, m.speed, m.temperature, m.axial_load)
         assert torque == pytest.approx(direct.total, rel=1e-12)

@@ -19,8 +19,7 @@ from ballscrew_tehl.friction.sets import default_friction_set, write_friction_se
 from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
 from ballscrew_tehl.nut_map.interval import map_interval
 from ballscrew_tehl.nut_map.trend import Trend
-from ballscrew_tehl.parameters.file import load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_DATA, PACKAGED_VG100, load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.load import double_nut_loads
 
@@ -255,7 +254,7 @@ def test_screw_agrees_with_itself_the_loads_and_torque(capsys):
 def test_file_of_a_fit_and_another_screw(capsys, tmp_path):
     path = tmp_path / "friction.toml"
     own = dataclasses.replace(default_friction_set(LAW), net_sliding_coefficient=0.0142, screw="mine")
-    write_friction_sets(path, {(own.kinematics, own.name): own})
+    write_friction_sets(path, [own])
     found, err = answer(capsys, "torque", *POINT, "--friction", path)
     assert (found["friction_screw"], err) == ("mine", "")
     packaged, _ = answer(capsys, "torque", *POINT, *MECHANISTIC)
@@ -265,7 +264,7 @@ def test_file_of_a_fit_and_another_screw(capsys, tmp_path):
     assert inverse["preload_n"] == pytest.approx(2000.0, rel=1e-9)
     screw = tmp_path / "own.toml"
     text = (PACKAGED_DATA / "gd4008.toml").read_text(encoding="utf-8")
-    screw.write_text(text.replace('"published"', '"published"\nnet_sliding_coefficient = 0.0'))
+    screw.write_text(text.replace('law = "three', 'net_sliding_coefficient = 0.0\nlaw = "three'))
     assert answer(capsys, "torque", *POINT, "--screw", screw)[0]["sliding_torque_nm"] == 0.0
 
 
@@ -321,7 +320,7 @@ def test_choices_of_the_parser_are_those_of_the_modules():
     """The parser repeats names so that it does not import the modules that define them."""
     for own, place in (
         (parser.DROP_KINDS, "calibration.measured.DROPS"),
-        (parser.SET_NAMES, "calibration.measured.FILM_OF_SET"), (parser.SET_NAMES, "friction.sets.SETS"),
+        (parser.SET_NAMES, "friction.sets.SETS"),
         (parser.LUBRICANTS, "parameters.template.LUBRICANTS"), (parser.LAWS, "contact.moes.LAWS"),
         (parser.KINEMATICS, "physics.kinematics.KINEMATICS"), (parser.EXPORT_FORMATS, "cli.commands.export.KINDS"),
     ):  # fmt: skip

@@ -12,7 +12,7 @@ import ballscrew_tehl
 from ballscrew_fmu.command import BALLSCREW, FMUS, main
 from ballscrew_tehl.cli.parser import SOLVER, build_parser
 from ballscrew_tehl.nut_map.file import VG100, packaged_map
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
+from ballscrew_tehl.parameters.file import PACKAGED_DATA
 from ballscrew_tehl.parameters.units import RPM
 
 POINT = ("--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30")

@@ -9,8 +9,7 @@ from command_line import answer, run
 from servo_log import CONSTANT, GAIN, GUIDES, MASS, PIECES, main
 
 from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
-from ballscrew_tehl.parameters.file import load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 
 MAP = ("--screw", PACKAGED_VG100, "--map", packaged_map(VG100))
 AXIS = ("--torque-constant-nm-a", CONSTANT, "--guide-force-n", GUIDES)

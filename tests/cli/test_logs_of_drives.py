@@ -6,8 +6,7 @@ from command_line import answer, refused
 from servo_log import CONSTANT, INERTIA, screw_log
 
 from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
-from ballscrew_tehl.parameters.file import load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 
 AXIS = ("--torque-constant-nm-a", CONSTANT, "--lead-mm", "8")
 MAP = ("--screw", PACKAGED_VG100, "--map", packaged_map(VG100), "--temperature-c", "30")

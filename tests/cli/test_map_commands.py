@@ -8,8 +8,8 @@ from ballscrew_tehl.atlas.contact_atlas import load_atlas
 from ballscrew_tehl.nut_map import grid as limits
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.nut_map.grid import map_grid
+from ballscrew_tehl.parameters.file import PACKAGED_DATA, PACKAGED_VG100
 from ballscrew_tehl.parameters.identity import map_parameters_json
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 
 SCREW = PACKAGED_VG100.read_text(encoding="utf-8")

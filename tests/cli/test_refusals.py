@@ -16,8 +16,7 @@ from ballscrew_tehl.cli.shared import files
 from ballscrew_tehl.friction.sets import default_friction_set, write_friction_sets
 from ballscrew_tehl.nut_map import certificate
 from ballscrew_tehl.nut_map.file import VG100, packaged_map
-from ballscrew_tehl.parameters.file import load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_DATA, PACKAGED_VG100, load_screw
 from ballscrew_tehl.refinement import direct
 
 POINT = ("--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30")
@@ -206,7 +205,7 @@ def named(word):
 def test_bad_input_is_one_line_and_exit_code_2(capsys, command, folder):
     law = load_screw(PACKAGED_VG100)
     fit = default_friction_set(law)
-    write_friction_sets("fit.toml", {(fit.kinematics, fit.name): dataclasses.replace(fit, screw="mine")})
+    write_friction_sets("fit.toml", [dataclasses.replace(fit, screw="mine")])
     before = sorted(folder.rglob("*"))
     for words, line in REFUSALS[command]:
         said = refused(capsys, *command.split(), *map(named, words))

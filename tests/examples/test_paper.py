@@ -277,7 +277,7 @@ def test_packaged_fit_of_the_mechanistic_law_and_its_profile():
     limits = entry.limits["net_sliding_coefficient"]
     assert (limits["low"], limits["high"]) == pytest.approx((value - half, value + half), rel=1e-6)
     assert set(entry.leave_one_table_out) == {"table2", "table4"}
-    assert set(entry.errors) == set(load_friction_sets()["rolling_frame", "mechanistic"].errors)
+    assert set(entry.errors) == set(load_friction_sets()["mechanistic"].errors)
     soft = packaged_fit.fit_values(basis, "soft_l1")
 
     def absolute(coefficient):

@@ -6,20 +6,17 @@ import math
 import pytest
 from reference_screw import GD4008
 
-from ballscrew_tehl.friction.origin import (
+from ballscrew_tehl.friction.sets import (
+    FrictionSet,
     carried_over,
+    default_friction_set,
+    load_friction_sets,
     refuse_other_fit,
     with_set,
     without_overrides,
-)
-from ballscrew_tehl.friction.sets import (
-    FrictionSet,
-    default_friction_set,
-    load_friction_sets,
     write_friction_sets,
 )
-from ballscrew_tehl.parameters.file import changed, graded_oil, load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA, PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_DATA, PACKAGED_VG100, Law, changed, graded_oil, load_screw
 from ballscrew_tehl.runtime.packed import MapError
 
 LAW = load_screw(PACKAGED_VG100)
@@ -27,7 +24,7 @@ OTHER = load_screw(PACKAGED_DATA / "example_25x10.toml")
 OTHER_OIL = GD4008.model_copy(update={"lubricant": graded_oil(68, 95.0)})
 
 FULL = FrictionSet(
-    "three_parameter", "published", "hamrock_dowson", 7.5, 0.005, 25e-9,
+    Law.THREE_PARAMETER, 7.5, 0.005, 25e-9,
     loss="least_squares",
     provenance="somewhere, 11 points",
     intervals={"apparent_viscosity_ratio": 0.5, "net_sliding_coefficient": 7e-4, "roughness_height": math.inf},
@@ -42,15 +39,10 @@ FULL = FrictionSet(
 
 def test_a_set_is_the_same_after_writing_and_reading(tmp_path):
     path = tmp_path / "sets.toml"
-    bare = FrictionSet("two_parameter", "published", "solved", 8.0, 0.004)
-    sets = {("published", "three_parameter"): FULL, ("published", "two_parameter"): bare}
-    write_friction_sets(path, sets, "first line\nsecond line")
+    bare = FrictionSet(Law.TWO_PARAMETER, 8.0, 0.004)
+    write_friction_sets(path, [FULL, bare], "first line\nsecond line")
     found = load_friction_sets(path)
-    for key in sets:
-        for name in ("values", "film_model", "loss", "provenance", "intervals", "errors", "limits",
-                     "not_identified", "screw", "parameters_hash"):  # fmt: skip
-            assert getattr(found[key], name) == getattr(sets[key], name)
-        assert found[key].leave_one_table_out == sets[key].leave_one_table_out
+    assert found == {entry.law: entry for entry in (FULL, bare)}
     text = path.read_text()
     assert text.startswith("# first line\n# second line\n")
     # the file carries the unit of the roughness height in the key
@@ -65,7 +57,7 @@ def test_a_set_is_the_same_after_writing_and_reading(tmp_path):
 
 
 def test_overrides_belong_to_the_set_of_the_file_and_drop_the_data_of_the_fit():
-    packaged = load_friction_sets()["published", "three_parameter"]
+    packaged = load_friction_sets()[Law.THREE_PARAMETER]
     found = default_friction_set(
         changed(GD4008, friction={"net_sliding_coefficient": 0.0, "roughness_height": 1e-9})
     )
@@ -77,7 +69,7 @@ def test_overrides_belong_to_the_set_of_the_file_and_drop_the_data_of_the_fit():
     stated = changed(GD4008, friction={"apparent_viscosity_ratio": 7.0, "roughness_height": 2e-8})
     assert with_set(stated, "three_parameter") is stated
     other = with_set(stated, "two_parameter").friction
-    numbers = other.set, other.apparent_viscosity_ratio, other.roughness_height
+    numbers = other.law, other.apparent_viscosity_ratio, other.roughness_height
     assert numbers == ("two_parameter", None, None)
     surfaces = changed(GD4008, friction={"raceway_rq": 3e-8, "ball_rq": 4e-8})
     assert with_set(surfaces, "two_parameter").friction.roughness_height == pytest.approx(5e-8, rel=1e-12)
@@ -89,7 +81,7 @@ def test_overrides_belong_to_the_set_of_the_file_and_drop_the_data_of_the_fit():
 
 
 def test_numbers_of_another_screw_are_named_and_their_fit_is_refused():
-    for parameters in (GD4008, LAW, changed(GD4008, friction={"set": "two_parameter"})):
+    for parameters in (GD4008, LAW, changed(GD4008, friction={"law": "two_parameter"})):
         assert carried_over(default_friction_set(parameters), parameters) == ""
     for own in ({"net_sliding_coefficient": 0.01}, {"ball_thrust": 1.2}):
         parameters = changed(OTHER, friction=own)
@@ -98,7 +90,7 @@ def test_numbers_of_another_screw_are_named_and_their_fit_is_refused():
         note = carried_over(default_friction_set(parameters), parameters)
         assert "measured on GD4008-3, not on " + parameters.name in note
         assert "JIS B 1192 / ISO 3408-3" in note
-    entry = load_friction_sets()["published", "three_parameter"]
+    entry = load_friction_sets()[Law.THREE_PARAMETER]
     refuse_other_fit(entry, GD4008)
     refuse_other_fit(dataclasses.replace(entry, parameters_hash=""), GD4008)
     with pytest.raises(MapError, match=r"fitted for the screw GD4008-3 \(.*expected GD4008-3"):

@@ -14,16 +14,16 @@ from ballscrew_tehl.friction.interval import (
     TorqueInterval,
     fit_of,
     torque_interval,
-    torque_of_constants,
     uniform_moments,
     unknown_constants,
+    with_constants,
 )
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
 from ballscrew_tehl.friction.sets import default_friction_set
-from ballscrew_tehl.parameters.file import changed, load_screw
+from ballscrew_tehl.parameters.file import PACKAGED_DATA, changed, load_screw
 from ballscrew_tehl.parameters.friction_constants import BOUNDED
 from ballscrew_tehl.parameters.identity import parameters_hash
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
+from ballscrew_tehl.parameters.screw import ball_ball_coefficient
 from ballscrew_tehl.parameters.units import RPM
 
 LAW = load_screw(PACKAGED_DATA / "gd4008_vg100.toml")
@@ -68,7 +68,12 @@ def test_interval_holds_about_80_percent_of_a_latin_hypercube():
     for point in [SLOW, FAST]:
         forces, *at = point
         found, names = interval(point), list(BOUNDED)
-        torque = torque_of_constants(LAW, forces, ClosedContacts(), *at, FREE)
+
+        def torque(values, forces=forces, at=at):
+            changed = with_constants(LAW, values)
+            k = ball_ball_coefficient(changed.friction, values["ball_thrust"])
+            return double_nut_parts(changed, forces, ClosedContacts(), *at, 1.0, k).total
+
         low, high = (np.array([getattr(BOUNDED[name], end) for name in names]) for end in ("low", "high"))
         x = qmc.LatinHypercube(len(names), seed=3).random(300)
         # a length without a longest one is uniform in 1/length

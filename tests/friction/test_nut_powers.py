@@ -14,7 +14,7 @@ from ballscrew_tehl.friction.mechanistic import (
     nuts_powers,
     thrust_factor,
 )
-from ballscrew_tehl.friction.parts import hysteresis_force
+from ballscrew_tehl.friction.torque import hysteresis_force
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.ball_law import contact_angle_at_ball_load

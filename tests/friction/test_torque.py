@@ -13,7 +13,7 @@ from ballscrew_tehl.friction.torque import double_nut_torque, nut_sums, preload_
 from ballscrew_tehl.physics.load import double_nut_loads
 
 PUBLISHED_VALUES = (0.297 / 0.033, 0.0037, 0.0)
-SET = FrictionSet("by hand", "published", "hamrock_dowson", *PUBLISHED_VALUES)
+SET = FrictionSet("three_parameter", *PUBLISHED_VALUES)
 
 
 def test_eleven_torques_against_hand_calculation():

@@ -35,8 +35,7 @@ from ballscrew_tehl.identification.preload import (
 )
 from ballscrew_tehl.identification.signals import Drive, Section, Signals, signals_of
 from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
-from ballscrew_tehl.parameters.file import load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 from ballscrew_tehl.tables.headings import Column
 
 EMPS = "time [s],position [m],voltage [V]"

@@ -10,8 +10,7 @@ from synthetic_contacts import GRID, LAW, ClosedContacts, ClosedFilm, law_map, n
 
 from ballscrew_tehl.atlas.contact_atlas import OutsideAtlasError, load_atlas
 from ballscrew_tehl.friction.mechanistic import double_nut_parts, nut_powers
-from ballscrew_tehl.friction.origin import with_set
-from ballscrew_tehl.friction.sets import default_friction_set
+from ballscrew_tehl.friction.sets import default_friction_set, with_set
 from ballscrew_tehl.friction.torque import double_nut_torque, nut_forces
 from ballscrew_tehl.nut_map.build import atlas_fraction, build_map, sharing_values
 from ballscrew_tehl.nut_map.built import VISCOUS

@@ -37,8 +37,7 @@ from ballscrew_tehl.nut_map.certificate import (
 from ballscrew_tehl.nut_map.file import load_map, save_map
 from ballscrew_tehl.nut_map.interval import BAND, band_point, map_interval
 from ballscrew_tehl.parameters import identity
-from ballscrew_tehl.parameters.file import changed, load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
+from ballscrew_tehl.parameters.file import PACKAGED_DATA, changed, load_screw
 from ballscrew_tehl.refinement import direct
 from ballscrew_tehl.runtime.packed import MapError, npz_bytes, read_npz
 
@@ -117,8 +116,8 @@ def test_map_is_read_back_with_the_film_of_the_friction_set(saved):
     header = nut_map.header
     assert header["certificate"] == CERTIFICATE
     assert header["parameters_hash"] == identity.parameters_hash(GD4008)
-    mechanistic = replace(default_friction_set(GD4008), film_model="mechanistic")
-    with pytest.raises(MapError, match=r"needs the film mechanistic; .* holds solved, solved_thermal"):
+    mechanistic = replace(default_friction_set(GD4008), law="mechanistic")
+    with pytest.raises(MapError, match="kinematics = rolling_frame; expected published"):
         load_map(saved, GD4008, mechanistic)
 
 

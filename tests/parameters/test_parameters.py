@@ -7,9 +7,8 @@ import pytest
 from reference_screw import GD4008
 
 from ballscrew_tehl.friction.sets import load_friction_sets
-from ballscrew_tehl.parameters.file import changed, load_screw
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, Law, changed, load_screw
 from ballscrew_tehl.parameters.identity import parameters_hash
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
 from ballscrew_tehl.parameters.screw import NITRIDE
 from ballscrew_tehl.parameters.template import example_parameters
 from ballscrew_tehl.parameters.toml import ParameterError
@@ -104,7 +103,9 @@ viscosity_Pas = 0.033 => viscosity_Pas = 0.033@astm_viscosity_1_cSt = 100 => lub
 ^astm_temperature_2_degC = 100.0 => astm_temperature_2_degC = 20.0 => lubricant.astm_viscosity_2_mm2_s = 11.1; point 1
 ^astm_viscosity_1_mm2_s => viscosity_Pas = 0.1@astm_viscosity_1_mm2_s => lubricant.viscosity_Pas = 0.1; no entry
 viscosity_Pas = 0.033 =>  => lubricant.viscosity_Pas = (missing)
-kinematics = "published" => kinematics = "rolling_frame" => friction.set = 'three_parameter'; mechanistic with
+law = "three_parameter" => set = "two_parameter"@kinematics = "rolling_frame" => friction.set = 'two_parameter'; mecha
+law = "three_parameter" => law = "four_parameter" => friction.law = 'four_parameter'; 'three_parameter' or 'two_p
+law = "three_parameter" => kinematics = "fixed" => friction.kinematics = 'fixed'; published or rolling_frame
 sliding_coefficient = 0.15  => sliding_coefficient = 1.5  => friction.sliding_coefficient = 1.5; <= 1; mu_s as printed
 sliding_coefficient = 0.15  => spin_split = 0.5  => friction.spin_split = 0.5; nearest:
 lead_mm = 8.0 => lead_mm = 8.0@ball_material = "glass" => screw.ball_material = 'glass'; 'silicon_nitride'
@@ -222,13 +223,16 @@ def test_an_oil_by_its_grade_is_derived_again_when_changed(read):
 
 def test_law_follows_the_kinematics_where_a_file_states_none(read):
     """The packaged screw and copies of its file keep the fitted set; other screws follow their film."""
-    assert (GD4008.friction.kinematics, GD4008.friction.set) == ("published", "three_parameter")
+    assert (GD4008.friction.kinematics, GD4008.friction.law) == ("published", "three_parameter")
     rolling = changed(GD4008, friction={"kinematics": "rolling_frame"})
-    assert rolling.friction.set == "mechanistic"
-    unset = 'set = "three_parameter"'
-    assert read(edited(unset, "")).friction.set == "three_parameter"
-    bare = read(edited(unset, "").replace('kinematics = "published"', "")).friction
-    assert (bare.kinematics, bare.set) == ("rolling_frame", "mechanistic")
+    assert (rolling.friction.kinematics, rolling.friction.law) == ("rolling_frame", "mechanistic")
+    # files of before: surface speeds and fitted numbers in place of the law
+    law, before = 'law = "three_parameter"', 'kinematics = "published"'
+    for words in (law, before, f'{before}\nset = "three_parameter"', 'set = "three_parameter"'):
+        assert read(edited(law, words)).friction == GD4008.friction
+    two = f'{before}\nset = "two_parameter"'
+    assert read(edited(law, two)).friction.law is Law.TWO_PARAMETER
+    assert read(edited(law, "")).friction.law is Law.MECHANISTIC
     own = example_parameters().friction
-    assert (own.kinematics, own.set) == ("rolling_frame", "mechanistic")
-    assert {"kinematics", "set"} <= own.model_fields_set
+    assert own.law is Law.MECHANISTIC
+    assert "law" in own.model_fields_set

@@ -8,9 +8,9 @@ import pytest
 from ballscrew_tehl.parameters.file import FOUR_POINT, load_screw
 from ballscrew_tehl.physics.axial_stiffness import (
     axial_deflection,
-    contact_stiffness,
+    forces_of_displacement,
     lost_motion,
-    nut_forces,
+    nut_stiffness_constant,
     preload_approach,
 )
 from ballscrew_tehl.physics.ball_chain import ball_oversize
@@ -18,7 +18,7 @@ from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
 from ballscrew_tehl.physics.load import double_nut_loads
 
 SCREW = load_screw().screw
-K = contact_stiffness(SCREW)
+K = nut_stiffness_constant(SCREW)
 STIFF = {"screw_section_area": 1e3, "nut_section_area": 1e3, "spacer_section_area": 1e3}  # [m^2] rigid bodies
 BETA = SCREW.contact_angle
 
@@ -42,7 +42,7 @@ def test_oversize_balls_have_the_same_law():
     assert preload_approach(K, 2000.0) == pytest.approx(ball_oversize(four, 2000.0, count) / sb, rel=1e-13)
     # under such loads the contact angle stays
     chain = double_nut_loads(four, 2e-3, 3e-3, count)
-    both = nut_forces(K, 2e-3, axial_deflection(K, 2e-3, 3e-3))
+    both = forces_of_displacement(K, 2e-3, axial_deflection(K, 2e-3, 3e-3))
     np.testing.assert_allclose(both, (chain.force_a, chain.force_b), rtol=1e-5)
 
 

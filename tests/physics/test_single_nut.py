@@ -7,9 +7,8 @@ import pytest
 from closed_film import HamrockDowsonFilm
 from reference_screw import GD4008
 
-from ballscrew_tehl.friction.parts import spin_moment
 from ballscrew_tehl.friction.sets import FrictionSet
-from ballscrew_tehl.friction.torque import double_nut_torque, four_point_spin_bound
+from ballscrew_tehl.friction.torque import double_nut_torque, four_point_spin_bound, spin_moment
 from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.physics.ball_chain import ball_oversize, ball_pitch
 from ballscrew_tehl.physics.ball_law import contact_compliance, groove_distance
@@ -21,7 +20,7 @@ FOUR = changed(GD4008, screw={"preload_kind": "single_nut_oversize_ball"})
 OFFSET = changed(GD4008, screw={"preload_kind": "single_nut_offset"})
 SCREW, BETA = FOUR.screw, FOUR.screw.contact_angle
 SB = math.sin(BETA) * math.cos(SCREW.lead_angle)
-FRICTION = FrictionSet("test", "published", "hamrock_dowson", 7.0, 0.005, 3e-8)
+FRICTION = FrictionSet("three_parameter", 7.0, 0.005, 3e-8)
 
 
 # --- offset lead ---

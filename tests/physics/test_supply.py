@@ -7,8 +7,7 @@ import pytest
 from scipy.integrate import dblquad
 
 from ballscrew_tehl.contact import SolverOptions, ball_conditions, solve
-from ballscrew_tehl.parameters.file import load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import ellipse
 from ballscrew_tehl.physics.lubricant import eta0

@@ -11,8 +11,7 @@ from synthetic_contacts import GRID
 from ballscrew_tehl.cli.main import main
 from ballscrew_tehl.nut_map.build import build_map
 from ballscrew_tehl.nut_map.file import save_map
-from ballscrew_tehl.parameters.file import load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_DATA
+from ballscrew_tehl.parameters.file import PACKAGED_DATA, load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.report import data
 

@@ -7,8 +7,7 @@ import pytest
 from synthetic_map import LAWS, MECHANISTIC, closed_form
 
 from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.parameters.file import load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 from ballscrew_tehl.runtime.constants import LEAST_ELASTICITY
 from ballscrew_tehl.runtime.over_preload import OverPreload
 from ballscrew_tehl.runtime.packed import FrictionParameters

@@ -19,7 +19,7 @@ from ballscrew_tehl.runtime.transmission import (
 )
 
 SCREW = load_screw().screw
-K = closed.contact_stiffness(SCREW)
+K = closed.nut_stiffness_constant(SCREW)
 RATIO = SCREW.lead / (2.0 * math.pi)
 S_REF = closed.axial_stiffness(K, 1500.0)
 PARAMETERS = TransmissionParameters(
@@ -88,7 +88,7 @@ def test_forces_are_those_of_the_closed_form(synthetic_nut_map):
     for x in (-9e-6, -3e-6, 0.0, 1e-6, 4.4e-6, 8e-6):
         for velocity in (0.01, -0.01):
             out = at(synthetic_nut_map, position=-x, velocity=velocity).outputs
-            b, a = closed.nut_forces(K, 2000.0, x)
+            b, a = closed.forces_of_displacement(K, 2000.0, x)
             stiffness, damping = closed.axial_stiffness(K, 2000.0, x), out["damping_force"]
             assert (out["force_nut_a"], out["force_nut_b"]) == pytest.approx((a, b), rel=1e-13)
             assert out["nut_force"] == pytest.approx(a - b + damping, rel=1e-12, abs=1e-9)

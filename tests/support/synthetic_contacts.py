@@ -11,16 +11,14 @@ from reference_screw import GD4008
 
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
 from ballscrew_tehl.atlas.groups import QUANTITIES, closed_forms, unmodelled
-from ballscrew_tehl.friction.origin import with_set
+from ballscrew_tehl.friction.sets import with_set
 from ballscrew_tehl.nut_map import build, file
 from ballscrew_tehl.nut_map.build import build_map
 from ballscrew_tehl.nut_map.built import BuiltMap
 from ballscrew_tehl.nut_map.grid import MapGrid
-from ballscrew_tehl.parameters.file import load_screw
-from ballscrew_tehl.parameters.packaged_data import PACKAGED_VG100
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 from ballscrew_tehl.parameters.units import RPM
-from ballscrew_tehl.physics.ball_formula import film_formula
-from ballscrew_tehl.physics.film import thermal_load_parameter, wilson_sheu
+from ballscrew_tehl.physics.film import film_formula, thermal_load_parameter, wilson_sheu
 from ballscrew_tehl.physics.kinematics import ROLLING_FRAME, surface_speeds
 from ballscrew_tehl.runtime.evaluate import NutMap
 

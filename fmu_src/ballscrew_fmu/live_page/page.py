@@ -29,7 +29,7 @@ from ballscrew_tehl.nut_map import trend
 from ballscrew_tehl.nut_map.interval import TABLE_NODES
 from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters, load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
-from ballscrew_tehl.physics.ball_formula import MIN_FILM, THICKEST_FILM
+from ballscrew_tehl.physics.film import MIN_FILM, THICKEST_FILM
 from ballscrew_tehl.report.data import PRELOAD_WORDS, OperatingPoint
 from ballscrew_tehl.report.page import Html, environment
 from ballscrew_tehl.runtime.evaluate import NutMap

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..parameters.file import Parameters
+from ..parameters.file import PACKAGED_DATA, Parameters
 from ..parameters.oil import ROELANDS_PRESSURE
-from ..parameters.packaged_data import PACKAGED_DATA
 from ..physics.hertz import E_prime
 from .groups import (
     QUANTITIES,

@@ -19,7 +19,7 @@ from ..physics.film import central_film_estimate, moes_groups, thermal_load_para
 from ..physics.hertz import E_prime, ellipse, reduced_radii
 from ..physics.kinematics import entrainment_speed
 from ..physics.lubricant import ambient_density, eta0, relative_density, temperature_slope
-from ..physics.rolling_resistance import biboulet_houpert_point, rolling_power
+from ..physics.rolling_resistance import biboulet_houpert_point
 
 #: quantities of a contact with units; temperature_rise: of the hottest level of the film, mean over the contact;
 #: mean_rise: mean over contact and film, below 0 where oil that expands cools more than shear heats; rolling_loss,
@@ -143,7 +143,13 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
         name: np.exp(-flat * c_0 * groups.M**m * groups.L**of_l * ratio**r)
         for name, (c_0, m, of_l, r) in FLATTENED.items()
     }
-    loss = rolling_power(force, u_e) * heat * np.exp(-THICK_FILM * np.sqrt(2.0 * np.minimum(cold / R_x, 1.0)))
+    loss = (
+        2.0
+        * np.asarray(u_e)
+        * force
+        * heat
+        * np.exp(-THICK_FILM * np.sqrt(2.0 * np.minimum(cold / R_x, 1.0)))
+    )
     one = np.ones(())
     return ClosedForms(groups, {
         "central_film": cold * heat,

@@ -13,13 +13,21 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from ..friction.mechanistic import UNLOADED_POWERS, ContactValues, NutPowers, nut_powers
-from ..friction.parts import roughness_share, roughness_share_slope
-from ..friction.sets import FITTED, MECHANISTIC, SETS
-from ..friction.torque import UNLOADED, FilmModel, NutSums, nut_forces, nut_sums
+from ..friction.sets import FITTED, SETS
+from ..friction.torque import (
+    UNLOADED,
+    FilmModel,
+    NutSums,
+    nut_forces,
+    nut_sums,
+    roughness_share,
+    roughness_share_slope,
+)
 from ..nut_map.built import Progress
 from ..parameters.file import Parameters
 from ..physics.ball_law import Array
 from ..physics.load import nut_loads
+from ..runtime.packed import MECHANISTIC
 from .measurements import Measurement
 
 #: ratio [1], net sliding coefficient [1], roughness height [m], as FITTED

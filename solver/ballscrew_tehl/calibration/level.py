@@ -5,11 +5,12 @@ from typing import cast
 
 from ..friction.baselines import nsk_torque
 from ..friction.interval import TorqueInterval, torque_interval
-from ..friction.mechanistic import ContactValues, ball_ball_coefficient
-from ..friction.origin import with_set, without_overrides
-from ..friction.sets import MECHANISTIC, FrictionSet, default_friction_set
+from ..friction.mechanistic import ContactValues
+from ..friction.sets import FrictionSet, default_friction_set, with_set, without_overrides
 from ..friction.torque import FilmModel, double_nut_torque, nut_forces
-from ..parameters.file import Parameters
+from ..parameters.file import Law, Parameters
+from ..parameters.screw import ball_ball_coefficient
+from ..runtime.packed import MECHANISTIC
 from ..tables.headings import TORQUE
 from .measurement_file import MeasurementFile
 from .measurements import Measurement
@@ -29,7 +30,7 @@ def law_interval(
     if name == MECHANISTIC:
         contacts, friction = cast(ContactValues, model), own.friction
         number = ball_ball_coefficient(friction, friction.ball_thrust)
-        unfitted = FrictionSet(name, friction.kinematics, contacts.name, 1.0, number)
+        unfitted = FrictionSet(Law.MECHANISTIC, 1.0, number)
         forces = nut_forces(own, m.preload, m.axial_load)
         return torque_interval(own, forces, contacts, m.speed, m.temperature, unfitted)
     at = m.preload, m.speed, m.temperature, m.axial_load

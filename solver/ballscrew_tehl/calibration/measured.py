@@ -7,22 +7,22 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import __version__
+from .._version import __version__
 from ..atlas.ball_contacts import BallContacts
 from ..atlas.contact_atlas import OutsideAtlasError
 from ..friction.interval import implied_thrust
 from ..friction.mechanistic import ContactValues, mean_load
-from ..friction.origin import with_set
-from ..friction.sets import MECHANISTIC, SETS, FrictionSet
+from ..friction.sets import SETS, FrictionSet, with_set
 from ..friction.torque import FilmModel, nut_forces
 from ..nut_map.built import Progress
-from ..parameters.file import Parameters
+from ..parameters.file import Law, Parameters
 from ..parameters.identity import parameters_hash
 from ..parameters.units import RPM
 from ..physics.ball_law import Array
 from ..physics.hertz import RACEWAYS
 from ..physics.load import nut_loads
 from ..runtime.evaluate import NutMap
+from ..runtime.packed import MECHANISTIC
 from .fit import MAX_LEVERAGE, Fit, TorqueBasis, fit, torque_basis
 from .level import check_level
 from .measurement_file import (
@@ -37,9 +37,6 @@ from .result import Calibration, not_identified, outlier_text
 
 #: set -> its film model, or contacts of the mechanistic law
 Films = Callable[[str], FilmModel | ContactValues]
-#: film model of the sets. The film of the thermal solve needs the roughness height: with two parameters the
-#: deviation from the tables is 12 %, with three it is less than with the isothermal film of the published decomposition
-FILM_OF_SET = {"two_parameter": "solved", "three_parameter": "solved_thermal", MECHANISTIC: MECHANISTIC}
 #: kinds of rows that --drop leaves out of a fit
 DROPS = ("impossible", "outside", "outliers")
 #: degrees of freedom below which a note says that intervals are rough
@@ -79,7 +76,7 @@ def calibrate(
     from ..nut_map.file import parameters_for
 
     parameters = parameters_for(map_file, parameters)
-    name = name or parameters.friction.set
+    name = name or parameters.friction.law
     with_set(parameters, name)
     if temperature is None:
         temperature = parameters.lubricant.reference_temperature
@@ -106,7 +103,7 @@ def calibrate(
         basis = basis.subset([i for i in range(len(basis)) if i not in found.outliers])
         notes += _check_count(list(basis.measurements), name)
         found = fit(basis, repeats_of(basis.measurements))
-    friction_set = fitted_set(basis, found, parameters, film.name, name, _provenance(file, basis, dropped))
+    friction_set = fitted_set(basis, found, parameters, name, _provenance(file, basis, dropped))
     notes += [*number_notes(friction_set, parameters), *_point_notes(basis, found)]
     if name == MECHANISTIC:
         notes.append(TRANSFER)
@@ -114,12 +111,12 @@ def calibrate(
 
 
 def fitted_set(
-    basis: TorqueBasis, found: Fit, parameters: Parameters, film: str, name: str, provenance: str
+    basis: TorqueBasis, found: Fit, parameters: Parameters, name: str, provenance: str
 ) -> FrictionSet:
     """Friction set of a fit: values, intervals, errors, what is not identified."""
     ratio, net, height = found.values.tolist()
     return FrictionSet(
-        name, parameters.friction.kinematics, film, ratio, net, height, loss="least_squares",
+        Law(name), ratio, net, height, loss="least_squares",
         provenance=provenance, intervals=found.half_width, limits=found.limits,
         errors=error_summary(basis, found.deviation, found.left_out),
         not_identified=not_identified(basis, found),
@@ -312,4 +309,4 @@ def solved_film(name: str, parameters: Parameters) -> FilmModel | ContactValues:
             return BallContacts(parameters)
         except OutsideAtlasError:
             return DirectContacts(parameters)
-    return DirectFilm(parameters, FILM_OF_SET[name] == "solved_thermal")
+    return DirectFilm(parameters, Law(name).film_model == "solved_thermal")

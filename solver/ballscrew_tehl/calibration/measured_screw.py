@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ..friction.torque import preload_from_torque
-from ..parameters.file import ScrewParameters, load_screw
-from ..parameters.packaged_data import PACKAGED_DATA
+from ..parameters.file import PACKAGED_DATA, ScrewParameters, load_screw
 from ..parameters.units import RPM
 from ..tables.csv_file import read_rows
 from .measurements import Measurement, merged

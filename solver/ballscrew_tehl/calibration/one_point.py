@@ -2,16 +2,16 @@
 
 from typing import Any, NamedTuple
 
-from .. import __version__
+from .._version import __version__
 from ..friction.baselines import nsk_torque
 from ..friction.interval import TorqueInterval
-from ..friction.mechanistic import ContactValues, torque_line
-from ..friction.origin import CATALOGUE, CATALOGUE_DIFFERS, without_overrides
-from ..friction.sets import CALIBRATED_AT, MECHANISTIC, FrictionSet
+from ..friction.mechanistic import ContactValues, nuts_powers, torque_line
+from ..friction.sets import CALIBRATED_AT, CATALOGUE, CATALOGUE_DIFFERS, FrictionSet, without_overrides
 from ..friction.torque import nut_forces
-from ..parameters.file import Parameters
+from ..parameters.file import Law, Parameters
 from ..parameters.identity import parameters_hash
 from ..parameters.units import CELSIUS, RPM
+from ..runtime.packed import MECHANISTIC
 from .level import implausible_level, law_interval
 from .measured import TRANSFER, number_notes
 from .measurements import Measurement
@@ -44,15 +44,14 @@ def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactVal
                  times the interval of the law
     """
     own = without_overrides(parameters, MECHANISTIC)
-    kinematics = own.friction.kinematics
     at = own, nut_forces(own, m.preload, 0.0), contacts, m.speed, m.temperature
     law = law_interval(m, parameters, contacts, MECHANISTIC)
-    rest, slope = torque_line(*at)
+    rest, slope = torque_line(nuts_powers(*at))
     if problem := implausible_level(m, law, rest):
         raise ValueError(problem)
     where = f"{m.preload:g} N, {m.speed / RPM:g} r/min, {m.temperature - CELSIUS:g} C"
     found = FrictionSet(
-        MECHANISTIC, kinematics, contacts.name, 1.0, (m.torque - rest) / slope, loss="solved",
+        Law.MECHANISTIC, 1.0, (m.torque - rest) / slope, loss="solved",
         provenance=f"one torque, {m.torque:g} N.m at {where}, ballscrew_tehl {__version__}",
         not_identified={SPLIT: ONE_POINT},
         screw=parameters.name, parameters_hash=parameters_hash(parameters),

@@ -15,7 +15,7 @@ import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn
 
-from .. import __version__
+from .._version import __version__
 from .shared.quantities import (
     CALIBRATION_POINT,
     CURRENT_UNIT,

@@ -12,8 +12,6 @@ Assumption: no other force on the ball. What drives it against rolling resistanc
 small part of what the contacts can transmit, its inertia less.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 
@@ -29,7 +27,7 @@ RADIAL, AROUND = 8, 16
 #: on asperities, sticks at some points of its contacts, where the potential has a kink. First with the last one alone;
 #: where that takes more than QUICK_STEPS, with all, each from the motion of the one before
 SMOOTHED = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
-QUICK_STEPS, MOST_STEPS = 12, 400
+QUICK_STEPS, MAX_STEPS = 12, 400
 #: an iteration ends where a further step would lower the potential by less than this share of the power; that with a
 #: wider smoothing by less than the second
 CONVERGED_AT, CONVERGED_FIRST = 1e-10, 1e-4
@@ -37,11 +35,11 @@ CONVERGED_AT, CONVERGED_FIRST = 1e-10, 1e-4
 ROUNDING = 1e-14
 #: slope of the potential at the end of a step over that at its begin, up to which it may rise again; else the step is
 #: shortened by a factor between these
-MOST_BEYOND, SHORTENED = 0.5, (0.05, 0.7)
+MAX_REVERSAL, SHORTENING = 0.5, (0.05, 0.7)
 #: contacts at a time: what is known of their nodes stays within the cache
 BLOCK = 96
 #: relative addition to the diagonal of the system, which keeps it regular
-LEAST_DAMPING = 1e-12
+MIN_DAMPING = 1e-12
 
 
 class BallMotion(NamedTuple):
@@ -67,7 +65,7 @@ class Traction(NamedTuple):
     limiting: Any
     boundary: Any
 
-    def take(self, rows: Any) -> Traction:
+    def take(self, rows: Any) -> "Traction":
         """That of some balls, with the same constants."""
         viscosity, pressure, film, asperities = (part[rows] for part in self[:4])
         return Traction(viscosity, pressure, film, asperities, *self[4:])
@@ -85,7 +83,7 @@ class _Balls(NamedTuple):
     oil: Array  # tau_0 of the share on oil (n, c, 1, 1)
     dry: Array  # stress of the asperities times their share
 
-    def take(self, rows: Any) -> _Balls:
+    def take(self, rows: Any) -> "_Balls":
         return _Balls(*(one[rows] for one in self))
 
 
@@ -173,10 +171,10 @@ def _sums(balls: _Balls, q: Array, smooth: Array) -> tuple[Array, Array, Array]:
     return gradient, (turned @ stiff @ matrix).sum(axis=1), power
 
 
-def _least_potential(
-    balls: _Balls, q: Array, smooth: Array, converged_at: float, most: int
+def _minimise(
+    balls: _Balls, q: Array, smooth: Array, tolerance: float, max_steps: int
 ) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Newton's method with shortened steps from motions q (n, 4): motion, power, steps, `most` where it was not found.
+    """Newton's method with shortened steps from motions q (n, 4): motion, power, steps, max_steps where not found.
 
     Where all of a contact is at its limit the potential is nearly flat along the slip, and a full step goes far beyond
     the least: the step is shortened. Its direction is kept: it does not depend on the coordinates of the motion.
@@ -184,17 +182,17 @@ def _least_potential(
     """
     q = q.copy()
     state: tuple[Array, ...] = _sums(balls, q, smooth)
-    power, steps = state[2].copy(), np.full(len(q), most)
+    power, steps = state[2].copy(), np.full(len(q), max_steps)
     rows = np.arange(len(q))
     diagonal = np.arange(4)
-    for step in range(most):
+    for step in range(max_steps):
         gradient, hessian, total = state[0], state[1], state[2].sum(axis=1)
         good = np.isfinite(gradient).all(axis=1) & np.isfinite(hessian).all(axis=(1, 2))
-        hessian[:, diagonal, diagonal] *= 1.0 + LEAST_DAMPING
+        hessian[:, diagonal, diagonal] *= 1.0 + MIN_DAMPING
         change = np.zeros_like(gradient)
         change[good] = np.linalg.solve(hessian[good], gradient[good, :, None])[..., 0]
         decrement = (gradient * change).sum(axis=1)
-        done = good & ~(decrement > converged_at * total)
+        done = good & ~(decrement > tolerance * total)
         steps[rows[done]] = step
         here = np.flatnonzero(good & ~done)
         length, own = np.ones(len(here)), balls if len(here) == len(rows) else balls.take(here)
@@ -208,14 +206,14 @@ def _least_potential(
             other = _sums(own if pending.size == len(here) else own.take(pending), new, smooth[at])
             # how the potential still falls along the step: beyond its least where this is negative
             slope = (other[0] * change[at]).sum(axis=1)
-            better = slope >= -MOST_BEYOND * decrement[at]
+            better = slope >= -MAX_REVERSAL * decrement[at]
             took = pending[better]
             moved[took] = new[better]
-            for part, found in zip(reached, other, strict=True):
-                part[took] = found[better]
+            for part, result in zip(reached, other, strict=True):
+                part[took] = result[better]
             # secant of the slope
-            share = np.where(slope < 0.0, decrement[at] / (decrement[at] - slope), SHORTENED[1])
-            length[pending] *= np.where(better, 1.0, np.clip(share, *SHORTENED))
+            share = np.where(slope < 0.0, decrement[at] / (decrement[at] - slope), SHORTENING[1])
+            length[pending] *= np.where(better, 1.0, np.clip(share, *SHORTENING))
             ended = ~better & ~(length[pending] * decrement[at] > ROUNDING * total[at])
             stuck[pending[ended]] = True
             pending = pending[~better & ~ended]
@@ -263,23 +261,21 @@ def ball_equilibrium(
     rolling = np.abs(speed * motion.matrix[..., 0, 0, 0])
     with np.errstate(all="ignore"):
         balls = _balls(motion, speed, axes, traction)
-        q, power, steps = _least_potential(balls, begin, SMOOTHED[-1] * rolling, CONVERGED_AT, QUICK_STEPS)
+        q, power, steps = _minimise(balls, begin, SMOOTHED[-1] * rolling, CONVERGED_AT, QUICK_STEPS)
         left = np.flatnonzero(steps == QUICK_STEPS)
         if left.size:
             hard, begun = balls.take(left), first[left]
             for smooth in SMOOTHED:
                 end = CONVERGED_AT if smooth == SMOOTHED[-1] else CONVERGED_FIRST
-                begun, power[left], taken = _least_potential(
-                    hard, begun, smooth * rolling[left], end, MOST_STEPS
-                )
+                begun, power[left], taken = _minimise(hard, begun, smooth * rolling[left], end, MAX_STEPS)
                 steps[left] += taken
             q[left] = begun
-            steps[left[taken == MOST_STEPS]] = -1
+            steps[left[taken == MAX_STEPS]] = -1
     known = (steps >= 0) & np.isfinite(power).all(axis=1)
     if not known.all():
         bad = int(np.argmin(known))
         raise ArithmeticError(
-            f"equilibrium of a ball not found in {MOST_STEPS} steps: speed {speed[bad]:.6g} rad/s, pressure "
+            f"equilibrium of a ball not found in {MAX_STEPS} steps: speed {speed[bad]:.6g} rad/s, pressure "
             f"{traction.pressure[bad].max():.4g} Pa, film {traction.film[bad].min():.4g} m"
         )
     return BallMotion(power, q, steps)

@@ -3,8 +3,6 @@
 NSK and Zhou: proportional to the preload and independent of speed and oil. Jungnickel: rolling of lubricated contacts.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -22,23 +22,19 @@ half-widths to flooded, uniform in 1/length. Not in the interval: viscosity of t
 what a fit at other constants would take up of their effect, so that a fitted interval is rather too wide.
 """
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..parameters.file import Parameters, load_screw
+from ..parameters.file import PACKAGED_VG100, Parameters, load_screw
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash
-from ..parameters.packaged_data import PACKAGED_VG100
+from ..parameters.screw import ball_ball_coefficient
 from ..physics.ball_law import Array
-from ..physics.load import nut_loads
-from .mechanistic import ContactValues, ball_ball_coefficient, law_constants, powers_of_nuts, torque_line
+from .mechanistic import ContactValues, CountedNut, law_constants, loaded_nuts, powers_of_nuts, torque_line
 from .sets import CALIBRATED_AT, FrictionSet, load_friction_sets
-from .torque import nut_forces
 
 #: standard deviations of a normal quantity to the ends of the interval that holds 80 % of it
 DEVIATIONS = 1.2816
@@ -50,8 +46,6 @@ FITTED_COEFFICIENT, LEFT_OUT = "net_sliding_coefficient", "leave_one_out"
 BY_ONE_TORQUE = (FITTED_COEFFICIENT, "boundary_friction", "limiting_shear_coefficient")
 #: what the ends of an interval are
 MEANING = "about 80 %, from bounded constants"
-#: torque_line over parameters: torque without ball on ball, and what it rises by per coefficient [N.m]
-TorqueLine = Callable[[Parameters], tuple[Any, Any]]
 
 
 class Fit(NamedTuple):
@@ -136,11 +130,11 @@ def fit_of(friction_set: FrictionSet, parameters: Parameters) -> Fit | None:
     """Fit of the coefficient to measurements of this screw with this oil and these constants; None: there is none."""
     if friction_set.parameters_hash != parameters_hash(parameters):
         return None
-    packaged = load_friction_sets().get((friction_set.kinematics, friction_set.name))
+    packaged = load_friction_sets()[friction_set.law]
     value = friction_set.net_sliding_coefficient
-    if friction_set.calibrated_at and packaged is not None:
+    if friction_set.calibrated_at:
         return Fit(value, value, packaged.errors["leave_one_out_mean"])
-    ours = packaged is not None and packaged.net_sliding_coefficient == value
+    ours = packaged.net_sliding_coefficient == value
     if ours and law_constants(parameters) != law_constants(load_screw(PACKAGED_VG100)):
         return None
     limits, half = friction_set.limits.get(FITTED_COEFFICIENT), friction_set.intervals.get(FITTED_COEFFICIENT)
@@ -150,70 +144,6 @@ def fit_of(friction_set: FrictionSet, parameters: Parameters) -> Fit | None:
     if half is not None:
         return Fit(max(value - half, 0.0), value + half, left_out)
     return None
-
-
-def torque_of_constants(
-    parameters: Parameters,
-    forces: Sequence[float],
-    contacts: ContactValues,
-    speed: float,
-    temperature: float,
-    friction_set: FrictionSet,
-) -> Callable[[Mapping[str, float]], Any]:
-    """Torque [N.m] over values of the bounded constants by name; those not given are as in the parameters.
-
-    Parameters   forces : of the nuts [N];  contacts : of the balls, found once;  speed [rad/s] > 0, temperature [K]
-                 friction_set : its coefficient k is that of the constants in the parameters. It varies with them unless
-                 it was fitted to this screw or the screw file states it.
-                 Calibrated on one torque: it is fitted to that torque again
-    """
-    remembered = _Remembered(contacts)
-
-    def line(changed: Parameters) -> tuple[Any, Any]:
-        return torque_line(changed, forces, remembered, speed, temperature, friction_set.values[0])
-
-    return _torque_over(parameters, line, contacts, friction_set)
-
-
-def _torque_over(
-    parameters: Parameters, line: TorqueLine, contacts: ContactValues, friction_set: FrictionSet
-) -> Callable[[Mapping[str, float]], Any]:
-    """torque_of_constants with a torque_line over parameters."""
-    coefficient = friction_set.values[1]
-    fitted = fit_of(friction_set, parameters) is not None
-    held = fitted or parameters.friction.net_sliding_coefficient is not None
-    calibrated = fitted and friction_set.calibrated_at
-    again = _fitted_again(parameters, contacts, friction_set) if calibrated else None
-    kappa = implied_thrust(coefficient, parameters)
-
-    def torque(values: Mapping[str, float]) -> Any:
-        changed = with_constants(parameters, values)
-        k = coefficient
-        if again is not None:
-            k = again(changed)
-        elif not held:
-            k = ball_ball_coefficient(changed.friction, values.get("ball_thrust", kappa))
-        rest, slope = line(changed)
-        return rest + values.get(FITTED_COEFFICIENT, k) * slope
-
-    return torque
-
-
-def _fitted_again(
-    parameters: Parameters, contacts: ContactValues, friction_set: FrictionSet
-) -> Callable[[Parameters], float]:
-    """Coefficient, at least 0, over parameters, with which the torque at the point of the calibration stays."""
-    ratio, coefficient, _ = friction_set.values
-    preload, speed, temperature = (friction_set.calibrated_at[name] for name in CALIBRATED_AT)
-    at = nut_forces(parameters, preload, 0.0), _Remembered(contacts), speed, temperature, ratio
-    rest, slope = torque_line(parameters, *at)
-    torque = rest + coefficient * slope
-
-    def fitted(changed: Parameters) -> float:
-        rest, slope = torque_line(changed, *at)
-        return max((torque - rest) / slope, 0.0)
-
-    return fitted
 
 
 def implied_thrust(coefficient: float, parameters: Parameters) -> float:
@@ -229,22 +159,28 @@ def torque_interval(
     temperature: float,
     friction_set: FrictionSet,
 ) -> TorqueInterval:
-    """Torque of all nuts with its interval; arguments as torque_of_constants.
+    """Torque of all nuts with its interval.
 
+    Parameters   forces : of the nuts [N];  contacts : of the balls, found once;  speed [rad/s] > 0, temperature [K]
+                 friction_set : its coefficient k is that of the constants in the parameters. It varies with them unless
+                 it was fitted to this screw or the screw file states it.
+                 Calibrated on one torque: it is fitted to that torque again
     Raises       ValueError, ArithmeticError as nut_powers
     Source       head of this module
     """
-    torque = torque_of_constants(parameters, forces, contacts, speed, temperature, friction_set)
-    at = torque({})
-    if not at > 0.0:
-        return TorqueInterval(at, at, at, {}, {})
-    ends, moments = _ends_and_moments(torque, at, parameters, friction_set)
-    low, high = (float(at * end) for end in _ends(moments))
-    variance = sum(part for _, part in moments.values())
+    nuts = loaded_nuts(parameters, forces)
+    if not nuts:
+        return TorqueInterval(0.0, 0.0, 0.0, {}, {})
+    at, of_ends, moments = _effects(parameters, [nuts], contacts, speed, temperature, friction_set)
+    torque = float(at[0])
+    ends = {name: (float(low[0]), float(high[0])) for name, (low, high) in of_ends.items()}
+    low, high = (torque * float(end[0]) for end in _ends(moments))
+    variances = {name: float(np.ravel(variance)[0]) for name, (_, variance) in moments.items()}
+    whole = sum(variances.values()) or 1.0
     # both are the one number of the law: the bounds of ball_thrust are those of the coefficient without a fit
     names = {"ball_thrust": FITTED_COEFFICIENT}
-    shares = {names.get(name, name): part / (variance or 1.0) for name, (_, part) in moments.items()}
-    return TorqueInterval(at, low, high, ends, dict(sorted(shares.items(), key=lambda x: -x[1])))
+    shares = {names.get(name, name): variance / whole for name, variance in variances.items()}
+    return TorqueInterval(torque, low, high, ends, dict(sorted(shares.items(), key=lambda x: -x[1])))
 
 
 def interval_ends(
@@ -257,55 +193,87 @@ def interval_ends(
 ) -> tuple[Array, Array]:
     """Ends of the interval over the torque (p, s, t) at preloads [N], speeds [rad/s] > 0 and temperatures [K].
 
-    Without axial load. All points and constants side by side: a point by itself, as torque_interval, takes 50 times as
-    long.
+    Without axial load. All points side by side: a point by itself, as torque_interval, takes 50 times as long.
     """
-    screw, names = parameters.screw, unknown_constants(parameters)
-    nuts = [(nut_loads(screw, float(force), screw.loaded_ball_count), None) for force in preloads]
-    ends = [{name: end} for name in names for end in (BOUNDED[name].low, BOUNDED[name].high)]
-    variants = [with_constants(parameters, values) for values in ({}, *ends)]
-    at = speeds[:, None], temperatures
-    powers = powers_of_nuts(variants, nuts, *at, _Remembered(contacts))
-    lines = {
-        _key(changed): (
-            # both nuts alike
-            2.0 * np.array([nut.torque(friction_set.values[0], 0.0) for nut in of]),
-            2.0 * np.array([nut.thrust_factor * nut.ball_ball for nut in of]),
-        )
-        for changed, of in zip(variants, powers, strict=True)
-    }
-    torque = _torque_over(parameters, lambda changed: lines[_key(changed)], contacts, friction_set)
-    return _ends(_ends_and_moments(torque, torque({}), parameters, friction_set)[1])
+    points = [loaded_nuts(parameters, [float(force)] * 2) for force in preloads]
+    return _ends(_effects(parameters, points, contacts, speeds[:, None], temperatures, friction_set)[2])
 
 
-def _key(parameters: Parameters) -> tuple[float | None, ...]:
-    """Of parameters that differ in their constants alone."""
-    return tuple(law_constants(parameters).values())
+def _effects(
+    parameters: Parameters,
+    points: Sequence[Sequence[CountedNut]],
+    contacts: ContactValues,
+    speed: Any,
+    temperature: Any,
+    friction_set: FrictionSet,
+) -> tuple[Array, dict[str, tuple[Array, Array]], dict[str, tuple[Any, Any]]]:
+    """Torque; by constant: torques at its ends; mean and variance of ln(torque); (points, ...).
 
-
-def _ends_and_moments(
-    torque: Callable[[Mapping[str, float]], Any], at: Any, parameters: Parameters, friction_set: FrictionSet
-) -> tuple[dict[str, tuple[Any, Any]], dict[str, tuple[Any, Any]]]:
-    """By constant: torques at its ends, mean and variance of ln(torque); at: torque at its value."""
-    fit = fit_of(friction_set, parameters)
-    ends: dict[str, tuple[Any, Any]] = {}
+    Parameters   points : loaded_nuts of each
+    """
+    fit, coefficient = fit_of(friction_set, parameters), friction_set.net_sliding_coefficient
+    names = [name for name in unknown_constants(parameters) if fit is None or name != "ball_thrust"]
+    values = [{}, *({name: end} for name in names for end in (BOUNDED[name].low, BOUNDED[name].high))]
+    variants = [with_constants(parameters, value) for value in values]
+    kappa = implied_thrust(coefficient, parameters)
+    if fit is not None and friction_set.calibrated_at:
+        coefficients = _fitted_again(variants, contacts, friction_set)
+    elif fit is not None or parameters.friction.net_sliding_coefficient is not None:
+        coefficients = [coefficient] * len(variants)
+    else:
+        coefficients = [
+            ball_ball_coefficient(changed.friction, value.get("ball_thrust", kappa))
+            for changed, value in zip(variants, values, strict=True)
+        ]
+    ratio = friction_set.apparent_viscosity_ratio
+    lines = _lines(variants, points, contacts, speed, temperature, ratio)
+    at, *of_ends = (rest + k * slope for (rest, slope), k in zip(lines, coefficients, strict=True))
+    ends = dict(zip(names, zip(of_ends[::2], of_ends[1::2], strict=True), strict=True))
     moments: dict[str, tuple[Any, Any]] = {}
-    for name in unknown_constants(parameters):
-        if fit is not None and name == "ball_thrust":
-            continue
-        bound = BOUNDED[name]
-        low, high = ends[name] = torque({name: bound.low}), torque({name: bound.high})
-        value = bound.value
-        if name == "ball_thrust":
-            value = implied_thrust(friction_set.net_sliding_coefficient, parameters)
-        moments[name] = uniform_moments(np.log(low / at), np.log(high / at), bound.place(value))
+    for name, (low, high) in ends.items():
+        place = BOUNDED[name].place(kappa if name == "ball_thrust" else BOUNDED[name].value)
+        moments[name] = uniform_moments(np.log(low / at), np.log(high / at), place)
     if fit is not None:
-        low, high = ends[FITTED_COEFFICIENT] = (
-            torque({FITTED_COEFFICIENT: fit.low}), torque({FITTED_COEFFICIENT: fit.high})
-        )  # fmt: skip
+        rest, slope = lines[0]
+        low, high = ends[FITTED_COEFFICIENT] = rest + fit.low * slope, rest + fit.high * slope
         moments[FITTED_COEFFICIENT] = 0.0, (np.log(high / low) / FIT_DEVIATIONS) ** 2
         moments[LEFT_OUT] = 0.0, (SCATTER_DEVIATION * fit.left_out) ** 2
-    return ends, moments
+    return at, ends, moments
+
+
+def _lines(
+    variants: Sequence[Parameters],
+    points: Sequence[Sequence[CountedNut]],
+    contacts: ContactValues,
+    speed: Any,
+    temperature: Any,
+    ratio: float,
+) -> list[tuple[Array, Array]]:
+    """torque_line of variants with other constants, each (points, ...)."""
+    nuts, remembered = [nut for point in points for _, nut in point], _Remembered(contacts)
+    # a point by itself keeps its last digits, which are in the headers of maps
+    batches = [variants] if len(points) > 1 else [[variant] for variant in variants]
+    result = []
+    for powers in (
+        of for batch in batches for of in powers_of_nuts(batch, nuts, speed, temperature, remembered)
+    ):
+        of_nuts = iter(powers)
+        lines = [torque_line([(times, next(of_nuts)) for times, _ in point], ratio) for point in points]
+        rest, slope = zip(*lines, strict=True)
+        result.append((np.array(rest), np.array(slope)))
+    return result
+
+
+def _fitted_again(
+    variants: Sequence[Parameters], contacts: ContactValues, friction_set: FrictionSet
+) -> list[float]:
+    """Coefficients, at least 0, with which the torque at the point of the calibration is that of the first variant."""
+    ratio, coefficient, _ = friction_set.values
+    preload, speed, temperature = (friction_set.calibrated_at[name] for name in CALIBRATED_AT)
+    points = [loaded_nuts(variants[0], [preload, preload])]
+    lines = _lines(variants, points, contacts, speed, temperature, ratio)
+    torque = lines[0][0] + coefficient * lines[0][1]
+    return [max(float((torque - rest)[0] / slope[0]), 0.0) for rest, slope in lines]
 
 
 def _ends(moments: Mapping[str, tuple[Any, Any]]) -> tuple[Any, Any]:

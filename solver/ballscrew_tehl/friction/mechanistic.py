@@ -16,8 +16,6 @@ seals, grease churning and the returns are not modelled. The shear stress acts o
 (contact.integrals.pressure_core) with the central film and the mean temperature of the film.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -25,7 +23,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ..parameters.file import FOUR_POINT, FrictionParameters, Parameters
+from ..parameters.file import FOUR_POINT, FrictionTable, Parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.units import RPM
 from ..physics.ball_law import Array, contact_angle_at_ball_load
@@ -64,6 +62,12 @@ class ContactValues(Protocol):
         ...
 
 
+#: ball loads (n,) of a nut on its own and on the other flanks [N]; None: as on its own
+NutLoads = tuple[Array, Array | None]
+#: a nut and how many times it counts
+CountedNut = tuple[int, NutLoads]
+
+
 class NutPowers(NamedTuple):
     """Torque of one nut by part [N.m]; (s, t) or floats.
 
@@ -88,19 +92,13 @@ class NutPowers(NamedTuple):
 UNLOADED_POWERS = NutPowers(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
-def roughness_of(friction: FrictionParameters) -> float:
+def roughness_of(friction: FrictionTable) -> float:
     """Composite rms roughness [m] of the law: the height of the screw file, or that of BOUNDED."""
     height = friction.roughness_height
     return BOUNDED["roughness_height"].value if height is None else height
 
 
-def ball_ball_coefficient(friction: FrictionParameters, thrust: float | None = None) -> float:
-    """2 mu_b Lambda kappa; thrust: kappa, None = that of BOUNDED."""
-    kappa = BOUNDED["ball_thrust"].value if thrust is None else thrust
-    return 2.0 * friction.boundary_friction * friction.limiting_shear_coefficient * kappa
-
-
-def thrust_factor(friction: FrictionParameters, share: Any) -> Any:
+def thrust_factor(friction: FrictionTable, share: Any) -> Any:
     """Thrust of a ball on its neighbours with a share f of the load on asperities, over that in a full film.
 
     Balls whose contact angles differ would run at different speeds. Their neighbours hold them, and both contacts
@@ -121,7 +119,7 @@ def thrust_factor(friction: FrictionParameters, share: Any) -> Any:
     return (2.0 - np.minimum(y, 1.0)) / ((2.0 - x) * np.maximum(y, 1.0))
 
 
-def breakaway_factor(friction: FrictionParameters) -> float:
+def breakaway_factor(friction: FrictionTable) -> float:
     """thrust_factor where asperities carry all of the load, at least 1."""
     return max(float(thrust_factor(friction, 1.0)), 1.0)
 
@@ -201,13 +199,13 @@ def nut_powers(
                  does its oil supply: the loads of one nut differ by some percent. Oversize balls: a ball has one motion
                  between all its flanks, and of its shear those of this nut count
     """
-    ((found,),) = powers_of_nuts([parameters], [(loads, opposed)], speed, temperature, contacts)
-    return found
+    ((result,),) = powers_of_nuts([parameters], [(loads, opposed)], speed, temperature, contacts)
+    return result
 
 
 def powers_of_nuts(
     variants: Sequence[Parameters],
-    nuts: Sequence[tuple[Array, Array | None]],
+    nuts: Sequence[NutLoads],
     speed: Any,
     temperature: Any,
     contacts: ContactValues,
@@ -227,9 +225,9 @@ def powers_of_nuts(
         check_motion(np.append(loads, others), speed)
         if np.any(loads > 0.0):
             loaded.append((k, loads[loads > 0.0], others))
-    found = [[UNLOADED_POWERS] * len(nuts) for _ in variants]
+    result = [[UNLOADED_POWERS] * len(nuts) for _ in variants]
     if not loaded:
-        return found
+        return result
     at = speed, temperature, contacts
     constants = [law_constants(parameters) for parameters in variants]
     keys = [tuple(of[name] for name in SHEAR_CONSTANTS) for of in constants]
@@ -239,10 +237,10 @@ def powers_of_nuts(
     }
     shears = iter(_shear([ball for of in balls.values() for ball in of], speed))
     sheared = {key: [(ball, next(shears)) for ball in of] for key, of in balls.items()}
-    for parameters, key, powers in zip(variants, keys, found, strict=True):
+    for parameters, key, powers in zip(variants, keys, result, strict=True):
         for (k, loads, _), (ball, shear) in zip(loaded, sheared[key], strict=True):
             powers[k] = _powers(parameters, loads, ball, shear, *at)
-    return found
+    return result
 
 
 class _MeanBall(NamedTuple):
@@ -270,7 +268,7 @@ def _mean_ball(
     means = [mean_load(loads)]
     if screw.preload_kind == FOUR_POINT and np.any(others > 0.0):
         means.append(mean_load(others[others > 0.0]))
-    found = [
+    result = [
         {
             raceway: contacts.values(raceway, np.array([load]), speed[:, :1], temperature[0])
             for raceway in RACEWAYS
@@ -279,11 +277,11 @@ def _mean_ball(
     ]
     motion = contact_motion(screw, [float(contact_angle_at_ball_load(screw, load)) for load in means])
     columns = [
-        _columns(parameters, load, speed, temperature, of) for load, of in zip(means, found, strict=True)
+        _columns(parameters, load, speed, temperature, of) for load, of in zip(means, result, strict=True)
     ]
     friction = parameters.friction
     constants = friction.limiting_shear_coefficient, friction.boundary_friction
-    return _MeanBall(means[0], found[0], motion, columns, (parameters.lubricant.eyring_stress, *constants))
+    return _MeanBall(means[0], result[0], motion, columns, (parameters.lubricant.eyring_stress, *constants))
 
 
 def _powers(
@@ -356,15 +354,15 @@ def _columns(
     friction, radius = parameters.friction, radial_nodes()[0]
     columns: dict[str, dict[str, Array]] = {}
     for raceway in RACEWAYS:
-        found = {
+        result = {
             name: np.broadcast_to(found_by[raceway][name][0], speed.shape).ravel() for name in QUANTITIES[1:]
         }
-        pressure, film = found["core_pressure"], found["central_film"]
+        pressure, film = result["core_pressure"], result["central_film"]
         # as long across rolling as the Hertz ellipse, the core loses its width in front
         R_x, R_y = (float(R) for R in reduced_radii(screw, angle, raceway))
         a = float(ellipse(load, R_x, R_y, E_prime(screw)).a)
-        b = core_half_width(found["core_area"] / (math.pi * a), R_x)
-        warm = temperature.ravel() + found["mean_rise"]
+        b = core_half_width(result["core_area"] / (math.pi * a), R_x)
+        warm = temperature.ravel() + result["mean_rise"]
         columns[raceway] = {
             "pressure": pressure,
             "film": film,
@@ -403,42 +401,37 @@ def _shear(balls: Sequence[_MeanBall], speed: Array) -> list[Array]:
     names = "viscosity", "pressure", "film", "share"
     traction = Traction(*(column[name] for name in names), *np.moveaxis(constants, 1, 0))
     for t in range(temperatures):
-        found = ball_equilibrium(motion, each, column["axes"][:, t], traction.take(np.s_[:, t]), near)
-        power[:, t] = found.power[:, ::count].sum(axis=1)
-        near, before = found.motion if before is None else 2.0 * found.motion - before, found.motion
+        result = ball_equilibrium(motion, each, column["axes"][:, t], traction.take(np.s_[:, t]), near)
+        power[:, t] = result.power[:, ::count].sum(axis=1)
+        near, before = result.motion if before is None else 2.0 * result.motion - before, result.motion
     return list(power.reshape(len(balls), speeds, temperatures))
+
+
+def loaded_nuts(parameters: Parameters, forces: Sequence[float]) -> list[CountedNut]:
+    """Nuts, halves or sets of flanks that carry load, as powers_of_nuts takes them, and how many times each counts.
+
+    Parameters   forces : of both, or of one alone [N]
+    """
+    screw = parameters.screw
+    loads = [nut_loads(screw, force, screw.loaded_ball_count) for force in forces]
+    nuts = []
+    for force, times in Counter(force for force in forces if force > 0.0).items():
+        own = forces.index(force)
+        nuts.append((times, (loads[own], loads[1 - own] if times < len(forces) else None)))
+    return nuts
 
 
 def nuts_powers(
     parameters: Parameters, forces: Sequence[float], contacts: ContactValues, speed: Any, temperature: Any
 ) -> list[tuple[int, NutPowers]]:
-    """Power balance of the nuts, halves or sets of flanks that carry load, and how many times each counts.
-
-    Parameters   forces : of both, or of one alone [N];  others as nut_powers
-    """
-    screw = parameters.screw
-    loads = [nut_loads(screw, force, screw.loaded_ball_count) for force in forces]
-    found = []
-    for force, times in Counter(force for force in forces if force > 0.0).items():
-        own = forces.index(force)
-        opposed = loads[1 - own] if times < len(forces) else None
-        found.append((times, nut_powers(parameters, loads[own], speed, temperature, contacts, opposed)))
-    return found
+    """Power balance of the loaded_nuts, and how many times each counts; arguments as there and as nut_powers."""
+    nuts = loaded_nuts(parameters, forces)
+    (powers,) = powers_of_nuts([parameters], [nut for _, nut in nuts], speed, temperature, contacts)
+    return [(times, nut) for (times, _), nut in zip(nuts, powers, strict=True)]
 
 
-def torque_line(
-    parameters: Parameters,
-    forces: Sequence[float],
-    contacts: ContactValues,
-    speed: Any,
-    temperature: Any,
-    ratio: float = 1.0,
-) -> tuple[Any, Any]:
-    """Torque of the nuts without ball on ball, and what it rises by per coefficient 2 mu_b Lambda kappa [N.m].
-
-    Arguments as double_nut_parts; speed and temperature may be arrays as in nut_powers.
-    """
-    nuts = nuts_powers(parameters, forces, contacts, speed, temperature)
+def torque_line(nuts: Sequence[tuple[int, NutPowers]], ratio: float = 1.0) -> tuple[Any, Any]:
+    """Torque of nuts_powers without ball on ball, and what it rises by per coefficient 2 mu_b Lambda kappa [N.m]."""
     return (
         sum(times * nut.torque(ratio, 0.0) for times, nut in nuts),
         sum(times * nut.thrust_factor * nut.ball_ball for times, nut in nuts),

@@ -4,8 +4,6 @@ Assumptions: all balls of a nut carry the same load at the contact angle without
 rolling is the mean of both raceways; pure rolling. The stiffness over the angle is in runtime/nut_law.py.
 """
 
-from __future__ import annotations
-
 from ..parameters.screw import ScrewParameters
 from ..physics.ball_law import check_force, preload_ball_load
 from ..physics.hertz import RACEWAYS, ball_ellipse

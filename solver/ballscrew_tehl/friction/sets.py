@@ -1,53 +1,61 @@
-"""Fitted friction parameters: the numbers, their provenance and uncertainty.
+"""Fitted numbers of the friction laws: values, provenance and uncertainty.
 
 The packaged sets live in data/friction_sets.toml, written by examples/paper/packaged_fit.py.
-A set belongs to one kinematics and to one film model: with a film that is 5 to 10 % thinner the ratio moves
-as much.
+The numbers of a law belong to its film: with a film that is 5 to 10 % thinner the ratio moves as much.
 """
-
-from __future__ import annotations
 
 import dataclasses
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
-from ..parameters.file import Parameters, changed
+from ..parameters.file import PACKAGED_DATA, Law, Parameters, changed
 from ..parameters.identity import parameters_hash
-from ..parameters.packaged_data import PACKAGED_DATA
-from ..parameters.screw import LAW_SETS
+from ..parameters.screw import ball_ball_coefficient
 from ..parameters.toml import read_toml
-from ..runtime.packed import MECHANISTIC
+from ..runtime.packed import MapError
 from ..whole_file import whole_file
 
 #: fitted parameters in their fixed order
 FITTED = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
 #: which of them a set fits; the others are zero, with the mechanistic law the ratio is 1
 SETS: dict[str, tuple[str, ...]] = {
-    "two_parameter": FITTED[:2],
-    "three_parameter": FITTED,
-    MECHANISTIC: FITTED[1:2],
+    Law.TWO_PARAMETER: FITTED[:2],
+    Law.THREE_PARAMETER: FITTED,
+    Law.MECHANISTIC: FITTED[1:2],
 }
 #: operating point of a calibration on one torque: preload [N], screw speed [rad/s], oil temperature [K]
 CALIBRATED_AT = ("preload", "speed", "temperature")
-#: unit that the keys of the file carry
-_SUFFIX = {
+#: names of the keys of the file that carry a unit
+_KEYS = {
     "roughness_height": "roughness_height_m",
-    **dict(zip(CALIBRATED_AT, ("preload_N", "speed_rad_s", "temperature_K"), strict=True)),
+    "preload": "preload_N",
+    "speed": "speed_rad_s",
+    "temperature": "temperature_K",
 }
 
-#: tables of earlier files, which are ignored
-EARLIER = ("correlations", "other_losses")
+#: entries of earlier files, which are ignored or follow from the law
+EARLIER = ("correlations", "other_losses", "film_model")
 PACKAGED_SETS = PACKAGED_DATA / "friction_sets.toml"
+
+#: name of the catalogue formula, baselines.nsk_torque
+CATALOGUE = "JIS B 1192 / ISO 3408-3"
+#: why it differs from the mechanistic law, and where measured screws lie; measured torques of other leads: none known
+CATALOGUE_DIFFERS = (
+    "a catalogue torque goes as lead/sqrt(tan(lead angle)), friction between balls does not depend on the lead; "
+    "measured on three new screws of lead 8 mm, all above theirs: 0.41 N.m (catalogue 0.25) at 1000 N, 0.40 and 0.52 "
+    "N.m (0.34 to 0.38) at 1500 N"
+)
 
 
 @dataclass(frozen=True)
 class FrictionSet:
-    """One set of friction parameters with its provenance.
+    """Fitted numbers of a friction law with their provenance.
 
     apparent_viscosity_ratio  apparent shear viscosity over film viscosity [1]; mechanistic: factor of the rolling part
     net_sliding_coefficient   mu_s (1 - 3c + c^3) as one number [1]; mechanistic: 2 mu_b Lambda kappa of ball on ball
@@ -63,9 +71,7 @@ class FrictionSet:
     calibrated_at             of a calibration on one torque: its point, names CALIBRATED_AT; the set gives that torque
     """
 
-    name: str
-    kinematics: str
-    film_model: str
+    law: Law
     apparent_viscosity_ratio: float
     net_sliding_coefficient: float
     roughness_height: float = 0.0
@@ -81,6 +87,7 @@ class FrictionSet:
     calibrated_at: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "law", Law(self.law))
         for key in FITTED:
             value = getattr(self, key)
             if not (math.isfinite(value) and value >= 0.0):
@@ -105,62 +112,83 @@ class FrictionSet:
         """Ratio [1], net sliding coefficient [1], roughness height [m]."""
         return self.apparent_viscosity_ratio, self.net_sliding_coefficient, self.roughness_height
 
+    @property
+    def name(self) -> str:
+        """Name of the law."""
+        return self.law.value
 
-def load_friction_sets(
-    path: Path | str | None = None, remedy: str = "restore it"
-) -> dict[tuple[str, str], FrictionSet]:
-    """Friction sets of a file by (kinematics, name).
+    @property
+    def kinematics(self) -> str:
+        """Name of the surface speeds of the law in files."""
+        return self.law.kinematics
+
+    @property
+    def film_model(self) -> str:
+        """Name of the film of the law in map files."""
+        return self.law.film_model
+
+    @property
+    def entries(self) -> dict[str, Any]:
+        """Its content by the names of files and answers."""
+        names = "name", "kinematics", "film_model"
+        content = {name: getattr(self, name) for name in names} | vars(self)
+        del content["law"]
+        return content
+
+
+def _renamed(content: Any, names: Mapping[str, str]) -> Any:
+    """Content of a file with other names of keys, in all of its tables."""
+    if not isinstance(content, Mapping):
+        return content
+    return {names.get(key, key): _renamed(value, names) for key, value in content.items()}
+
+
+def load_friction_sets(path: Path | str | None = None, remedy: str = "restore it") -> dict[Law, FrictionSet]:
+    """Fitted numbers of a file by law.
 
     Parameters   path : TOML file as write_friction_sets writes it; None = the packaged sets
                  remedy : end of an error message
     Raises       ValueError: file missing or not of this form, with the place
     """
-    fields = {_SUFFIX[key]: key for key in _SUFFIX}
     file = PACKAGED_SETS if path is None else Path(path)
     content = read_toml(file, remedy)
     if "screw" in content:
         raise ValueError(f"{file}: a screw file, no friction sets; {remedy}")
     sets = {}
     try:
-        for kinematics, named in content.items():
-            for name, table in named.items():
+        for named in content.values():
+            for name, table in _renamed(named, {key: name for name, key in _KEYS.items()}).items():
                 for key in EARLIER:
                     table.pop(key, None)
-                values = {key: table.pop(_SUFFIX.get(key, key)) for key in FITTED}
-                table["intervals"] = {
-                    key: value
-                    for key in FITTED
-                    if (value := table.get("intervals", {}).get(_SUFFIX.get(key, key))) is not None
-                }
-                limits = table.get("limits", {}).items()
-                table["limits"] = {fields.get(key, key): dict(ends) for key, ends in limits}
-                at = table.get("calibrated_at", {}).items()
-                table["calibrated_at"] = {fields.get(key, key): float(value) for key, value in at}
-                sets[kinematics, name] = FrictionSet(name=name, kinematics=kinematics, **values, **table)
+                law = Law[name.upper()]
+                sets[law] = FrictionSet(law, **table)
     except (AttributeError, KeyError, TypeError) as err:
         raise ValueError(f"{file}: no friction sets, or other keys ({err}); {remedy}") from err
     return sets
 
 
 def friction_set_of_file(path: Path | str, parameters: Parameters) -> FrictionSet:
-    """The set of a file that suits the parameters: their kinematics; if it holds several, their friction.set.
+    """The numbers of a file for the law of the parameters, else of one with the same surface speeds.
 
-    Raises       ValueError: file missing or of another form, no set of the kinematics, a value out of range
+    Raises       ValueError: file missing or of another form, no such law, a value out of range
     """
     sets = load_friction_sets(path, "give a file that ballscrew calibrate --output has written")
-    chosen = parameters.friction
-    fitting = {
-        name: sets[key] for name in LAW_SETS[chosen.kinematics] if (key := (chosen.kinematics, name)) in sets
-    }
-    if not fitting:
-        found = ", ".join(f"{kinematics} with set {name}" for kinematics, name in sorted(sets)) or "nothing"
+    law = parameters.friction.law
+    laws = [law, *Law.of_kinematics(law.kinematics)]
+    entry = next((sets[one] for one in laws if one in sets), None)
+    if entry is None:
+        result = ", ".join(f"{one.kinematics} with set {one}" for one in sorted(sets)) or "nothing"
         raise ValueError(
-            f"{path}: kinematics = {found}; allowed: {chosen.kinematics}, as in the screw file, with set "
-            f"{' or '.join(LAW_SETS[chosen.kinematics])}: calibrate with it, or choose the other kinematics"
+            f"{path}: kinematics = {result}; allowed: {law.kinematics}, as in the screw file, with set "
+            f"{' or '.join(dict.fromkeys(laws))}: calibrate with it, or choose the other kinematics"
         )
-    entry = fitting[chosen.set] if chosen.set in fitting else next(iter(fitting.values()))
     check_usable(entry, parameters, f"{path}", "calibrate again")
     return entry
+
+
+def overridable(law: Law) -> tuple[str, ...]:
+    """Fitted numbers that a screw file may state: the height of the mechanistic law is that of its surfaces."""
+    return FITTED[:2] if law is Law.MECHANISTIC else FITTED
 
 
 def check_usable(entry: FrictionSet, parameters: Parameters, where: str, remedy: str) -> None:
@@ -168,10 +196,8 @@ def check_usable(entry: FrictionSet, parameters: Parameters, where: str, remedy:
 
     Raises       ValueError
     """
-    # with the mechanistic law the height of the screw file is that of its surfaces
-    own = FITTED[:2] if entry.name == MECHANISTIC else FITTED
     try:
-        changed(parameters, friction={name: getattr(entry, name) for name in own})
+        changed(parameters, friction={name: getattr(entry, name) for name in overridable(entry.law)})
     except ValidationError as err:
         first = err.errors()[0]
         allowed = first["msg"].replace("Input should be", "allowed:")
@@ -179,23 +205,21 @@ def check_usable(entry: FrictionSet, parameters: Parameters, where: str, remedy:
 
 
 def default_friction_set(parameters: Parameters) -> FrictionSet:
-    """The set that the parameters select (friction.kinematics, friction.set), with their overrides.
+    """The packaged numbers of the law of the parameters, with their overrides.
 
-    The number of the mechanistic set belongs to no screw: without an override it is carried over from that of the fit,
+    The number of the mechanistic law belongs to no screw: without an override it is carried over from that of the fit,
     and the provenance says so.
 
     Raises       ValueError: two overrides of one number
     """
     chosen = parameters.friction
-    entry = load_friction_sets()[chosen.kinematics, chosen.set]
-    # with the mechanistic law the height of the screw file is that of its surfaces
-    own = FITTED[:2] if chosen.set == MECHANISTIC else FITTED
-    overrides = {name: value for name in own if (value := getattr(chosen, name)) is not None}
+    entry = load_friction_sets()[chosen.law]
+    overrides = {
+        name: value for name in overridable(chosen.law) if (value := getattr(chosen, name)) is not None
+    }
     given = list(overrides)
-    if chosen.set == MECHANISTIC:
+    if chosen.law is Law.MECHANISTIC:
         if chosen.ball_thrust is not None:
-            from .mechanistic import ball_ball_coefficient
-
             if "net_sliding_coefficient" in overrides:
                 raise ValueError(
                     f"friction.ball_thrust = {chosen.ball_thrust:g}; allowed: no entry with net_sliding_coefficient"
@@ -213,56 +237,49 @@ def default_friction_set(parameters: Parameters) -> FrictionSet:
 def _without_fit(entry: FrictionSet, provenance: str) -> FrictionSet:
     """The numbers of a set without what was found out about its fit, which is not true of this screw."""
     return FrictionSet(
-        entry.name, entry.kinematics, entry.film_model, *entry.values, provenance=provenance, screw=entry.screw,
+        entry.law,
+        *entry.values,
+        provenance=provenance,
+        screw=entry.screw,
         parameters_hash=entry.parameters_hash,
-    )  # fmt: skip
+    )
 
 
-def _table(prefix: str, entries: Mapping[str, float]) -> list[str]:
-    lines = [f"[{prefix}]"]
-    for key, value in entries.items():
-        name = _SUFFIX.get(key, key)
-        shown = f"{float(value):.6g}"
-        if math.isfinite(value) and not set(shown) & set(".e"):
-            shown += ".0"
-        lines.append(f"{name} = {shown}" if name.replace("_", "").isalnum() else f'"{name}" = {shown}')
+def _toml_lines(content: Mapping[str, Any], prefix: str) -> list[str]:
+    """Entries and then sub-tables of a TOML table."""
+    lines = []
+    for key, value in content.items():
+        if not isinstance(value, Mapping):
+            # escapes of TOML strings are those of JSON
+            text = (
+                repr(float(f"{value:.6g}"))
+                if isinstance(value, float)
+                else json.dumps(value, ensure_ascii=False)
+            )
+            name = key if key.replace("_", "").isalnum() else json.dumps(key, ensure_ascii=False)
+            lines.append(f"{name} = {text}".replace("\x7f", "\\u007f"))
+    for key, value in content.items():
+        if isinstance(value, Mapping):
+            lines += [f"[{prefix}.{key}]", *_toml_lines(value, f"{prefix}.{key}")]
     return lines
 
 
-def _quoted(text: str) -> str:
-    """A TOML string; its escapes are those of JSON."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def write_friction_sets(
-    path: Path | str, sets: Mapping[tuple[str, str], FrictionSet], header: str = ""
-) -> None:
-    """Write sets as TOML to a temporary name and rename it; the same sets give the same bytes.
+def write_friction_sets(path: Path | str, sets: Iterable[FrictionSet], header: str = "") -> None:
+    """Write numbers of laws as TOML to a temporary name and rename it; the same numbers give the same bytes.
 
     Parameters   header : lines of comment for the top of the file
     """
     lines = [f"# {line}".rstrip() for line in header.splitlines()]
-    for (kinematics, name), entry in sorted(sets.items()):
-        prefix = f"{kinematics}.{name}"
-        lines += ["", f"[{prefix}]"]
-        lines += [f"{key} = {_quoted(getattr(entry, key))}" for key in ("film_model", "loss", "provenance")]
-        lines += [
-            f"{key} = {_quoted(text)}"
-            for key in ("screw", "parameters_hash")
-            if (text := getattr(entry, key))
-        ]
-        lines += _table("", dict(zip(FITTED, entry.values, strict=True)))[1:]
-        for part in ("intervals", "errors"):
-            lines += _table(f"{prefix}.{part}", getattr(entry, part))
-        for key, entries in entry.leave_one_table_out.items():
-            lines += _table(f"{prefix}.leave_one_table_out.{key}", entries)
-        for key, entries in entry.limits.items():
-            lines += _table(f"{prefix}.limits.{_SUFFIX.get(key, key)}", entries)
-        if entry.calibrated_at:
-            lines += _table(f"{prefix}.calibrated_at", entry.calibrated_at)
-        if entry.not_identified is not None:
-            lines.append(f"[{prefix}.not_identified]")
-            lines += [f"{_quoted(key)} = {_quoted(text)}" for key, text in entry.not_identified.items()]
+    for entry in sorted(sets, key=lambda entry: (entry.kinematics, entry.name)):
+        prefix = f"{entry.kinematics}.{entry.name}"
+        # not_identified: an empty table says that all is
+        stated = {
+            key: value
+            for key, value in entry.entries.items()
+            if key not in ("name", "kinematics")
+            and (value or value == 0.0 or (key == "not_identified" and value is not None))
+        }
+        lines += ["", f"[{prefix}]", *_toml_lines(_renamed(stated, _KEYS), prefix)]
     with whole_file(Path(path)) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
@@ -283,3 +300,63 @@ def friction_set_lines(entry: FrictionSet) -> list[str]:
         lines.append(f"    fitted without {name}: missed by {100.0 * left_out['mean']:.1f} % on average, "
                      f"{100.0 * left_out['max']:.1f} % at most")  # fmt: skip
     return lines
+
+
+def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
+    """One sentence if the friction numbers were measured on another screw or with another oil; else "".
+
+    Numbers that the screw file states, all that the set fits, are those of its user.
+    """
+    if not friction_set.parameters_hash or friction_set.parameters_hash == parameters_hash(parameters):
+        return ""
+    friction = parameters.friction
+    stated = {name for name in FITTED if getattr(friction, name) is not None}
+    if friction.ball_thrust is not None:
+        stated.add("net_sliding_coefficient")
+    if stated >= set(SETS[friction_set.name]):
+        return ""
+    return (
+        f"the numbers of friction set {friction_set.name} were measured on {friction_set.screw or 'another screw'}, "
+        f"not on {parameters.name} with this oil: compare the catalogue torque ({CATALOGUE}, 100 r/min), or calibrate "
+        "with measured torques"
+    )
+
+
+def with_set(parameters: Parameters, name: str) -> Parameters:
+    """Parameters with a law of the same surface speeds; overrides in the screw file belong to its own law.
+
+    Raises       ValueError: a law with other surface speeds
+    """
+    if name == parameters.friction.law:
+        return parameters
+    kinematics = parameters.friction.kinematics
+    if name not in (known := Law.of_kinematics(kinematics)):
+        raise ValueError(
+            f"friction set = {name}; allowed with kinematics {kinematics}: {', '.join(known)}; the "
+            "kinematics decides the friction law"
+        )
+    return changed(without_overrides(parameters, name), friction={"law": name})
+
+
+def without_overrides(parameters: Parameters, name: str) -> Parameters:
+    """Parameters without the fitted numbers of a law that the screw file states."""
+    stated = set(overridable(Law(name))) & parameters.friction.model_fields_set
+    return changed(parameters, friction=dict.fromkeys(stated)) if stated else parameters
+
+
+def refuse_other_fit(friction: FrictionSet, parameters: Parameters) -> None:
+    """Refuse a set of other kinematics, and one fitted to another screw or oil.
+
+    Raises       MapError (a ValueError)
+    """
+    ours = parameters_hash(parameters)
+    if friction.kinematics != parameters.friction.kinematics:
+        raise MapError(
+            f"friction set {friction.name}: kinematics = {friction.kinematics}; "
+            f"expected {parameters.friction.kinematics}"
+        )
+    if friction.parameters_hash and friction.parameters_hash != ours:
+        raise MapError(
+            f"friction set {friction.name} is fitted for the screw {friction.screw} ({friction.parameters_hash}); "
+            f"expected {parameters.name} ({ours}): calibrate again with this screw file"
+        )

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import __version__
+from .._version import __version__
 from ..parameters.units import CELSIUS, RPM
 from ..physics.ball_law import Array
 from .directions import LIMIT, varies

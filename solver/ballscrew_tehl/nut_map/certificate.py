@@ -11,7 +11,7 @@ import numpy as np
 
 from ..friction.sets import default_friction_set
 from ..parameters.file import Parameters
-from ..physics.ball_formula import MIN_FILM, film_formula
+from ..physics.film import MIN_FILM, film_formula
 from ..physics.hertz import RACEWAYS
 from ..physics.load import nut_loads
 

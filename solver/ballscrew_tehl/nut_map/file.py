@@ -13,10 +13,9 @@ import numpy as np
 
 from ..friction.baselines import nsk_torque
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
-from ..friction.origin import carried_over, refuse_other_fit
 from ..friction.presliding import presliding_angle
-from ..friction.sets import FrictionSet, default_friction_set
-from ..parameters.file import Parameters, ScrewParameters, load_screw
+from ..friction.sets import FrictionSet, carried_over, default_friction_set, refuse_other_fit
+from ..parameters.file import PACKAGED_DATA, Parameters, ScrewParameters, load_screw
 from ..parameters.identity import (
     SCREW_FILE,
     differences,
@@ -25,8 +24,7 @@ from ..parameters.identity import (
     parameters_hash,
     screw_file_json,
 )
-from ..parameters.packaged_data import PACKAGED_DATA
-from ..physics.axial_stiffness import axial_stiffness, contact_stiffness
+from ..physics.axial_stiffness import axial_stiffness, nut_stiffness_constant
 from ..physics.ball_law import Array, loaded_contact_angle
 from ..physics.kinematics import ROLLING_FRAME
 from ..runtime.evaluate import NutMap
@@ -239,12 +237,6 @@ def _with_friction(
 ) -> NutMap:
     """The map of a file with the numbers of a friction set, and the film that it takes."""
     film = friction.film_model
-    if f"{VISCOUS}{film}" not in variables:
-        known = ", ".join(name.removeprefix(VISCOUS) for name in variables if name.startswith(VISCOUS))
-        raise MapError(
-            f"friction set {friction.name} needs the film {film}; the map of the kinematics {header['kinematics']} "
-            f"holds {known}: choose another set"
-        )
     if film == MECHANISTIC:
         _sum_for_constants(header, variables, parameters)
         header[BAND] = dict(
@@ -272,7 +264,7 @@ def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:
     The contacts keep the angle that they have under this preload.
     """
     angle = float(loaded_contact_angle(screw, preload, screw.loaded_ball_count))
-    stiffness = float(axial_stiffness(contact_stiffness(screw, angle), preload))
+    stiffness = float(axial_stiffness(nut_stiffness_constant(screw, angle), preload))
     return {
         "lead": screw.lead,
         "diameter": 2.0 * screw.nominal_radius,

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..friction.torque import nut_forces
 from ..parameters.file import FOUR_POINT, Parameters
-from ..physics.ball_formula import MIN_FILM, THICKEST_FILM
+from ..physics.film import MIN_FILM, THICKEST_FILM
 from ..runtime.evaluate import NutMap
 
 #: film ratio above which a film counts as thick

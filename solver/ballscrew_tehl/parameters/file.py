@@ -3,35 +3,48 @@
 Keys in a file carry their unit (`ball_diameter_mm`), attributes do not (`ball_diameter`, metres).
 """
 
-from __future__ import annotations
-
-import json
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
+from pydantic.fields import FieldInfo
 
-from .checked_table import FieldError, MissingFieldError, Table
-from .mineral_oil import kinematic_viscosity_d341
 from .oil import LubricantParameters
-from .packaged_data import PACKAGED_DATA
 from .screw import (
     FOUR_POINT,
-    FrictionParameters,
+    FrictionTable,
+    Law,
     MapParameters,
     Parameters,
     PublishedSpeeds,
     ScrewParameters,
     SolidParameters,
 )
-from .toml import Entry, ParameterError, check_tables, key_forms, message, read_table, read_toml
+from .toml import (
+    Entry,
+    FieldError,
+    MissingFieldError,
+    ParameterError,
+    Table,
+    bounds_of,
+    check_tables,
+    dimension_of,
+    key_forms,
+    message,
+    read_table,
+    read_toml,
+)
 
 __all__ = [
-    "FOUR_POINT", "FrictionParameters", "LubricantParameters", "ParameterError", "Parameters",
-    "PublishedSpeeds", "ScrewParameters", "SolidParameters", "changed", "graded_oil",
-    "kinematic_viscosity_d341", "load_screw", "parameters_json",
+    "FOUR_POINT", "FrictionTable", "Law", "LubricantParameters", "ParameterError", "Parameters", "PublishedSpeeds",
+    "ScrewParameters", "SolidParameters", "changed", "graded_oil",
+    "load_screw",
 ]  # fmt: skip
 
+#: folder of the packaged data: the screw of the paper, its measurements, fitted sets and maps
+PACKAGED_DATA = Path(__file__).parents[1] / "data"
+#: the screw of the paper with the oil of the packaged mechanistic set
+PACKAGED_VG100 = PACKAGED_DATA / "gd4008_vg100.toml"
 #: file of the default screw, in the package's data
 PACKAGED = "gd4008.toml"
 
@@ -40,41 +53,38 @@ TABLES: dict[str, type[Table]] = {
     "solid": SolidParameters,
     "ball": SolidParameters,
     "lubricant": LubricantParameters,
-    "friction": FrictionParameters,
+    "friction": FrictionTable,
     "published_speeds": PublishedSpeeds,
     "map": MapParameters,
 }
 
 
-def _dimensions(model: type[Table]) -> dict[str, str | None]:
-    extras = {name: field.json_schema_extra for name, field in model.model_fields.items()}
-    return {
-        name: str(extra["dimension"]) if isinstance(extra, dict) else None for name, extra in extras.items()
-    }
+#: keys of files of before, by table
+WORDS_OF_BEFORE = {"friction": ("kinematics", "set")}
 
 
-def _allowed(model: type[Table], field: str, entry: Entry | None, error: dict[str, Any]) -> str:
+def _dimensions(table: str) -> dict[str, str | None]:
+    """Dimensions of the keys of a table."""
+    fields = {name: dimension_of(field) for name, field in TABLES[table].model_fields.items()}
+    return fields | dict.fromkeys(WORDS_OF_BEFORE.get(table, ()))
+
+
+def _allowed(field: FieldInfo, entry: Entry | None, error: dict[str, Any]) -> str:
     """What a field accepts, in the unit of the file."""
-    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
-    dimension = _dimensions(model)[field]
-    bounds = [
-        f"{sign} {entry.in_file_unit(dimension, getattr(rule, name)) if entry else getattr(rule, name)}"
-        for rule in model.model_fields[field].metadata
-        for name, sign in signs.items()
-        if hasattr(rule, name)
-    ]
     kind = {"int_type": "a whole number", "float_type": "a number", "finite_number": "a finite number"}
-    words = [kind.get(error["type"], ""), *bounds]
+    dimension, unit = (dimension_of(field), entry.unit) if entry else (None, "")
+    words = [
+        kind.get(error["type"], ""),
+        *(f"{bound} {unit}".rstrip() for bound in bounds_of(field, dimension, unit)),
+    ]
     return ", ".join(word for word in words if word) or str(error["msg"]).removeprefix("Input should be ")
 
 
-def _explain(
-    where: str, table: str, model: type[Table], entries: dict[str, Entry], error: dict[str, Any]
-) -> ParameterError:
+def _explain(where: str, table: str, entries: dict[str, Entry], error: dict[str, Any]) -> ParameterError:
     """The first error of pydantic as one line about the file."""
     cause = error.get("ctx", {}).get("error")
     field = cause.field if isinstance(cause, FieldError) else str(error["loc"][0])
-    dimensions = _dimensions(model)
+    dimensions = _dimensions(table)
     # a missing key in the unit of one of its kind
     used = {one.unit for name, one in entries.items() if dimensions[name] == dimensions[field]}
     forms = sorted(
@@ -86,19 +96,19 @@ def _explain(
     missing = error["type"] == "missing" or isinstance(cause, MissingFieldError)
     if isinstance(cause, FieldError) and not missing:
         return message(where, key, value, cause.allowed, cause.remedy)
-    remedy = str(model.model_fields[field].description)
+    info = TABLES[table].model_fields[field]
+    remedy = str(info.description)
     if missing:
         return message(where, key, None, "one of " + ", ".join(forms), f"add the key: {remedy}")
-    return message(where, key, value, _allowed(model, field, entry, error), f"it stands for: {remedy}")
+    return message(where, key, value, _allowed(info, entry, error), f"it stands for: {remedy}")
 
 
 def _build_table(where: str, table: str, raw: dict[str, Any]) -> Table:
-    model = TABLES[table]
-    fields, entries = read_table(where, table, raw, _dimensions(model))
+    fields, entries = read_table(where, table, raw, _dimensions(table))
     try:
-        return model(**fields)
+        return TABLES[table](**fields)
     except ValidationError as err:
-        raise _explain(where, table, model, entries, dict(err.errors()[0])) from None
+        raise _explain(where, table, entries, dict(err.errors()[0])) from None
 
 
 def _build(where: str, content: dict[str, Any]) -> Parameters:
@@ -116,8 +126,8 @@ def _build(where: str, content: dict[str, Any]) -> Parameters:
     except ValidationError as err:
         cause = err.errors()[0].get("ctx", {}).get("error")
         if isinstance(cause, FieldError):
-            kinematics = values["friction"].kinematics if "friction" in values else None
-            raise message(where, cause.field, kinematics, cause.allowed, cause.remedy) from None
+            law = values["friction"].law.value if "friction" in values else None
+            raise message(where, cause.field, law, cause.allowed, cause.remedy) from None
         raise message(where, "name", content.get("name"), "a text", "name the screw") from None
 
 
@@ -151,15 +161,15 @@ def graded_oil(iso_vg: int, viscosity_index: float, density_15c: float | None = 
     raw["name"] = f"mineral oil ISO VG {iso_vg}, viscosity index {viscosity_index:g}"
     if density_15c is not None:
         raw["density_15c_kg_m3"] = density_15c
-    found = _build_table("oil", "lubricant", raw)
-    assert isinstance(found, LubricantParameters)
-    return found
+    result = _build_table("oil", "lubricant", raw)
+    assert isinstance(result, LubricantParameters)
+    return result
 
 
 def changed(parameters: Parameters, **tables: dict[str, Any]) -> Parameters:
     """A checked copy with some values (SI) changed; defaults that depend on them are computed again.
 
-    Parameters   tables : table name -> field -> value; another kinematics comes with the default set of its law
+    Parameters   tables : table name -> field -> value
     Raises       pydantic.ValidationError (a ValueError)
     Example
         >>> changed(load_screw(), lubricant={"viscosity": 0.1}).lubricant.viscosity
@@ -168,15 +178,4 @@ def changed(parameters: Parameters, **tables: dict[str, Any]) -> Parameters:
     data = parameters.model_dump(exclude_unset=True)
     for table, values in tables.items():
         data[table] = {**(data.get(table) or {}), **values}
-    law = tables.get("friction", {})
-    if (
-        "set" not in law
-        and law.get("kinematics", parameters.friction.kinematics) != parameters.friction.kinematics
-    ):
-        data["friction"].pop("set", None)
     return Parameters.model_validate(data)
-
-
-def parameters_json(parameters: Parameters) -> str:
-    """Text of all values with defaults: equal text means equal parameters, to the last bit. Flooded is Infinity."""
-    return json.dumps(parameters.model_dump(mode="json"), sort_keys=True, separators=(",", ":"))

@@ -4,8 +4,6 @@ The torque's interval follows from these (friction.interval). [read]: seen in th
 it; [memory]: recalled.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -1,18 +1,16 @@
 """Identity of the parameters that a map depends on: canonical text and its hash."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from .file import TABLES, ParameterError, Parameters, parameters_json
+from .file import TABLES, Law, ParameterError, Parameters
+from .template import entry_of
 
 #: friction parameters that the map does not depend on
 NOT_IN_MAP = (
-    "set",
     "sliding_coefficient",
     "apparent_viscosity_ratio",
     "net_sliding_coefficient",
@@ -51,9 +49,10 @@ def map_parameters_json(parameters: Parameters) -> str:
     A field of LATER enters only where it differs from the value that all earlier screws had, a field of GIVEN_BY never.
     So every map stays valid for its screw.
     """
-    content = json.loads(parameters_json(parameters))
+    content = parameters.model_dump(mode="json")
     # the range of a map is in its header
     content.pop("map", None)
+    content["friction"]["kinematics"] = Law(content["friction"].pop("law")).kinematics
     for name in NOT_IN_MAP:
         content["friction"].pop(name, None)
     for table, names in GIVEN_BY.items():
@@ -72,8 +71,11 @@ def map_parameters_json(parameters: Parameters) -> str:
 
 
 def screw_file_json(parameters: Parameters) -> str:
-    """All that a screw file has given, SI: entry SCREW_FILE of the header of a map."""
-    return json.dumps(parameters.model_dump(mode="json", exclude_unset=True), sort_keys=True)
+    """All that a screw file has given, SI: entry SCREW_FILE of the header of a map, with the law in words of before."""
+    content = parameters.model_dump(mode="json", exclude_unset=True)
+    if law := content.get("friction", {}).pop("law", None):
+        content["friction"] |= {"kinematics": Law(law).kinematics, "set": law}
+    return json.dumps(content, sort_keys=True)
 
 
 def map_parameters(header: Mapping[str, Any]) -> Parameters:
@@ -106,21 +108,19 @@ def differences(theirs: str, ours: str) -> tuple[str, str] | None:
     """
     one, other = without_names(theirs), without_names(ours)
     tables = dict.fromkeys([*TABLES, *one, *other])
-    found = [entries for table in tables for entries in _in_table(table, one.get(table), other.get(table))]
-    if not found:
+    result = [entries for table in tables for entries in _in_table(table, one.get(table), other.get(table))]
+    if not result:
         return None
     texts = []
     for side, text in enumerate((theirs, ours)):
         content = json.loads(text)
-        entries = ", ".join(entry[side] for entry in found[:NAMED])
+        entries = ", ".join(entry[side] for entry in result[:NAMED])
         texts.append(f"{content['name']} with {content['lubricant']['name']} ({entries})")
     return texts[0], texts[1]
 
 
 def _in_table(table: str, one: Any, other: Any) -> Iterator[tuple[str, str]]:
     """Fields of a table that differ, as both files have them."""
-    from .template import entry_of
-
     known = TABLES[table].model_fields if table in TABLES else {}
     sides = [LATER.get(table, {}) | (content or {}) for content in (one, other)]
     for field in dict.fromkeys([*(name for name in FIRST if name in known), *known, *sides[0], *sides[1]]):

@@ -4,8 +4,6 @@ SI and kelvin; the letters of a source inside a function. Every docstring states
 values of an oil may be given in the screw file instead.
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from typing import Any

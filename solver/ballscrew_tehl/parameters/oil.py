@@ -1,15 +1,13 @@
 """The table of the oil: laws and numbers, or a grade and what follows from it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from . import mineral_oil
-from .checked_table import FieldError, MissingFieldError, Table, quantity
+from .toml import FieldError, MissingFieldError, Table, quantity
 
 #: p_r of Roelands [Pa]; ln of his reference viscosity 6.315e-5 Pa s, with changed sign
 ROELANDS_PRESSURE, ROELANDS_LN = 1 / 5.1e-9, 9.67
@@ -18,6 +16,8 @@ _BY_GRADE = (
     "viscosity_law", "density", "reference_temperature", "specific_heat", "thermal_conductivity",
     "pressure_viscosity",
 )  # fmt: skip
+#: fields of the two points of D341
+_POINTS = "astm_viscosity_1", "astm_temperature_1", "astm_viscosity_2", "astm_temperature_2"
 
 
 def _of_grade(
@@ -153,10 +153,8 @@ class LubricantParameters(Table):
         return index
 
     @model_validator(mode="after")
-    def _law_has_its_data(self) -> LubricantParameters:
-        points = ("astm_viscosity_1", "astm_temperature_1", "astm_viscosity_2", "astm_temperature_2")
-        graded = _is_graded(self.__dict__)
-        if not graded:
+    def _grade_or_values(self) -> Self:
+        if not _is_graded(self.__dict__):
             for name, other in (("iso_vg", "viscosity_index"), ("viscosity_index", "iso_vg")):
                 if getattr(self, name) is None and getattr(self, other) is not None:
                     raise FieldError(name, "a value", f"{other} needs it")
@@ -167,15 +165,23 @@ class LubricantParameters(Table):
                     raise MissingFieldError(name)
         elif self.viscosity_law != "astm_d341":
             raise FieldError("viscosity_law", '"astm_d341" or no entry with iso_vg', "remove one of them")
-        elif twice := [name for name in points if name in self.model_fields_set]:
+        elif twice := [name for name in _POINTS if name in self.model_fields_set]:
             raise FieldError(twice[0], "no entry with iso_vg", "remove the points or iso_vg")
-        given = [name for name in points if getattr(self, name) is not None]
+        return self
+
+    @model_validator(mode="after")
+    def _law_has_its_data(self) -> Self:
+        given = [name for name in _POINTS if getattr(self, name) is not None]
         if self.viscosity_law == "astm_d341":
-            for name in points:
+            for name in _POINTS:
                 if name not in given:
                     raise FieldError(name, "a value", "astm_d341 needs two points")
             if "viscosity" in self.model_fields_set:
-                source = "iso_vg and viscosity_index" if graded else "the two points of astm_d341"
+                source = (
+                    "iso_vg and viscosity_index"
+                    if _is_graded(self.__dict__)
+                    else "the two points of astm_d341"
+                )
                 raise FieldError("viscosity", "no entry", f"it follows from {source}")
             if not math.isfinite(self.viscosity):
                 raise FieldError(

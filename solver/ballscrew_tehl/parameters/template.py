@@ -1,20 +1,26 @@
 """A screw file to fill in: every key with its unit, meaning and range, values of the packaged example."""
 
-from __future__ import annotations
-
 import math
-import os
-import tempfile
 import textwrap
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from pydantic import ValidationError
+from pydantic.fields import FieldInfo
 
-from .file import TABLES, LubricantParameters, Parameters, ScrewParameters, graded_oil, load_screw
-from .packaged_data import PACKAGED_DATA
-from .toml import UNITS
+from .file import (
+    PACKAGED_DATA,
+    TABLES,
+    Law,
+    LubricantParameters,
+    Parameters,
+    ScrewParameters,
+    graded_oil,
+    load_screw,
+)
+from .toml import bounds_of, dimension_of
+from .units import UNITS, from_si
 
 EXAMPLE = "example_25x10.toml"
 #: ISO grade and viscosity index of the example
@@ -63,7 +69,6 @@ NOTES = {
 }
 #: fields that an oil given by its grade must not have
 FROM_GRADE = ("viscosity_law", "viscosity", "temperature_viscosity", "astm_")
-_SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 _HEAD = """\
 # Screw file: replace the values by those of your screw and oil; those below are of {name}.
 # Every key ends with its unit, one of
@@ -169,10 +174,8 @@ def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str
             if graded and field.startswith(FROM_GRADE) and field != "viscosity_index":
                 continue
             value = getattr(values, field)
-            extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
-            dimension = extra.get("dimension")
-            unit = _unit(field, dimension)
-            key = f"{field}_{unit}" if unit else field
+            dimension = dimension_of(info)
+            key, unit = _key(field, dimension)
             shown = "" if value is None else _in_file(value, dimension, unit)
             entry = f"{key} = {shown}".rstrip()
             if field not in values.model_fields_set:
@@ -182,18 +185,18 @@ def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str
     return "\n".join(lines) + "\n"
 
 
-def _unit(field: str, dimension: Any) -> str:
+def _key(field: str, dimension: str | None) -> tuple[str, str]:
+    """Key of a field in a file, and the unit that ends it."""
     if dimension is None:
-        return ""
-    return FIELD_UNITS.get(field) or SHEET_UNITS.get(dimension) or next(iter(UNITS[dimension]))
+        return field, ""
+    unit = FIELD_UNITS.get(field) or SHEET_UNITS.get(dimension) or next(iter(UNITS[dimension]))
+    return f"{field}_{unit}", unit
 
 
 def entry_of(table: str, field: str, value: Any) -> str:
     """A value [SI] as a line of a screw file, to 6 digits: lead_mm = 8.0."""
-    extra = TABLES[table].model_fields[field].json_schema_extra
-    dimension = extra.get("dimension") if isinstance(extra, dict) else None
-    unit = _unit(field, dimension)
-    key = f"{field}_{unit}" if unit else field
+    dimension = dimension_of(TABLES[table].model_fields[field])
+    key, unit = _key(field, dimension)
     return f"{key} = {'none' if value is None else _in_file(value, dimension, unit, 6)}"
 
 
@@ -204,35 +207,25 @@ def _in_file(value: Any, dimension: Any, unit: str, digits: int = 12) -> str:
         return f'"{value}"'
     if isinstance(value, int) and dimension is None:
         return str(value)
-    text = f"{_converted(value, dimension, unit):.{digits}g}"
+    text = f"{from_si(value, dimension, unit):.{digits}g}"
     return text if any(mark in text for mark in ".en") else f"{text}.0"
 
 
-def _converted(si_value: float, dimension: Any, unit: str) -> float:
-    if dimension is None:
-        return si_value
-    factor, divisor, offset = UNITS[dimension][unit]
-    return (si_value - offset) * divisor / factor
-
-
-def _range(info: Any, dimension: Any, unit: str) -> str:
+def _range(info: FieldInfo, dimension: str | None, unit: str) -> str:
     """Allowed values of a field, in the unit of the key."""
-    words = [
-        f"{sign} {_converted(getattr(rule, name), dimension, unit):.6g}"
-        for rule in info.metadata
-        for name, sign in _SIGNS.items()
-        if hasattr(rule, name)
-    ]
+    words = bounds_of(info, dimension, unit)
     words += [" | ".join(str(choice) for choice in choices)] if (choices := _choices(info.annotation)) else []
     return f"; {', '.join(words)}" if words else ""
 
 
 def _choices(annotation: Any) -> tuple[Any, ...]:
     """Allowed words or numbers of an annotation; empty if it allows any."""
+    if annotation is Law:
+        return tuple(Law)
     inside = get_args(annotation)
     if get_origin(annotation) is Literal:
         return inside
-    return next((found for part in inside if (found := _choices(part))), ())
+    return next((result for part in inside if (result := _choices(part))), ())
 
 
 def write_template(
@@ -241,7 +234,7 @@ def write_template(
     """Write the template to a file that does not exist yet.
 
     Parameters   oil, lubricant : as example_parameters;  sizes : of a catalogue; None = those of the example
-    Raises       ValueError: the file exists, or its folder cannot be written; no partial file is left
+    Raises       ValueError: the file exists, or its folder cannot be written
     """
     path = Path(path)
     parameters, assumed = example_parameters(oil, lubricant), frozenset[str]()
@@ -255,16 +248,9 @@ def write_template(
             raise ValueError(f"{shown}: {where}{problem['msg']}: no screw has these sizes") from err
     text = screw_template(parameters, assumed)
     try:
-        handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    except OSError as error:
-        raise ValueError(f"{path}: {error.strerror}; needs a folder that can be written") from error
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+        with path.open("x", encoding="utf-8") as stream:
             stream.write(text)
-        os.chmod(scratch, 0o644)
-        # unlike a rename, a link never replaces an existing file
-        os.link(scratch, path)
     except FileExistsError as error:
         raise ValueError(f"{path}: exists already; allowed: a new file; choose another name") from error
-    finally:
-        os.unlink(scratch)
+    except OSError as error:
+        raise ValueError(f"{path}: {error.strerror}; needs a folder that can be written") from error

@@ -1,34 +1,41 @@
 """TOML tables whose keys carry their unit (`ball_diameter_mm`), turned into SI values; one-line errors."""
 
-from __future__ import annotations
-
 import difflib
-import math
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-#: dimension -> unit suffix -> (factor, divisor, offset): SI = value * factor / divisor + offset, so that
-#: 13 mm is exactly 0.013 m. The first unit is SI.
-UNITS: dict[str, dict[str, tuple[float, float, float]]] = {
-    "length": {"m": (1, 1, 0), "mm": (1, 1e3, 0), "um": (1, 1e6, 0)},
-    "area": {"m2": (1, 1, 0), "mm2": (1, 1e6, 0)},
-    "angle": {"rad": (1, 1, 0), "deg": (math.pi, 180, 0)},
-    "force": {"N": (1, 1, 0), "kN": (1e3, 1, 0)},
-    "torque": {"Nm": (1, 1, 0), "mNm": (1, 1e3, 0)},
-    "pressure": {"Pa": (1, 1, 0), "MPa": (1e6, 1, 0), "GPa": (1e9, 1, 0)},
-    "temperature": {"K": (1, 1, 0), "degC": (1, 1, 273.15)},
-    "viscosity": {"Pas": (1, 1, 0), "mPas": (1, 1e3, 0)},
-    "kinematic_viscosity": {"m2_s": (1, 1, 0), "mm2_s": (1, 1e6, 0), "cSt": (1, 1e6, 0)},
-    "pressure_coefficient": {"per_Pa": (1, 1, 0), "per_MPa": (1, 1e6, 0), "per_GPa": (1, 1e9, 0)},
-    "temperature_coefficient": {"per_K": (1, 1, 0)},
-    "density": {"kg_m3": (1, 1, 0), "g_cm3": (1e3, 1, 0)},
-    "specific_heat": {"J_kgK": (1, 1, 0), "kJ_kgK": (1e3, 1, 0)},
-    "thermal_conductivity": {"W_mK": (1, 1, 0)},
-    "velocity": {"m_s": (1, 1, 0), "mm_s": (1, 1e3, 0)},
-    "angular_velocity": {"rad_s": (1, 1, 0), "rpm": (math.pi, 30, 0)},
-}
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic.fields import FieldInfo
+
+from .units import UNITS, from_si, to_si
+
+
+class FieldError(ValueError):
+    """Fields of a table that contradict each other."""
+
+    def __init__(self, field: str, allowed: str, remedy: str) -> None:
+        super().__init__(f"{field}; allowed: {allowed}; {remedy}")
+        self.field, self.allowed, self.remedy = field, allowed, remedy
+
+
+class MissingFieldError(FieldError):
+    """A required field that is missing."""
+
+    def __init__(self, field: str) -> None:
+        super().__init__(field, "a value", "add the key")
+
+
+def quantity(dimension: str, description: str, **bounds: Any) -> Any:
+    """A field with a dimension (key of UNITS), bounds in SI and an optional default."""
+    return Field(json_schema_extra={"dimension": dimension}, description=description, **bounds)
+
+
+class Table(BaseModel):
+    """A checked, frozen, hashable table of the file."""
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid", allow_inf_nan=False)
 
 
 class ParameterError(ValueError):
@@ -43,12 +50,22 @@ class Entry:
     value: Any
     unit: str
 
-    def in_file_unit(self, dimension: str | None, si_value: float) -> str:
-        """A bound in the unit that the file uses, as text."""
-        if dimension is None:
-            return f"{si_value:.6g}"
-        factor, divisor, offset = UNITS[dimension][self.unit]
-        return f"{(si_value - offset) * divisor / factor:.6g} {self.unit}"
+
+def dimension_of(field: FieldInfo) -> str | None:
+    """Dimension of a field, a key of UNITS; None: a plain number or a word."""
+    extra = field.json_schema_extra
+    return str(extra["dimension"]) if isinstance(extra, dict) else None
+
+
+def bounds_of(field: FieldInfo, dimension: str | None, unit: str) -> list[str]:
+    """Bounds of a field in a unit, such as "> 0"."""
+    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+    return [
+        f"{sign} {from_si(getattr(rule, name), dimension, unit):.6g}"
+        for rule in field.metadata
+        for name, sign in signs.items()
+        if hasattr(rule, name)
+    ]
 
 
 def key_forms(field: str, dimension: str | None) -> list[str]:
@@ -82,23 +99,13 @@ def read_toml(path: Path, remedy: str = "give the path of a screw file") -> dict
         raise ParameterError(f"{path}: no valid TOML ({err}); correct the file there") from err
 
 
-def check_tables(where: str, found: dict[str, Any], known: list[str]) -> None:
+def check_tables(where: str, content: dict[str, Any], known: list[str]) -> None:
     """Refuse an unknown table and name the nearest known one."""
-    for name, value in found.items():
+    for name, value in content.items():
         if name not in known:
             key = f"[{name}]" if isinstance(value, dict) else name
             shown = "a table" if isinstance(value, dict) else value
             raise message(where, key, shown, "a known table", f"nearest: {_nearest(name, known)}")
-
-
-def si_value(value: Any, dimension: str | None, unit: str) -> Any:
-    """A number, or a list of numbers as a tuple, in SI; anything else unchanged for the type check."""
-    if isinstance(value, list):
-        return tuple(si_value(v, dimension, unit) for v in value)
-    if dimension is None or isinstance(value, bool) or not isinstance(value, (int, float)):
-        return value
-    factor, divisor, offset = UNITS[dimension][unit]
-    return value * factor / divisor + offset
 
 
 def read_table(
@@ -129,6 +136,6 @@ def read_table(
                 where, f"{table}.{key}", value, "one entry", f"{entries[field].key} is given as well"
             )
         unit = key[len(field) + 1 :]
-        values[field] = si_value(value, dimensions[field], unit)
+        values[field] = to_si(value, dimensions[field], unit)
         entries[field] = Entry(key, value, unit)
     return values, entries

@@ -1,7 +1,7 @@
 """Axial stiffness of the preloaded nut from the Hertz law of its contacts, bodies rigid.
 
 Nut A and nut B are as in `load`: an axial load > 0 on the nut relieves A and loads B, and both share one rigid body.
-With approach d of screw and nut at the balls of a nut, F = k d^(3/2) (contact_stiffness). Preload P gives both the
+With approach d of screw and nut at the balls of a nut, F = k d^(3/2) (nut_stiffness_constant). Preload P gives both the
 approach d_0 = (P/k)^(2/3). A displacement x of the nut against the screw adds to one and takes from the other:
 
     F_A = k max(d_0 - x, 0)^(3/2),  F_B = k max(d_0 + x, 0)^(3/2),  load = F_B - F_A.
@@ -10,8 +10,6 @@ All kinds of preload have this law: with oversize balls A and B are the two pair
 d_0 is the oversize over sin(beta) cos(lambda). Assumed: rigid bodies, equal loads of the balls, constant contact angle;
 the chain of `load` assumes none of these. Bodies of the default sections make GD4008-3 at 2 kN up to 18 % softer.
 """
-
-from __future__ import annotations
 
 import math
 from typing import Any
@@ -22,7 +20,7 @@ from ..parameters.file import ScrewParameters
 from .ball_law import check_force, contact_compliance
 
 
-def contact_stiffness(screw: ScrewParameters, contact_angle: float | None = None) -> float:
+def nut_stiffness_constant(screw: ScrewParameters, contact_angle: float | None = None) -> float:
     """k of the axial force k d^(3/2) of one nut over its approach d [N/m^1.5].
 
     Parameters   contact_angle : [rad]; None = that without load
@@ -31,7 +29,7 @@ def contact_stiffness(screw: ScrewParameters, contact_angle: float | None = None
     Source       Hertz, both contacts of a ball in series: Q = (sb d/C)^(3/2), F = n sb Q, sb = sin(beta) cos(lambda)
     Example
         >>> from ballscrew_tehl.parameters.file import load_screw
-        >>> round(contact_stiffness(load_screw().screw) / 1e11, 2)
+        >>> round(nut_stiffness_constant(load_screw().screw) / 1e11, 2)
         2.14
     """
     beta = screw.contact_angle if contact_angle is None else contact_angle
@@ -50,7 +48,7 @@ def preload_approach(stiffness: float, preload: Any) -> Any:
     return np.cbrt(np.asarray(preload, dtype=float) / stiffness)[()] ** 2
 
 
-def nut_forces(stiffness: float, preload: Any, deflection: Any) -> tuple[Any, Any]:
+def forces_of_displacement(stiffness: float, preload: Any, deflection: Any) -> tuple[Any, Any]:
     """Forces of nut A and nut B [N] at a displacement x of the nut against the screw.
 
     Parameters   stiffness, preload : as preload_approach;  deflection : x, float or array [m], > 0 loads B
@@ -64,14 +62,14 @@ def nut_forces(stiffness: float, preload: Any, deflection: Any) -> tuple[Any, An
 def axial_stiffness(stiffness: float, preload: Any, deflection: Any = 0.0) -> Any:
     """d load/d x of the nut [N/m]; without load 3 k^(2/3) preload^(1/3), with the cube root of the preload.
 
-    Parameters   as nut_forces
+    Parameters   as forces_of_displacement
     """
-    force_a, force_b = nut_forces(stiffness, preload, deflection)
+    force_a, force_b = forces_of_displacement(stiffness, preload, deflection)
     return 1.5 * np.cbrt(stiffness) ** 2 * (np.cbrt(force_a) + np.cbrt(force_b))
 
 
 def axial_deflection(stiffness: float, preload: Any, axial_load: Any) -> Any:
-    """Displacement x of the nut against the screw under an axial load, inverse of nut_forces.
+    """Displacement x of the nut against the screw under an axial load, inverse of forces_of_displacement.
 
     Parameters   stiffness, preload : as preload_approach;  axial_load : float or array [N], > 0 loads B
     Returns      x [m], sign of the load

@@ -11,8 +11,6 @@ for both nuts alike. Newton's method on the whole chain has a banded matrix and 
 scipy is imported in the functions: evaluation of a stored map needs no load distribution.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """One ball between two grooves: compliance, contact angle under load, axial force over axial approach."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

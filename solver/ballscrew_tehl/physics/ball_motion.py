@@ -9,8 +9,6 @@ Contact frame as in kinematics: x along rolling at positive speed, z along the n
 y = z cross x; slip and spin are those of the raceway against the ball.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -3,14 +3,21 @@
 x is the rolling direction; R_x <= R_y; u_e = (u_1 + u_2)/2; E_prime = 2/sum((1-nu^2)/E).
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..parameters.file import LubricantParameters
+from ..parameters.file import LubricantParameters, Parameters
+from .ball_law import Array, contact_angle_at_ball_load
+from .hertz import E_prime as reduced_modulus
+from .hertz import ball_ellipse, reduced_radii
+from .kinematics import surface_speeds
 from .lubricant import eta0, pressure_viscosity, relative_density, temperature_slope
+
+#: film [m] below which oil is no continuum
+MIN_FILM = 1e-9
+#: film over the ball radius above which a film is beyond lubrication theory
+THICKEST_FILM = 0.1
 
 
 class FilmGroups(NamedTuple):
@@ -120,3 +127,19 @@ def asperity_share(film: Any, sigma: float, film_ratio: float) -> Any:
     if sigma == 0.0:
         return np.zeros(np.shape(film))[()]
     return np.exp(-((np.asarray(film) / (film_ratio * sigma)) ** 2))
+
+
+def moes_groups_of(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Any:
+    """FilmGroups, R_x and R_y [m] of a ball with its own contact angle; load, speed and temperature broadcast."""
+    screw = parameters.screw
+    R_x, R_y = reduced_radii(screw, contact_angle_at_ball_load(screw, load), raceway)
+    u_e = surface_speeds(parameters, raceway, speed).u_e
+    return moes_groups(parameters.lubricant, load, u_e, R_x, reduced_modulus(screw), temperature), R_x, R_y
+
+
+def film_formula(parameters: Parameters, raceway: str, load: Array, speed: Any, temperature: Any) -> Array:
+    """Closed film formula that the samples are divided by [m]; load, speed and temperature broadcast."""
+    groups, R_x, R_y = moes_groups_of(parameters, raceway, load, speed, temperature)
+    # the pressure that compresses the oil varies little with the contact angle: that of the drawing
+    p_max = ball_ellipse(parameters.screw, parameters.screw.contact_angle, raceway, load).p_max
+    return np.asarray(central_film_estimate(parameters.lubricant, groups, R_x, R_y, p_max, temperature))

@@ -1,7 +1,5 @@
 """Hertz contact of ball and raceway: reduced radii, ellipse, pressure, approach; exact elliptic integrals."""
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -14,7 +12,7 @@ from ..parameters.file import ScrewParameters
 
 RACEWAYS = ("screw", "nut")
 #: most steps to the axes of an ellipse; about seven are needed
-MOST_SECANTS = 40
+MAX_SECANTS = 40
 
 
 class HertzContact(NamedTuple):
@@ -90,7 +88,7 @@ def ratio_of_axes(radius_ratio: Any) -> Any:
     # ln k over ln(R_y/R_x): 0.75 near the circle, towards 0.5 of a long ellipse
     before, at = -0.5 * np.log(ratio), -0.75 * np.log(ratio)
     left = mismatch(before)
-    for _ in range(MOST_SECANTS):
+    for _ in range(MAX_SECANTS):
         here = mismatch(at)
         wide = here - left
         step = here * (at - before) / np.where(wide == 0.0, 1.0, wide)

@@ -5,8 +5,6 @@ raceways and what slides is differential slip and spin, see ball_motion (Lu et a
 Rolling Bearing Analysis, in the limit of zero lead).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -14,13 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..parameters.file import Parameters, ScrewParameters
+from ..parameters.screw import PUBLISHED, ROLLING_FRAME
 from .hertz import raceway_sign
 
-#: kinematics whose films are shown, also of a map of the published one, whose speeds cannot be physical
-ROLLING_FRAME = "rolling_frame"
 
-
-class SurfaceSpeeds(NamedTuple):
+class ContactSpeeds(NamedTuple):
     """Speeds of one contact [m/s]: u_1 raceway, u_2 ball, u_e their mean; srr = (u_1-u_2)/u_e."""
 
     u_1: Any
@@ -29,33 +25,34 @@ class SurfaceSpeeds(NamedTuple):
     srr: Any
 
 
-def _published(parameters: Parameters, raceway: str, speed: Any) -> SurfaceSpeeds:
+def _published(parameters: Parameters, raceway: str, speed: Any) -> ContactSpeeds:
     table = parameters.published_speeds
     assert table is not None  # held by the parameter check
     at_reference = table.screw if raceway_sign(raceway) > 0 else table.nut
     scale = speed / table.reference_speed
     u_1, u_2 = at_reference[0] * scale, at_reference[1] * scale
     srr = 2.0 * (at_reference[0] - at_reference[1]) / (at_reference[0] + at_reference[1])
-    return SurfaceSpeeds(u_1, u_2, 0.5 * (u_1 + u_2), srr + 0.0 * scale)
+    return ContactSpeeds(u_1, u_2, 0.5 * (u_1 + u_2), srr + 0.0 * scale)
 
 
-def _rolling_frame(parameters: Parameters, raceway: str, speed: Any) -> SurfaceSpeeds:
+def _rolling_frame(parameters: Parameters, raceway: str, speed: Any) -> ContactSpeeds:
     raceway_sign(raceway)
     u_e = entrainment_speed(parameters.screw, speed)
-    return SurfaceSpeeds(u_e, u_e, u_e, 0.0 * u_e)
+    return ContactSpeeds(u_e, u_e, u_e, 0.0 * u_e)
 
 
-KINEMATICS: dict[str, Callable[[Parameters, str, Any], SurfaceSpeeds]] = {
-    "published": _published,
-    "rolling_frame": _rolling_frame,
+#: by the name in files; films are shown of ROLLING_FRAME, also for the other one, whose speeds cannot be physical
+KINEMATICS: dict[str, Callable[[Parameters, str, Any], ContactSpeeds]] = {
+    PUBLISHED: _published,
+    ROLLING_FRAME: _rolling_frame,
 }
 
 
-def surface_speeds(parameters: Parameters, raceway: str, speed: Any) -> SurfaceSpeeds:
+def surface_speeds(parameters: Parameters, raceway: str, speed: Any) -> ContactSpeeds:
     """Surface speeds of one contact by the kinematics of the parameters.
 
     Parameters   raceway : "screw" or "nut";  speed : float or array [rad/s], screw against nut, any sign
-    Returns      SurfaceSpeeds, shaped like speed; all odd in speed but srr
+    Returns      ContactSpeeds, shaped like speed; all odd in speed but srr
     Raises       ValueError: unknown raceway
     Source       published: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Eqs. 1-4;
                  differs from paper: the ball's own rotation is not printed, so the pairs that the printed

@@ -22,8 +22,6 @@ The equations are in `ball_chain`.
 scipy is imported in the functions: evaluation of a stored map needs no load distribution.
 """
 
-from __future__ import annotations
-
 import math
 from functools import lru_cache
 from typing import NamedTuple

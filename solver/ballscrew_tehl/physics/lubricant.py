@@ -1,20 +1,20 @@
 """Viscosity and density of the oil over pressure and temperature: one published law, one small function."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from ..parameters.file import LubricantParameters, kinematic_viscosity_d341
-from ..parameters.mineral_oil import D341_SHIFT, slope_d341
+from ..parameters.file import LubricantParameters
+from ..parameters.mineral_oil import D341_SHIFT, kinematic_viscosity_d341, slope_d341
 from ..parameters.oil import ROELANDS_LN
 from ..parameters.units import CELSIUS, COLDEST, HOTTEST
 
 #: Roelands' temperature constant [K]
 T_ROELANDS = 138.0
+#: of the viscosity printed in section 2.3 of the paper, exp(B/(T - T_VOGEL)) [K]
+B_VOGEL, T_VOGEL = 1045.31, 183.19
 
 
 def _checked_temperature(T: Any) -> Any:
@@ -35,16 +35,17 @@ def section_2_3(T: Any) -> Any:
         >>> round(float(section_2_3(303.0)), 3)
         0.297
     """
-    return 4.83e-5 * np.exp(1045.31 / (T - 183.19))
+    return 4.83e-5 * np.exp(B_VOGEL / (T - T_VOGEL))
 
 
 def _eta0_section_2_3(lub: LubricantParameters, T: Any) -> Any:
     # differs from paper: scaled to the viscosity of Table 1 at the reference temperature
-    return lub.viscosity * np.exp(1045.31 / (T - 183.19) - 1045.31 / (lub.reference_temperature - 183.19))
+    at_reference = B_VOGEL / (lub.reference_temperature - T_VOGEL)
+    return lub.viscosity * np.exp(B_VOGEL / (T - T_VOGEL) - at_reference)
 
 
 def _slope_section_2_3(lub: LubricantParameters, T: Any) -> Any:
-    return -1045.31 / (T - 183.19) ** 2
+    return -B_VOGEL / (T - T_VOGEL) ** 2
 
 
 def _roelands_s0(lub: LubricantParameters) -> tuple[float, float, float]:
@@ -92,9 +93,9 @@ def _slope_constant(lub: LubricantParameters, T: Any) -> Any:
     return 0.0 * T
 
 
-Law = Callable[[LubricantParameters, Any], Any]
+ViscosityLaw = Callable[[LubricantParameters, Any], Any]
 #: name -> (ambient viscosity, its logarithmic slope)
-VISCOSITY_LAWS: dict[str, tuple[Law, Law]] = {
+VISCOSITY_LAWS: dict[str, tuple[ViscosityLaw, ViscosityLaw]] = {
     "section_2_3": (_eta0_section_2_3, _slope_section_2_3),
     "roelands_printed": (_eta0_roelands_printed, _slope_roelands_printed),
     "astm_d341": (_eta0_astm_d341, _slope_astm_d341),

@@ -1,7 +1,5 @@
 """Static and dynamic axial load rating of one nut, and its life, as ball-screw programs state them."""
 
-from __future__ import annotations
-
 import math
 
 from ..parameters.file import ScrewParameters

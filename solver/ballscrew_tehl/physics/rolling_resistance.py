@@ -1,12 +1,12 @@
 """Closed formulas of the hydrodynamic rolling resistance: what the oil costs in pure rolling.
 
 F_R is the force on ONE surface, int (h/2) dp/dx dA, x along the flow: the oil brakes both surfaces alike. The power
-lost is W = u_e int h dp/dx dA = 2 u_e F_R, and in a film that keeps its mass without compression W equals the
-dissipation int h^3 |grad p|^2/(12 eta) dA. The moment of the papers is F_R R_x. Groups as in film.py: U and W with the
-mean speed u_e; the papers' U is 2U.
+lost is W = u_e int h dp/dx dA = 2 u_e F_R (Biboulet & Houpert, Proc IMechE J 224 (2010) 765, Eq. (45) and conclusion).
+Derived anew for any contact area: the oil gains u_e int h dp/dx dA from both surfaces, and in a film that keeps its
+mass without compression, by Green's theorem and Reynolds' equation, W equals the dissipation
+int h^3 |grad p|^2/(12 eta) dA (part 2 of the paper assumes it, Eq. (37)). The moment of the papers is F_R R_x. Groups
+as in film.py: U and W with the mean speed u_e; the papers' U is 2U.
 """
-
-from __future__ import annotations
 
 from typing import Any
 
@@ -16,18 +16,6 @@ from .hertz import ellipse
 
 #: load parameter at which half of the transition of an elliptical contact is passed
 _TRANSITION = 6.6
-
-
-def rolling_power(force: Any, u_e: Any) -> Any:
-    """Power that a contact loses in pure rolling, W = 2 u_e F_R.
-
-    Parameters   force : float or array [N], >= 0, on one surface;  u_e : float or array [m/s], >= 0
-    Returns      [W], or [W/m] for a force per length, broadcast
-    Source       Biboulet & Houpert, Proc IMechE J 224 (2010) 765, Eq. (45) and conclusion.  Derived anew for any
-                 contact area: the oil gains u_e int h dp/dx dA from both surfaces, by Green's theorem and Reynolds'
-                 equation int h^3 |grad p|^2/(12 eta) dA (part 2 of the paper assumes it, Eq. (37))
-    """
-    return 2.0 * np.asarray(u_e) * force
 
 
 def biboulet_houpert_point(load: Any, u_e: Any, R_x: Any, R_y: Any, E_prime: float, eta0: Any) -> Any:

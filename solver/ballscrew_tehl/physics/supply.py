@@ -3,8 +3,6 @@
 The flooded loss is that of oil as far as R_x before the contact. Lengths along rolling are in Hertz half-widths b.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -14,8 +14,8 @@ from ..friction.mechanistic import mean_load, nuts_powers, rolling_torque
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
 from ..parameters.file import Parameters, ScrewParameters, changed
-from ..physics.ball_formula import film_formula
 from ..physics.ball_law import Array, contact_angle_at_ball_load
+from ..physics.film import film_formula
 from ..physics.hertz import RACEWAYS, ball_ellipse
 from ..physics.kinematics import ROLLING_FRAME
 from ..physics.load import EQUAL_LOADS, load_nodes, nut_loads
@@ -29,7 +29,7 @@ def rolling_parameters(parameters: Parameters) -> Parameters:
     """Parameters of the contacts whose films and rises are shown: those of rolling balls, see ROLLING_FRAME."""
     if parameters.friction.kinematics == ROLLING_FRAME:
         return parameters
-    return changed(parameters, friction={"kinematics": ROLLING_FRAME, "set": MECHANISTIC})
+    return changed(parameters, friction={"law": MECHANISTIC})
 
 
 def contact_quantities(found: ContactResult) -> dict[str, float]:

@@ -1,6 +1,6 @@
 """The report on one screw as an HTML page."""
 
-from .. import __version__
+from .._version import __version__
 from . import figures
 from . import report_tables as tables
 from .data import ReportData

@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 
-from ..friction.origin import CATALOGUE_DIFFERS, carried_over
-from ..friction.sets import FITTED, SETS
+from ..friction.sets import CATALOGUE_DIFFERS, FITTED, SETS, carried_over
 from ..nut_map.trend import MIN_FORCE_RATIO
 from ..parameters.file import FOUR_POINT
 from ..parameters.units import CELSIUS, RPM, SHOWN
-from ..physics.ball_formula import MIN_FILM, THICKEST_FILM
+from ..physics.film import MIN_FILM, THICKEST_FILM
 from ..physics.lubricant import ambient_density, eta0
 from .data import CATALOGUE_SPEED, LoadCase, OperatingPoint, ReportData
 from .page import Html, table

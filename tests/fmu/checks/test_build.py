@@ -38,7 +38,7 @@ NATIVE = [
     for version in (2, 3)
 ]
 FITTED_HERE = FrictionSet(
-    "three_parameter", "published", "solved_thermal", 5.5, 0.0061, 31e-9,
+    "three_parameter", 5.5, 0.0061, 31e-9,
     loss="least_squares",
     provenance='bench <3> "a".csv (SHA-256 0123456789ab), 24 points of 25 rows, without row 7',
     errors={"mean": 0.0123, "leave_one_out_mean": 0.0145},
@@ -83,7 +83,7 @@ def test_all_fmus_with_own_friction_parameters_are_checked_and_documented(
     script, for_this_machine, tmp_path, capsys
 ):
     friction, folder = tmp_path / "friction.toml", tmp_path / "new" / "dist"
-    write_friction_sets(friction, {("published", "three_parameter"): FITTED_HERE})
+    write_friction_sets(friction, [FITTED_HERE])
     assert script(["--friction", str(friction), "--output", str(folder)]) == 0
     assert sorted(path.name for path in folder.iterdir()) == sorted(PYTHON + NATIVE)
     printed = capsys.readouterr().out
@@ -178,8 +178,6 @@ def test_bad_input_is_one_line_and_leaves_nothing(script, tmp_path, capsys, monk
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").write_text("kept")
     wrong = {
-        "rolling_frame with set three_parameter; allowed: published": {"kinematics": "rolling_frame"},
-        "needs the film hamrock_dowson": {"film_model": "hamrock_dowson"},
         "net_sliding_coefficient = 1.5; allowed: less than or equal to 1": {"net_sliding_coefficient": 1.5},
         "fitted for the screw another (000000000000)": {"screw": "another", "parameters_hash": "0" * 12},
     }
@@ -187,7 +185,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(script, tmp_path, capsys, monk
     cases["invalid choice: 'sliding'"] = ["--kinematics", "sliding"]
     for number, (message, changes) in enumerate(wrong.items()):
         entry = replace(FITTED_HERE, **changes)
-        write_friction_sets(tmp_path / f"{number}.toml", {(entry.kinematics, entry.name): entry})
+        write_friction_sets(tmp_path / f"{number}.toml", [entry])
         cases[message] = ["--friction", f"{number}.toml"]
     cases["no FMU to build"] = ["--python-only", "--fmi", "3"]
     cases["invalid choice: 'nut'"] = ["--only", "nut"]

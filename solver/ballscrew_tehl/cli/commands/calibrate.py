@@ -11,11 +11,10 @@ from ...calibration.one_point import OnePoint, calibrate_point, point_data, poin
 from ...calibration.plot import calibration_figure, save_figure
 from ...calibration.result import Calibration, calibration_data, calibration_text
 from ...friction.mechanistic import ContactValues
-from ...friction.origin import refuse_other_fit, with_set
-from ...friction.sets import MECHANISTIC, FrictionSet, check_usable, write_friction_sets
-from ...parameters.file import Parameters
-from ...parameters.packaged_data import PACKAGED_VG100
+from ...friction.sets import FrictionSet, check_usable, refuse_other_fit, with_set, write_friction_sets
+from ...parameters.file import PACKAGED_VG100, Parameters
 from ...parameters.units import CELSIUS, RPM
+from ...runtime.packed import MECHANISTIC
 from ..shared.chosen import screw_of
 from ..shared.files import check_output, written
 from ..shared.progress import QUIET, progress_bar
@@ -57,15 +56,14 @@ def run_calibrate(args: Namespace) -> Answer:
         _write(args, friction)
     else:
         text = "\n".join([text, "For the screw file:", *_screw_file_lines(friction)])
-    entry = vars(friction) | {"calibration": data}
+    entry = friction.entries | {"calibration": data}
     return Answer([{f"{friction.kinematics}.{friction.name}": entry}], text=text)
 
 
 def _write(args: Namespace, friction: FrictionSet) -> None:
     """Write the fitted set, and say which command follows."""
     with written("--output", args.output):
-        sets = {(friction.kinematics, friction.name): friction}
-        write_friction_sets(args.output, sets, "Fitted by ballscrew calibrate")
+        write_friction_sets(args.output, [friction], "Fitted by ballscrew calibrate")
     words = [f"--{key} {shlex.quote(getattr(args, key))} " for key in ("screw", "map") if getattr(args, key)]
     # --kinematics alone fits with another oil than a file of the mechanistic law is read with
     follows = f"; next: ballscrew page {''.join(words)}--friction {shlex.quote(args.output)}"

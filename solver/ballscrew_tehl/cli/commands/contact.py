@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from ... import __version__
+from ..._version import __version__
 from ...tables.csv_file import read_rows
 from ..parser import LAWS
 from ..shared.chosen import key_of

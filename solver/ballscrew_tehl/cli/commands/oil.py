@@ -4,7 +4,7 @@ from argparse import Namespace
 
 import numpy as np
 
-from ... import __version__
+from ..._version import __version__
 from ...parameters import mineral_oil as oil_grade
 from ...parameters.file import LubricantParameters, graded_oil, load_screw
 from ...parameters.units import CELSIUS

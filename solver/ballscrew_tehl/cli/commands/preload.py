@@ -4,8 +4,8 @@ from argparse import Namespace
 from collections.abc import Mapping
 from typing import Any
 
-from ... import __version__
-from ...friction.origin import carried_over
+from ..._version import __version__
+from ...friction.sets import carried_over
 from ...friction.torque import preload_from_torque
 from ...nut_map.interval import preload_interval
 from ...parameters.units import CELSIUS, RPM

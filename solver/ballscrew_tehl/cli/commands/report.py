@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ... import __version__
+from ..._version import __version__
 from ...parameters.units import SHOWN
 from ...whole_file import whole_file
 from ..shared.chosen import chosen_of

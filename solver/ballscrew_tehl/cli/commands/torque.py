@@ -5,11 +5,11 @@ from argparse import Namespace
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ... import __version__
+from ..._version import __version__
 from ...friction.baselines import nsk_torque
 from ...friction.interval import TorqueInterval, torque_interval
 from ...friction.mechanistic import double_nut_parts, roughness_of
-from ...friction.origin import carried_over
+from ...friction.sets import carried_over
 from ...friction.torque import double_nut_torque, four_point_spin_bound, nut_forces
 from ...nut_map.interval import map_interval
 from ...nut_map.trend import too_thick, too_thin, unlike_flanks, unphysical_trend

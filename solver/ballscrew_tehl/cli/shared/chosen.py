@@ -5,11 +5,18 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ...friction.origin import CATALOGUE_DIFFERS, refuse_other_fit, with_set, without_overrides
-from ...friction.sets import FrictionSet, default_friction_set, friction_set_of_file, load_friction_sets
-from ...parameters.file import Parameters, changed, load_screw
-from ...parameters.packaged_data import PACKAGED_VG100
-from ...parameters.screw import LAW_SETS
+from ...friction.sets import (
+    CATALOGUE_DIFFERS,
+    FrictionSet,
+    default_friction_set,
+    friction_set_of_file,
+    load_friction_sets,
+    refuse_other_fit,
+    with_set,
+    without_overrides,
+)
+from ...parameters.file import PACKAGED_VG100, Parameters, changed, load_screw
+from ...parameters.screw import Law
 from ...runtime.evaluate import NutMap
 from ...runtime.packed import MECHANISTIC
 from .progress import QUIET, progress_bar
@@ -36,7 +43,7 @@ def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
             f"--kinematics = published; allowed: rolling_frame, {parameters.name} has no table published_speeds"
         )
     # numbers in the screw file belong to its own law
-    own = without_overrides(parameters, LAW_SETS[args.kinematics][0])
+    own = without_overrides(parameters, Law.of_kinematics(args.kinematics)[0])
     return changed(own, friction={"kinematics": args.kinematics})
 
 
@@ -81,7 +88,7 @@ def chosen_of(args: Namespace) -> Chosen:
     if name is None:
         parameters = screw_of(args)
         return Chosen(parameters, default_friction_set(parameters), None)
-    packaged = dict.fromkeys(known for _, known in load_friction_sets())
+    packaged = load_friction_sets()
     if name in packaged:
         parameters = with_set(screw_of(args, PACKAGED_VG100 if name == MECHANISTIC else None), name)
         return Chosen(parameters, default_friction_set(parameters), None)
