@@ -1,5 +1,7 @@
 """A contact given by its Moes numbers, for comparison with published film tables."""
 
+from __future__ import annotations
+
 import math
 from typing import Literal, NamedTuple
 
