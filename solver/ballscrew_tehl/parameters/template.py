@@ -1,6 +1,8 @@
 """A screw file to fill in: every key with its unit, meaning and range, values of the packaged example."""
 
 import math
+import os
+import tempfile
 import textwrap
 from collections.abc import Collection
 from pathlib import Path
@@ -248,9 +250,16 @@ def write_template(
             raise ValueError(f"{shown}: {where}{problem['msg']}: no screw has these sizes") from err
     text = screw_template(parameters, assumed)
     try:
-        with path.open("x", encoding="utf-8") as stream:
-            stream.write(text)
-    except FileExistsError as error:
-        raise ValueError(f"{path}: exists already; allowed: a new file; choose another name") from error
+        handle, scratch = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror}; needs a folder that can be written") from error
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+            stream.write(text)
+        os.chmod(scratch, 0o644)
+        # unlike a rename, a link never replaces an existing file
+        os.link(scratch, path)
+    except FileExistsError as error:
+        raise ValueError(f"{path}: exists already; allowed: a new file; choose another name") from error
+    finally:
+        os.unlink(scratch)
