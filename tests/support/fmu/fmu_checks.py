@@ -157,9 +157,9 @@ def _against_the_sources(root, files):
     }
     found = []
     if {n.get("name") for n in root.find("LogCategories")} != set(
-        re.findall(r'"(log[A-Z]\w+)"', text["instance.h"])
+        re.findall(r'"(log[A-Z]\w+)"', text["text.h"])
     ):
-        found.append("log categories differ from those of instance.h")
+        found.append("log categories differ from those of text.h")
     sources = [[f.get("name") for f in group] for group in root.iter("SourceFiles")]
     sources.append(
         [n.get("name") for n in ElementTree.fromstring(text["buildDescription.xml"]).iter("SourceFile")]

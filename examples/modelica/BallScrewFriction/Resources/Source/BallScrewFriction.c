@@ -193,7 +193,7 @@ double ballScrewMap_breakawayFactor(void *map)
 
 double ballScrewMap_preslidingStiffness(void *map, double preload, double netSlidingCoefficient, double breakawayFactor)
 {
-    const Friction friction = {0.0, netSlidingCoefficient, 0.0, breakawayFactor};
+    const Friction friction = {0.0, netSlidingCoefficient, 0.0, breakawayFactor, 0.0};
     Loads loads;
 
     nut_loads(((Handle *)map)->map, preload, 0.0, &loads);
