@@ -62,7 +62,7 @@ def test_memory_is_taken_for_maps_and_by_the_allocator_of_the_importer_alone():
     }
     once = {(f"runtime/{name}.c", "allocate") for name in ("saved_state", "resources", "instance")}
     assert {names for names in taken if len(names) > 1} == once | {
-        ("core/map.c", "calloc", "calloc"), ("core/file.c", "malloc")
+        ("core/map.c", "calloc"), ("core/file.c", "malloc")
     }  # fmt: skip
 
 
