@@ -116,12 +116,7 @@ IDENTIFY_OPTIONS = (
     OFFSET,
     OFFSET._replace(name="offset_n", help="the same as a force [N]"),
     Quantity("guide_force_n", "friction of guides and covers, subtracted [N]", 0.0, MAX_FORCE),
-    Quantity(
-        "seal_torque_nm",
-        "friction of bearings, and of seals that the screw file leaves out, subtracted [N.m]",
-        0.0,
-        1e6,
-    ),
+    Quantity("seal_torque_nm", "friction of bearings and further seals, subtracted [N.m]", 0.0, 1e6),
     PRELOAD._replace(help="known preload [N]: for --measurements or --before", not_zero=True),
     Quantity("before_preload_n", "known preload of the log before [N]", 0.0, not_zero=True),
     TEMPERATURE._replace(name="before_temperature_c", help="oil temperature of the log before [C]"),
