@@ -16,6 +16,7 @@ from ..parameters.file import PACKAGED_DATA, Parameters
 from ..parameters.oil import ROELANDS_PRESSURE
 from ..physics.hertz import E_prime
 from .groups import (
+    LARGEST_N,
     QUANTITIES,
     Array,
     ClosedForms,
@@ -68,8 +69,12 @@ class ContactAtlas:
         return found
 
     def interpolated(self, forms: ClosedForms) -> dict[str, Array]:
-        """What is interpolated of the quantities of contacts, at the end of the range where a group is beyond it."""
-        near = Groups(*(np.clip(own, *ends) for own, *ends in zip(forms.groups, *self.ends, strict=True)))
+        """What is interpolated of the quantities of contacts, at the end of the range where a group is beyond it.
+
+        N is extrapolated to LARGEST_N.
+        """
+        ends = self.ends[0], self.ends[1]._replace(N=np.array(LARGEST_N))
+        near = Groups(*(np.clip(own, *of) for own, *of in zip(forms.groups, *ends, strict=True)))
         at = coordinates(near) / self.lengths
         found = self.interpolant(at.reshape(-1, at.shape[-1])).T
         return dict(zip(QUANTITIES, found.reshape(-1, *at.shape[:-1]), strict=True))

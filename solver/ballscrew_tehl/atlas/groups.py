@@ -35,6 +35,9 @@ STEEL_EFFUSIVITY = (46.0 * 7800.0 * 460.0) ** 0.5
 TURN, WIDTH, STRETCH = 25.0, 0.9, 2.7
 #: N below which heat changes nothing: the coordinate is ln(N + COLD)
 COLD = 1e-3
+#: N above which heating is taken as there, twice the hottest contacts of the atlas: up to there it is extrapolated,
+#: eight solved losses and films within 7 % up to N = 126, since an end within the maps of cold screws would be a kink
+LARGEST_N = 144.0
 #: M below which a ball counts as loaded so much: films are far above its radius there
 LEAST_M = 1e-6
 #: ln of the share of the rolling loss that a thick film lacks, over sqrt(2 h/R_x): 4.8 to 5.3 in 1,000 contacts of five
@@ -111,7 +114,7 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
 
     central_film: physics.film with the density over pressure at the temperature of the oil, and Wilson & Sheu's factor
     without sliding; rolling_loss: Biboulet & Houpert with THICK_FILM and that factor; core: Hertz with RIGID and
-    FLATTENED; temperature_rise: N/beta; minimum_film, mean_rise: 1, see modelled.
+    FLATTENED; temperature_rise: N/beta; N up to LARGEST_N; minimum_film, mean_rise: 1, see modelled.
     """
     c, oil = contacts, contacts.oil
     load, R_x, R_y, u_e, temperature = c.load, c.R_x, c.R_y, c.u_e, c.temperature
@@ -119,11 +122,8 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
     a, b, p_max = hertz.a, hertz.b, hertz.p_max
     moes = moes_groups(oil, load, u_e, R_x, c.E_prime, temperature)
     moes = moes._replace(M=np.maximum(moes.M, LEAST_M))
-    N, ratio, beta = (
-        thermal_load_parameter(oil, u_e, temperature),
-        R_x / R_y,
-        -temperature_slope(oil, temperature),
-    )
+    N, ratio = thermal_load_parameter(oil, u_e, temperature), R_x / R_y
+    heating, beta = np.minimum(N, LARGEST_N), -temperature_slope(oil, temperature)
     groups = Groups(
         moes.M, moes.L, ratio, np.array(oil.z_roelands), p_max / oil.roelands_pressure, N, np.array(c.wall),
         beta * temperature, oil.density * oil.specific_heat * u_e * R_x / oil.thermal_conductivity,
@@ -133,7 +133,7 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
     ambient = ambient_density(oil, temperature) / oil.density
     cold = central_film_estimate(oil, moes, R_x, R_y, p_max, temperature)
     cold = cold * compressed / ((compressed + ambient - 1.0) / ambient)
-    heat = wilson_sheu(N, 0.0)
+    heat = wilson_sheu(heating, 0.0)
     viscosity = eta0(oil, temperature)
     force = biboulet_houpert_point(load, u_e, R_x, R_y, c.E_prime, viscosity)
     wider = 1.0 + RIGID * cold * np.sqrt(R_x * R_y) / (a * b)
@@ -154,7 +154,7 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
     return ClosedForms(groups, {
         "central_film": cold * heat,
         "minimum_film": one,
-        "temperature_rise": N / beta,
+        "temperature_rise": heating / beta,
         "mean_rise": one,
         "rolling_loss": loss,
         "core_pressure": pressure * lack["core_pressure"],

@@ -51,14 +51,21 @@ def solved_contact(
 ) -> dict[str, float]:
     """QUANTITIES of a ball by a thermal solve, or by the closed forms where its film is too thick for one.
 
+    Hot films are thicker than the closed form: one whose oil ends before it loses anything has that of the closed form.
+
     Raises       UnconvergedContactError: names the contact and the reason
     """
-    if parameters.friction.kinematics == ROLLING_FRAME:
+    rolling, closed = parameters.friction.kinematics == ROLLING_FRAME, dict[str, float]()
+    if rolling:
         contact = rolling_contacts(parameters, raceway, np.array([load]), speed, temperature)
-        closed = unmodelled(dict.fromkeys(QUANTITIES, np.zeros(1)), closed_forms(contact).values)
-        if float(closed["central_film"][0]) > THICKEST * float(contact.R_x[0]):
-            return {name: float(value[0]) for name, value in closed.items()}
-    return contact_quantities(solve_ball(parameters, raceway, load, speed, temperature, thermal=True))
+        forms = unmodelled(dict.fromkeys(QUANTITIES, np.zeros(1)), closed_forms(contact).values)
+        closed = {name: float(value[0]) for name, value in forms.items()}
+        if closed["central_film"] > THICKEST * float(contact.R_x[0]):
+            return closed
+    values = contact_quantities(solve_ball(parameters, raceway, load, speed, temperature, thermal=True))
+    if rolling and math.isnan(values["rolling_loss"]):
+        values["rolling_loss"] = closed["rolling_loss"]
+    return values
 
 
 class DirectFilm:
