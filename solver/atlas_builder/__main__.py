@@ -114,7 +114,8 @@ def run_atlas(args: argparse.Namespace) -> None:
         "certificate": {"what": "", "points": 0},
     }
     save_atlas(packaged_atlas(), table, lengths, interpolant, header)
-    with executor_of(args) as executor, progress_bar() as progress:
+    # own processes, begun now: they read the atlas that was just written
+    with worker_pool(args.workers) as executor, progress_bar() as progress:
         header["certificate"] = certificate(points, executor, progress)
     save_atlas(packaged_atlas(), table, lengths, interpolant, header)
     load_atlas.cache_clear()
@@ -132,9 +133,9 @@ def main() -> None:
         step = steps.add_parser(name)
         step.set_defaults(run=run)
         step.add_argument("--workers", type=int)
-        step.add_argument("--dask", metavar="ADDRESS", help="tcp://HOST:PORT of a scheduler")
         if count:
             step.add_argument("--count", type=int, default=count)
+            step.add_argument("--dask", metavar="ADDRESS", help="tcp://HOST:PORT of a scheduler")
         if name == "published":
             step.add_argument("--points", type=int, default=1000, help="of its certificate")
         if name == "points":

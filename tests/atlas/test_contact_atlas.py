@@ -16,7 +16,7 @@ from ballscrew_tehl.atlas.contact_atlas import (
     content_hash,
     load_atlas,
 )
-from ballscrew_tehl.atlas.groups import LARGEST_N, closed_forms, unmodelled
+from ballscrew_tehl.atlas.groups import MAX_HEATING_N, closed_forms, unmodelled
 from ballscrew_tehl.parameters.file import changed
 
 
@@ -61,11 +61,11 @@ def test_damaged_and_other_files_are_refused_in_one_line(tmp_path):
 
 @pytest.mark.parametrize("name", ["M", "L", "N", "pressure"])
 def test_beyond_a_group_the_ratio_to_the_closed_forms_is_that_at_its_end(name):
-    """N is extrapolated to LARGEST_N."""
+    """N is extrapolated to MAX_HEATING_N."""
     forms = closed_forms(rolling(contacts()[40]))
     low, high = (float(getattr(end, name)) for end in atlas().ends)
     inside = (True, name != "N")
-    high = LARGEST_N if name == "N" else high
+    high = MAX_HEATING_N if name == "N" else high
     for end, beyond, known in zip((low, high), (0.03 * low, 30.0 * high), inside, strict=True):
         last, far = (
             forms._replace(groups=forms.groups._replace(**{name: np.array([v])})) for v in (end, beyond)

@@ -16,7 +16,7 @@ from ..parameters.file import PACKAGED_DATA, Parameters
 from ..parameters.oil import ROELANDS_PRESSURE
 from ..physics.hertz import E_prime
 from .groups import (
-    LARGEST_N,
+    MAX_HEATING_N,
     QUANTITIES,
     Array,
     ClosedForms,
@@ -71,9 +71,9 @@ class ContactAtlas:
     def interpolated(self, forms: ClosedForms) -> dict[str, Array]:
         """What is interpolated of the quantities of contacts, at the end of the range where a group is beyond it.
 
-        N is extrapolated to LARGEST_N.
+        N is extrapolated to MAX_HEATING_N.
         """
-        ends = self.ends[0], self.ends[1]._replace(N=np.array(LARGEST_N))
+        ends = self.ends[0], self.ends[1]._replace(N=np.array(MAX_HEATING_N))
         near = Groups(*(np.clip(own, *of) for own, *of in zip(forms.groups, *ends, strict=True)))
         at = coordinates(near) / self.lengths
         found = self.interpolant(at.reshape(-1, at.shape[-1])).T

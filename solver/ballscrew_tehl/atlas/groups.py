@@ -37,7 +37,7 @@ TURN, WIDTH, STRETCH = 25.0, 0.9, 2.7
 COLD = 1e-3
 #: N above which heating is taken as there, twice the hottest contacts of the atlas: up to there it is extrapolated,
 #: eight solved losses and films within 7 % up to N = 126, since an end within the maps of cold screws would be a kink
-LARGEST_N = 144.0
+MAX_HEATING_N = 144.0
 #: M below which a ball counts as loaded so much: films are far above its radius there
 LEAST_M = 1e-6
 #: ln of the share of the rolling loss that a thick film lacks, over sqrt(2 h/R_x): 4.8 to 5.3 in 1,000 contacts of five
@@ -114,7 +114,7 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
 
     central_film: physics.film with the density over pressure at the temperature of the oil, and Wilson & Sheu's factor
     without sliding; rolling_loss: Biboulet & Houpert with THICK_FILM and that factor; core: Hertz with RIGID and
-    FLATTENED; temperature_rise: N/beta; N up to LARGEST_N; minimum_film, mean_rise: 1, see modelled.
+    FLATTENED; temperature_rise: N/beta; N up to MAX_HEATING_N; minimum_film, mean_rise: 1, see modelled.
     """
     c, oil = contacts, contacts.oil
     load, R_x, R_y, u_e, temperature = c.load, c.R_x, c.R_y, c.u_e, c.temperature
@@ -123,7 +123,7 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
     moes = moes_groups(oil, load, u_e, R_x, c.E_prime, temperature)
     moes = moes._replace(M=np.maximum(moes.M, LEAST_M))
     N, ratio = thermal_load_parameter(oil, u_e, temperature), R_x / R_y
-    heating, beta = np.minimum(N, LARGEST_N), -temperature_slope(oil, temperature)
+    heating, beta = np.minimum(N, MAX_HEATING_N), -temperature_slope(oil, temperature)
     groups = Groups(
         moes.M, moes.L, ratio, np.array(oil.z_roelands), p_max / oil.roelands_pressure, N, np.array(c.wall),
         beta * temperature, oil.density * oil.specific_heat * u_e * R_x / oil.thermal_conductivity,

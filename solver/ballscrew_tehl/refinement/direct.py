@@ -55,15 +55,15 @@ def solved_contact(
 
     Raises       UnconvergedContactError: names the contact and the reason
     """
-    rolling, closed = parameters.friction.kinematics == ROLLING_FRAME, dict[str, float]()
-    if rolling:
-        contact = rolling_contacts(parameters, raceway, np.array([load]), speed, temperature)
-        forms = unmodelled(dict.fromkeys(QUANTITIES, np.zeros(1)), closed_forms(contact).values)
-        closed = {name: float(value[0]) for name, value in forms.items()}
-        if closed["central_film"] > THICKEST * float(contact.R_x[0]):
-            return closed
+    if parameters.friction.kinematics != ROLLING_FRAME:
+        return contact_quantities(solve_ball(parameters, raceway, load, speed, temperature, thermal=True))
+    contact = rolling_contacts(parameters, raceway, np.array([load]), speed, temperature)
+    forms = unmodelled(dict.fromkeys(QUANTITIES, np.zeros(1)), closed_forms(contact).values)
+    closed = {name: float(value[0]) for name, value in forms.items()}
+    if closed["central_film"] > THICKEST * float(contact.R_x[0]):
+        return closed
     values = contact_quantities(solve_ball(parameters, raceway, load, speed, temperature, thermal=True))
-    if rolling and math.isnan(values["rolling_loss"]):
+    if math.isnan(values["rolling_loss"]):
         values["rolling_loss"] = closed["rolling_loss"]
     return values
 
