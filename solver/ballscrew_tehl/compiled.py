@@ -17,7 +17,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import numba
+try:
+    import numba
+except ModuleNotFoundError as error:
+    error.msg = "to solve contacts takes numba: python -m pip install 'ballscrew-tehl[direct]'"
+    raise
 
 PACKAGE = Path(__file__).parent
 #: modules with kernels and with constants that kernels take from elsewhere, below the package

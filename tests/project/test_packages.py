@@ -1,4 +1,4 @@
-"""Wheel and source archive: what they hold, and that the wheel alone builds and checks all FMUs, without a compiler."""
+"""Wheel and source archive: what they hold, and that the wheel alone builds and checks all FMUs, without compilers."""
 
 import os
 import shutil
@@ -12,10 +12,10 @@ from processes import output
 from ballscrew_fmu.native_fmu.compile import PLATFORMS
 
 BUILD = "from setuptools import build_meta as b; print(b.build_sdist('out')); print(b.build_wheel('out'))"
-#: run with the unpacked wheel alone, without any C compiler: a point of the map, a screw file, all FMUs
+#: run with the unpacked wheel alone, without any compiler: a point of the map, a screw file, all FMUs
 USE = """
 import os, sys
-sys.modules["ziglang"] = None
+sys.modules["ziglang"] = sys.modules["numba"] = None
 os.environ["PATH"] = os.environ["CC"] = ""
 from ballscrew_fmu.command import main
 from ballscrew_fmu.native_fmu.compile import BuildError, find_compiler
@@ -26,7 +26,9 @@ except BuildError:
 else:
     raise SystemExit("there is a compiler")
 assert main(["torque", "--preload-n", "2000", "--speed-rpm", "500", "--temperature-c", "30", "--json"]) == 0
+assert main(["torque", "--preload-n", "2000", "--speed-rpm", "500", "--temperature-c", "30", "--direct"]) == 2
 assert main(["init", "my.toml"]) == 0
+assert main(["map", "build", "--screw", "my.toml", "--output", "my.npz"]) == 0
 assert main(["build", "--output", "fmus"]) == 0
 for fmu in sorted(os.listdir("fmus")):
     assert main(["check", f"fmus/{fmu}"]) == 0

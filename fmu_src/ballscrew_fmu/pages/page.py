@@ -43,12 +43,10 @@ def documentation_files(
     header: Mapping[str, Any], model: FmuModel = FRICTION, live_page: str = ""
 ) -> dict[str, bytes]:
     """Files of the documentation folder of an FMU for Python hosts, by path; live_page: "": none."""
-    from ballscrew_tehl.refinement.refine import CAPACITY  # slow to import
-
     needs = TEMPLATES.get_template("external_dependencies.txt").render(refines=model.refines)
     licence = distribution("pythonfmu").read_text("licenses/LICENSE")
     texts = {
-        "index.html": _page(model.name, model, header, model.variables(header), live_page, CAPACITY=CAPACITY),
+        "index.html": _page(model.name, model, header, model.variables(header), live_page),
         "externalDependencies.txt": needs,
         "licenses/license.txt": _licences(native=False),
         "licenses/pythonfmu.txt": licence or "MIT licence; https://github.com/NTNU-IHB/PythonFMU\n",

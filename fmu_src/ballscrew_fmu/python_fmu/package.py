@@ -13,6 +13,7 @@ import re
 import sys
 import uuid
 from collections.abc import Mapping
+from importlib.machinery import ModuleSpec, PathFinder
 from importlib.metadata import version
 from pathlib import Path
 
@@ -75,8 +76,17 @@ def _inner_name(module: str) -> str:
     return module.partition(".")[2].replace(".", "_")
 
 
+def _spec_of(module: str) -> ModuleSpec | None:
+    """Spec of a module without an import of its packages: those of the solver need numba."""
+    root, *names = module.split(".")
+    spec = importlib.util.find_spec(root)
+    for name in names:
+        spec = spec and PathFinder.find_spec(f"{spec.name}.{name}", spec.submodule_search_locations)
+    return spec
+
+
 def _file_of(module: str) -> Path:
-    spec = importlib.util.find_spec(module)
+    spec = _spec_of(module)
     if spec is None or spec.origin is None:
         raise PackageError(f"module {module} not found; install the project and pythonfmu")
     return Path(spec.origin)
@@ -147,10 +157,10 @@ def _imported(tree: ast.AST, module: str, package: str) -> list[str]:
         if isinstance(node, ast.ImportFrom) and node.level:
             target = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
             found.append(target)
-            specification = importlib.util.find_spec(target)
+            specification = _spec_of(target)
             if specification is not None and specification.submodule_search_locations is not None:
                 below = (f"{target}.{alias.name}" for alias in node.names)
-                found += [name for name in below if importlib.util.find_spec(name)]
+                found += [name for name in below if _spec_of(name)]
         elif isinstance(node, (ast.Import, ast.ImportFrom)):
             names = [node.module or ""] if isinstance(node, ast.ImportFrom) else [a.name for a in node.names]
             for name in names:

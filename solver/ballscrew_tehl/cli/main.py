@@ -20,7 +20,7 @@ INTERRUPTED = 130
 #: optional package: extra of pyproject.toml that brings it
 EXTRAS = {
     **dict.fromkeys(("matplotlib", "jinja2", "markupsafe"), "report"),
-    **{"fmpy": "fmu", "pythonfmu": "fmu", "distributed": "dask"},
+    **{"fmpy": "fmu", "pythonfmu": "fmu", "distributed": "dask", "numba": "direct"},
 }
 
 
