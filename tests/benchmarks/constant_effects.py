@@ -29,11 +29,11 @@ from rich.progress import track
 from scipy.stats import qmc
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
-sys.path.insert(0, str(Path(__file__).parents[2] / "solver"))
-from atlas_builder.screws import contact_pool
+sys.path.insert(0, str(Path(__file__).parents[2]))
 from paths import ROOT
 from robustness import isothermal, thermal
 
+from atlas_builder.screws import contact_pool
 from ballscrew_tehl import contact
 from ballscrew_tehl.contact import ball_conditions, solve_for_map
 from ballscrew_tehl.contact.film import reynolds
