@@ -86,13 +86,13 @@ ball_diameter_mm = 4.763 => ball_diameter_mm = "4.763" => screw.ball_diameter_mm
 ball_count = 86  => ball_count = 86.5  => screw.ball_count = 86.5; a whole number
 youngs_modulus_GPa = 205.0 => youngs_modulus_GPa = 205e9 => screw.youngs_modulus_GPa = 205000000000.0; <= 1000 GPa
 reference_temperature_K = 303.0 => reference_temperature_K = 30 => lubricant.reference_temperature_K = 30; >= 200 K
-ball_diameter_mm = 4.763 => ball_diameter_inch = 0.1875 => ball_diameter_m, ball_diameter_mm, ball_diameter_um; bad unit
+ball_diameter_mm = 4.763 => ball_diameter_inch = 0.1875 => ball_diameter_mm, ball_diameter_m, ball_diameter_um; bad unit
 lead_mm = 8.0 => lead = 8.0 => screw.lead = 8.0; lead_mm; bad unit
 ball_diameter_mm = 4.763 => bal_diameter_mm = 4.763 => screw.bal_diameter_mm = 4.763; nearest: ball_diameter_mm
 [solid] => [solids] => [solids] = ; nearest: solid
-ball_diameter_mm = 4.763 =>  => screw.ball_diameter_mm = (missing); ball_diameter_m,; add the key
+ball_diameter_mm = 4.763 =>  => screw.ball_diameter_mm = (missing); ball_diameter_m,; diameter of a ball
 name = "GD4008-3" =>  => name = (missing); name the screw
-lead_mm = 8.0 => lead_mm = 8.0@lead_m = 0.008 => screw.lead_m = 0.008; lead_mm is given as well
+lead_mm = 8.0 => lead_mm = 8.0@lead_m = 0.008 => screw.lead_m = 0.008; lead is given twice
 viscosity_law = "section_2_3" => viscosity_law = "x" => lubricant.viscosity_law = 'x'; 'section_2_3'; 'astm_d341'
 nut_raceway_radius_mm = 2.477 => nut_raceway_radius_mm = 2.3 => screw.nut_raceway_radius_mm = 2.3; more than the ball
 lead_angle_deg = 3.64 => lead_angle_deg = 5 => screw.lead_angle_deg = 5; 3.643 deg
@@ -116,7 +116,7 @@ lead_mm = 8.0 => lead_mm = 8.0@ball_material = "glass" => screw.ball_material = 
 density_kg_m3 = 970.0 => density_kg_m3 = 970.0@density_15c_kg_m3 = 980 => density_15c_kg_m3 = 980; no entry without
 loaded_ball_count = 72  => return_ball_count = 85  => screw.return_ball_count = 85; at most 84
 loaded_ball_count = 72  => return_ball_count = 10@loaded_ball_count = 72  => loaded_ball_count = 72; 76, or no entry
-sliding_coefficient = 0.15  => raceway_rq_um = 0.05  => friction.ball_rq_um = (missing); raceway_rq needs it
+sliding_coefficient = 0.15  => raceway_rq_um = 0.05  => friction.ball_rq_mm = (missing); raceway_rq needs it
 """
 
 

@@ -7,7 +7,7 @@ from typing import Any, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from . import mineral_oil
-from .toml import FieldError, MissingFieldError, Table, quantity
+from .toml import FieldError, Table, quantity, require
 
 #: p_r of Roelands [Pa]; ln of his reference viscosity 6.315e-5 Pa s, with changed sign
 ROELANDS_PRESSURE, ROELANDS_LN = 1 / 5.1e-9, 9.67
@@ -159,50 +159,39 @@ class LubricantParameters(Table):
 
     @model_validator(mode="after")
     def _grade_or_values(self) -> Self:
-        if not _is_graded(self.__dict__):
-            for name, other in (("iso_vg", "viscosity_index"), ("viscosity_index", "iso_vg")):
-                if getattr(self, name) is None and getattr(self, other) is not None:
-                    raise FieldError(name, "a value", f"{other} needs it")
-            if self.density_15c is not None:
-                raise FieldError("density_15c", "no entry without iso_vg", "give density, or iso_vg")
-            for name in _BY_GRADE:
-                if getattr(self, name) is None:
-                    raise MissingFieldError(name)
-        elif self.viscosity_law != "astm_d341":
-            raise FieldError("viscosity_law", '"astm_d341" or no entry with iso_vg', "remove one of them")
-        elif twice := [name for name in _POINTS if name in self.model_fields_set]:
-            raise FieldError(twice[0], "no entry with iso_vg", "remove the points or iso_vg")
+        if _is_graded(self.__dict__):
+            by_points = self.viscosity_law == "astm_d341"
+            require(by_points, "viscosity_law", '"astm_d341" or no entry with iso_vg', "remove one of them")
+            for name in _POINTS:
+                once = name not in self.model_fields_set
+                require(once, name, "no entry with iso_vg", "remove the points or iso_vg")
+            return self
+        for name, other in (("iso_vg", "viscosity_index"), ("viscosity_index", "iso_vg")):
+            require(getattr(self, other) is None, name, "a value", f"{other} needs it")
+        require(self.density_15c is None, "density_15c", "no entry without iso_vg", "give density, or iso_vg")
+        for name in _BY_GRADE:
+            require(getattr(self, name) is not None, name, "a value", "add the key")
         return self
 
     @model_validator(mode="after")
     def _law_has_its_data(self) -> Self:
-        given = [name for name in _POINTS if getattr(self, name) is not None]
+        own_viscosity = "viscosity" in self.model_fields_set
         if self.viscosity_law == "astm_d341":
             for name in _POINTS:
-                if name not in given:
-                    raise FieldError(name, "a value", "astm_d341 needs two points")
-            if "viscosity" in self.model_fields_set:
-                source = (
-                    "iso_vg and viscosity_index"
-                    if _is_graded(self.__dict__)
-                    else "the two points of astm_d341"
-                )
-                raise FieldError("viscosity", "no entry", f"it follows from {source}")
-            if not math.isfinite(self.viscosity):
-                raise FieldError(
-                    "astm_viscosity_2", "below point 1 at a higher temperature", "check both points"
-                )
-        else:
-            if given:
-                raise FieldError(
-                    given[0],
-                    'no entry unless viscosity_law = "astm_d341"',
-                    "choose that law or remove the entry",
-                )
-            if "viscosity" not in self.model_fields_set:
-                raise FieldError("viscosity", "a value", "give the viscosity at the reference temperature")
-        if self.viscosity_law == "roelands_printed" and self.temperature_viscosity is None:
-            raise FieldError("temperature_viscosity", "a value", "the law roelands_printed needs it")
+                require(getattr(self, name) is not None, name, "a value", "astm_d341 needs two points")
+            source = (
+                "iso_vg and viscosity_index" if _is_graded(self.__dict__) else "the two points of astm_d341"
+            )
+            require(not own_viscosity, "viscosity", "no entry", f"it follows from {source}")
+            falls = math.isfinite(self.viscosity)
+            require(falls, "astm_viscosity_2", "below point 1 at a higher temperature", "check both points")
+            return self
+        for name in _POINTS:
+            allowed = 'no entry unless viscosity_law = "astm_d341"'
+            require(getattr(self, name) is None, name, allowed, "choose that law or remove the entry")
+        require(own_viscosity, "viscosity", "a value", "give the viscosity at the reference temperature")
+        has_slope = self.viscosity_law != "roelands_printed" or self.temperature_viscosity is not None
+        require(has_slope, "temperature_viscosity", "a value", "the law roelands_printed needs it")
         return self
 
 

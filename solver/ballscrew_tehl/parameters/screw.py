@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from .friction_constants import BOUNDED, bounded
 from .oil import LubricantParameters
-from .toml import FieldError, Table, quantity
+from .toml import FieldError, Table, quantity, require
 from .units import COLDEST, HOTTEST, RPM
 
 #: preload kind whose balls touch four flanks
@@ -115,35 +115,30 @@ class ScrewParameters(Table):
     def _fits_together(self) -> Self:
         radius = 0.5 * self.ball_diameter
         for field in ("screw_raceway_radius", "nut_raceway_radius"):
-            if not radius < getattr(self, field):
-                raise FieldError(field, "more than the ball radius", "a groove must be wider than the ball")
-        if not radius < self.nominal_radius:
-            raise FieldError("ball_diameter", "less than twice nominal_radius", "check both sizes")
-        if not abs(math.tan(self.lead_angle) * 2.0 * math.pi * self.nominal_radius / self.lead - 1.0) <= 0.02:
-            angle = math.degrees(math.atan(self.lead / (2.0 * math.pi * self.nominal_radius)))
-            raise FieldError(
-                "lead_angle", f"{angle:.4g} deg within 2 % for this lead and radius", "check all three"
-            )
-        if self.return_ball_count is not None:
-            carrying = self.ball_count - self.return_ball_count
-            if not carrying >= 2:
-                raise FieldError(
-                    "return_ball_count", f"at most {self.ball_count - 2}", "two balls must carry"
-                )
-            if self.loaded_ball_count != carrying:
-                raise FieldError(
-                    "loaded_ball_count",
-                    f"{carrying}, or no entry",
-                    "it follows from ball_count and return_ball_count",
-                )
-        most = min(self.ball_count, _touching_balls(self.__dict__))
-        if not self.loaded_ball_count <= most:
-            if self.return_ball_count is not None:
-                least = self.ball_count - most
-                raise FieldError("return_ball_count", f"at least {least}", "more balls than fit the turns")
-            raise FieldError(
-                "loaded_ball_count", f"at most {most}", "more balls than fit the turns or than there are"
-            )
+            wide = radius < getattr(self, field)
+            require(wide, field, "more than the ball radius", "a groove must be wider than the ball")
+        require(
+            radius < self.nominal_radius,
+            "ball_diameter",
+            "less than twice nominal_radius",
+            "check both sizes",
+        )
+        tangent = self.lead / (2.0 * math.pi * self.nominal_radius)
+        allowed = f"{math.degrees(math.atan(tangent)):.4g} deg within 2 % for this lead and radius"
+        fits = abs(math.tan(self.lead_angle) / tangent - 1.0) <= 0.02
+        require(fits, "lead_angle", allowed, "check all three")
+        most, returns = min(self.ball_count, _touching_balls(self.__dict__)), self.return_ball_count
+        few = self.loaded_ball_count <= most
+        if returns is None:
+            remedy = "more balls than fit the turns or than there are"
+            require(few, "loaded_ball_count", f"at most {most}", remedy)
+            return self
+        carrying = self.ball_count - returns
+        require(carrying >= 2, "return_ball_count", f"at most {self.ball_count - 2}", "two balls must carry")
+        remedy = "it follows from ball_count and return_ball_count"
+        require(self.loaded_ball_count == carrying, "loaded_ball_count", f"{carrying}, or no entry", remedy)
+        least = self.ball_count - most
+        require(few, "return_ball_count", f"at least {least}", "more balls than fit the turns")
         return self
 
 
@@ -271,20 +266,14 @@ class FrictionTable(Table):
         return self.law.kinematics
 
     @model_validator(mode="after")
-    def _one_supply(self) -> Self:
-        if self.replenishment_constant > 0.0 and "supply_length" in self.model_fields_set:
-            raise FieldError("replenishment_constant", "no entry with supply_length", "choose one of both")
-        return self
-
-    @model_validator(mode="after")
-    def _roughness_is_given_once(self) -> Self:
+    def _stated_once(self) -> Self:
+        one = self.replenishment_constant == 0.0 or "supply_length" not in self.model_fields_set
+        require(one, "replenishment_constant", "no entry with supply_length", "choose one of both")
         for name, other in (("raceway_rq", "ball_rq"), ("ball_rq", "raceway_rq")):
-            if getattr(self, name) is None and getattr(self, other) is not None:
-                raise FieldError(
-                    name, "a value", f"the composite with {other} needs it; 0 for a smooth surface"
-                )
-        if self.raceway_rq is not None and "roughness_height" in self.model_fields_set:
-            raise FieldError("roughness_height", "no entry", "it follows from raceway_rq and ball_rq")
+            both = getattr(self, name) is not None or getattr(self, other) is None
+            require(both, name, "a value", f"the composite with {other} needs it; 0 for a smooth surface")
+        one = self.raceway_rq is None or "roughness_height" not in self.model_fields_set
+        require(one, "roughness_height", "no entry", "it follows from raceway_rq and ball_rq")
         return self
 
 
@@ -333,11 +322,9 @@ class MapParameters(Table):
     def _both_ends_in_order(self) -> Self:
         for name in ("preload", "speed", "temperature"):
             low, high = getattr(self, f"{name}_min"), getattr(self, f"{name}_max")
-            if (low is None) != (high is None):
-                missing = f"{name}_{'min' if low is None else 'max'}"
-                raise FieldError(missing, "a value", "a range needs both ends")
-            if low is not None and not low < high:
-                raise FieldError(f"{name}_max", f"more than {name}_min", "check both ends")
+            missing = f"{name}_{'min' if low is None else 'max'}"
+            require((low is None) == (high is None), missing, "a value", "a range needs both ends")
+            require(low is None or low < high, f"{name}_max", f"more than {name}_min", "check both ends")
         return self
 
 
