@@ -52,8 +52,8 @@ def test_default_point_is_the_catalogue_preload_at_the_reference_temperature(of_
 
 
 def test_headline_is_that_of_the_commands(of_own, own_words, capsys):
-    place = "--preload-n", 820, "--speed-rpm", 800, "--temperature-c", 35
-    said = answer(capsys, "torque", *own_words, *place)[0]
+    place = "--preload-n", 820, "--temperature-c", 35, "--speed-rpm"
+    said, slow = (answer(capsys, "torque", *own_words, *place, rpm)[0] for rpm in (800, 100))
     screw = answer(capsys, "screw", *own_words, "--preload-n", 820)[0]
     numbers, texts = zip(*re.findall(r"<b>(.*?)</b><span>(.*?)</span>", of_own.text), strict=True)
     release = f"{screw['separation_load_n']:.0f}"
@@ -62,6 +62,7 @@ def test_headline_is_that_of_the_commands(of_own, own_words, capsys):
         f"{said['lambda_ratio']:.2f}", f"{1e-6 * screw['axial_stiffness_n_per_m']:.0f} N/um", f"{release} N",
     )  # fmt: skip
     assert f"interval {said['torque_low_nm']:.3f} to {said['torque_high_nm']:.3f}" in texts[0]
+    assert texts[1].endswith(f"computed at 100 r/min and 35.0 C: {slow['friction_torque_nm']:.3f} N m")
     assert of_own.page.tables["loads"][3][0] == release
 
 

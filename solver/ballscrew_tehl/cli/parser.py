@@ -223,10 +223,8 @@ COMMANDS = {
         "the dynamic rating, 1000 r/min, reference temperature of the oil."),
     **CONTACT,
 }
-#: python -m ballscrew_tehl; catalogue is the old name of screw
-SOLVER = Command("Friction torque of preloaded ball screws.", actions={
-    **COMMANDS, "catalogue": COMMANDS["screw"],
-})
+#: python -m ballscrew_tehl
+SOLVER = Command("Friction torque of preloaded ball screws.", actions=COMMANDS)
 # fmt: on
 
 

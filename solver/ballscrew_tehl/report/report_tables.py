@@ -12,7 +12,7 @@ from ..parameters.units import CELSIUS, RPM, SHOWN
 from ..physics.film import MIN_FILM, THICKEST_FILM
 from ..physics.lubricant import ambient_density, eta0
 from ..physics.rating import dynamic_rating, static_rating
-from .data import OperatingPoint, ReportData
+from .data import CATALOGUE_SPEED, OperatingPoint, ReportData
 from .page import Html, table
 from .tables import certificate_table
 
@@ -36,11 +36,13 @@ def key_numbers(data: ReportData) -> list[tuple[str, str]]:
     """The numbers that are asked for first, each with what it is."""
     point, interval, case = data.point, data.interval, data.cases[0].screw
     state = data.nut_map.evaluate(*point)
+    slow = data.nut_map.evaluate(*point._replace(speed=CATALOGUE_SPEED))
+    computed = f"{float(slow.friction_torque):.3f} N m" if slow.in_range else "outside the map"
     low_high = "" if interval is None else f", interval {interval.low:.3f} to {interval.high:.3f}"
     return [
         (f"{float(state.friction_torque):.3f} N m", f"friction torque at {point.text}{low_high}"),
         (f"{case.catalogue_torque:.3f} N m", f"catalogue torque at {point.preload:.0f} N (JIS B 1192: 100 r/min, "
-         "oil ISO VG 68, no seals)"),
+         f"oil ISO VG 68, no seals); computed at 100 r/min and {point.temperature - CELSIUS:.1f} C: {computed}"),
         (f"{float(state.lambda_ratio):.2f}", "lambda, least film over roughness, at the same point"),
         (f"{1e-6 * case.axial_stiffness:.0f} N/um", "axial stiffness of the contacts, bodies rigid, at this preload"),
         (f"{case.separation_load:.0f} N", f"axial load that unloads one {data.words.side} (elastic bodies)"),

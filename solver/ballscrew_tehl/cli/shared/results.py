@@ -7,7 +7,6 @@ import shutil
 import sys
 import textwrap
 from collections.abc import Mapping, Sequence
-from itertools import zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -76,40 +75,40 @@ def show(answer: Answer, as_json: bool) -> int:
 
 
 def _main_columns(answer: Answer) -> str:
-    """Table of as many main keys as fit the terminal, a word a line in their heads."""
-    keys = [key for key in answer.columns if any(row.get(key) is not None for row in answer.rows)]
-    while True:
-        cells = [[shown(row.get(key), 5) for key in keys] for row in answer.rows]
-        text = table([key.replace("_", "\n") for key in keys], cells, left=0)
-        if len(keys) == 1 or max(map(len, text.split("\n"))) <= shutil.get_terminal_size().columns:
-            break
-        keys.pop()
+    """Table of the main keys, in pieces that fit the terminal."""
+    import pandas as pd
+
+    frame = pd.DataFrame(answer.rows)
+    keys = [key for key in answer.columns if key in frame]
     further = "--json" if answer.output == "" else "--output FILE.csv, or --json"
-    say(f"{len(answer.rows[0]) - len(keys)} further columns: {further}")
-    return text
+    say(f"{len(frame.columns) - len(keys)} further columns: {further}")
+    columns = shutil.get_terminal_size().columns
+    return str(
+        frame[keys].to_string(index=False, line_width=columns, float_format="{:.5g}".format, na_rep="-")
+    )
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> str:
-    """Text columns below their heads, which may have several lines; the first `left` columns to the left."""
-    lines = [*zip_longest(*(text.split("\n") for text in head), fillvalue=""), *rows]
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Text columns below their heads, the first one to the left."""
+    lines = [head, *rows]
+    first, *widths = (max(map(len, column)) for column in zip(*lines, strict=True))
     return "\n".join(
         "  ".join(
-            f"{cell:{'<' if number < left else '>'}{widths[number]}}" for number, cell in enumerate(line)
-        ).rstrip()
+            [f"{line[0]:<{first}}", *(f"{cell:>{w}}" for cell, w in zip(line[1:], widths, strict=True))]
+        )
         for line in lines
     )
 
 
-def shown(value: Any, digits: int = 6) -> str:
-    """A value as text for a table."""
+def shown(value: Any) -> str:
+    """A value as text for a listing."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, list | tuple):
         return ", ".join(map(shown, value)) or "-"
     if isinstance(value, int | str):
         return str(value) or "-"
-    return "-" if value is None else f"{float(value):.{digits}g}"
+    return "-" if value is None else f"{float(value):.6g}"
 
 
 #: widest column of keys
