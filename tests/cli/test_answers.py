@@ -63,36 +63,34 @@ def test_seals_of_the_screw_file_are_a_constant_part_of_the_torque(capsys, tmp_p
     source = {"three_parameter": PACKAGED_DATA / "gd4008.toml", "mechanistic": PACKAGED_VG100}[friction]
     screw = tmp_path / "sealed.toml"
     screw.write_text(source.read_text().replace("poisson_ratio", "seal_torque_Nm = 0.05\npoisson_ratio", 1))
-    words = "--preload-n", "2000", "--temperature-c", "30", "--screw"
-    for speed, sign in ((1000, 1.0), (-1000, -1.0)):
-        bare, sealed = (
-            answer(capsys, "torque", *words, file, "--speed-rpm", speed)[0] for file in (source, screw)
-        )
-        changed = {"friction_torque_nm", "torque_low_nm", "torque_high_nm"} & set(bare)
-        assert sealed.pop("seal_torque_nm") == sign * 0.05
-        for key in changed:
-            assert sealed[key] - bare[key] == pytest.approx(sign * 0.05, rel=1e-9)
-        assert {k: v for k, v in sealed.items() if k not in {*changed, "map_hash"}} == {
-            k: v for k, v in bare.items() if k not in {*changed, "map_hash"}
+    place = "--temperature-c", "30", "--speed-rpm"
+    for speed, part in ((1000, 0.05), (-1000, -0.05), (0, 0.0)):
+        words = "torque", "--preload-n", "2000", *place, speed, "--screw"
+        bare, sealed = (answer(capsys, *words, file)[0] for file in (source, screw))
+        parts = {
+            key: part for key in ("friction_torque_nm", "torque_low_nm", "torque_high_nm") if key in bare
         }
-    torque = abs(sealed["friction_torque_nm"])
-    at = "--torque-nm", torque, "--speed-rpm", 1000, "--temperature-c", 30, "--screw", screw
-    assert answer(capsys, "preload", *at)[0]["preload_n"] == pytest.approx(2000.0, rel=1e-6)
-    bare, sealed = (
-        answer(capsys, "torque", *words, file, "--speed-rpm", 0)[0]["breakaway_torque_nm"]
-        for file in (source, screw)
-    )
-    assert sealed - bare == pytest.approx(0.05, rel=1e-9)
+        parts |= {"breakaway_torque_nm": 0.05} if speed == 0 else {}
+        for key, value in parts.items():
+            assert sealed[key] - bare[key] == pytest.approx(value, rel=1e-9)
+        assert sealed.pop("seal_torque_nm", 0.0) == part
+        differ = {*parts, "map_hash"}
+        assert {key: sealed[key] for key in sealed if key not in differ} == {
+            key: bare[key] for key in bare if key not in differ
+        }
+    torque = answer(capsys, "torque", "--preload-n", "2000", *place, 1000, "--screw", screw)[0][
+        "friction_torque_nm"
+    ]
+    found, _ = answer(capsys, "preload", "--torque-nm", torque, *place, 1000, "--screw", screw)
+    assert found["preload_n"] == pytest.approx(2000.0, rel=1e-6)
     if friction == "mechanistic":
-        sets = [
-            answer(capsys, "calibrate", "--torque-nm", nm, "--preload-n", 2000, *at[2:-1], file)[0]
+        words = "calibrate", "--preload-n", 2000, *place, 1000, "--torque-nm"
+        first, second = (
+            next(iter(answer(capsys, *words, nm, "--screw", file)[0].values()))["net_sliding_coefficient"]
             for nm, file in ((torque - 0.05, source), (torque, screw))
-        ]
-        first, second = (next(iter(one.values()))["net_sliding_coefficient"] for one in sets)
-        assert first == pytest.approx(second, rel=1e-9)
-        assert "seal_torque" in refused(
-            capsys, "calibrate", "--torque-nm", 0.04, "--preload-n", 2000, *at[2:-1], screw
         )
+        assert first == pytest.approx(second, rel=1e-9)
+        assert "seal_torque" in refused(capsys, *words, 0.04, "--screw", screw)
 
 
 @pytest.mark.parametrize("friction", ["three_parameter", "mechanistic"])

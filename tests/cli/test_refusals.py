@@ -233,27 +233,6 @@ def test_bad_points_are_named_with_their_place(capsys, folder):
     assert "--speed-rpm = 5, points.csv has this column in all rows" in said
 
 
-TABLES = [
-    ("preload_min_N = 100.0", "map.preload_max"),
-    ("temperature_min_degC = 40.0\ntemperature_max_degC = 20.0", "more than temperature_min"),
-    ("speed_min_rad_s = 1.0\nspeed_max_rad_s = 1e300",
-     "map.speed_max_rad_s = 1e+300; allowed: >= 0.00010472 rad_s, <= 104720 rad_s"),
-    ("temperature_min_K = 20.0\ntemperature_max_K = 300.0", "map.temperature_min_K = 20.0; allowed: >= 200 K"),
-    # the bounds in the unit of the value
-    ("temperature_min_degC = 20.0\ntemperature_max_degC = 501.0",
-     "_degC = 501.0; allowed: >= -73.15 degC, <= 500 degC"),
-    ("preload_min = 1.0", "bad unit"),
-    ("torque_max_Nm = 1.0", "a known key"),
-]  # fmt: skip
-
-
-def test_bad_tables_of_a_screw_file_are_named(folder, capsys):
-    text = (PACKAGED_DATA / "gd4008.toml").read_text(encoding="utf-8")
-    for table, line in TABLES:
-        (folder / "own.toml").write_text(f"{text}\n[map]\n{table}\n")
-        assert line in refused(capsys, *BUILD, "--screw", "own.toml")
-
-
 # --- files that cannot be written ---
 
 #: arguments with {} for the file, option or name of the argument, suffix of the file
@@ -295,31 +274,29 @@ def test_outputs_that_cannot_be_written_are_refused_before_the_work(name, folder
 @pytest.mark.slow
 def test_a_disk_that_fills_or_ctrl_c_during_the_work_leaves_nothing(folder, capsys, monkeypatch):
     before = sorted(folder.iterdir())
-    calibrate = "calibrate", "measured.csv", "--map", packaged_map("published")
+    calibrate = (
+        "calibrate",
+        "measured.csv",
+        "--map",
+        packaged_map("published"),
+        "--output",
+        "new/folder/x.toml",
+    )
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     compiled = SystemError("a compiled function returned a result with an exception set")
     compiled.__cause__ = SystemError("again")
     compiled.__cause__.__cause__ = KeyboardInterrupt()
-    for words in (
-        ("init", "new/x.toml"),
-        (*calibrate, "--output", "x.toml"),
-    ):
+    for words in (("init", "new/x.toml"), calibrate):
         for event in (full, KeyboardInterrupt(), compiled):
-            for function in ("replace", "link"):
-                monkeypatch.setattr(os, function, Mock(side_effect=event))
+            monkeypatch.setattr(os, "replace", Mock(side_effect=event))
             if event is full:
-                remedy = files.REMEDIES[errno.ENOSPC]
-                assert refused(capsys, *words).endswith(
-                    f"cannot be written ({full.strerror}); remedy: {remedy}"
+                assert (
+                    f"cannot be written ({full.strerror}); remedy: {files.REMEDIES[errno.ENOSPC]}"
+                    in refused(capsys, *words)
                 )
             else:
                 assert run(capsys, *words)[:2] == (130, "")
             assert sorted(folder.iterdir()) == before
-    monkeypatch.undo()
-    monkeypatch.chdir(folder)
-    for words in (("init", "new/x.toml"), (*calibrate, "--output", "new/folder/x.toml")):
-        assert run(capsys, *words)[0] == 0
-        assert (folder / words[-1]).is_file()
 
 
 def test_a_missing_package_is_named_with_its_extra(capsys, folder, monkeypatch):

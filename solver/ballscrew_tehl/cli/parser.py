@@ -19,6 +19,7 @@ from .shared.quantities import (
     CURRENT_UNIT,
     IDENTIFY_OPTIONS,
     LEAD,
+    OFFSETS,
     PRELOAD,
     PRELOAD_POINT,
     RATIO,
@@ -178,8 +179,7 @@ COMMANDS = {
         option("log", "log of an axis that moves both ways", "LOG.csv"),
         option("--column", "a column by heading: \"current=Iq_act [A]\" (repeat it)", "NAME=HEADING",
                action="append", default=[]),
-        *(one for q in (*IDENTIFY_OPTIONS, TEMPERATURE)
-          for one in numbers([q], **({"type": with_error} if q.name.startswith("offset_") else {}))),
+        *numbers((*IDENTIFY_OPTIONS, TEMPERATURE)), *numbers(OFFSETS, type=with_error),
         option("--without-nut", "log of the same axis without the nut, which is subtracted", "LOG.csv"),
         option("--before", "earlier log of the same axis: change of the preload", "LOG.csv"),
         PLOT,

@@ -7,6 +7,7 @@ from typing import Any, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from . import mineral_oil
+from .mineral_oil import T_40C, T_100C
 from .toml import FieldError, Table, quantity, require
 
 #: p_r of Roelands [Pa]; ln of his reference viscosity 6.315e-5 Pa s, with changed sign
@@ -25,6 +26,13 @@ def _of_grade(
 ) -> Callable[[dict[str, Any]], Any]:
     """Default of a field: by a rule of mineral_oil if the oil is given by its grade."""
     return lambda d: rule(d) if _is_graded(d) else otherwise
+
+
+def _by_density(
+    rule: Callable[[float, float], float], otherwise: float | None = None
+) -> Callable[[dict[str, Any]], Any]:
+    """The same by a rule of density at 15 C and reference temperature."""
+    return _of_grade(lambda d: rule(d["density_15c"], d["reference_temperature"]), otherwise)
 
 
 def _is_graded(lub: dict[str, Any]) -> bool:
@@ -64,41 +72,30 @@ class LubricantParameters(Table):
     )
     reference_temperature: float = quantity(
         "temperature", "temperature of viscosity and density",
-        default_factory=_of_grade(lambda d: mineral_oil.T_40C), ge=200, le=500,
+        default_factory=_of_grade(lambda d: T_40C), ge=200, le=500,
     )  # fmt: skip
     density: float = quantity(
         "density", "density at the reference temperature",
-        default_factory=_of_grade(lambda d: mineral_oil.density_at(d["density_15c"], d["reference_temperature"])),
-        ge=100, le=3e3,
+        default_factory=_by_density(mineral_oil.density_at), ge=100, le=3e3,
     )  # fmt: skip
     density_temperature: float = quantity(
         "temperature_coefficient", "relative fall of density per kelvin, >= 0",
-        default_factory=_of_grade(
-            lambda d: mineral_oil.density_slope(d["density_15c"], d["reference_temperature"]), 6.5e-4
-        ), ge=0, le=5e-3,
+        default_factory=_by_density(mineral_oil.density_slope, 6.5e-4), ge=0, le=5e-3,
     )  # fmt: skip
     specific_heat: float = quantity(
         "specific_heat", "specific heat capacity",
-        default_factory=_of_grade(
-            lambda d: mineral_oil.specific_heat(d["density_15c"], d["reference_temperature"])
-        ), ge=10, le=1e4,
+        default_factory=_by_density(mineral_oil.specific_heat), ge=10, le=1e4,
     )  # fmt: skip
     thermal_conductivity: float = quantity(
         "thermal_conductivity", "thermal conductivity",
-        default_factory=_of_grade(
-            lambda d: mineral_oil.thermal_conductivity(d["density_15c"], d["reference_temperature"])
-        ), gt=0, le=1e2,
+        default_factory=_by_density(mineral_oil.thermal_conductivity), gt=0, le=1e2,
     )  # fmt: skip
     astm_viscosity_1: float | None = quantity(
         "kinematic_viscosity", "first point of D341",
         default_factory=_of_grade(lambda d: 1e-6 * d["iso_vg"]), gt=3e-7, le=1,
     )  # fmt: skip
     astm_temperature_1: float | None = quantity(
-        "temperature",
-        "its temperature",
-        default_factory=_of_grade(lambda d: mineral_oil.T_40C),
-        ge=200,
-        le=500,
+        "temperature", "its temperature", default_factory=_of_grade(lambda d: T_40C), ge=200, le=500
     )
     astm_viscosity_2: float | None = quantity(
         "kinematic_viscosity", "second point of D341",
@@ -106,11 +103,7 @@ class LubricantParameters(Table):
         gt=3e-7, le=1,
     )  # fmt: skip
     astm_temperature_2: float | None = quantity(
-        "temperature",
-        "its temperature",
-        default_factory=_of_grade(lambda d: mineral_oil.T_100C),
-        ge=200,
-        le=500,
+        "temperature", "its temperature", default_factory=_of_grade(lambda d: T_100C), ge=200, le=500
     )
     viscosity: float = quantity(
         "viscosity", "viscosity at the reference temperature; follows from the two points with astm_d341",

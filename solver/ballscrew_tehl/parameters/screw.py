@@ -22,6 +22,19 @@ FOUR_POINT = "single_nut_oversize_ball"
 NITRIDE_MODULUS, NITRIDE_POISSON = 310e9, 0.26
 
 
+def _loaded_balls(screw: dict[str, Any]) -> int:
+    """Balls outside the returns, or as many as the turns hold."""
+    if screw["return_ball_count"] is not None:
+        return int(screw["ball_count"] - screw["return_ball_count"])
+    return min(int(screw["ball_count"]), _touching_balls(screw))
+
+
+def _touching_balls(screw: dict[str, Any]) -> int:
+    """Largest number of touching balls in the turns."""
+    helix = screw["turns"] * 2.0 * math.pi * screw["nominal_radius"] / math.cos(screw["lead_angle"])
+    return int(helix / screw["ball_diameter"])
+
+
 class ScrewParameters(Table):
     """Geometry and elasticity; section areas and spacer are not printed in Table 1: marked defaults.
 
@@ -37,10 +50,8 @@ class ScrewParameters(Table):
     contact_angle: float = quantity(
         "angle", "contact angle without load", ge=math.radians(10.0), le=math.radians(80.0)
     )
-    screw_raceway_radius: float = quantity(
-        "length", "groove radius of the screw, above the ball's", gt=0, le=0.5
-    )
-    nut_raceway_radius: float = quantity("length", "groove radius of the nut, above the ball's", gt=0, le=0.5)
+    screw_raceway_radius: float = quantity("length", "groove radius of screw, above the ball's", gt=0, le=0.5)
+    nut_raceway_radius: float = quantity("length", "groove radius of nut, above the ball's", gt=0, le=0.5)
     lead: float = quantity("length", "axial travel in one turn", gt=0, le=1)
     lead_angle: float = quantity(
         "angle", "lead angle at the nominal radius; default: by the lead",
@@ -48,13 +59,10 @@ class ScrewParameters(Table):
         gt=0, lt=math.pi / 4, validate_default=True,
     )  # fmt: skip
     turns: float = Field(
-        gt=0, le=100, description="loaded turns of one nut; of one half with single_nut_offset"
+        gt=0, le=100, description="loaded turns of one nut; of a half with single_nut_offset"
     )
     return_ball_count: int | None = Field(
-        default=None,
-        ge=0,
-        le=10000,
-        description="balls in the return tubes, without load; instead of loaded_ball_count",
+        default=None, ge=0, le=10000, description="balls in the returns; instead of loaded_ball_count"
     )
     ball_count: int = Field(
         default_factory=lambda d: _touching_balls(d) + (d["return_ball_count"] or 0),
@@ -63,14 +71,11 @@ class ScrewParameters(Table):
         description="balls of these turns in the friction sums, returns included; default: touching balls",
     )
     loaded_ball_count: int = Field(
-        default_factory=lambda d: _loaded_balls(d),
-        ge=2,
-        le=10000,
-        description="balls of one nut that carry load; for pressure, film and temperature",
+        default_factory=_loaded_balls, ge=2, le=10000, description="balls of one nut that carry load"
     )
     dynamic_rating: float | None = quantity(
         "force",
-        "dynamic axial rating C_a of one nut by its catalogue; default: computed",
+        "dynamic rating C_a of one nut by its catalogue; default: computed",
         default=None,
         gt=0,
         le=1e8,
@@ -142,19 +147,6 @@ class ScrewParameters(Table):
         return self
 
 
-def _loaded_balls(screw: dict[str, Any]) -> int:
-    """Balls outside the returns, or as many as the turns hold."""
-    if screw["return_ball_count"] is not None:
-        return int(screw["ball_count"] - screw["return_ball_count"])
-    return min(int(screw["ball_count"]), _touching_balls(screw))
-
-
-def _touching_balls(screw: dict[str, Any]) -> int:
-    """Largest number of touching balls in the turns."""
-    helix = screw["turns"] * 2.0 * math.pi * screw["nominal_radius"] / math.cos(screw["lead_angle"])
-    return int(helix / screw["ball_diameter"])
-
-
 class SolidParameters(Table):
     """Thermal data of screw and nut, or of the balls."""
 
@@ -206,34 +198,26 @@ class FrictionTable(Table):
     hysteresis_coefficient: float = Field(
         default=BOUNDED["hysteresis_coefficient"].value, ge=0, le=1, description="mu_hs of Eq. 18"
     )
-    sliding_coefficient: float = Field(
-        default=0.15, ge=0, le=1, description="mu_s as printed, before the share of c"
-    )
+    sliding_coefficient: float = Field(default=0.15, ge=0, le=1, description="mu_s as printed, before c")
     law: Law = Field(
         default=Law.MECHANISTIC,
         strict=False,
-        description="friction law; those with two and three parameters need the table published_speeds",
+        description="law; the other two need the table published_speeds",
     )
-    apparent_viscosity_ratio: float | None = Field(
-        default=None, gt=0, le=1e3, description="override of the set"
-    )
+    apparent_viscosity_ratio: float | None = Field(default=None, gt=0, le=1e3, description="fitted number")
     net_sliding_coefficient: float | None = Field(
-        default=None, ge=0, le=1, description="override of the set; the number that calibrate fits"
+        default=None, ge=0, le=1, description="fitted number, by calibrate"
     )
-    raceway_rq: float | None = quantity(
-        "length", "rms roughness of the raceways", default=None, ge=0, le=1e-4
-    )
+    raceway_rq: float | None = quantity("length", "rms roughness of raceways", default=None, ge=0, le=1e-4)
     ball_rq: float | None = quantity("length", "rms roughness of the balls", default=None, ge=0, le=1e-4)
     limiting_shear_coefficient: float = bounded("limiting_shear_coefficient", ge=1e-3, le=0.5)
     boundary_friction: float = bounded("boundary_friction", ge=1e-3, le=1)
     asperity_film_ratio: float = bounded("asperity_film_ratio", ge=0.05, le=5)
     ball_thrust: float | None = Field(
-        default=None,
-        ge=0,
-        le=100,
+        default=None, ge=0, le=100,
         description="instead of net_sliding_coefficient, which is 2 boundary_friction limiting_shear_coefficient times "
-        "it, mechanistic only: " + BOUNDED["ball_thrust"].meaning,
-    )
+        f"it, mechanistic only: {BOUNDED['ball_thrust'].meaning}",
+    )  # fmt: skip
     supply_length: float = bounded("supply_length", ge=2, allow_inf_nan=True)
     replenishment_constant: float = Field(
         default=0.0, ge=0, le=1e-6,

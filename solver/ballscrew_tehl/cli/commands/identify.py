@@ -130,8 +130,7 @@ def _given(args: Namespace) -> dict[str, float | None]:
     given: dict[str, Any] = {quantity.name: getattr(args, quantity.name) for quantity in IDENTIFY_OPTIONS}
     given["offset_error"] = 0.0
     for name in OFFSETS:
-        if given[name] is not None:
-            given[name], given["offset_error"] = given[name]
+        given[name], given["offset_error"] = getattr(args, name) or (None, given["offset_error"])
     return given
 
 

@@ -108,10 +108,11 @@ LEAD = Quantity("lead_mm", "lead of the screw [mm]; default: by screw or map", 1
 OFFSET = Quantity(
     "offset_nm", "known torque of gravity or tilt, X or X+-STANDARD_ERROR [N.m]", -MAX_FORCE, MAX_FORCE
 )
+OFFSETS = (OFFSET, OFFSET._replace(name="offset_n", help="the same as a force [N]"))
 
 
 def with_error(text: str) -> tuple[float, float]:
-    """An offset and its standard error, 0 where none is given.
+    """One of OFFSETS and its standard error, 0 where none is given.
 
     Raises       ArgumentTypeError: as Quantity
     """
@@ -129,8 +130,6 @@ IDENTIFY_OPTIONS = (
     LEAD._replace(signed=True, help="lead, negative: left-hand [mm]; default: by screw or map"),
     Quantity("inertia_kgm2", "known inertia at the screw, axis included [kg m2]", 1e-12, 1e6),
     Quantity("mass_kg", "known moved mass, screw and motor included [kg]", 1e-6, 1e7),
-    OFFSET,
-    OFFSET._replace(name="offset_n", help="the same as a force [N]"),
     Quantity("guide_force_n", "friction of guides and covers, subtracted [N]", 0.0, MAX_FORCE),
     Quantity("seal_torque_nm", "friction of bearings and further seals, subtracted [N.m]", 0.0, 1e6),
     PRELOAD._replace(help="known preload [N]: for --measurements or --before", not_zero=True),
