@@ -278,17 +278,7 @@ def test_direct_solve_agrees_with_the_map(capsys, friction):
         assert direct["torque_low_nm"] == pytest.approx(by_map["torque_low_nm"], rel=0.02)
 
 
-# --- text ---
-
-
-def test_map_info_shows_ranges(capsys):
-    code, out, _ = run(capsys, "map", "info", "--screw", PACKAGED_VG100)
-    header = load_map(None, LAW).header
-    assert code == 0
-    axes = header["axes"]["temperature"]
-    # bounds in the unit that is printed beside them
-    assert f"{axes[0] - CELSIUS:.6g} to {axes[1] - CELSIUS:.6g} C, " in out
-    assert f"to {header['axes']['speed'][1] / RPM:.6g} r/min, " in out
+# --- face ---
 
 
 @pytest.mark.parametrize("words", [("torque", *POINT), ("preload", "--torque-nm", "0.8", *POINT[2:])])
