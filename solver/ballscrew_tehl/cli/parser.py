@@ -8,6 +8,7 @@ import argparse
 import difflib
 import functools
 import re
+import shutil
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn
@@ -41,8 +42,6 @@ LUBRICANTS = ("oil", "grease")
 EXPORT_FORMATS = ("twincat", "csv", "modelica", "matlab", "json")
 RHEOLOGIES = ("newtonian", "eyring", "carreau", "limiting_shear_stress")
 LAWS = ("barus", "roelands")
-#: columns of the text of a page
-PAGE = 98
 #: package of the commands
 RUN = f"{__package__}.commands"
 #: flag or name of an argument, settings of argparse
@@ -280,7 +279,7 @@ def _page(prog: str, command: Command) -> dict[str, Any]:
             lines += [f"\n{title}:", *(f"  {name:<10}  {command.actions[name].help}" for name in names)]
         lines += ["", command.description]
     else:
-        lines.append(textwrap.fill(f"{about} {command.description}", PAGE))
+        lines.append(textwrap.fill(f"{about} {command.description}", shutil.get_terminal_size().columns - 2))
     return {"prog": prog, "usage": " ".join([prog, *needed, "[options]"]), "description": "\n".join(lines)}
 
 
