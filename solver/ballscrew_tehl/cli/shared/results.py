@@ -61,7 +61,7 @@ def show(answer: Answer, as_json: bool) -> int:
     if answer.output:
         import pandas as pd
 
-        cells = [{key: shown(v) if isinstance(v, list) else v for key, v in row.items()} for row in rows]
+        cells = [{key: " ".join(v) if isinstance(v, list) else v for key, v in row.items()} for row in rows]
         write_text("--output", answer.output, pd.DataFrame(cells).to_csv(index=False))
     if as_json:
         print(json.dumps(to_builtin(rows if answer.many else rows[0]), allow_nan=False))
