@@ -80,17 +80,15 @@ def _add_efficiency(results: list[dict[str, Any]], chosen: Chosen, args: Namespa
 
 
 def _compare_rating(screw: ScrewParameters) -> None:
-    """One line on stderr about the rating of a screw file and that which its geometry gives."""
+    """One line on stderr if the rating of a screw file is not that which its geometry gives."""
     if screw.dynamic_rating is None:
         return
-    computed = computed_dynamic_rating(screw)
-    low, high = RATING_AGREES
-    ratio = computed / screw.dynamic_rating
-    doubt = ": check turns and balls (of one nut), ball_diameter and the nut it is of"
-    say(
-        f"dynamic_rating {screw.dynamic_rating:.6g} N of the screw file; computed {computed:.4g} N, {ratio:.2f} of it"
-        f"{'' if low <= ratio <= high else doubt}"
-    )
+    computed, (low, high) = computed_dynamic_rating(screw), RATING_AGREES
+    if not low <= computed / screw.dynamic_rating <= high:
+        say(
+            f"dynamic_rating {screw.dynamic_rating:.6g} N of the screw file; computed {computed:.4g} N: check turns "
+            "and balls (of one nut), ball_diameter and the nut it is of"
+        )
 
 
 def _sizes(args: Namespace) -> CatalogueSizes | None:
