@@ -219,7 +219,12 @@ POINTS = (
     ("preload_n,speed_rpm,preload_n\n1,2,3\n", "columns given twice: preload_n"),
     ("preload [kN],preload_n,speed_rpm\n2,100,3\n", "columns given twice: preload_n, also as preload_n"),
     ("preload_n;speed_rpm;temperature_c\n1.500;2,5;3\n", "no point (thousands or decimal?), 1.500 or 1500"),
-    ("moes,radius_ratio,lore\n20 5,1,barus\n", "row 1: unrecognized arguments: --lore"),
+    (
+        "moes,radius_ratio,lore\n20 5,1,barus\n",
+        "row 1: unrecognized arguments: --lore barus",
+    ),
+    ("moes,radius_ratio,law\n20 x,1,barus\n", "row 1: --moes = x; allowed: a finite number"),
+    ("moes,isothermal\n20 5,maybe\n", "row 1: --isothermal = maybe; allowed: true, "),
 )
 
 

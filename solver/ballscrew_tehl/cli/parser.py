@@ -243,15 +243,18 @@ class Parser(argparse.ArgumentParser):
             self.error(f"unrecognized arguments: {' '.join(left)}")
         return parsed, left
 
-    def error(self, message: str) -> NoReturn:
-        """Print the error, with the word that is meant instead of a misspelt one, and exit with code 2."""
-        # of a Quantity: the value behind the option
+    def explained(self, message: str) -> str:
+        """An error of argparse, with the value of a Quantity behind its option, or the word that is meant."""
         message = re.sub(r"^argument (\S+):  = ", r"\1 = ", message)
         if wrong := re.search(r"(?:invalid choice: '|arguments: )([\w-]+)", message):
             known = [*re.findall(r"\w+", message.partition("(choose from")[2]), *self._option_string_actions]
             near = difflib.get_close_matches(wrong[1], known, n=1)
             message += f"; is {near[0]} meant?" if near else ""
-        self.exit(2, f"{self.prog}: error: {message} (see --help)\n")
+        return message
+
+    def error(self, message: str) -> NoReturn:
+        """Print the error and exit with code 2."""
+        self.exit(2, f"{self.prog}: error: {self.explained(message)} (see --help)\n")
 
 
 def build_parser(prog: str, command: Command) -> Parser:

@@ -34,7 +34,7 @@ class _RowParser(Parser):
     """Options of a contact from the fields of a row."""
 
     def error(self, message: str) -> NoReturn:
-        raise ValueError(message)
+        raise ValueError(self.explained(message))
 
 
 def _with_row(args: Namespace, row: Mapping[str, str]) -> Namespace:
@@ -48,9 +48,13 @@ def _with_row(args: Namespace, row: Mapping[str, str]) -> Namespace:
     values = Namespace(**vars(args))
     words = []
     for name, text in row.items():
-        if name.lower() == "isothermal" and text.lower() in WORDS:
+        if not text:
+            continue
+        if name.lower() == "isothermal":
+            if text.lower() not in WORDS:
+                raise ValueError(f"--isothermal = {text}; allowed: {', '.join(WORDS)}")
             values.isothermal = WORDS[text.lower()]
-        elif text:
+        else:
             words += [f"--{name.lower().replace('_', '-')}", *text.split()]
     return parser.parse_args(words, values)
 
