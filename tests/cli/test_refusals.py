@@ -40,11 +40,9 @@ REFUSALS = {
         ((*POINT, "--preload-n", "-1e3"), "--preload-n = -1e3; allowed: a finite number >= 0"),
         ((*POINT, "--preload-n", "1e3", "--axial-load-n", "1e308"), "1e308; allowed: -1e+07 to 1e+07"),
         ((*POINT, "--preload-n", "1e3", "--friction", "{example}"), "a screw file, no friction sets; give a file that"),
-        ((*POINT, "--speed-rpm", "-inf"), "--speed-rpm = -inf"),
         ((*POINT, "--preload"), "unrecognized arguments: --preload; is --preload-n meant?"),
         ((*POINT, "--screw", "none.toml"), "none.toml: cannot be read"),
         ((*POINT, "--map", "{vg100}", "--screw", "{published}"), "this map is of GD"),
-        ((*POINT, "--output", "x.txt"), "--output = x.txt; allowed: a file *.csv"),
         ((*POINT, "--kinematics", "rolling"), "; is rolling_frame meant?"),
         ((*POINT, "--friction", "four_parameter"), "--friction = four_parameter; allowed: "),
         ((*POINT, "--friction", "mechanistic", "--kinematics", "published"), "allowed: rolling_frame"),
@@ -53,9 +51,7 @@ REFUSALS = {
         (("--points", "none.csv"), "none.csv: cannot be read"),
         (("--points", "lb.csv"), "lb.csv: column 'preload [lb]': unit 'lb'; allowed: N, kN, "),
         (("--points", "binary"), "binary: is no text; give a CSV file"),
-        ((*POINT, "--screw", "binary"), "binary: is no text in UTF-8; give the path of a screw file"),
         ((*POINT, "--screw", ""), "cannot be read (Is a directory); give the path of a screw file"),
-        ((*POINT, "--map", "text.npz"), "text.npz: not a readable map file (of another kind, or cut short): build"),
         ((*POINT, "--map", "cut.npz"), "cut.npz: not a readable map file (of another kind, or cut short): build"),
     ],
     "preload": [
@@ -97,7 +93,6 @@ REFUSALS = {
         ((), "either MEASUREMENTS.csv or --torque-nm with its point"),
         (("measured.csv", "--torque-nm", "1", *POINT), "either MEASUREMENTS.csv or --torque-nm with its point"),
         (POINT, "--torque-nm (missing); allowed: --torque-nm, --preload-n, --speed-rpm, --temperature-c together"),
-        (("--torque-nm", "0", *POINT), "--torque-nm = 0; allowed: a finite number >= 0, not 0"),
         (("--torque-nm", "1", *POINT, "--plot", "x.png"), "--plot with --torque-nm; allowed: with MEASUREMENTS.csv"),
         (("--torque-nm", "1", *POINT, "--set", "two_parameter"), "allowed with --torque-nm: mechanistic"),
         (("--torque-nm", "1", *POINT, "--screw", "{published}"), "allowed with kinematics published"),
@@ -112,7 +107,6 @@ REFUSALS = {
         (("none.csv",), "none.csv: cannot be read (No such file or directory); give a CSV file"),
         (("measured.csv",), "column time missing (found: preload_n, speed_rpm, torque_nm)"),
         (("log.csv",), "--torque-constant-nm-a (missing); needed with a column current"),
-        (("log.csv", "--torque-constant-nm-a", "0"), "--torque-constant-nm-a = 0; allowed: 1e-06 to 10000"),
         (("log.csv", "--torque-constant-nm-a", "1", "--lead-mm", "8"), "log.csv: current is constant"),
         (("log.csv", "--mass-kg", "1", "--inertia-kgm2", "1"), "--inertia-kgm2 and --mass-kg; allowed: one of them"),
         (("log.csv", "--offset-nm", "1+-x"), "--offset-nm: standard error = x; allowed: 0 to 1e+07"),
@@ -245,9 +239,7 @@ OUTPUTS = {
     "init": (("init", "{}"), "FILE.toml", ".toml"),
     "map build": (("map", "build", "--output", "{}"), "--output", ".npz"),
     "calibrate": (("calibrate", "measured.csv", "--output", "{}"), "--output", ".toml"),
-    "calibrate --plot": (("calibrate", "measured.csv", "--plot", "{}"), "--plot", ".png"),
     "report": (("report", "--output", "{}"), "--output", ".html"),
-    "identify --plot": (("identify", "log.csv", "--plot", "{}"), "--plot", ".png"),
     "identify --measurements": (("identify", "log.csv", "--measurements", "{}"), "--measurements", ".csv"),
     "export": (("export", "--format", "json", "--output", "{}"), "--output", ".json"),
 }
@@ -272,8 +264,7 @@ def test_outputs_that_cannot_be_written_are_refused_before_the_work(name, folder
     for number, remedy in ((errno.EACCES, files.OTHER_FOLDER), (errno.ENOSPC, files.REMEDIES[errno.ENOSPC])):
         error = OSError(number, os.strerror(number), "/scratch/.x.tmp")
         monkeypatch.setattr(tempfile, "NamedTemporaryFile", Mock(side_effect=error))
-        for stem in ("x", "new/folder/x"):
-            assert f". cannot be written ({os.strerror(number)}); remedy: {remedy}" in line(stem)
+        assert f". cannot be written ({os.strerror(number)}); remedy: {remedy}" in line("new/folder/x")
 
 
 @pytest.mark.slow

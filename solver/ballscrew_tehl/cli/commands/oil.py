@@ -53,7 +53,7 @@ def assumptions(oil: LubricantParameters) -> list[str]:
     lines = [
         f"viscosity at 40 C: the number of the grade; an oil of it may have {low:g} to {high:g} mm2/s (ISO 3448)",
         "viscosity at 100 C: from the index (ASTM D2270); at other temperatures by ASTM D341",
-        "density over temperature: ASTM D1250, linear",
+        "density over temperature: ASTM D1250, linear, within 0.1 % of it from 10 to 100 C",
     ]
     by_field = {
         "density_15c": f"density at 15 C: {oil.density_15c:.1f} kg/m3, a paraffinic oil (ASTM D2501): +-2 %",
