@@ -29,10 +29,10 @@ def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
     terminal = sys.stderr.isatty()
     between = ON_TERMINAL if terminal else IN_FILE
     silent_until = due = time.monotonic() + quiet
-    stage, begun, before, shown = ("", 0), 0.0, 0, False
+    stage, begun, before, shown, unfinished = ("", 0), 0.0, 0, False, False
 
     def progress(finished: int, total: int, what: str) -> None:
-        nonlocal stage, begun, before, due, shown
+        nonlocal stage, begun, before, due, shown, unfinished
         now, done = time.monotonic(), finished == total
         if (what, total) != stage:
             stage, begun, before, shown = (what, total), now, finished, False
@@ -40,7 +40,7 @@ def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
         # the end of a stage that was not shown is no news
         if not (shown if done and quiet else done or now >= due):
             return
-        shown, due = True, now + between
+        shown, due, unfinished = True, now + between, not done
         text = f"{what}: {finished} of {total}"
         if done:
             text += f" in {_clock(now - begun)}"
@@ -54,7 +54,7 @@ def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
     try:
         yield progress
     finally:
-        if terminal and shown:
+        if terminal and unfinished:
             say("")
 
 
