@@ -44,12 +44,12 @@ def map_parameters_json(parameters: Parameters) -> str:
     Fields that were added later enter only where they differ from what all earlier screws had, so that every map stays
     valid for its screw.
     """
-    left_out = dict(NOT_IN_MAP)
+    excluded = dict(NOT_IN_MAP)
     if parameters.lubricant.rheology == "newtonian":
-        left_out["lubricant"] = NOT_IN_MAP["lubricant"] | RHEOLOGY
+        excluded["lubricant"] = NOT_IN_MAP["lubricant"] | RHEOLOGY
     if parameters.ball in (None, parameters.solid):
-        left_out["ball"] = True
-    content = parameters.model_dump(mode="json", exclude=left_out)
+        excluded["ball"] = True
+    content = parameters.model_dump(mode="json", exclude=excluded)
     content["friction"]["kinematics"] = parameters.friction.kinematics
     screw = content["screw"]
     before = LATER | {name: screw[other] for name, other in LATER_AS.items()}
