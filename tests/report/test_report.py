@@ -115,12 +115,12 @@ def test_intervals_and_marks_are_those_of_the_command_torque(of_own, own_words, 
     ):
         for row, value in enumerate(lines.rows):
             for k in (0, 11, -1):
-                said = at(*place(value, lines.interval_x[k]))
+                said = at(*place(value, found.interval_speeds[k]))
                 ends = [said["torque_low_nm"], said["torque_high_nm"]]
                 # equilibrium of the balls on a grid and point by point
                 assert lines.interval[row, k] == pytest.approx(ends, rel=1e-6)
             for k in range(0, 161, 40):
-                said = at(*place(value, lines.x[k]))
+                said = at(*place(value, found.line_speeds[k]))
                 marks.add(marked := bool(lines.unphysical[row, k]))
                 assert ("unphysical_trend" in said) == marked
                 assert lines.torque[row, k] == pytest.approx(said["friction_torque_nm"], rel=1e-9)
@@ -138,7 +138,7 @@ def test_figures_show_the_map_on_axes_with_round_ticks(request, name):
         figure.draw_without_rendering()
         return figure.axes
 
-    speed = data.by_preload.x
+    speed = data.line_speeds
     (axes,) = axes_of(figures.torque_parts)
     stack = np.max([path.vertices[:, 1].max() for part in axes.collections for path in part.get_paths()])
     state = data.nut_map.evaluate(data.point.preload, speed, data.point.temperature)

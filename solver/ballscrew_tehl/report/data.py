@@ -69,14 +69,12 @@ class OperatingPoint(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """Torque [N.m] over speed [rad/s], one row per value of `rows`, with the ends of its interval if it has one."""
+    """Torque [N.m], one row per value of `rows`, with the ends of its interval if it has one."""
 
-    x: Array  # (m,)
     rows: Array  # (n,)
-    torque: Array  # (n, m)
-    unphysical: Array  # (n, m), nut_map.trend
-    interval_x: Array  # (k,)
-    interval: Array | None  # (n, k, 2)
+    torque: Array  # (n, line_speeds)
+    unphysical: Array  # (n, line_speeds), nut_map.trend
+    interval: Array | None  # (n, interval_speeds, 2)
 
 
 class LoadCase(NamedTuple):
@@ -166,7 +164,7 @@ class ReportData:
         x = self.line_speeds
         torque = self.nut_map.evaluate(preload, x, temperature).friction_torque
         unphysical = unphysical_trend(self.nut_map, preload, x, temperature).unphysical
-        return Lines(x, rows, torque, unphysical, self.interval_speeds, ends if self.mechanistic else None)
+        return Lines(rows, torque, unphysical, ends if self.mechanistic else None)
 
     @cached_property
     def films(self) -> DoubleNutState:

@@ -70,17 +70,18 @@ def logarithmic(axes: Axes, which: str) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def draw_lines(axes: Axes, lines: Lines, label: Callable[[float], str], name: str) -> list[Any]:
+def draw_lines(
+    axes: Axes, data: ReportData, lines: Lines, label: Callable[[float], str], name: str
+) -> list[Any]:
     """Lines with their intervals, dashed where their trend is not physical; returns the colours."""
     shades = colours(name, len(lines.rows))
+    speed, interval_speed = data.line_speeds / RPM, data.interval_speeds / RPM
     for k, (row, colour) in enumerate(zip(lines.rows, shades, strict=True)):
         torque, dashed = lines.torque[k], lines.unphysical[k]
-        axes.plot(lines.x / RPM, np.where(dashed, np.nan, torque), color=colour, label=label(float(row)))
-        axes.plot(lines.x / RPM, np.where(dashed, torque, np.nan), "--", color=colour)
+        axes.plot(speed, np.where(dashed, np.nan, torque), color=colour, label=label(float(row)))
+        axes.plot(speed, np.where(dashed, torque, np.nan), "--", color=colour)
         if lines.interval is not None:
-            axes.fill_between(
-                lines.interval_x / RPM, *lines.interval[k].T, color=colour, alpha=0.2, linewidth=0.0
-            )
+            axes.fill_between(interval_speed, *lines.interval[k].T, color=colour, alpha=0.2, linewidth=0.0)
     axes.set_ylim(bottom=0.0)
     axes.set_ylabel("friction torque [N m]")
     return shades
@@ -97,7 +98,7 @@ def over_speed(figure: Figure, axes: Axes, title: str) -> None:
 @drawn
 def torque_by_preload(figure: Figure, axes: Axes, data: ReportData) -> None:
     """Torque over speed, one line per preload, with the catalogue torque of each at its speed."""
-    shades = draw_lines(axes, data.by_preload, kilonewton, PRELOADS)
+    shades = draw_lines(axes, data, data.by_preload, kilonewton, PRELOADS)
     torques = nsk_torque(data.parameters.screw, data.preloads)
     for torque, colour in zip(torques, shades, strict=True):
         axes.plot(CATALOGUE_SPEED / RPM, torque, "D", color=colour, markeredgecolor="black")
@@ -108,7 +109,7 @@ def torque_by_preload(figure: Figure, axes: Axes, data: ReportData) -> None:
 @drawn
 def torque_by_temperature(figure: Figure, axes: Axes, data: ReportData) -> None:
     """Torque over speed, one line per oil temperature."""
-    draw_lines(axes, data.by_temperature, celsius, TEMPERATURES)
+    draw_lines(axes, data, data.by_temperature, celsius, TEMPERATURES)
     over_speed(figure, axes, f"preload {kilonewton(data.point.preload)}")
 
 
