@@ -88,8 +88,6 @@ def test_a_screw_without_a_map_answers_as_with_one(tmp_path, capsys):
 #: key of the screw file, its value, another one; group that is outside, end of the line
 OUTSIDE = (
     ("screw_raceway_radius_mm", "2.477", "7.0", "radius_ratio", "the groove over the ball"),
-    ("youngs_modulus_GPa", "205.0", "290.0", "E'", "318.7 GPa; the atlas of contacts holds 200 to"),
-    ("thermal_conductivity_W_mK", "46.0", "6.0", "wall", "effusivity of the bodies over"),
     ("rheology", "", '"eyring"', "rheology", "eyring; the atlas of contacts holds newtonian"),
 )
 
@@ -113,4 +111,3 @@ def test_a_screw_or_oil_outside_the_atlas_is_refused_with_its_number(tmp_path, c
     screw.write_text(other.replace("ball_diameter_mm = 4.763", "ball_diameter_mm = 4.7"), encoding="utf-8")
     line = refused(capsys, "torque", *POINT, "--screw", screw)
     assert "kinematics = published; the atlas of contacts holds rolling_frame" in line
-    assert "--direct" in line

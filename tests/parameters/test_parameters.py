@@ -56,26 +56,28 @@ def test_example_screw_derives_its_viscosity_and_exponent(read):
 
 
 def test_units_of_other_dimensions(read):
-    text = edited("youngs_modulus_GPa = 205.0", "youngs_modulus_MPa = 205e3")
-    text = edited("lead_angle_deg = 3.64", "lead_angle_rad = 0.06353", text)
-    text = edited("viscosity_Pas = 0.033", "viscosity_mPas = 33", text)
-    text = edited("reference_temperature_K = 303.0", "reference_temperature_degC = 30", text)
-    text = edited("pressure_viscosity_per_Pa = 1.85e-8", "pressure_viscosity_per_GPa = 18.5", text)
-    text = edited("reference_speed_rpm = 3000.0", "reference_speed_rad_s = 314.0", text)
-    text = edited("ball_diameter_mm = 4.763", "ball_diameter_um = 4763", text)
+    text = PACKAGED
+    for old, new in (
+        ("youngs_modulus_GPa = 205.0", "youngs_modulus_MPa = 205e3"),
+        ("lead_angle_deg = 3.64", "lead_angle_rad = 0.06353"),
+        ("viscosity_Pas = 0.033", "viscosity_mPas = 33"),
+        ("reference_temperature_K = 303.0", "reference_temperature_degC = 30"),
+        ("pressure_viscosity_per_Pa = 1.85e-8", "pressure_viscosity_per_GPa = 18.5"),
+        ("reference_speed_rpm = 3000.0", "reference_speed_rad_s = 314.0"),
+        ("ball_diameter_mm = 4.763", "ball_diameter_um = 4763"),
+    ):
+        text = edited(old, new, text)
     p = read(text)
-    assert p.screw.ball_diameter == 0.004763
-    # a viscosity in cSt or mm2/s is the same oil, and the hotter point may come first
-    points = read(EXAMPLE).lubricant
-    stokes = read(EXAMPLE.replace("_mm2_s = ", "_cSt = ")).lubricant
-    assert stokes == points
-    assert points.astm_viscosity_1 == pytest.approx(1e-4, rel=1e-12)
-    turned = EXAMPLE.replace("_1_", "_9_").replace("_2_", "_1_").replace("_9_", "_2_")
-    assert read(turned).lubricant.viscosity == pytest.approx(points.viscosity, rel=1e-12)
-    assert (p.screw.youngs_modulus, p.screw.lead_angle) == (205e9, 0.06353)
+    assert (p.screw.ball_diameter, p.screw.youngs_modulus, p.screw.lead_angle) == (0.004763, 205e9, 0.06353)
     assert (p.lubricant.viscosity, p.lubricant.reference_temperature) == (0.033, 303.15)
     assert p.lubricant.pressure_viscosity == pytest.approx(1.85e-8, rel=1e-15)
     assert p.published_speeds.reference_speed == 314.0
+    # a viscosity in cSt or mm2/s is the same oil, and the hotter point may come first
+    points = read(EXAMPLE).lubricant
+    assert read(EXAMPLE.replace("_mm2_s = ", "_cSt = ")).lubricant == points
+    assert points.astm_viscosity_1 == pytest.approx(1e-4, rel=1e-12)
+    turned = EXAMPLE.replace("_1_", "_9_").replace("_2_", "_1_").replace("_9_", "_2_")
+    assert read(turned).lubricant.viscosity == pytest.approx(points.viscosity, rel=1e-12)
 
 
 #: entry of the packaged file => entry instead => what the line says; ^: of the example;  +entries: grade oil instead
@@ -83,16 +85,13 @@ MISTAKES = """
 ball_diameter_mm = 4.763 => ball_diameter_mm = -4.763 => screw.ball_diameter_mm = -4.763; > 0 mm; diameter of a ball
 ball_diameter_mm = 4.763 => ball_diameter_mm = nan => screw.ball_diameter_mm = nan; finite number
 ball_diameter_mm = 4.763 => ball_diameter_mm = "4.763" => screw.ball_diameter_mm = '4.763'; a number
-ball_count = 86  => ball_count = 86.5  => screw.ball_count = 86.5; a whole number
 youngs_modulus_GPa = 205.0 => youngs_modulus_GPa = 205e9 => screw.youngs_modulus_GPa = 205000000000.0; <= 1000 GPa
-reference_temperature_K = 303.0 => reference_temperature_K = 30 => lubricant.reference_temperature_K = 30; >= 200 K
-ball_diameter_mm = 4.763 => ball_diameter_inch = 0.1875 => ball_diameter_m, ball_diameter_mm, ball_diameter_um; bad unit
+ball_diameter_mm = 4.763 => ball_diameter_inch = 0.1875 => ball_diameter_mm, ball_diameter_m, ball_diameter_um; bad unit
 lead_mm = 8.0 => lead = 8.0 => screw.lead = 8.0; lead_mm; bad unit
 ball_diameter_mm = 4.763 => bal_diameter_mm = 4.763 => screw.bal_diameter_mm = 4.763; nearest: ball_diameter_mm
 [solid] => [solids] => [solids] = ; nearest: solid
-ball_diameter_mm = 4.763 =>  => screw.ball_diameter_mm = (missing); ball_diameter_m,; add the key
-name = "GD4008-3" =>  => name = (missing); name the screw
-lead_mm = 8.0 => lead_mm = 8.0@lead_m = 0.008 => screw.lead_m = 0.008; lead_mm is given as well
+ball_diameter_mm = 4.763 =>  => screw.ball_diameter_mm = (missing); ball_diameter_m,; diameter of a ball
+lead_mm = 8.0 => lead_mm = 8.0@lead_m = 0.008 => screw.lead_m = 0.008; lead is given twice
 viscosity_law = "section_2_3" => viscosity_law = "x" => lubricant.viscosity_law = 'x'; 'section_2_3'; 'astm_d341'
 nut_raceway_radius_mm = 2.477 => nut_raceway_radius_mm = 2.3 => screw.nut_raceway_radius_mm = 2.3; more than the ball
 lead_angle_deg = 3.64 => lead_angle_deg = 5 => screw.lead_angle_deg = 5; 3.643 deg
@@ -100,23 +99,21 @@ loaded_ball_count = 72 => loaded_ball_count = 80 => screw.loaded_ball_count = 80
 viscosity_Pas = 0.033 => viscosity_Pas = 0.033@astm_viscosity_1_cSt = 100 => lubricant.astm_viscosity_1_cSt = 100; d341
 ^astm_temperature_2_degC = 100.0 =>  => lubricant.astm_temperature_2_degC = (missing); two points
 ^astm_viscosity_2_mm2_s = 11.1 => astm_viscosity_2_mm2_s = 111 => lubricant.astm_viscosity_2_mm2_s = 111; below point 1
-^astm_temperature_2_degC = 100.0 => astm_temperature_2_degC = 20.0 => lubricant.astm_viscosity_2_mm2_s = 11.1; point 1
 ^astm_viscosity_1_mm2_s => viscosity_Pas = 0.1@astm_viscosity_1_mm2_s => lubricant.viscosity_Pas = 0.1; no entry
-viscosity_Pas = 0.033 =>  => lubricant.viscosity_Pas = (missing)
 law = "three_parameter" => set = "two_parameter"@kinematics = "rolling_frame" => friction.set = 'two_parameter'; mecha
-law = "three_parameter" => law = "four_parameter" => friction.law = 'four_parameter'; 'three_parameter' or 'two_p
 law = "three_parameter" => kinematics = "fixed" => friction.kinematics = 'fixed'; published or rolling_frame
 sliding_coefficient = 0.15  => sliding_coefficient = 1.5  => friction.sliding_coefficient = 1.5; <= 1; mu_s as printed
-sliding_coefficient = 0.15  => spin_split = 0.5  => friction.spin_split = 0.5; nearest:
 lead_mm = 8.0 => lead_mm = 8.0@ball_material = "glass" => screw.ball_material = 'glass'; 'silicon_nitride'
 +iso_vg = 69 => => lubricant.iso_vg = 69; 46, 68, 100
 +viscosity_index = None => => lubricant.viscosity_index = (missing); iso_vg needs it
-+iso_vg = None => => lubricant.iso_vg = (missing); viscosity_index needs it
 +astm_viscosity_1_cSt = 100 => => lubricant.astm_viscosity_1_cSt = 100; no entry with iso_vg
 density_kg_m3 = 970.0 => density_kg_m3 = 970.0@density_15c_kg_m3 = 980 => density_15c_kg_m3 = 980; no entry without
 loaded_ball_count = 72  => return_ball_count = 85  => screw.return_ball_count = 85; at most 84
 loaded_ball_count = 72  => return_ball_count = 10@loaded_ball_count = 72  => loaded_ball_count = 72; 76, or no entry
-sliding_coefficient = 0.15  => raceway_rq_um = 0.05  => friction.ball_rq_um = (missing); raceway_rq needs it
+[friction] => [map]@preload_min_N = 1.0@[friction] => map.preload_max_N = (missing); a range needs both ends
+[friction] => [map]@speed_min_rpm = 2@speed_max_rpm = 1@[friction] => map.speed_max_rpm = 1; more than speed_min
+[friction] => [map]@temperature_max_degC = 501.0@[friction] => map.temperature_max_degC = 501.0; <= 500 degC
+sliding_coefficient = 0.15  => raceway_rq_um = 0.05  => friction.ball_rq_mm = (missing); raceway_rq needs it
 """
 
 

@@ -22,7 +22,6 @@ from ballscrew_fmu.native_fmu.resource_files import map_bytes
 from ballscrew_fmu.variables.friction import law_name, start_preload
 from ballscrew_tehl import __version__
 from ballscrew_tehl.calibration.measured_screw import ASSUMED_TEMPERATURE, packaged_measurements
-from ballscrew_tehl.cli.commands.torque import OF_A_NUT
 from ballscrew_tehl.cli.shared.quantities import TORQUE_POINT
 from ballscrew_tehl.friction.interval import MEANING
 from ballscrew_tehl.nut_map import trend
@@ -90,7 +89,7 @@ def live_page(
             *([("seal_torque", "seal")] if nut_map.seal_torque else []),
         ],
         "side": words.side,
-        "loaded": OF_A_NUT,
+        "loaded": "nut loaded as by preload alone",
         "cautions": _cautions(parameters),
         "trend": (trend.THICK, trend.STEP_K, trend.STEP_LN, trend.MIN_CHANGE, _TRENDS),
         "slip": trend.MIN_FORCE_RATIO if law == MECHANISTIC and kind == FOUR_POINT else 0.0,

@@ -22,6 +22,13 @@ EXTRAS = {
     **dict.fromkeys(("matplotlib", "jinja2", "markupsafe"), "report"),
     **{"fmpy": "fmu", "pythonfmu": "fmu", "distributed": "dask", "numba": "direct"},
 }
+#: exception, exit code, what stands before its text
+FAILURES = (
+    (CommandError, 1, "error"),
+    (ValueError, 2, "error"),
+    (MemoryError, 2, "error: not enough memory, take fewer nodes or a smaller domain"),
+    (ArithmeticError, 1, "not converged"),
+)
 
 
 def main(
@@ -65,17 +72,11 @@ def main(
 
 def _failure(error: BaseException, interrupted: str) -> tuple[int, str]:
     """Exit code and line of an exception; line "": a defect of the program."""
-    if isinstance(error, CommandError):
-        return 1, f"error: {error}"
     if isinstance(error, OSError):
         return 2, f"error: {os_error_text(error)}"
-    if isinstance(error, ValueError):
-        return 2, f"error: {error}"
-    if isinstance(error, MemoryError):
-        reason = str(error) or "no number given"
-        return 2, f"error: not enough memory ({reason}): fewer nodes or a smaller domain"
-    if isinstance(error, ArithmeticError):
-        return 1, f"not converged: {error}"
+    for kind, code, words in FAILURES:
+        if isinstance(error, kind):
+            return code, f"{words}: {error}"
     if isinstance(error, ModuleNotFoundError):
         package = (error.name or "").partition(".")[0]
         remedy = f"remedy: python -m pip install 'ballscrew-tehl[{EXTRAS.get(package)}]'"

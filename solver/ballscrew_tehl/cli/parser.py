@@ -7,20 +7,20 @@ compares both.
 import argparse
 import difflib
 import functools
-import itertools
 import re
 import shutil
-import sys
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn
 
 from .._version import __version__
 from .shared.quantities import (
     CALIBRATION_POINT,
+    CONTACT_POINT,
     CURRENT_UNIT,
     IDENTIFY_OPTIONS,
     LEAD,
+    OFFSETS,
     PRELOAD,
     PRELOAD_POINT,
     RATIO,
@@ -31,6 +31,7 @@ from .shared.quantities import (
     TORQUE_CONSTANT,
     TORQUE_POINT,
     Quantity,
+    with_error,
 )
 
 KINEMATICS = ("published", "rolling_frame")
@@ -41,9 +42,6 @@ LUBRICANTS = ("oil", "grease")
 EXPORT_FORMATS = ("twincat", "csv", "modelica", "matlab", "json")
 RHEOLOGIES = ("newtonian", "eyring", "carreau", "limiting_shear_stress")
 LAWS = ("barus", "roelands")
-#: points of a check
-CHECK_POINTS = 4
-
 #: package of the commands
 RUN = f"{__package__}.commands"
 #: flag or name of an argument, settings of argparse
@@ -80,9 +78,14 @@ def switch(flag: str, text: str) -> Option:
     return option(flag, text, action="store_true")
 
 
-def _of(quantities: Sequence[Quantity], **settings: Any) -> list[Option]:
-    """An option for each quantity."""
-    return [option(one.option, one.help, one.metavar, **settings) for one in quantities]
+def numbers(quantities: Sequence[Quantity], **settings: Any) -> list[Option]:
+    """An option for each quantity, with its unit as metavar."""
+    return [
+        option(
+            one.option, one.help, **{"type": one, "metavar": one.name.rsplit("_", 1)[-1].upper(), **settings}
+        )
+        for one in quantities
+    ]
 
 
 # fmt: off
@@ -108,37 +111,35 @@ GIVEN_MAP = (option("map", "map file, also as --map; default: the packaged map",
 PLOT = option("--plot", "draw the result", "FILE.png")
 
 MAP_ACTIONS = {
-    "build": Command("sum the contacts of the atlas over a nut, write the map", f"{RUN}.map_build:run_map_build", (
+    "build": Command("sum the contacts of the atlas over a nut, write the map", f"{RUN}.map_file:run_map_build", (
         option("--output", OUTPUT, "FILE.npz"),
-        *(option(f"--{name}", f"range of the map [{unit}]", ("LO", "HI"), type=float, nargs=2)
-          for name, unit in (("preload-n", "N"), ("speed-rpm", "r/min"), ("temperature-c", "C"))),
+        *numbers([Quantity(name, f"range of the map [{unit}]") for name, unit in (
+            ("preload_n", "N"), ("speed_rpm", "r/min"), ("temperature_c", "C"))], nargs=2, metavar=("LO", "HI")),
         option("--family", "a map for every *.toml in this folder; --output: folder", "FOLDER"),
     ), (SCREW_ALONE, KINEMATIC, JSON), "--screw my.toml --output my_map.npz",
         "Ranges: by these options, else table [map] of the screw file, else what the screw and its oil allow. The map "
         "holds its screw and oil, and the errors of the atlas against direct solves. No command needs the file: with "
         "--screw alone they make the map in memory."),
     "check": Command("compare a map with direct solves", f"{RUN}.map_file:run_map_check",
-                     (*GIVEN_MAP, option("--count", f"points compared with direct solves (+5 %% at low speed); "
-                                         f"default: {CHECK_POINTS}", "N", type=int, default=CHECK_POINTS),
-                      option("--workers", "processes; default: one per core", "N", type=int)), OF_SCREW, "my_map.npz"),
+                     (*GIVEN_MAP,
+                      *numbers([Quantity("count", "points compared with direct solves (+5 %% at low speed); default: "
+                                         "%(default)s", 1, whole=True)], metavar="N", default=4),
+                      *numbers([Quantity("workers", "processes; default: one per core", 1, whole=True)], metavar="N")),
+                     OF_SCREW, "my_map.npz"),
     "info": Command("axes, parameters, version and certificate of a map", f"{RUN}.map_file:run_map_info",
                     GIVEN_MAP, OF_SCREW, "my_map.npz"),
 }
 CONTACT = {
     "contact": Command("solve one elastohydrodynamic contact", f"{RUN}.contact:run_contact", (
-        option("--load-n", "load [N]", "N"),
-        option("--radius-x-m", "reduced radius along rolling [m]", "M"),
-        option("--radius-y-m", "reduced radius across rolling [m], not below the other", "M"),
-        option("--u1-m-s", "speed of surface 1 [m/s]", "S"),
-        option("--u2-m-s", "speed of surface 2 [m/s]", "S"),
-        option("--temperature-k", "temperature of oil and bodies [K]", "K"),
+        *numbers(CONTACT_POINT),
         option("--rheology", "default: that of the oil", choices=RHEOLOGIES),
         switch("--isothermal", "without the energy equation"),
-        option("--moes", "Moes load and lubricant number", ("M", "L"), nargs=2),
-        option("--radius-ratio", "0 < R_x/R_y <= 1", "R_X/R_Y"),
+        *numbers([Quantity("moes", "Moes load and lubricant number")], nargs=2, metavar=("M", "L")),
+        *numbers([Quantity("radius_ratio", "0 < R_x/R_y <= 1", 0.0, 1.0, not_zero=True)], metavar="R_X/R_Y"),
         option("--law", "barus (incompressible) or roelands (compressible)", choices=LAWS),
-        option("--domain", "along and across rolling [Hertz half-widths]", ("XA", "XB", "Y"), nargs=3),
-        option("--refine", "truth check: nodes, layers and domain times K, 1 to 8", "K"),
+        *numbers([Quantity("domain", "along and across rolling [Hertz half-widths]")], nargs=3,
+                 metavar=("XA", "XB", "Y")),
+        *numbers([Quantity("refine", "truth check: nodes, layers and domain times K, 1 to 8", 1, 8)], metavar="K"),
     ), (*ROWS, SCREW_ALONE, JSON), "--moes 20 5 --radius-ratio 1 --law barus",
         "By its dimensions, thermal unless --isothermal, with oil and steel of --screw; or by its Moes numbers: "
         "--moes, --radius-ratio, --law. The default domain is wide enough not to starve."),
@@ -148,36 +149,36 @@ COMMANDS = {
         option("file", "a new file", "FILE.toml"),
         option("--oil", "oil by two viscosities, or by ISO grade and viscosity index", choices=OILS, default=OILS[0]),
         option("--lubricant", "grease: base oil by grade, NLGI grade", choices=LUBRICANTS, default=LUBRICANTS[0]),
-        *(option(f"--{name}", text, metavar, type=kind) for name, text, metavar, kind in (
-            ("diameter-mm", "nominal diameter of the catalogue", "D", float), ("lead-mm", "lead", "P", float),
-            ("ball-mm", "ball diameter", "D", float), ("turns", "loaded turns of one nut", "N", float),
-            ("starts", "starts of the thread", "N", int))),
+        *numbers([Quantity(name, text, 0.0, not_zero=True, whole=name == "starts") for name, text in (
+            ("diameter_mm", "nominal diameter of the catalogue"), ("lead_mm", "lead"), ("ball_mm", "ball diameter"),
+            ("turns", "loaded turns of one nut"), ("starts", "starts of the thread"))]),
     ), (JSON,), "my.toml --diameter-mm 32 --lead-mm 10",
         "With diameter and lead a file of that screw, in which what is not given is marked as assumed."),
     "screw": Command("loads, pressure, stiffness, life, efficiency, catalogue torque",
                      f"{RUN}.screw:run_screw",
-                     (*_of(SCREW_POINT), *_of((SPEED, TEMPERATURE), type=float)), (*ROWS, *OF_MAP),
+                     numbers((*SCREW_POINT, SPEED, TEMPERATURE)), (*ROWS, *OF_MAP),
                      "--screw my.toml --preload-n 1000 --axial-load-n 1500",
                      "Default of the preload: 5 % of the dynamic rating. With speed and temperature also efficiency "
                      "and hours, from the map. Catalogue torque: drag torque by JIS B 1192."),
     "oil": Command("viscosity, density and pressure-viscosity coefficient of an oil", f"{RUN}.oil:run_oil", (
-        option("--iso-vg", "ISO 3448 viscosity grade", "GRADE", type=int),
-        option("--viscosity-index", "viscosity index (ASTM D2270)", "VI", type=float),
-        option("--density-15c-kg-m3", "density at 15 C; default: a paraffinic oil", "RHO", type=float),
+        *numbers([Quantity("iso_vg", "ISO 3448 viscosity grade", whole=True)], metavar="GRADE"),
+        *numbers([Quantity("viscosity_index", "viscosity index (ASTM D2270)")], metavar="VI"),
+        *numbers([Quantity("density_15c_kg_m3", "density at 15 C; default: a paraffinic oil")], metavar="RHO"),
     ), (option("--screw", "screw file, whose oil is described", "FILE.toml"), JSON), "--iso-vg 68 --viscosity-index 95",
         "A mineral oil by its grade, or the oil of a screw file, at 20 to 100 C, with assumptions and their errors."),
     "map": Command("build, check or describe a map", actions=MAP_ACTIONS),
     "torque": Command("friction torque with its parts, films and interval", f"{RUN}.torque:run_torque", (
-        *_of(TORQUE_POINT), switch("--direct", "solve the contacts instead of reading the map"),
+        *numbers(TORQUE_POINT), switch("--direct", "solve the contacts instead of reading the map"),
     ), (*ROWS, *OF_MAP), "--preload-n 2000 --speed-rpm 1000 --temperature-c 30 --map my_map.npz"),
-    "preload": Command("preload behind a measured friction torque", f"{RUN}.preload:run_preload", _of(PRELOAD_POINT),
-                       (*ROWS, *OF_MAP), "--torque-nm 0.8 --speed-rpm 100 --temperature-c 30 --map my_map.npz"),
+    "preload": Command("preload behind a measured friction torque", f"{RUN}.preload:run_preload",
+                       numbers(PRELOAD_POINT), (*ROWS, *OF_MAP),
+                       "--torque-nm 0.8 --speed-rpm 100 --temperature-c 30 --map my_map.npz"),
     "identify": Command("inertia, offset, friction and preload from a log of a drive",
                         f"{RUN}.identify:run_identify", (
         option("log", "log of an axis that moves both ways", "LOG.csv"),
         option("--column", "a column by heading: \"current=Iq_act [A]\" (repeat it)", "NAME=HEADING",
                action="append", default=[]),
-        *_of((*IDENTIFY_OPTIONS, TEMPERATURE)),
+        *numbers((*IDENTIFY_OPTIONS, TEMPERATURE)), *numbers(OFFSETS, type=with_error),
         option("--without-nut", "log of the same axis without the nut, which is subtracted", "LOG.csv"),
         option("--before", "earlier log of the same axis: change of the preload", "LOG.csv"),
         PLOT,
@@ -188,7 +189,7 @@ COMMANDS = {
         "voltage [V]."),
     "calibrate": Command("fit the friction parameters to measured torques", f"{RUN}.calibrate:run_calibrate", (
         option("measurements", "measured torques", "MEASUREMENTS.csv", nargs="?"),
-        *_of(CALIBRATION_POINT),
+        *numbers(CALIBRATION_POINT),
         option("--output", "where to write the sets, for --friction", "FILE.toml"),
         PLOT,
         option("--set", "parameters to fit; default: as in the screw file", choices=SET_NAMES),
@@ -202,40 +203,28 @@ COMMANDS = {
         option("--format", "twincat: list frict_comp; modelica: CombiTable1Ds", choices=EXPORT_FORMATS,
                 required=True),
         option("--output", OUTPUT + "; of several lists the stem of their names", "PATH", required=True),
-        *_of((PRELOAD, TEMPERATURE), nargs="+"),
+        *numbers((PRELOAD._replace(not_zero=True), TEMPERATURE), nargs="+"),
         option("--identified", "not of a map: of the whole axis, by identify --output", "FILE.json"),
-        option("--speed-rpm", "range of the screw's speed; default: of map or log", ("LO", "HI"), nargs=2),
-        *_of((LEAD, TORQUE_CONSTANT, RATIO, CURRENT_UNIT)),
-        option("--points", "most entries of a list (20), speeds of a table (40)", "N", type=int),
+        *numbers([SPEED._replace(help="range of the screw's speed; default: of map or log")], nargs=2,
+                 metavar=("LO", "HI")),
+        *numbers((LEAD, TORQUE_CONSTANT, RATIO, CURRENT_UNIT)),
+        *numbers([Quantity("points", "most entries of a list (20), speeds of a table (40)", 3, 400, whole=True)],
+                 metavar="N"),
     ), OF_MAP, "--map my_map.npz --format csv --output friction.csv",
         "Torque over speed, preload and temperature with its interval; units and signs are in the file. Defaults: 5 % "
         "of the dynamic rating, reference temperature of the oil, whole range of speed. Options of motor and lead: of "
         "twincat, which is over the velocity of the axis. With --identified each direction by itself, in a list the "
         "mean."),
     "report": Command("one HTML page on a screw: torque, film, loads, limits", f"{RUN}.report:run_report", (
-        option("--output", OUTPUT, "FILE.html", required=True), *_of(REPORT_POINT),
+        option("--output", OUTPUT, "FILE.html", required=True), *numbers(REPORT_POINT),
     ), OF_MAP, "--map my_map.npz --output my_report.html",
         "One page without external files; without screw and map on the packaged GD4008-3. Default of the point: 5 % of "
         "the dynamic rating, 1000 r/min, reference temperature of the oil."),
     **CONTACT,
 }
-#: python -m ballscrew_tehl; catalogue is the old name of screw
-SOLVER = Command("Friction torque of preloaded ball screws.", actions={
-    **COMMANDS, "catalogue": COMMANDS["screw"],
-})
+#: python -m ballscrew_tehl
+SOLVER = Command("Friction torque of preloaded ball screws.", actions=COMMANDS)
 # fmt: on
-
-
-def _nearest(given: str, known: Iterable[str]) -> str:
-    """End of a message about a misspelt word, empty if it is like none: a word that begins so, or the most similar."""
-    words = list(known)
-    begun = [word for word in words if len(given.strip("-")) > 1 and word.startswith(given)]
-    # without dashes, which would make any two options alike
-    bare = {word.strip("-"): word for word in words}
-    near = begun or [
-        bare[word] for word in difflib.get_close_matches(given.strip("-"), bare, n=1, cutoff=0.6)
-    ]
-    return f"; is {near[0]} meant?" if near else ""
 
 
 class Parser(argparse.ArgumentParser):
@@ -244,42 +233,28 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, **settings: Any) -> None:
         page = functools.partial(argparse.RawDescriptionHelpFormatter, max_help_position=30)
         super().__init__(allow_abbrev=False, add_help=False, formatter_class=page, **settings)
-        #: names of commands by the command that they are below
-        self.below: dict[str, list[str]] = {}
         # argparse reads -1e3 and -inf as options; NaN included: it is rejected later by name
         self._negative_number_matcher = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
-        """As argparse, but a misspelt option is refused by its command, before one that is missing for it."""
-        words = sys.argv[1:] if args is None else list(args)
-        if self._subparsers is not None:
-            # what follows belongs to the command
-            words = list(itertools.takewhile(lambda word: word.startswith("-"), words))
-        known = self._option_string_actions
-        for word in itertools.takewhile(lambda word: word != "--", words):
-            flag = word.partition("=")[0]
-            if flag.startswith("--") and flag not in known:
-                hint = "" if self._subparsers is None else "; options stand behind COMMAND"
-                self.error(f"unrecognized arguments: {flag}{_nearest(flag, known) or hint}")
+        """As argparse, but what is left over is refused by its command."""
         parsed, left = super().parse_known_args(args, namespace)
         if left:
             self.error(f"unrecognized arguments: {' '.join(left)}")
         return parsed, left
 
-    def _check_value(self, action: argparse.Action, value: Any) -> None:
-        try:
-            super()._check_value(action, value)
-        except argparse.ArgumentError as error:
-            known = [str(choice) for choice in action.choices or ()]
-            moved = [f"{name} {value}" for name, below in self.below.items() if value in below]
-            error.message += f"; is {moved[0]} meant?" if moved else _nearest(str(value), known)
-            raise
+    def explained(self, message: str) -> str:
+        """An error of argparse, with the value of a Quantity behind its option, or the word that is meant."""
+        message = re.sub(r"^argument (\S+):  = ", r"\1 = ", message)
+        if wrong := re.search(r"(?:invalid choice: '|arguments: )([\w-]+)", message):
+            known = [*re.findall(r"\w+", message.partition("(choose from")[2]), *self._option_string_actions]
+            near = difflib.get_close_matches(wrong[1], known, n=1)
+            message += f"; is {near[0]} meant?" if near else ""
+        return message
 
     def error(self, message: str) -> NoReturn:
         """Print the error and exit with code 2."""
-        for kind, allowed in (("float", "a number"), ("int", "a whole number")):
-            message = message.replace(f"invalid {kind} value", f"allowed: {allowed}, not")
-        self.exit(2, f"{self.prog}: error: {message} (see --help)\n")
+        self.exit(2, f"{self.prog}: error: {self.explained(message)} (see --help)\n")
 
 
 def build_parser(prog: str, command: Command) -> Parser:
@@ -300,18 +275,15 @@ def _page(prog: str, command: Command) -> dict[str, Any]:
         elif settings.get("required"):
             needed.append(f"{flag} {word}")
     lines = [f"  {prog} {command.example}\n"] if command.example else []
-    about = f"{command.help[:1].upper()}{command.help[1:].rstrip('.')}.", command.description
-    lines.append(" ".join(about) if not command.actions else about[0] + "\n")
+    about = f"{command.help[:1].upper()}{command.help[1:].rstrip('.')}."
     if command.actions:
+        lines.append(about)
         for title, names in (command.groups or {"commands": list(command.actions)}).items():
-            lines += [f"{title}:", *(f"  {name:<10}  {command.actions[name].help}" for name in names)]
-        lines.append(f"\n{about[1]}")
-    # lines that begin with a space as they are, others filled as argparse does it
-    width = shutil.get_terminal_size().columns - 2
-    text = "\n".join(
-        line if line[:1] in ("", " ") else textwrap.fill(line, width) for line in "\n".join(lines).split("\n")
-    )
-    return {"prog": prog, "usage": " ".join([prog, *needed, "[options]"]), "description": text}
+            lines += [f"\n{title}:", *(f"  {name:<10}  {command.actions[name].help}" for name in names)]
+        lines += ["", command.description]
+    else:
+        lines.append(textwrap.fill(f"{about} {command.description}", shutil.get_terminal_size().columns - 2))
+    return {"prog": prog, "usage": " ".join([prog, *needed, "[options]"]), "description": "\n".join(lines)}
 
 
 def _filled(parser: Parser, command: Command) -> Parser:
@@ -330,8 +302,6 @@ def _filled(parser: Parser, command: Command) -> Parser:
             dest="command", required=True, metavar="COMMAND", parser_class=Parser, help=argparse.SUPPRESS
         )
         for name, action in command.actions.items():
-            parser.below[name] = list(action.actions)
-            _filled(
-                below.add_parser(name, help=action.help, **_page(f"{parser.prog} {name}", action)), action
-            )
+            page = _page(f"{parser.prog} {name}", action)
+            _filled(below.add_parser(name, help=action.help, **page), action)
     return parser

@@ -3,11 +3,11 @@
 Keys in a file carry their unit (`ball_diameter_mm`), attributes do not (`ball_diameter`, metres).
 """
 
+import difflib
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
-from pydantic.fields import FieldInfo
 
 from .oil import LubricantParameters
 from .screw import (
@@ -20,20 +20,8 @@ from .screw import (
     ScrewParameters,
     SolidParameters,
 )
-from .toml import (
-    Entry,
-    FieldError,
-    MissingFieldError,
-    ParameterError,
-    Table,
-    bounds_of,
-    check_tables,
-    dimension_of,
-    key_forms,
-    message,
-    read_table,
-    read_toml,
-)
+from .toml import FieldError, ParameterError, Table, bounds_of, dimension_of, read_toml
+from .units import UNITS, to_si
 
 __all__ = [
     "FOUR_POINT", "FrictionTable", "Law", "LubricantParameters", "ParameterError", "Parameters", "PublishedSpeeds",
@@ -69,57 +57,89 @@ def _dimensions(table: str) -> dict[str, str | None]:
     return fields | dict.fromkeys(WORDS_OF_BEFORE.get(table, ()))
 
 
-def _allowed(field: FieldInfo, entry: Entry | None, error: dict[str, Any]) -> str:
-    """What a field accepts, in the unit of the file."""
-    kind = {"int_type": "a whole number", "float_type": "a number", "finite_number": "a finite number"}
-    dimension, unit = (dimension_of(field), entry.unit) if entry else (None, "")
-    words = [
-        kind.get(error["type"], ""),
-        *(f"{bound} {unit}".rstrip() for bound in bounds_of(field, dimension, unit)),
-    ]
-    return ", ".join(word for word in words if word) or str(error["msg"]).removeprefix("Input should be ")
+def _key_forms(table: str) -> dict[str, list[str]]:
+    """Keys by which each field of a table may be given, with the unit of data sheets first."""
+    return {
+        field: [field] if dimension is None else [f"{field}_{unit}" for unit in UNITS[dimension]]
+        for field, dimension in _dimensions(table).items()
+    }
 
 
-def _explain(where: str, table: str, entries: dict[str, Entry], error: dict[str, Any]) -> ParameterError:
-    """The first error of pydantic as one line about the file."""
+def _message(where: str, key: str, value: Any, allowed: str, remedy: str) -> ParameterError:
+    """The one line of every error in a file."""
+    shown = "(missing)" if value is None else repr(value)
+    return ParameterError(f"{where}: {key} = {shown}; allowed: {allowed}; {remedy}")
+
+
+def _nearest(word: str, known: list[str]) -> str:
+    """The remedy for an unknown word."""
+    return f"nearest: {', '.join(difflib.get_close_matches(word, known, n=1, cutoff=0.0))}"
+
+
+def _explain(where: str, table: str, raw: dict[str, Any], error: dict[str, Any]) -> ParameterError:
+    """The first error of pydantic as one line about the file, bounds in the unit of the file."""
     cause = error.get("ctx", {}).get("error")
     field = cause.field if isinstance(cause, FieldError) else str(error["loc"][0])
-    dimensions = _dimensions(table)
-    # a missing key in the unit of one of its kind
-    used = {one.unit for name, one in entries.items() if dimensions[name] == dimensions[field]}
-    forms = sorted(
-        key_forms(field, dimensions[field]), key=lambda form: form.removeprefix(f"{field}_") not in used
-    )
-    entry = entries.get(field)
-    key = f"{table}.{entry.key if entry else forms[0]}"
-    value = entry.value if entry else None
-    missing = error["type"] == "missing" or isinstance(cause, MissingFieldError)
-    if isinstance(cause, FieldError) and not missing:
-        return message(where, key, value, cause.allowed, cause.remedy)
+    forms = _key_forms(table)[field]
+    key = next((form for form in forms if form in raw), forms[0])
+    if isinstance(cause, FieldError):
+        return _message(where, f"{table}.{key}", raw.get(key), cause.allowed, cause.remedy)
     info = TABLES[table].model_fields[field]
-    remedy = str(info.description)
-    if missing:
-        return message(where, key, None, "one of " + ", ".join(forms), f"add the key: {remedy}")
-    return message(where, key, value, _allowed(info, entry, error), f"it stands for: {remedy}")
+    if error["type"] == "missing":
+        allowed = f"one of {', '.join(forms)}"
+    else:
+        kinds = {
+            "int_type": ["a whole number"],
+            "float_type": ["a number"],
+            "finite_number": ["a finite number"],
+        }
+        unit = key[len(field) + 1 :]
+        bounds = [f"{bound} {unit}".rstrip() for bound in bounds_of(info, unit)]
+        allowed = ", ".join(kinds.get(error["type"], []) + bounds)
+        allowed = allowed or str(error["msg"]).removeprefix("Input should be ")
+    return _message(where, f"{table}.{key}", raw.get(key), allowed, f"it stands for: {info.description}")
+
+
+def _unknown_key(where: str, table: str, key: str, value: Any) -> ParameterError:
+    """An unknown key of a table, or a known one without its unit."""
+    forms = _key_forms(table)
+    allowed, remedy = "a known key", _nearest(key, [form for some in forms.values() for form in some])
+    for field in sorted(forms, key=len):
+        if forms[field] != [field] and (key == field or key.startswith(f"{field}_")):
+            allowed, remedy = ", ".join(forms[field]), "bad unit: end the key with one of these"
+    return _message(where, f"{table}.{key}", value, allowed, remedy)
 
 
 def _build_table(where: str, table: str, raw: dict[str, Any]) -> Table:
-    fields, entries = read_table(where, table, raw, _dimensions(table))
+    """A table of a file, whose keys carry their unit, checked and in SI."""
+    fields = {form: field for field, forms in _key_forms(table).items() for form in forms}
+    dimensions, values = _dimensions(table), {}
+    for key, value in raw.items():
+        field = fields.get(key)
+        if field is None:
+            raise _unknown_key(where, table, key, value)
+        if field in values:
+            raise _message(where, f"{table}.{key}", value, "one entry", f"{field} is given twice")
+        values[field] = to_si(value, dimensions[field], key[len(field) + 1 :])
     try:
-        return TABLES[table](**fields)
+        return TABLES[table](**values)
     except ValidationError as err:
-        raise _explain(where, table, entries, dict(err.errors()[0])) from None
+        raise _explain(where, table, raw, dict(err.errors()[0])) from None
 
 
 def _build(where: str, content: dict[str, Any]) -> Parameters:
-    check_tables(where, content, [*TABLES, "name"])
+    known = [*TABLES, "name"]
+    for name, value in content.items():
+        if name not in known:
+            key, shown = (f"[{name}]", "a table") if isinstance(value, dict) else (name, value)
+            raise _message(where, key, shown, "a known table", _nearest(name, known))
     values: dict[str, Any] = {}
     for table in TABLES:
         raw = content.get(table)
         if raw is None and not Parameters.model_fields[table].is_required():
             continue
         if not isinstance(raw, dict):
-            raise message(where, f"[{table}]", raw, "a table", "add it: see the packaged " + PACKAGED)
+            raise _message(where, f"[{table}]", raw, "a table", "add it: see the packaged " + PACKAGED)
         values[table] = _build_table(where, table, raw)
     try:
         return Parameters(**{"name": content.get("name"), **values})
@@ -127,8 +147,8 @@ def _build(where: str, content: dict[str, Any]) -> Parameters:
         cause = err.errors()[0].get("ctx", {}).get("error")
         if isinstance(cause, FieldError):
             law = values["friction"].law.value if "friction" in values else None
-            raise message(where, cause.field, law, cause.allowed, cause.remedy) from None
-        raise message(where, "name", content.get("name"), "a text", "name the screw") from None
+            raise _message(where, cause.field, law, cause.allowed, cause.remedy) from None
+        raise _message(where, "name", content.get("name"), "a text", "name the screw") from None
 
 
 def load_screw(path: Path | str | None = None) -> Parameters:

@@ -3,45 +3,35 @@
 import hashlib
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from .file import TABLES, Law, ParameterError, Parameters
 from .template import entry_of
 
 #: oil parameters that a map of a Newtonian oil does not depend on
-RHEOLOGY = (
+RHEOLOGY = {
     "rheology", "eyring_stress", "carreau_modulus", "carreau_exponent", "limiting_stress_ambient",
     "limiting_stress_slope",
-)  # fmt: skip
-#: friction parameters that the map does not depend on
-NOT_IN_MAP = (
-    "sliding_coefficient",
-    "apparent_viscosity_ratio",
-    "net_sliding_coefficient",
-    "roughness_height",
-    "raceway_rq",
-    "ball_rq",
-    # of the mechanistic law: the map is summed anew where they differ from its header
-    "limiting_shear_coefficient",
-    "boundary_friction",
-    "asperity_film_ratio",
-    "ball_thrust",
-    "supply_length",
-    "replenishment_constant",
-)
-#: other ways to give parameters; the values that follow from them are part of the identity instead. seal_torque is no
-#: part of a map, which takes it when it is read
-GIVEN_BY = {
-    "lubricant": ("iso_vg", "viscosity_index", "density_15c", "nlgi"),
-    "screw": ("return_ball_count", "dynamic_rating", "ball_material", "seal_torque"),
-}
+}  # fmt: skip
+#: parameters that are no part of the identity, by table: the range of a map, which is in its header; what follows as
+#: values from the grade or the returns; the seals, which a map takes when it is read; and the fitted numbers and the
+#: constants of the mechanistic law, for which a map is summed anew where they differ from its header
+NOT_IN_MAP: dict[str, Any] = {
+    "map": True,
+    "lubricant": {"iso_vg", "viscosity_index", "density_15c", "nlgi"},
+    "screw": {"return_ball_count", "dynamic_rating", "ball_material", "seal_torque"},
+    "friction": {
+        "law", "sliding_coefficient", "apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height",
+        "raceway_rq", "ball_rq", "limiting_shear_coefficient", "boundary_friction", "asperity_film_ratio",
+        "ball_thrust", "supply_length", "replenishment_constant",
+    },
+}  # fmt: skip
 #: key of the header of a map
 SCREW_FILE = "screw_file"
-#: fields added after the first maps; they enter only where they differ from this
-LATER = {"screw": {"preload_kind": "double_nut"}}
-#: fields that enter only where they differ from the one whose value is their default
-BESIDE = {"ball_youngs_modulus": "youngs_modulus", "ball_poisson_ratio": "poisson_ratio"}
+#: fields added after the first maps: they enter only where they differ from this value, or from that of this field
+LATER = {"preload_kind": "double_nut"}
+LATER_AS = {"ball_youngs_modulus": "youngs_modulus", "ball_poisson_ratio": "poisson_ratio"}
 #: fields by which screws and oils are told apart first; most that a message names
 FIRST, NAMED = ("lead", "ball_diameter", "nominal_radius", "viscosity"), 3
 #: relative difference of parameters that conversion of units makes
@@ -51,30 +41,21 @@ ROUNDING = 1e-12
 def map_parameters_json(parameters: Parameters) -> str:
     """Canonical text of the parameters that a map depends on, and of the names of its screw and oil.
 
-    A field of LATER enters only where it differs from the value that all earlier screws had, a field of GIVEN_BY never.
-    So every map stays valid for its screw.
+    Fields that were added later enter only where they differ from what all earlier screws had, so that every map stays
+    valid for its screw.
     """
-    content = parameters.model_dump(mode="json")
-    # the range of a map is in its header
-    content.pop("map", None)
-    content["friction"]["kinematics"] = Law(content["friction"].pop("law")).kinematics
-    for name in NOT_IN_MAP:
-        content["friction"].pop(name, None)
-    for table, names in GIVEN_BY.items():
-        for name in names:
-            content[table].pop(name, None)
-    for table, defaults in LATER.items():
-        for name, value in defaults.items():
-            if content[table][name] == value:
-                del content[table][name]
-    for name, other in BESIDE.items():
-        if content["screw"][name] == content["screw"][other]:
-            del content["screw"][name]
-    if content["ball"] in (None, content["solid"]):
-        del content["ball"]
-    if content["lubricant"]["rheology"] == "newtonian":
-        for name in RHEOLOGY:
-            content["lubricant"].pop(name, None)
+    excluded = dict(NOT_IN_MAP)
+    if parameters.lubricant.rheology == "newtonian":
+        excluded["lubricant"] = NOT_IN_MAP["lubricant"] | RHEOLOGY
+    if parameters.ball in (None, parameters.solid):
+        excluded["ball"] = True
+    content = parameters.model_dump(mode="json", exclude=excluded)
+    content["friction"]["kinematics"] = parameters.friction.kinematics
+    screw = content["screw"]
+    before = LATER | {name: screw[other] for name, other in LATER_AS.items()}
+    content["screw"] = {
+        key: value for key, value in screw.items() if key not in before or value != before[key]
+    }
     return _canonical(content)
 
 
@@ -114,36 +95,41 @@ def differences(theirs: str, ours: str) -> tuple[str, str] | None:
                  >>> differences(text % 0.008, text % 0.01)
                  ('mine with VG 100 (lead_mm = 8.0)', 'mine with VG 100 (lead_mm = 10.0)')
     """
-    one, other = without_names(theirs), without_names(ours)
-    tables = dict.fromkeys([*TABLES, *one, *other])
-    result = [entries for table in tables for entries in _in_table(table, one.get(table), other.get(table))]
-    if not result:
+    one, other = _entries(theirs), _entries(ours)
+    different = [place for place in one | other if not _same(one.get(place), other.get(place))]
+    if not different:
         return None
+    # the sizes of the screw and the viscosity first
+    different.sort(key=lambda place: (*FIRST, place[1]).index(place[1]))
     texts = []
-    for side, text in enumerate((theirs, ours)):
+    for side, text in ((one, theirs), (other, ours)):
         content = json.loads(text)
-        entries = ", ".join(entry[side] for entry in result[:NAMED])
+        entries = ", ".join(_entry(*place, side.get(place)) for place in different[:NAMED])
         texts.append(f"{content['name']} with {content['lubricant']['name']} ({entries})")
     return texts[0], texts[1]
 
 
-def _in_table(table: str, one: Any, other: Any) -> Iterator[tuple[str, str]]:
-    """Fields of a table that differ, as both files have them."""
+def _entries(text: str) -> dict[tuple[str, str], Any]:
+    """Values of a text of map_parameters_json by table and field."""
+    content = without_names(text)
+    content["screw"] = LATER | content["screw"]
+    return {
+        (table, field): value
+        for table, entries in content.items()
+        for field, value in (entries or {}).items()
+    }
+
+
+def _entry(table: str, field: str, value: Any) -> str:
+    """A value as in a screw file; a field that only maps have as it is."""
     known = TABLES[table].model_fields if table in TABLES else {}
-    sides = [LATER.get(table, {}) | (content or {}) for content in (one, other)]
-    for field in dict.fromkeys([*(name for name in FIRST if name in known), *known, *sides[0], *sides[1]]):
-        a, b = (side.get(field) for side in sides)
-        if not _same(a, b):
-            pair = (entry_of(table, field, a), entry_of(table, field, b)) if field in known else ("", "")
-            yield pair if pair[0] != pair[1] else (f"{field} = {a}", f"{field} = {b}")
+    return entry_of(table, field, value) if field in known else f"{field} = {value}"
 
 
 def _same(one: Any, other: Any) -> bool:
     """Whether two parameters are equal, numbers but for rounding."""
     if isinstance(one, float) and isinstance(other, float):
         return math.isclose(one, other, rel_tol=ROUNDING)
-    if isinstance(one, dict) and isinstance(other, dict):
-        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
     if isinstance(one, list) and isinstance(other, list):
         return len(one) == len(other) and all(map(_same, one, other))
     return bool(one == other)

@@ -53,12 +53,10 @@ _D2270 = (
 
 
 def kinematic_viscosity_d341(nu_1: float, T_1: float, nu_2: float, T_2: float, T: Any) -> Any:
-    """Kinematic viscosity through two measured points.
+    """Kinematic viscosity [m2/s] at T [K] through points nu_1, nu_2 > 0.3 mm2/s at different T_1, T_2.
 
-    Parameters   nu_1, nu_2 : float [m2/s], > 0.3 mm2/s;  T_1, T_2 : float [K], different
-                 T : float or array [K]
-    Returns      nu : like T [m2/s]
-    Validity     mineral oils above 2 mm2/s, -40 C to 150 C
+    Valid for mineral oils above 2 mm2/s, -40 C to 150 C.
+
     Source       ASTM D341: log10 log10(nu + 0.7) = m - n log10 T, nu in mm2/s
     Example
         >>> round(1e6 * kinematic_viscosity_d341(100e-6, 313.15, 11.1e-6, 373.15, 313.15), 9)
@@ -86,13 +84,11 @@ def _reference_oils(Y: float) -> tuple[float, float]:
 
 
 def viscosity_index(nu_40: float, nu_100: float) -> float:
-    """Viscosity index from the kinematic viscosities at 40 C and 100 C.
+    """Viscosity index, not rounded, from the kinematic viscosities [m2/s] at 40 C and 100 C.
 
-    Parameters   nu_40, nu_100 : float [m2/s], nu_40 > nu_100 >= 2 mm2/s
-    Returns      index, not rounded
-    Raises       ValueError: out of range
-    Validity     L and H by the equations of the standard's appendix, within 0.12 % of its table: the index is within
-                 0.31 of that by the table, from 0 to 200
+    L and H by the equations of the standard's appendix: within 0.31 of the index by its table, from 0 to 200.
+
+    Raises       ValueError: not nu_40 > nu_100 >= 2 mm2/s
     Source       ASTM D2270 (ISO 2909), procedures A (up to 100) and B, coefficients of its Table X2.1
     Example
         >>> round(viscosity_index(73.30e-6, 8.86e-6)), round(viscosity_index(22.83e-6, 5.05e-6))
@@ -112,12 +108,9 @@ def viscosity_index(nu_40: float, nu_100: float) -> float:
 
 @lru_cache(maxsize=256)
 def viscosity_at_100c(nu_40: float, index: float) -> float:
-    """Kinematic viscosity at 100 C of an oil of a viscosity index: viscosity_index solved for nu_100.
+    """Kinematic viscosity at 100 C [m2/s] of a viscosity index: viscosity_index solved for nu_100, within 0.04 %.
 
-    Parameters   nu_40 : float [m2/s];  index : float
-    Returns      nu_100 [m2/s]; within 0.04 % of what the table of the standard gives, index 0 to 200
     Raises       ValueError: an index that would need less than 2 mm2/s at 100 C, or as much as at 40 C
-    Source       ASTM D2270 as in viscosity_index
     Example
         >>> round(1e6 * viscosity_at_100c(68e-6, 95.0), 2)
         8.53
@@ -137,11 +130,11 @@ def viscosity_at_100c(nu_40: float, index: float) -> float:
 
 
 def density_15c(nu_40: float, vgc: float = PARAFFINIC_VGC) -> float:
-    """Density at 15 C of an oil whose viscosity-gravity constant is known.
+    """Density at 15 C [kg/m3] by viscosity at 40 C [m2/s] and viscosity-gravity constant.
 
-    Parameters   nu_40 : float [m2/s], > 5.5 mm2/s;  vgc : 0.80 to 0.84 paraffinic, 0.86 to 0.90 naphthenic
-    Returns      rho_15 [kg/m3]; 0.02 in vgc are 2.2 % (ISO VG 7) to 1.2 % (3200)
-    Raises       ValueError: out of range
+    vgc: 0.80 to 0.84 paraffinic, 0.86 to 0.90 naphthenic; 0.02 in it are 2.2 % (ISO VG 7) to 1.2 % (3200).
+
+    Raises       ValueError: not nu_40 > 5.5 mm2/s
     Source       ASTM D2501, Eq. 1: vgc = (G - 0.0664 - 0.1154 lg(nu - 5.5))/(0.94 - 0.109 lg(nu - 5.5)), solved for G
     """
     if not 1e6 * nu_40 > 5.5:
@@ -151,11 +144,8 @@ def density_15c(nu_40: float, vgc: float = PARAFFINIC_VGC) -> float:
 
 
 def density_at(rho_15: float, T: Any) -> Any:
-    """Density of a lubricating oil over temperature.
+    """Density of a lubricating oil [kg/m3] at T [K] by that at 15 C, 800 to 1160 kg/m3.
 
-    Parameters   rho_15 : density at 15 C [kg/m3];  T : float or array [K]
-    Returns      rho : like T [kg/m3]
-    Validity     800 to 1160 kg/m3
     Source       ASTM D1250 (API MPMS 11.1), lubricating oils: rho_15 exp(-x (1 + 0.8 x)), x = K_1 (T - 15 C)/rho_15;
                  changed: the base is 15 C instead of 60 F, 0.4 K apart
     """
@@ -187,13 +177,12 @@ def thermal_conductivity(rho_15: float, T: float) -> float:
 
 
 def roelands_z(eta_40: float, eta_100: float) -> float:
-    """Pressure exponent Z of Roelands from the dynamic viscosities of a mineral oil at 40 C and 100 C.
+    """Pressure exponent Z of Roelands from the dynamic viscosities [Pa s] of a mineral oil at 40 C and 100 C.
 
-    Parameters   eta_40, eta_100 : float [Pa s], eta_40 > eta_100 > 1 mPa s
-    Returns      Z; alpha = Z (ln eta + 9.67)/p_r then follows measured coefficients of 13 mineral oils at 30, 60 and
-                 100 C with 11 % rms, 24 % at most, -1 % mean (tests/published/test_mineral_oils.py)
-    Raises       ValueError: out of range
-    Validity     mineral oils without viscosity index improver
+    alpha = Z (ln eta + 9.67)/p_r then follows measured coefficients of 13 oils without viscosity index improver at 30,
+    60 and 100 C with 11 % rms, 24 % at most, -1 % mean (tests/published/test_mineral_oils.py).
+
+    Raises       ValueError: not eta_40 > eta_100 > 1 mPa s
     Source       Roelands, dissertation, Delft 1966, in the form of Fein, Tribology Data Handbook (CRC 1997): Z =
                  (7.81 (H_40 - H_100))^1.5 (0.885 - 0.864 H_40), H = lg(1.200 + lg eta), eta in mPa s
     """
@@ -206,9 +195,10 @@ def roelands_z(eta_40: float, eta_100: float) -> float:
 
 
 def so_klaus(nu: float, rho: float, slope: float) -> float:
-    """Pressure-viscosity coefficient at low pressure [1/Pa], for comparison: 10 % above measured ones, 17 % rms.
+    """Pressure-viscosity coefficient [1/Pa], for comparison: 10 % above measured ones, 17 % rms.
 
-    Parameters   nu [m2/s] and rho [kg/m3] at the temperature;  slope : n of ASTM D341 (its chart's slope over 0.2)
+    nu [m2/s] and rho [kg/m3] at the temperature; slope: n of ASTM D341, its chart's slope over 0.2.
+
     Source       So & Klaus, ASLE Trans. 23 (1980) 409: 1e8 alpha = 1.216 + 4.143 x^3.0627 + 2.848e-4 n^5.1903 x^1.5976
                  - 3.999 x^3.0975 rho^0.1162, x = lg nu, mm2/s and g/cm3
     """
@@ -218,9 +208,8 @@ def so_klaus(nu: float, rho: float, slope: float) -> float:
 
 
 def agma_925(eta: float) -> float:
-    """Pressure-viscosity coefficient of gear design [1/Pa], for comparison: 24 % below measured ones, 25 % rms.
+    """Pressure-viscosity coefficient [1/Pa] by eta [Pa s], for comparison: 24 % below measured ones, 25 % rms.
 
-    Parameters   eta : dynamic viscosity at the temperature [Pa s]
     Source       AGMA 925-A03, mineral oil: alpha = 0.010471 eta^0.1348 mm2/N, eta in mPa s
     """
     return 0.010471e-6 * float(1e3 * eta) ** 0.1348

@@ -7,7 +7,8 @@ from typing import Any, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from . import mineral_oil
-from .toml import FieldError, MissingFieldError, Table, quantity
+from .mineral_oil import T_40C, T_100C
+from .toml import FieldError, Table, quantity, require
 
 #: p_r of Roelands [Pa]; ln of his reference viscosity 6.315e-5 Pa s, with changed sign
 ROELANDS_PRESSURE, ROELANDS_LN = 1 / 5.1e-9, 9.67
@@ -25,6 +26,13 @@ def _of_grade(
 ) -> Callable[[dict[str, Any]], Any]:
     """Default of a field: by a rule of mineral_oil if the oil is given by its grade."""
     return lambda d: rule(d) if _is_graded(d) else otherwise
+
+
+def _by_density(
+    rule: Callable[[float, float], float], otherwise: float | None = None
+) -> Callable[[dict[str, Any]], Any]:
+    """The same by a rule of density at 15 C and reference temperature."""
+    return _of_grade(lambda d: rule(d["density_15c"], d["reference_temperature"]), otherwise)
 
 
 def _is_graded(lub: dict[str, Any]) -> bool:
@@ -64,41 +72,30 @@ class LubricantParameters(Table):
     )
     reference_temperature: float = quantity(
         "temperature", "temperature of viscosity and density",
-        default_factory=_of_grade(lambda d: mineral_oil.T_40C), ge=200, le=500,
+        default_factory=_of_grade(lambda d: T_40C), ge=200, le=500,
     )  # fmt: skip
     density: float = quantity(
         "density", "density at the reference temperature",
-        default_factory=_of_grade(lambda d: mineral_oil.density_at(d["density_15c"], d["reference_temperature"])),
-        ge=100, le=3e3,
+        default_factory=_by_density(mineral_oil.density_at), ge=100, le=3e3,
     )  # fmt: skip
     density_temperature: float = quantity(
         "temperature_coefficient", "relative fall of density per kelvin, >= 0",
-        default_factory=_of_grade(
-            lambda d: mineral_oil.density_slope(d["density_15c"], d["reference_temperature"]), 6.5e-4
-        ), ge=0, le=5e-3,
+        default_factory=_by_density(mineral_oil.density_slope, 6.5e-4), ge=0, le=5e-3,
     )  # fmt: skip
     specific_heat: float = quantity(
         "specific_heat", "specific heat capacity",
-        default_factory=_of_grade(
-            lambda d: mineral_oil.specific_heat(d["density_15c"], d["reference_temperature"])
-        ), ge=10, le=1e4,
+        default_factory=_by_density(mineral_oil.specific_heat), ge=10, le=1e4,
     )  # fmt: skip
     thermal_conductivity: float = quantity(
         "thermal_conductivity", "thermal conductivity",
-        default_factory=_of_grade(
-            lambda d: mineral_oil.thermal_conductivity(d["density_15c"], d["reference_temperature"])
-        ), gt=0, le=1e2,
+        default_factory=_by_density(mineral_oil.thermal_conductivity), gt=0, le=1e2,
     )  # fmt: skip
     astm_viscosity_1: float | None = quantity(
         "kinematic_viscosity", "first point of D341",
         default_factory=_of_grade(lambda d: 1e-6 * d["iso_vg"]), gt=3e-7, le=1,
     )  # fmt: skip
     astm_temperature_1: float | None = quantity(
-        "temperature",
-        "its temperature",
-        default_factory=_of_grade(lambda d: mineral_oil.T_40C),
-        ge=200,
-        le=500,
+        "temperature", "its temperature", default_factory=_of_grade(lambda d: T_40C), ge=200, le=500
     )
     astm_viscosity_2: float | None = quantity(
         "kinematic_viscosity", "second point of D341",
@@ -106,11 +103,7 @@ class LubricantParameters(Table):
         gt=3e-7, le=1,
     )  # fmt: skip
     astm_temperature_2: float | None = quantity(
-        "temperature",
-        "its temperature",
-        default_factory=_of_grade(lambda d: mineral_oil.T_100C),
-        ge=200,
-        le=500,
+        "temperature", "its temperature", default_factory=_of_grade(lambda d: T_100C), ge=200, le=500
     )
     viscosity: float = quantity(
         "viscosity", "viscosity at the reference temperature; follows from the two points with astm_d341",
@@ -159,50 +152,39 @@ class LubricantParameters(Table):
 
     @model_validator(mode="after")
     def _grade_or_values(self) -> Self:
-        if not _is_graded(self.__dict__):
-            for name, other in (("iso_vg", "viscosity_index"), ("viscosity_index", "iso_vg")):
-                if getattr(self, name) is None and getattr(self, other) is not None:
-                    raise FieldError(name, "a value", f"{other} needs it")
-            if self.density_15c is not None:
-                raise FieldError("density_15c", "no entry without iso_vg", "give density, or iso_vg")
-            for name in _BY_GRADE:
-                if getattr(self, name) is None:
-                    raise MissingFieldError(name)
-        elif self.viscosity_law != "astm_d341":
-            raise FieldError("viscosity_law", '"astm_d341" or no entry with iso_vg', "remove one of them")
-        elif twice := [name for name in _POINTS if name in self.model_fields_set]:
-            raise FieldError(twice[0], "no entry with iso_vg", "remove the points or iso_vg")
+        if _is_graded(self.__dict__):
+            by_points = self.viscosity_law == "astm_d341"
+            require(by_points, "viscosity_law", '"astm_d341" or no entry with iso_vg', "remove one of them")
+            for name in _POINTS:
+                once = name not in self.model_fields_set
+                require(once, name, "no entry with iso_vg", "remove the points or iso_vg")
+            return self
+        for name, other in (("iso_vg", "viscosity_index"), ("viscosity_index", "iso_vg")):
+            require(getattr(self, other) is None, name, "a value", f"{other} needs it")
+        require(self.density_15c is None, "density_15c", "no entry without iso_vg", "give density, or iso_vg")
+        for name in _BY_GRADE:
+            require(getattr(self, name) is not None, name, "a value", "add the key")
         return self
 
     @model_validator(mode="after")
     def _law_has_its_data(self) -> Self:
-        given = [name for name in _POINTS if getattr(self, name) is not None]
+        own_viscosity = "viscosity" in self.model_fields_set
         if self.viscosity_law == "astm_d341":
             for name in _POINTS:
-                if name not in given:
-                    raise FieldError(name, "a value", "astm_d341 needs two points")
-            if "viscosity" in self.model_fields_set:
-                source = (
-                    "iso_vg and viscosity_index"
-                    if _is_graded(self.__dict__)
-                    else "the two points of astm_d341"
-                )
-                raise FieldError("viscosity", "no entry", f"it follows from {source}")
-            if not math.isfinite(self.viscosity):
-                raise FieldError(
-                    "astm_viscosity_2", "below point 1 at a higher temperature", "check both points"
-                )
-        else:
-            if given:
-                raise FieldError(
-                    given[0],
-                    'no entry unless viscosity_law = "astm_d341"',
-                    "choose that law or remove the entry",
-                )
-            if "viscosity" not in self.model_fields_set:
-                raise FieldError("viscosity", "a value", "give the viscosity at the reference temperature")
-        if self.viscosity_law == "roelands_printed" and self.temperature_viscosity is None:
-            raise FieldError("temperature_viscosity", "a value", "the law roelands_printed needs it")
+                require(getattr(self, name) is not None, name, "a value", "astm_d341 needs two points")
+            source = (
+                "iso_vg and viscosity_index" if _is_graded(self.__dict__) else "the two points of astm_d341"
+            )
+            require(not own_viscosity, "viscosity", "no entry", f"it follows from {source}")
+            falls = math.isfinite(self.viscosity)
+            require(falls, "astm_viscosity_2", "below point 1 at a higher temperature", "check both points")
+            return self
+        for name in _POINTS:
+            allowed = 'no entry unless viscosity_law = "astm_d341"'
+            require(getattr(self, name) is None, name, allowed, "choose that law or remove the entry")
+        require(own_viscosity, "viscosity", "a value", "give the viscosity at the reference temperature")
+        has_slope = self.viscosity_law != "roelands_printed" or self.temperature_viscosity is not None
+        require(has_slope, "temperature_viscosity", "a value", "the law roelands_printed needs it")
         return self
 
 

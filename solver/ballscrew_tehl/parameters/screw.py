@@ -13,13 +13,26 @@ from pydantic import Field, model_validator
 
 from .friction_constants import BOUNDED, bounded
 from .oil import LubricantParameters
-from .toml import FieldError, Table, quantity
+from .toml import FieldError, Table, quantity, require
 from .units import COLDEST, HOTTEST, RPM
 
 #: preload kind whose balls touch four flanks
 FOUR_POINT = "single_nut_oversize_ball"
 #: hot-pressed silicon nitride of bearing balls (ISO 26602): Young's modulus [Pa], Poisson's ratio
 NITRIDE_MODULUS, NITRIDE_POISSON = 310e9, 0.26
+
+
+def _loaded_balls(screw: dict[str, Any]) -> int:
+    """Balls outside the returns, or as many as the turns hold."""
+    if screw["return_ball_count"] is not None:
+        return int(screw["ball_count"] - screw["return_ball_count"])
+    return min(int(screw["ball_count"]), _touching_balls(screw))
+
+
+def _touching_balls(screw: dict[str, Any]) -> int:
+    """Largest number of touching balls in the turns."""
+    helix = screw["turns"] * 2.0 * math.pi * screw["nominal_radius"] / math.cos(screw["lead_angle"])
+    return int(helix / screw["ball_diameter"])
 
 
 class ScrewParameters(Table):
@@ -37,10 +50,8 @@ class ScrewParameters(Table):
     contact_angle: float = quantity(
         "angle", "contact angle without load", ge=math.radians(10.0), le=math.radians(80.0)
     )
-    screw_raceway_radius: float = quantity(
-        "length", "groove radius of the screw, above the ball's", gt=0, le=0.5
-    )
-    nut_raceway_radius: float = quantity("length", "groove radius of the nut, above the ball's", gt=0, le=0.5)
+    screw_raceway_radius: float = quantity("length", "groove radius of screw, above the ball's", gt=0, le=0.5)
+    nut_raceway_radius: float = quantity("length", "groove radius of nut, above the ball's", gt=0, le=0.5)
     lead: float = quantity("length", "axial travel in one turn", gt=0, le=1)
     lead_angle: float = quantity(
         "angle", "lead angle at the nominal radius; default: by the lead",
@@ -48,13 +59,10 @@ class ScrewParameters(Table):
         gt=0, lt=math.pi / 4, validate_default=True,
     )  # fmt: skip
     turns: float = Field(
-        gt=0, le=100, description="loaded turns of one nut; of one half with single_nut_offset"
+        gt=0, le=100, description="loaded turns of one nut; of a half with single_nut_offset"
     )
     return_ball_count: int | None = Field(
-        default=None,
-        ge=0,
-        le=10000,
-        description="balls in the return tubes, without load; instead of loaded_ball_count",
+        default=None, ge=0, le=10000, description="balls in the returns; instead of loaded_ball_count"
     )
     ball_count: int = Field(
         default_factory=lambda d: _touching_balls(d) + (d["return_ball_count"] or 0),
@@ -63,14 +71,11 @@ class ScrewParameters(Table):
         description="balls of these turns in the friction sums, returns included; default: touching balls",
     )
     loaded_ball_count: int = Field(
-        default_factory=lambda d: _loaded_balls(d),
-        ge=2,
-        le=10000,
-        description="balls of one nut that carry load; for pressure, film and temperature",
+        default_factory=_loaded_balls, ge=2, le=10000, description="balls of one nut that carry load"
     )
     dynamic_rating: float | None = quantity(
         "force",
-        "dynamic axial rating C_a of one nut by its catalogue; default: computed",
+        "dynamic rating C_a of one nut by its catalogue; default: computed",
         default=None,
         gt=0,
         le=1e8,
@@ -115,49 +120,31 @@ class ScrewParameters(Table):
     def _fits_together(self) -> Self:
         radius = 0.5 * self.ball_diameter
         for field in ("screw_raceway_radius", "nut_raceway_radius"):
-            if not radius < getattr(self, field):
-                raise FieldError(field, "more than the ball radius", "a groove must be wider than the ball")
-        if not radius < self.nominal_radius:
-            raise FieldError("ball_diameter", "less than twice nominal_radius", "check both sizes")
-        if not abs(math.tan(self.lead_angle) * 2.0 * math.pi * self.nominal_radius / self.lead - 1.0) <= 0.02:
-            angle = math.degrees(math.atan(self.lead / (2.0 * math.pi * self.nominal_radius)))
-            raise FieldError(
-                "lead_angle", f"{angle:.4g} deg within 2 % for this lead and radius", "check all three"
-            )
-        if self.return_ball_count is not None:
-            carrying = self.ball_count - self.return_ball_count
-            if not carrying >= 2:
-                raise FieldError(
-                    "return_ball_count", f"at most {self.ball_count - 2}", "two balls must carry"
-                )
-            if self.loaded_ball_count != carrying:
-                raise FieldError(
-                    "loaded_ball_count",
-                    f"{carrying}, or no entry",
-                    "it follows from ball_count and return_ball_count",
-                )
-        most = min(self.ball_count, _touching_balls(self.__dict__))
-        if not self.loaded_ball_count <= most:
-            if self.return_ball_count is not None:
-                least = self.ball_count - most
-                raise FieldError("return_ball_count", f"at least {least}", "more balls than fit the turns")
-            raise FieldError(
-                "loaded_ball_count", f"at most {most}", "more balls than fit the turns or than there are"
-            )
+            wide = radius < getattr(self, field)
+            require(wide, field, "more than the ball radius", "a groove must be wider than the ball")
+        require(
+            radius < self.nominal_radius,
+            "ball_diameter",
+            "less than twice nominal_radius",
+            "check both sizes",
+        )
+        tangent = self.lead / (2.0 * math.pi * self.nominal_radius)
+        allowed = f"{math.degrees(math.atan(tangent)):.4g} deg within 2 % for this lead and radius"
+        fits = abs(math.tan(self.lead_angle) / tangent - 1.0) <= 0.02
+        require(fits, "lead_angle", allowed, "check all three")
+        most, returns = min(self.ball_count, _touching_balls(self.__dict__)), self.return_ball_count
+        few = self.loaded_ball_count <= most
+        if returns is None:
+            remedy = "more balls than fit the turns or than there are"
+            require(few, "loaded_ball_count", f"at most {most}", remedy)
+            return self
+        carrying = self.ball_count - returns
+        require(carrying >= 2, "return_ball_count", f"at most {self.ball_count - 2}", "two balls must carry")
+        remedy = "it follows from ball_count and return_ball_count"
+        require(self.loaded_ball_count == carrying, "loaded_ball_count", f"{carrying}, or no entry", remedy)
+        least = self.ball_count - most
+        require(few, "return_ball_count", f"at least {least}", "more balls than fit the turns")
         return self
-
-
-def _loaded_balls(screw: dict[str, Any]) -> int:
-    """Balls outside the returns, or as many as the turns hold."""
-    if screw["return_ball_count"] is not None:
-        return int(screw["ball_count"] - screw["return_ball_count"])
-    return min(int(screw["ball_count"]), _touching_balls(screw))
-
-
-def _touching_balls(screw: dict[str, Any]) -> int:
-    """Largest number of touching balls in the turns."""
-    helix = screw["turns"] * 2.0 * math.pi * screw["nominal_radius"] / math.cos(screw["lead_angle"])
-    return int(helix / screw["ball_diameter"])
 
 
 class SolidParameters(Table):
@@ -211,34 +198,26 @@ class FrictionTable(Table):
     hysteresis_coefficient: float = Field(
         default=BOUNDED["hysteresis_coefficient"].value, ge=0, le=1, description="mu_hs of Eq. 18"
     )
-    sliding_coefficient: float = Field(
-        default=0.15, ge=0, le=1, description="mu_s as printed, before the share of c"
-    )
+    sliding_coefficient: float = Field(default=0.15, ge=0, le=1, description="mu_s as printed, before c")
     law: Law = Field(
         default=Law.MECHANISTIC,
         strict=False,
-        description="friction law; those with two and three parameters need the table published_speeds",
+        description="law; the other two need the table published_speeds",
     )
-    apparent_viscosity_ratio: float | None = Field(
-        default=None, gt=0, le=1e3, description="override of the set"
-    )
+    apparent_viscosity_ratio: float | None = Field(default=None, gt=0, le=1e3, description="fitted number")
     net_sliding_coefficient: float | None = Field(
-        default=None, ge=0, le=1, description="override of the set; the number that calibrate fits"
+        default=None, ge=0, le=1, description="fitted number, by calibrate"
     )
-    raceway_rq: float | None = quantity(
-        "length", "rms roughness of the raceways", default=None, ge=0, le=1e-4
-    )
+    raceway_rq: float | None = quantity("length", "rms roughness of raceways", default=None, ge=0, le=1e-4)
     ball_rq: float | None = quantity("length", "rms roughness of the balls", default=None, ge=0, le=1e-4)
     limiting_shear_coefficient: float = bounded("limiting_shear_coefficient", ge=1e-3, le=0.5)
     boundary_friction: float = bounded("boundary_friction", ge=1e-3, le=1)
     asperity_film_ratio: float = bounded("asperity_film_ratio", ge=0.05, le=5)
     ball_thrust: float | None = Field(
-        default=None,
-        ge=0,
-        le=100,
+        default=None, ge=0, le=100,
         description="instead of net_sliding_coefficient, which is 2 boundary_friction limiting_shear_coefficient times "
-        "it, mechanistic only: " + BOUNDED["ball_thrust"].meaning,
-    )
+        f"it, mechanistic only: {BOUNDED['ball_thrust'].meaning}",
+    )  # fmt: skip
     supply_length: float = bounded("supply_length", ge=2, allow_inf_nan=True)
     replenishment_constant: float = Field(
         default=0.0, ge=0, le=1e-6,
@@ -271,20 +250,14 @@ class FrictionTable(Table):
         return self.law.kinematics
 
     @model_validator(mode="after")
-    def _one_supply(self) -> Self:
-        if self.replenishment_constant > 0.0 and "supply_length" in self.model_fields_set:
-            raise FieldError("replenishment_constant", "no entry with supply_length", "choose one of both")
-        return self
-
-    @model_validator(mode="after")
-    def _roughness_is_given_once(self) -> Self:
+    def _stated_once(self) -> Self:
+        one = self.replenishment_constant == 0.0 or "supply_length" not in self.model_fields_set
+        require(one, "replenishment_constant", "no entry with supply_length", "choose one of both")
         for name, other in (("raceway_rq", "ball_rq"), ("ball_rq", "raceway_rq")):
-            if getattr(self, name) is None and getattr(self, other) is not None:
-                raise FieldError(
-                    name, "a value", f"the composite with {other} needs it; 0 for a smooth surface"
-                )
-        if self.raceway_rq is not None and "roughness_height" in self.model_fields_set:
-            raise FieldError("roughness_height", "no entry", "it follows from raceway_rq and ball_rq")
+            both = getattr(self, name) is not None or getattr(self, other) is None
+            require(both, name, "a value", f"the composite with {other} needs it; 0 for a smooth surface")
+        one = self.raceway_rq is None or "roughness_height" not in self.model_fields_set
+        require(one, "roughness_height", "no entry", "it follows from raceway_rq and ball_rq")
         return self
 
 
@@ -333,11 +306,9 @@ class MapParameters(Table):
     def _both_ends_in_order(self) -> Self:
         for name in ("preload", "speed", "temperature"):
             low, high = getattr(self, f"{name}_min"), getattr(self, f"{name}_max")
-            if (low is None) != (high is None):
-                missing = f"{name}_{'min' if low is None else 'max'}"
-                raise FieldError(missing, "a value", "a range needs both ends")
-            if low is not None and not low < high:
-                raise FieldError(f"{name}_max", f"more than {name}_min", "check both ends")
+            missing = f"{name}_{'min' if low is None else 'max'}"
+            require((low is None) == (high is None), missing, "a value", "a range needs both ends")
+            require(low is None or low < high, f"{name}_max", f"more than {name}_min", "check both ends")
         return self
 
 

@@ -9,24 +9,24 @@ CELSIUS = 273.15  # [K] at 0 degrees Celsius
 COLDEST, HOTTEST = 200.0, 500.0 + CELSIUS
 
 #: dimension -> unit suffix -> (factor, divisor, offset): SI = value * factor / divisor + offset, so that
-#: 13 mm is exactly 0.013 m. The first unit is SI.
+#: 13 mm is exactly 0.013 m. The first unit is that of data sheets.
 UNITS: dict[str, dict[str, tuple[float, float, float]]] = {
-    "length": {"m": (1, 1, 0), "mm": (1, 1e3, 0), "um": (1, 1e6, 0)},
-    "area": {"m2": (1, 1, 0), "mm2": (1, 1e6, 0)},
-    "angle": {"rad": (1, 1, 0), "deg": (math.pi, 180, 0)},
+    "length": {"mm": (1, 1e3, 0), "m": (1, 1, 0), "um": (1, 1e6, 0)},
+    "area": {"mm2": (1, 1e6, 0), "m2": (1, 1, 0)},
+    "angle": {"deg": (math.pi, 180, 0), "rad": (1, 1, 0)},
     "force": {"N": (1, 1, 0), "kN": (1e3, 1, 0)},
     "torque": {"Nm": (1, 1, 0), "mNm": (1, 1e3, 0)},
-    "pressure": {"Pa": (1, 1, 0), "MPa": (1e6, 1, 0), "GPa": (1e9, 1, 0)},
-    "temperature": {"K": (1, 1, 0), "degC": (1, 1, CELSIUS)},
+    "pressure": {"MPa": (1e6, 1, 0), "GPa": (1e9, 1, 0), "Pa": (1, 1, 0)},
+    "temperature": {"degC": (1, 1, CELSIUS), "K": (1, 1, 0)},
     "viscosity": {"Pas": (1, 1, 0), "mPas": (1, 1e3, 0)},
-    "kinematic_viscosity": {"m2_s": (1, 1, 0), "mm2_s": (1, 1e6, 0), "cSt": (1, 1e6, 0)},
-    "pressure_coefficient": {"per_Pa": (1, 1, 0), "per_MPa": (1, 1e6, 0), "per_GPa": (1, 1e9, 0)},
+    "kinematic_viscosity": {"mm2_s": (1, 1e6, 0), "cSt": (1, 1e6, 0), "m2_s": (1, 1, 0)},
+    "pressure_coefficient": {"per_GPa": (1, 1e9, 0), "per_MPa": (1, 1e6, 0), "per_Pa": (1, 1, 0)},
     "temperature_coefficient": {"per_K": (1, 1, 0)},
     "density": {"kg_m3": (1, 1, 0), "g_cm3": (1e3, 1, 0)},
     "specific_heat": {"J_kgK": (1, 1, 0), "kJ_kgK": (1e3, 1, 0)},
     "thermal_conductivity": {"W_mK": (1, 1, 0)},
     "velocity": {"m_s": (1, 1, 0), "mm_s": (1, 1e3, 0)},
-    "angular_velocity": {"rad_s": (1, 1, 0), "rpm": (math.pi, 30, 0)},
+    "angular_velocity": {"rpm": (math.pi, 30, 0), "rad_s": (1, 1, 0)},
 }
 
 

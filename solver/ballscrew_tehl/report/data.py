@@ -1,18 +1,18 @@
 """Numbers of the report on one screw: operating point, torque with its interval, films, loads, efficiency."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..friction.baselines import nsk_torque
 from ..friction.mechanistic import roughness_of
 from ..friction.sets import FrictionSet
 from ..mechanics import (
     Efficiency,
     LoadedScrew,
-    ScrewConstants,
     catalogue_preload,
     efficiency,
     loaded_screw,
@@ -32,11 +32,10 @@ CATALOGUE_SPEED = 100.0 * RPM
 #: speeds of the tables and lines [rad/s], those within the map; speed of the operating point if none is given
 TABLE_SPEEDS = (CATALOGUE_SPEED, *(rpm * RPM for rpm in (500.0, 1000.0, 2500.0)))
 DEFAULT_SPEED = 1000.0 * RPM
-#: preloads of the lines over that of the operating point; axial loads of the table over the separation load, and end
-#: of the lines of efficiency
-PRELOAD_RATIOS, LOAD_RATIOS, LAST_LOAD_RATIO = (0.5, 1.0, 2.0), (0.0, 0.5, 1.0), 1.25
-#: points of a line, those of its interval over speed, those of a line of efficiency
-POINTS, INTERVAL_POINTS, LOAD_POINTS = 161, 25, 61
+#: preloads of the lines over that of the operating point; axial loads of the table over the separation load
+PRELOAD_RATIOS, LOAD_RATIOS = (0.5, 1.0, 2.0), (0.0, 0.5, 1.0)
+#: points of a line and of its interval
+POINTS, INTERVAL_POINTS = 161, 25
 
 
 class PreloadWords(NamedTuple):
@@ -70,14 +69,12 @@ class OperatingPoint(NamedTuple):
 
 
 class Lines(NamedTuple):
-    """Torque [N.m] over x, one row per value of `rows`; ends of its interval at interval_x, None without interval."""
+    """Torque [N.m], one row per value of `rows`, with the ends of its interval if it has one."""
 
-    x: Array  # (m,)
     rows: Array  # (n,)
-    torque: Array  # (n, m)
-    unphysical: Array  # (n, m), nut_map.trend
-    interval_x: Array  # (k,)
-    interval: Array | None = None  # (n, k, 2)
+    torque: Array  # (n, line_speeds)
+    unphysical: Array  # (n, line_speeds), nut_map.trend
+    interval: Array | None  # (n, interval_speeds, 2)
 
 
 class LoadCase(NamedTuple):
@@ -88,32 +85,19 @@ class LoadCase(NamedTuple):
     efficiency: Efficiency | None
 
 
-class ReportData(NamedTuple):
-    """All numbers of the report.
-
-    speeds, preloads, temperatures : of tables and lines, the operating point among them
-    intervals : torque with low and high end (preload, speed, temperature, 3), NaN without interval
-    films : state of the nut (temperature, speed) over by_speed.x at the preload of the point
-    efficiencies : efficiency in percent, screw drives and nut drives, (speed, axial load, 2), NaN outside the map
-    """
+@dataclass(frozen=True)
+class ReportData:
+    """Numbers of the report around an operating point, each computed when it is first read."""
 
     parameters: Parameters
     friction_set: FrictionSet
     nut_map: NutMap
     point: OperatingPoint
-    constants: ScrewConstants
-    preloads: Array
-    speeds: Array
-    temperatures: Array
-    intervals: Array
-    interval: TorqueInterval | None
-    by_preload: Lines
-    by_temperature: Lines
-    over_preload: Lines
-    films: DoubleNutState
-    cases: tuple[LoadCase, ...]
-    axial_loads: Array
-    efficiencies: Array
+    preloads: Array  # of lines and tables, that of the point among them
+    speeds: Array  # of tables, likewise
+    temperatures: Array  # of lines and tables: ends of the map, point
+    line_speeds: Array
+    interval_speeds: Array  # those of the tables among them
 
     @property
     def words(self) -> PreloadWords:
@@ -121,14 +105,9 @@ class ReportData(NamedTuple):
         return PRELOAD_WORDS[self.parameters.screw.preload_kind]
 
     @property
-    def state(self) -> DoubleNutState:
-        """State of the nut at the operating point."""
-        return self.nut_map.evaluate(*self.point)
-
-    @property
-    def torque(self) -> float:
-        """Torque at the operating point [N.m]."""
-        return float(self.state.friction_torque)
+    def mechanistic(self) -> bool:
+        """Whether the friction law is the mechanistic one, which has an interval."""
+        return self.nut_map.law == MECHANISTIC
 
     @property
     def roughness(self) -> float:
@@ -137,24 +116,83 @@ class ReportData(NamedTuple):
             return roughness_of(self.parameters.friction)
         return float(self.nut_map.header["defaults"]["roughness_height"])
 
+    @cached_property
+    def intervals(self) -> Array:
+        """Torque with low and high end [N.m], (preload, interval_speeds, temperature, 3); ends NaN if not known."""
+        preloads, speeds, temperatures = self.preloads, self.interval_speeds, self.temperatures
+        torque = self.nut_map.evaluate(preloads[:, None, None], speeds[:, None], temperatures).friction_torque
+        ends: Any = np.full((*torque.shape, 2), math.nan)
+        if self.mechanistic:
+            ends = relative_intervals(
+                self.parameters,
+                self.nut_map.header["axes"],
+                self.friction_set,
+                preloads,
+                speeds,
+                temperatures,
+            )
+        seals, torque = self.nut_map.seal_torque, torque[..., None]
+        return np.concatenate((torque, seals + (torque - seals) * ends), axis=-1)
+
+    @cached_property
+    def interval(self) -> TorqueInterval | None:
+        """Of the point."""
+        if not self.mechanistic:
+            return None
+        return map_interval(self.parameters, self.nut_map.header["axes"], self.friction_set, *self.point)
+
     @property
-    def mechanistic(self) -> bool:
-        """Whether the friction law is the mechanistic one, which has an interval."""
-        return self.nut_map.law == MECHANISTIC
+    def warm(self) -> int:
+        """Place of the point among the temperatures."""
+        return int(np.searchsorted(self.temperatures, self.point.temperature))
 
-    def catalogue_torque(self, preload: Any) -> Any:
-        """Drag torque [N.m] of JIS B 1192 at a preload [N], by convention at CATALOGUE_SPEED."""
-        return nsk_torque(self.parameters.screw, preload)
+    @cached_property
+    def by_preload(self) -> Lines:
+        """A line for each preload."""
+        ends = self.intervals[:, :, self.warm, 1:]
+        return self._lines(self.preloads, self.preloads[:, None], self.point.temperature, ends)
+
+    @cached_property
+    def by_temperature(self) -> Lines:
+        """A line for each temperature."""
+        ends = self.intervals[int(np.searchsorted(self.preloads, self.point.preload)), :, :, 1:]
+        return self._lines(
+            self.temperatures, self.point.preload, self.temperatures[:, None], ends.swapaxes(0, 1)
+        )
+
+    def _lines(self, rows: Array, preload: Any, temperature: Any, ends: Array) -> Lines:
+        x = self.line_speeds
+        torque = self.nut_map.evaluate(preload, x, temperature).friction_torque
+        unphysical = unphysical_trend(self.nut_map, preload, x, temperature).unphysical
+        return Lines(rows, torque, unphysical, ends if self.mechanistic else None)
+
+    @cached_property
+    def films(self) -> DoubleNutState:
+        """State of the nut (temperature, line_speeds) at the preload of the point."""
+        return self.nut_map.evaluate(self.point.preload, self.line_speeds, self.temperatures[:, None])
+
+    @cached_property
+    def cases(self) -> tuple[LoadCase, ...]:
+        """The nut under axial loads."""
+        screw, preload, cases = self.parameters.screw, self.point.preload, []
+        constants = screw_constants(screw)
+        separation = loaded_screw(screw, constants, preload, 0.0).separation_load
+        for load in (ratio * separation for ratio in LOAD_RATIOS):
+            state = self.nut_map.evaluate(*self.point, load)
+            both = efficiency(screw, load, float(state.friction_torque)) if state.in_range else None
+            cases.append(LoadCase(load, loaded_screw(screw, constants, preload, load), both))
+        return tuple(cases)
 
 
-def operating_point(parameters: Parameters, axes: Any, user: Mapping[str, float]) -> OperatingPoint:
-    """Point of the report: numbers of the user by axis, else catalogue preload, DEFAULT_SPEED, reference temperature.
+def report_data(
+    parameters: Parameters, friction_set: FrictionSet, nut_map: NutMap, user: Mapping[str, float]
+) -> ReportData:
+    """Numbers around the point of the user [SI, by axis], else catalogue preload, DEFAULT_SPEED, reference temperature.
 
     Raises       ValueError: a number of the user outside the map
     """
-    defaults = OperatingPoint(
-        catalogue_preload(parameters.screw), DEFAULT_SPEED, parameters.lubricant.reference_temperature
-    )
+    axes, reference = nut_map.header["axes"], parameters.lubricant.reference_temperature
+    defaults = OperatingPoint(catalogue_preload(parameters.screw), DEFAULT_SPEED, reference)
     values = []
     for axis, default in defaults._asdict().items():
         value = user.get(axis, default)
@@ -167,71 +205,13 @@ def operating_point(parameters: Parameters, axes: Any, user: Mapping[str, float]
                 "build one for a wider range"
             )
         values.append(inside)
-    return OperatingPoint(*values)
-
-
-def report_data(
-    parameters: Parameters, friction_set: FrictionSet, nut_map: NutMap, user: Mapping[str, float]
-) -> ReportData:
-    """Evaluate a map around an operating point; user: numbers of the point by axis, SI.
-
-    Raises       ValueError: point outside the map;  ArithmeticError: equilibrium of a ball not found
-    """
-    axes, screw = nut_map.header["axes"], parameters.screw
-    point = operating_point(parameters, axes, user)
+    point = OperatingPoint(*values)
     slow, fast = axes["speed"][:2]
     preloads = np.unique([nearest(axes, "preload", ratio * point.preload) for ratio in PRELOAD_RATIOS])
     speeds = np.unique([*(speed for speed in TABLE_SPEEDS if slow <= speed <= fast), point.speed])
     temperatures = np.unique([*axes["temperature"][:2], point.temperature])
-    x = np.geomspace(slow, fast, POINTS)
-    interval_x = np.unique([*np.geomspace(slow, fast, INTERVAL_POINTS), *speeds])
-    known = nut_map.law == MECHANISTIC
-    intervals = torque_intervals(parameters, friction_set, nut_map, preloads, interval_x, temperatures)
-    warm = int(np.searchsorted(temperatures, point.temperature))
-    here = int(np.searchsorted(preloads, point.preload))
-
-    def lines(x: Array, rows: Array, at: Callable[[Any, Any], Any], ends: Array | None) -> Lines:
-        place = at(x, rows[:, None])
-        torque = nut_map.evaluate(*place).friction_torque
-        return Lines(x, rows, torque, unphysical_trend(nut_map, *place).unphysical, interval_x, ends)
-
-    def efficiency_at(speed: float, axial_load: float) -> Efficiency | None:
-        state = nut_map.evaluate(point.preload, speed, point.temperature, axial_load)
-        return efficiency(screw, axial_load, float(state.friction_torque)) if state.in_range else None
-
-    force = np.linspace(max(axes["preload"][0], axes["force"][0]), preloads[-1], POINTS)
-    constants = screw_constants(screw)
-    separation = loaded_screw(screw, constants, point.preload, 0.0).separation_load
-    axial_loads = np.linspace(0.0, LAST_LOAD_RATIO * separation, LOAD_POINTS)
-    unknown = Efficiency(math.nan, math.nan)
-    both = [[efficiency_at(x, load) or unknown for load in axial_loads.tolist()] for x in speeds.tolist()]
-    cases = []
-    for load in (ratio * separation for ratio in LOAD_RATIOS):
-        loaded = loaded_screw(screw, constants, point.preload, load)
-        cases.append(LoadCase(load, loaded, efficiency_at(point.speed, load)))
+    lines, intervals = np.geomspace(slow, fast, POINTS), np.geomspace(slow, fast, INTERVAL_POINTS)
     return ReportData(
-        parameters, friction_set, nut_map, point, constants, preloads, speeds, temperatures,
-        intervals=intervals[:, np.isin(interval_x, speeds)],
-        interval=map_interval(parameters, axes, friction_set, *point) if known else None,
-        by_preload=lines(x, preloads, lambda x, row: (row, x, point.temperature),
-                         intervals[:, :, warm, 1:] if known else None),
-        by_temperature=lines(x, temperatures, lambda x, row: (point.preload, x, row),
-                             intervals[here, :, :, 1:].swapaxes(0, 1) if known else None),
-        over_preload=lines(force, speeds, lambda x, row: (x, row, point.temperature), None),
-        films=nut_map.evaluate(point.preload, x, temperatures[:, None]),
-        cases=tuple(cases), axial_loads=axial_loads, efficiencies=100.0 * np.array(both),
+        parameters, friction_set, nut_map, point, preloads, speeds, temperatures, lines,
+        np.unique([*intervals, *speeds]),
     )  # fmt: skip
-
-
-def torque_intervals(
-    parameters: Parameters, friction_set: FrictionSet, nut_map: NutMap, preloads: Array, speeds: Array,
-    temperatures: Array,
-) -> Array:  # fmt: skip
-    """Torque with low and high end of its interval [N.m], (preload, speed, temperature, 3); ends NaN if not known."""
-    torque = nut_map.evaluate(preloads[:, None, None], speeds[:, None], temperatures).friction_torque
-    ends: Any = np.full((*torque.shape, 2), math.nan)
-    if nut_map.law == MECHANISTIC:
-        axes = nut_map.header["axes"]
-        ends = relative_intervals(parameters, axes, friction_set, preloads, speeds, temperatures)
-    seals, torque = nut_map.seal_torque, torque[..., None]
-    return np.concatenate((torque, seals + (torque - seals) * ends), axis=-1)

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
+from ..friction.baselines import nsk_torque
 from ..nut_map.trend import THICK
 from ..parameters.units import CELSIUS, RPM
 from .data import CATALOGUE_SPEED, Lines, ReportData
@@ -59,11 +60,6 @@ def celsius(temperature: float) -> str:
     return f"{temperature - CELSIUS:.3g} C"
 
 
-def rpm(speed: float) -> str:
-    """A speed [rad/s] with its unit."""
-    return f"{speed / RPM:.0f} r/min"
-
-
 def logarithmic(axes: Axes, which: str) -> None:
     """A logarithmic axis with plain numbers at 1, 2, 5 or, over many decades, at 1, 3 of each."""
     axes.set(**{f"{which}scale": "log"})
@@ -74,17 +70,18 @@ def logarithmic(axes: Axes, which: str) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def draw_lines(axes: Axes, lines: Lines, unit: float, label: Callable[[float], str], name: str) -> list[Any]:
-    """Lines with their intervals, dashed where their trend is not physical; x over unit; returns the colours."""
+def draw_lines(
+    axes: Axes, data: ReportData, lines: Lines, label: Callable[[float], str], name: str
+) -> list[Any]:
+    """Lines with their intervals, dashed where their trend is not physical; returns the colours."""
     shades = colours(name, len(lines.rows))
+    speed, interval_speed = data.line_speeds / RPM, data.interval_speeds / RPM
     for k, (row, colour) in enumerate(zip(lines.rows, shades, strict=True)):
         torque, dashed = lines.torque[k], lines.unphysical[k]
-        axes.plot(lines.x / unit, np.where(dashed, np.nan, torque), color=colour, label=label(float(row)))
-        axes.plot(lines.x / unit, np.where(dashed, torque, np.nan), "--", color=colour)
+        axes.plot(speed, np.where(dashed, np.nan, torque), color=colour, label=label(float(row)))
+        axes.plot(speed, np.where(dashed, torque, np.nan), "--", color=colour)
         if lines.interval is not None:
-            axes.fill_between(
-                lines.interval_x / unit, *lines.interval[k].T, color=colour, alpha=0.2, linewidth=0.0
-            )
+            axes.fill_between(interval_speed, *lines.interval[k].T, color=colour, alpha=0.2, linewidth=0.0)
     axes.set_ylim(bottom=0.0)
     axes.set_ylabel("friction torque [N m]")
     return shades
@@ -101,8 +98,8 @@ def over_speed(figure: Figure, axes: Axes, title: str) -> None:
 @drawn
 def torque_by_preload(figure: Figure, axes: Axes, data: ReportData) -> None:
     """Torque over speed, one line per preload, with the catalogue torque of each at its speed."""
-    shades = draw_lines(axes, data.by_preload, RPM, kilonewton, PRELOADS)
-    torques = data.catalogue_torque(data.preloads)
+    shades = draw_lines(axes, data, data.by_preload, kilonewton, PRELOADS)
+    torques = nsk_torque(data.parameters.screw, data.preloads)
     for torque, colour in zip(torques, shades, strict=True):
         axes.plot(CATALOGUE_SPEED / RPM, torque, "D", color=colour, markeredgecolor="black")
     axes.plot([], [], "D", color="white", markeredgecolor="black", label="catalogue")
@@ -112,25 +109,14 @@ def torque_by_preload(figure: Figure, axes: Axes, data: ReportData) -> None:
 @drawn
 def torque_by_temperature(figure: Figure, axes: Axes, data: ReportData) -> None:
     """Torque over speed, one line per oil temperature."""
-    draw_lines(axes, data.by_temperature, RPM, celsius, TEMPERATURES)
+    draw_lines(axes, data, data.by_temperature, celsius, TEMPERATURES)
     over_speed(figure, axes, f"preload {kilonewton(data.point.preload)}")
-
-
-@drawn
-def torque_over_preload(figure: Figure, axes: Axes, data: ReportData) -> None:
-    """Torque over preload, one line per speed, with the catalogue torque."""
-    draw_lines(axes, data.over_preload, 1000.0, rpm, TEMPERATURES)
-    force = data.over_preload.x
-    axes.plot(force / 1000.0, data.catalogue_torque(force), "-.", color="black", label="catalogue")
-    axes.set(xlabel="preload [kN]", title=f"oil at {celsius(data.point.temperature)}")
-    axes.set_xlim(left=0.0)
-    figure.legend(loc="outside lower center", ncols=3)
 
 
 @drawn
 def torque_parts(figure: Figure, axes: Axes, data: ReportData) -> None:
     """Parts of the torque over speed at the operating point, stacked."""
-    speed = data.by_preload.x
+    speed = data.line_speeds
     state = data.nut_map.evaluate(data.point.preload, speed, data.point.temperature)
     parts = {
         "sliding": state.sliding_torque,
@@ -148,7 +134,7 @@ def torque_parts(figure: Figure, axes: Axes, data: ReportData) -> None:
 def film(figure: Figure, axes: Axes, data: ReportData) -> None:
     """Least film of all balls over speed, one line per oil temperature, with lambda on the right."""
     height = data.roughness
-    speed, films = data.by_preload.x / RPM, 1e9 * data.films.film_thickness_min
+    speed, films = data.line_speeds / RPM, 1e9 * data.films.film_thickness_min
     for line, temperature, colour in zip(
         films, data.temperatures, colours(TEMPERATURES, len(films)), strict=True
     ):
@@ -166,18 +152,3 @@ def film(figure: Figure, axes: Axes, data: ReportData) -> None:
         right.grid(visible=False)
         logarithmic(right, "y")
     over_speed(figure, axes, f"preload {kilonewton(data.point.preload)}")
-
-
-@drawn
-def efficiency(figure: Figure, axes: Axes, data: ReportData) -> None:
-    """Efficiency over axial load, one colour per speed: screw drives, and dashed nut drives."""
-    load = data.axial_loads / 1000.0
-    for speed, lines, colour in zip(
-        data.speeds, data.efficiencies, colours(TEMPERATURES, len(data.speeds)), strict=True
-    ):
-        axes.plot(load, lines[:, 0], color=colour, label=rpm(speed))
-        axes.plot(load, lines[:, 1], "--", color=colour)
-    axes.plot([], [], "--", color="0.3", label="nut drives")
-    axes.set(xlabel="axial load [kN]", ylabel="efficiency [%]", xlim=(0.0, load[-1]), ylim=(0.0, 100.0))
-    axes.set_title(f"preload {kilonewton(data.point.preload)}, oil at {celsius(data.point.temperature)}")
-    figure.legend(loc="outside lower center", ncols=3)

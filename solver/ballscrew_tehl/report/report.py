@@ -14,7 +14,7 @@ def report_page(data: ReportData, live: Html | None = None) -> str:
     """
     sections = [] if live is None else [("live", "Live", section("live", "Torque of this screw, live", live))]
     for name, link, title, content in (
-        ("screw", "Screw", "The screw and its oil", MACROS.screw(data, tables, figures)),
+        ("screw", "Screw", "The screw and its oil", MACROS.screw(data, tables)),
         ("torque", "Torque", "Torque over speed, temperature and preload", MACROS.torque(data, tables, figures)),
         ("film", "Film", "Film thickness and lambda", MACROS.film(data, tables, figures)),
         ("limits", "Limits", "What is not included, range and accuracy", MACROS.limits(data, tables)),

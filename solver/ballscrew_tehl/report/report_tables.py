@@ -4,17 +4,27 @@ import math
 
 import numpy as np
 
+from ..friction.baselines import nsk_torque
 from ..friction.sets import CATALOGUE_DIFFERS, FITTED, SETS, carried_over
 from ..nut_map.trend import MIN_FORCE_RATIO
 from ..parameters.file import FOUR_POINT
 from ..parameters.units import CELSIUS, RPM, SHOWN
 from ..physics.film import MIN_FILM, THICKEST_FILM
 from ..physics.lubricant import ambient_density, eta0
-from .data import CATALOGUE_SPEED, LoadCase, OperatingPoint, ReportData
+from ..physics.rating import dynamic_rating, static_rating
+from .data import CATALOGUE_SPEED, OperatingPoint, ReportData
 from .page import Html, table
 from .tables import certificate_table
 
 __all__ = ["certificate_table"]  # of the template
+
+
+#: how certain the torque of balls with four contacts is, by whether the law is the mechanistic one
+OVERSIZE_BALLS = {
+    False: "the spin of the balls on their flanks is not included; the command torque gives an upper bound of it",
+    True: "torque and efficiency are some 10 % less certain where the smaller force of both sets of flanks is below "
+    f"{MIN_FORCE_RATIO:g} of the larger; the command torque marks such points (unlike_flanks)",
+}
 
 
 def words(name: str) -> str:
@@ -25,24 +35,18 @@ def words(name: str) -> str:
 def key_numbers(data: ReportData) -> list[tuple[str, str]]:
     """The numbers that are asked for first, each with what it is."""
     point, interval, case = data.point, data.interval, data.cases[0].screw
+    state = data.nut_map.evaluate(*point)
+    slow = data.nut_map.evaluate(*point._replace(speed=CATALOGUE_SPEED))
+    computed = f"{float(slow.friction_torque):.3f} N m" if slow.in_range else "outside the map"
     low_high = "" if interval is None else f", interval {interval.low:.3f} to {interval.high:.3f}"
     return [
-        (f"{data.torque:.3f} N m", f"friction torque at {point.text}{low_high}"),
+        (f"{float(state.friction_torque):.3f} N m", f"friction torque at {point.text}{low_high}"),
         (f"{case.catalogue_torque:.3f} N m", f"catalogue torque at {point.preload:.0f} N (JIS B 1192: 100 r/min, "
-         f"oil ISO VG 68, no seals); {computed_for_catalogue(data)}"),
-        (f"{float(data.state.lambda_ratio):.2f}", "lambda, least film over roughness, at the same point"),
+         f"oil ISO VG 68, no seals); computed at 100 r/min and {point.temperature - CELSIUS:.1f} C: {computed}"),
+        (f"{float(state.lambda_ratio):.2f}", "lambda, least film over roughness, at the same point"),
         (f"{1e-6 * case.axial_stiffness:.0f} N/um", "axial stiffness of the contacts, bodies rigid, at this preload"),
         (f"{case.separation_load:.0f} N", f"axial load that unloads one {data.words.side} (elastic bodies)"),
     ]  # fmt: skip
-
-
-def computed_for_catalogue(data: ReportData) -> str:
-    """The computed torque at the speed of the catalogue torque."""
-    point = data.point._replace(speed=CATALOGUE_SPEED)
-    if CATALOGUE_SPEED not in data.speeds:
-        return "this speed is outside the map"
-    torque = float(data.nut_map.evaluate(*point).friction_torque)
-    return f"computed at 100 r/min and {point.temperature - CELSIUS:.1f} C: {torque:.3f} N m"
 
 
 def sizes(data: ReportData) -> Html:
@@ -58,7 +62,7 @@ def sizes(data: ReportData) -> Html:
          f"{screw.screw_raceway_radius / ball:.4f}, {screw.nut_raceway_radius / ball:.4f}"),
         ("turns; balls of a nut, load-carrying", f"{screw.turns:g}; {screw.ball_count}, {screw.loaded_ball_count}"),
         ("dynamic and static load rating",
-         f"{data.constants.dynamic_rating:.0f} N, {data.constants.static_rating:.0f} N"),
+         f"{dynamic_rating(screw):.0f} N, {static_rating(screw):.0f} N"),
         ("oil", data.parameters.lubricant.name),
         ("friction law", f"{words(entry.name)}; {fitted_numbers(data)}"),
     ]  # fmt: skip
@@ -66,13 +70,11 @@ def sizes(data: ReportData) -> Html:
 
 
 def fitted_numbers(data: ReportData) -> str:
-    """Numbers of the friction set with the half-widths of their 95 % intervals, the torques and error of their fit."""
+    """Numbers of the friction set, and the error of its fit."""
     entry, parts = data.friction_set, []
     for key in SETS.get(entry.name, FITTED):
         scale, unit = (1e9, " nm") if key == "roughness_height" else (1.0, "")
-        half = entry.intervals.get(key)
-        width = "" if half is None else f" +- {scale * half:.2g}"
-        parts.append(f"{words(key)} {scale * getattr(entry, key):.4g}{width}{unit}")
+        parts.append(f"{words(key)} {scale * getattr(entry, key):.4g}{unit}")
     if (error := entry.errors.get("leave_one_out_mean")) is not None:
         parts.append(f"mean error of a torque left out of the fit {100.0 * error:.2f} %")
     return ", ".join(parts)
@@ -87,35 +89,28 @@ def loads(data: ReportData) -> Html:
     caption = (
         f"The nut without axial load, at half the load that unloads one {data.words.side}, and at that load"
     )
-    return table("loads", caption, head, [load_row(case) for case in data.cases])
-
-
-def load_row(case: LoadCase) -> list[str]:
-    """Cells of a load case."""
-    screw, both = case.screw, case.efficiency
-    unknown = "-" if case.axial_load == 0.0 else "outside the map"
-    efficiencies = (
-        [unknown] * 2
-        if both is None
-        else [f"{100.0 * value:.1f}" for value in (both.driving, both.backdriving)]
-    )
-    return [
-        f"{case.axial_load:.0f}", f"{screw.ball_load_max:.1f}", f"{1e-9 * screw.contact_pressure_max:.3f}",
-        f"{screw.static_safety:.2f}", f"{float(f'{1e-6 * screw.life_turns:.4g}'):.10g}",
-        f"{1e-6 * screw.axial_stiffness:.1f}", *efficiencies,
-    ]  # fmt: skip
+    rows = []
+    for load, screw, both in data.cases:
+        unknown = "-" if load == 0.0 else "outside the map"
+        rows.append([
+            f"{load:.0f}", f"{screw.ball_load_max:.1f}", f"{1e-9 * screw.contact_pressure_max:.3f}",
+            f"{screw.static_safety:.2f}", f"{float(f'{1e-6 * screw.life_turns:.4g}'):.10g}",
+            f"{1e-6 * screw.axial_stiffness:.1f}",
+            *([unknown] * 2 if both is None else (f"{100.0 * value:.1f}" for value in both)),
+        ])  # fmt: skip
+    return table("loads", caption, head, rows)
 
 
 def torques(data: ReportData) -> Html:
     """Torque with its interval at the preloads and speeds of the lines, and the catalogue torque."""
-    warm = int(np.searchsorted(data.temperatures, data.point.temperature))
     rows = []
-    for preload, by_speed in zip(data.preloads, data.intervals[:, :, warm], strict=True):
+    shown = data.intervals[:, np.isin(data.interval_speeds, data.speeds), data.warm]
+    for preload, by_speed in zip(data.preloads, shown, strict=True):
         cells = (
             f"{torque:.3f}" + (f" ({low:.3f} to {high:.3f})" if data.mechanistic else "")
             for torque, low, high in by_speed
         )
-        rows.append([f"{preload:.0f}", f"{data.catalogue_torque(preload):.3f}", *cells])
+        rows.append([f"{preload:.0f}", f"{nsk_torque(data.parameters.screw, preload):.3f}", *cells])
     what = "Friction torque (interval) [N m]" if data.mechanistic else "Friction torque [N m]"
     return table(
         "torques",
@@ -158,52 +153,34 @@ def films(data: ReportData) -> Html:
     return table("films", caption, head, rows)
 
 
-def map_axes(data: ReportData) -> Html:
-    """Range of the map."""
-    axes = data.nut_map.header["axes"]
-    rows = [
-        [name, *(f"{round(unit.of(end), 3):.6g} {unit.unit}" for end in axes[name][:2])]
-        for name, unit in SHOWN.items()
-        if name in OperatingPoint._fields
-    ]
-    return table("axes", "Range of the map", ["", "from", "to"], rows)
-
-
 def limits(data: ReportData) -> Html:
     """What is not included, extrapolated or uncertain on this page."""
-    state, screw = data.films, data.parameters.screw
+    state, screw, header = data.films, data.parameters.screw, data.nut_map.header
     central = np.maximum(state.film_thickness_central_screw, state.film_thickness_central_nut)
-    inside = data.nut_map.header["atlas_fraction"]
     partial = {
         "torque rises with temperature or falls with speed in a thick film: not physical, dashed": np.concatenate(
-            [lines.unphysical.ravel() for lines in (data.by_preload, data.by_temperature, data.over_preload)]
+            [lines.unphysical.ravel() for lines in (data.by_preload, data.by_temperature)]
         ),
         "minimum film below a nanometre, where oil is no continuum": state.film_thickness_min < MIN_FILM,
         "central film above a tenth of the ball radius, rolling loss by a closed form":
             central > THICKEST_FILM * 0.5 * screw.ball_diameter,
-        "efficiency outside the map, not drawn": np.isnan(data.efficiencies[:, 1:]),
     }  # fmt: skip
+    ranges = []
+    for name in OperatingPoint._fields:
+        unit, (low, high, *_) = SHOWN[name], header["axes"][name]
+        ranges.append(f"{name} {unit.of(low):.6g} to {unit.of(high):.6g} {unit.unit}")
     seals = "" if data.nut_map.seal_torque else "seals and wipers, "
     rows = [
         ("not included", seals + "churning of grease, returns, misalignment, support bearings, running-in"),
+        ("range of the map", ", ".join(ranges)),
         ("outside the range", "values at the edge of the map, marked as out of range (in_range false)"),
         *((name, f"{100.0 * float(np.mean(where)):.0f} % of the lines") for name, where in partial.items()
           if np.any(where)),
     ]  # fmt: skip
-    if inside < 1.0:
+    if (outside := 1.0 - header["atlas_fraction"]) > 0.0:
         rows.append(
-            ("contacts outside the atlas", f"{100.0 * (1.0 - inside):.2g} %, by their ratio to closed forms")
+            ("contacts outside the atlas", f"{100.0 * outside:.2g} %, by their ratio to closed forms")
         )
     if screw.preload_kind == FOUR_POINT:
-        rows.append(("oversize balls under axial load", oversize_balls(data)))
-    return table("not_certain", "What is not included or less certain", ("", ""), rows, text=True)
-
-
-def oversize_balls(data: ReportData) -> str:
-    """How certain the torque of balls with four contacts is."""
-    if not data.mechanistic:
-        return "the spin of the balls on their flanks is not included; the command torque gives an upper bound of it"
-    return (
-        "torque and efficiency are some 10 % less certain where the smaller force of both sets of flanks is below "
-        f"{MIN_FORCE_RATIO:g} of the larger; the command torque marks such points (unlike_flanks)"
-    )
+        rows.append(("oversize balls under axial load", OVERSIZE_BALLS[data.mechanistic]))
+    return table("not_certain", "Range, and what is not included or less certain", ("", ""), rows, text=True)

@@ -1,6 +1,5 @@
 """The command calibrate: friction parameters from measured torques, of a file or one."""
 
-import shlex
 from argparse import Namespace
 from pathlib import Path
 from typing import cast
@@ -18,7 +17,7 @@ from ...runtime.packed import MECHANISTIC
 from ..shared.chosen import screw_of
 from ..shared.files import check_output, written
 from ..shared.progress import QUIET, progress_bar
-from ..shared.quantities import CALIBRATION_POINT, TEMPERATURE
+from ..shared.quantities import CALIBRATION_POINT
 from ..shared.results import Answer, say
 
 
@@ -33,10 +32,9 @@ def run_calibrate(args: Namespace) -> Answer:
     parameters = screw_of(args, PACKAGED_VG100 if law else None)
     if law:
         say(f"no --screw: {parameters.name} with {parameters.lubricant.name} ({PACKAGED_VG100.name})")
-    outputs = ("--output", args.output, "a file *.toml"), ("--plot", args.plot, "a file *.png")
-    for option, path, kind in outputs:
+    for option, path, kind in (("--output", args.output, "*.toml"), ("--plot", args.plot, "*.png")):
         if path:
-            check_output(option, path, kind, inputs=(args.measurements, args.screw))
+            check_output(option, path, f"a file {kind}", inputs=(args.measurements, args.screw))
     result = _of_file(args, parameters) if point is None else _of_point(args, parameters, point)
     friction = result.friction_set
     # what the commands after this one would refuse
@@ -53,21 +51,13 @@ def run_calibrate(args: Namespace) -> Answer:
                 save_figure(figure, Path(args.plot))
             say(f"written: {args.plot}")
     if args.output:
-        _write(args, friction)
+        with written("--output", args.output):
+            write_friction_sets(args.output, [friction], "Fitted by ballscrew calibrate")
+        say(f"written: {args.output}; next: ballscrew page ... --friction {args.output}")
     else:
         text = "\n".join([text, "For the screw file:", *_screw_file_lines(friction)])
     entry = friction.entries | {"calibration": data}
     return Answer([{f"{friction.kinematics}.{friction.name}": entry}], text=text)
-
-
-def _write(args: Namespace, friction: FrictionSet) -> None:
-    """Write the fitted set, and say which command follows."""
-    with written("--output", args.output):
-        write_friction_sets(args.output, [friction], "Fitted by ballscrew calibrate")
-    words = [f"--{key} {shlex.quote(getattr(args, key))} " for key in ("screw", "map") if getattr(args, key)]
-    # --kinematics alone fits with another oil than a file of the mechanistic law is read with
-    follows = f"; next: ballscrew page {''.join(words)}--friction {shlex.quote(args.output)}"
-    say(f"written: {args.output}{follows if words or not args.kinematics else ''}")
 
 
 def _point(args: Namespace) -> Measurement:
@@ -77,13 +67,11 @@ def _point(args: Namespace) -> Measurement:
             raise ValueError(f"{option} with --torque-nm; allowed: with MEASUREMENTS.csv only")
     if args.set not in (None, MECHANISTIC):
         raise ValueError(f"--set = {args.set}; allowed with --torque-nm: {MECHANISTIC}, which has one number")
-    values = []
     for quantity in CALIBRATION_POINT:
-        if (value := quantity.of(args)) is None:
+        if getattr(args, quantity.name) is None:
             names = ", ".join(quantity.option for quantity in CALIBRATION_POINT)
             raise ValueError(f"{quantity.option} (missing); allowed: {names} together")
-        values.append(value)
-    torque, preload, speed, temperature = values
+    torque, preload, speed, temperature = (getattr(args, quantity.name) for quantity in CALIBRATION_POINT)
     return Measurement(preload, abs(speed) * RPM, temperature + CELSIUS, torque)
 
 
@@ -98,18 +86,18 @@ def _of_point(args: Namespace, parameters: Parameters, point: Measurement) -> On
 
 
 def _of_file(args: Namespace, parameters: Parameters) -> Calibration:
-    celsius = TEMPERATURE.of(args)
+    temperature = None if args.temperature_c is None else args.temperature_c + CELSIUS
     with progress_bar(QUIET) as progress:
         return calibrate(
             args.measurements, parameters, args.map, name=args.set, drop=args.drop, progress=progress,
-            temperature=None if celsius is None else celsius + CELSIUS,
+            temperature=temperature,
         )  # fmt: skip
 
 
 def _screw_file_lines(friction: FrictionSet) -> list[str]:
     """Table friction of a screw file with the fitted numbers."""
     ratio, net, height = (f"{value:.6g}" for value in friction.values)
-    lines = ["[friction]", f'set = "{friction.name}"', f"net_sliding_coefficient = {net}"]
+    lines = ["[friction]", f'law = "{friction.name}"', f"net_sliding_coefficient = {net}"]
     if friction.name == MECHANISTIC:
         # the height in the screw file is that of its surfaces
         return lines

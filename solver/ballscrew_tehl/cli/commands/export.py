@@ -24,15 +24,6 @@ from ...runtime.packed import MECHANISTIC
 from ..shared.chosen import Chosen, chosen_of
 from ..shared.files import check_output
 from ..shared.progress import QUIET, progress_bar
-from ..shared.quantities import (
-    CURRENT_UNIT,
-    LEAD,
-    PRELOAD,
-    RATIO,
-    SPEED,
-    TEMPERATURE,
-    TORQUE_CONSTANT,
-)  # fmt: skip
 from ..shared.results import Answer, write_text
 
 #: file names by format
@@ -74,8 +65,6 @@ def run_export(args: Namespace) -> Answer:
         )
     twincat = args.format == "twincat"
     points = (MAX_POINTS if twincat else SPEEDS) if args.points is None else args.points
-    if not 3 <= points <= CURVE:
-        raise ValueError(f"--points = {points}; allowed: a whole number, 3 to {CURVE}")
     export = (_of_map if args.identified is None else _of_log)(args, points)
     table = export.table
     if twincat:
@@ -122,8 +111,8 @@ def _current(args: Namespace, constant: float | None = None, ratio: float = 1.0)
     if (given and not twincat) or (twincat and not given and constant is None):
         needed = "allowed only with" if given else "needed with"
         raise ValueError(f"--torque-constant-nm-a; {needed} --format twincat, whose list is a motor current")
-    constant = TORQUE_CONSTANT.of(args) or constant or 1.0
-    return 1.0 / (constant * (RATIO.of(args) or ratio)), CURRENT_UNIT.of(args) or 1e-3
+    constant = args.torque_constant_nm_a or constant or 1.0
+    return 1.0 / (constant * (args.ratio or ratio)), args.current_unit_a or 1e-3
 
 
 def _speeds(args: Namespace, low: float, high: float) -> tuple[float, float]:
@@ -133,10 +122,10 @@ def _speeds(args: Namespace, low: float, high: float) -> tuple[float, float]:
     """
     if args.speed_rpm is None:
         return low, high
-    ends = [SPEED.checked("--speed-rpm", value) * RPM for value in args.speed_rpm]
+    ends = [value * RPM for value in args.speed_rpm]
     if not low * (1.0 - 1e-6) <= ends[0] < ends[1] <= high * (1.0 + 1e-6):
         raise ValueError(
-            f"--speed-rpm = {' '.join(args.speed_rpm)}; allowed: a rising range in {low / RPM:.6g} to "
+            f"--speed-rpm = {ends[0] / RPM:g} {ends[1] / RPM:g}; allowed: a rising range in {low / RPM:.6g} to "
             f"{high / RPM:.6g} r/min"
         )
     return max(ends[0], low), min(ends[1], high)
@@ -170,12 +159,9 @@ def _of_map(args: Namespace, max_points: int) -> _Export:
 
 def _grid(args: Namespace, chosen: Chosen) -> tuple[Array, Array]:
     """Preloads [N] and temperatures [K] in rising order; default: as catalogues take them."""
-    usual = catalogue_preload(chosen.parameters.screw)
-    preload = PRELOAD._replace(not_zero=True)
-    preloads = [preload.checked("--preload-n", value) for value in args.preload_n or [usual]]
-    reference = chosen.parameters.lubricant.reference_temperature - CELSIUS
-    celsius = [TEMPERATURE.checked("--temperature-c", value) for value in args.temperature_c or [reference]]
-    return np.unique(np.array(preloads)), np.unique(np.array(celsius)) + CELSIUS
+    preloads = args.preload_n or [catalogue_preload(chosen.parameters.screw)]
+    celsius = args.temperature_c or [chosen.parameters.lubricant.reference_temperature - CELSIUS]
+    return np.unique(preloads), np.unique(celsius) + CELSIUS
 
 
 def _of_log(args: Namespace, max_points: int) -> _Export:
@@ -190,8 +176,8 @@ def _of_log(args: Namespace, max_points: int) -> _Export:
             "--points with --identified; allowed: with --format twincat, other files have all speeds"
         )
     axis = read_identified(args.identified)
-    if (lead := LEAD.of(args)) is not None:
-        axis = axis._replace(lead=1e-3 * abs(lead))
+    if args.lead_mm is not None:
+        axis = axis._replace(lead=1e-3 * abs(args.lead_mm))
     if args.speed_rpm is not None:
         axis = axis.between(*_speeds(args, 0.0, math.inf))
     current, lists = _current(args, axis.torque_constant, axis.ratio), []

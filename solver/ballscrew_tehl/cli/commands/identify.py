@@ -33,7 +33,7 @@ from ...runtime.packed import MECHANISTIC
 from ..shared.chosen import chosen_of
 from ..shared.files import check_output, written
 from ..shared.progress import QUIET, Progress, progress_bar
-from ..shared.quantities import IDENTIFY_OPTIONS, OFFSET_ERROR, TEMPERATURE
+from ..shared.quantities import IDENTIFY_OPTIONS
 from ..shared.results import Answer, say, to_builtin, write_text
 
 #: a number of the screw, and the same of a linear axis
@@ -127,14 +127,10 @@ def run_identify(args: Namespace) -> Answer:
 
 def _given(args: Namespace) -> dict[str, float | None]:
     """Numbers of IDENTIFY_OPTIONS by name, and offset_error."""
-    given: dict[str, float | None] = {"offset_error": 0.0}
-    for quantity in IDENTIFY_OPTIONS:
-        text = getattr(args, quantity.name)
-        if text is not None and quantity.name in OFFSETS:
-            text, both, error = text.partition("+-")
-            if both:
-                given["offset_error"] = OFFSET_ERROR.checked(f"standard error of {quantity.option}", error)
-        given[quantity.name] = None if text is None else quantity.checked(quantity.option, text)
+    given: dict[str, Any] = {quantity.name: getattr(args, quantity.name) for quantity in IDENTIFY_OPTIONS}
+    given["offset_error"] = 0.0
+    for name in OFFSETS:
+        given[name], given["offset_error"] = getattr(args, name) or (None, given["offset_error"])
     return given
 
 
@@ -221,8 +217,8 @@ def _temperature(fit: Identified, args: Namespace) -> float:
 
     Raises       ValueError: neither an option nor a column
     """
-    if (celsius := TEMPERATURE.of(args)) is not None:
-        return celsius + CELSIUS
+    if args.temperature_c is not None:
+        return float(args.temperature_c + CELSIUS)
     if fit.temperature is None:
         raise ValueError(
             "--temperature-c (missing); needed of the oil, or a column temperature [degC] in the log"

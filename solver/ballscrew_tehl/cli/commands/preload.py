@@ -30,39 +30,30 @@ def run_preload(args: Namespace) -> Answer:
     points = read_points(args, PRELOAD_POINT)
     chosen = chosen_of(args)
     nut_map = chosen.nut_map(args)
+    further = {**chosen.described, "map_hash": nut_map.header["file_hash"], "version": __version__}
     if other := carried_over(chosen.friction_set, chosen.parameters):
         say(other)
-    results, below = [], []
-    for point in each(points, "points"):
-        result, min_torque = _result(chosen, nut_map, point)
-        if point["torque_nm"] < min_torque:
-            below.append((point, min_torque))
-        results.append({
-            **result, **chosen.described, **({"friction_note": other} if other and args.json else {}),
-            "map_hash": nut_map.header["file_hash"], "version": __version__,
-        })  # fmt: skip
-    axes = nut_map.header["axes"]
-    if below:
-        point, min_torque = below[0]
+        further |= {"friction_note": other} if args.json else {}
+    results = [_result(chosen, nut_map, point) | further for point in each(points, "points")]
+    if below := [result for result in results if result["clamped"] == ["preload"]]:
         say(
-            f"in_range: false; {some_of(below, results)}torque_nm {point['torque_nm']:.6g} is below {min_torque:.4g} "
-            f"N.m, the lowest torque that this map answers at {_at(point)} (preload {axes['preload'][0]:g} N): "
-            "preload_n is extrapolated, not reliable; remedy: check the unit and what was subtracted from the torque, "
-            "or ballscrew map build with a lower --preload-n"
+            f"in_range: false; {some_of(below, results)}torque_nm {below[0]['torque_nm']:.6g} at {_at(below[0])} is "
+            "below the lowest torque that this map answers there: preload_n is extrapolated, not reliable; remedy: "
+            "check the unit and what was subtracted from the torque, or ballscrew map build with a lower --preload-n"
         )
     if cut := [result for result in results if AT_EDGE in result]:
         ends = " and ".join(f"preload_{end}_n" for end in cut[0][AT_EDGE])
         say(f"{AT_EDGE}: {some_of(cut, results)}{ends} at {_at(cut[0])}: the interval goes beyond the map")
-    say_outside([result for result in results if result["clamped"] != ["preload"]], axes)
+    say_outside([result for result in results if result not in below], nut_map.header["axes"])
     return Answer(results, bool(args.points), columns=COLUMNS, output=args.output)
 
 
-def _at(point: Mapping[str, float]) -> str:
+def _at(point: Mapping[str, Any]) -> str:
     return f"{point['speed_rpm']:g} r/min and {point['temperature_c']:g} C"
 
 
-def _result(chosen: Chosen, nut_map: NutMap, point: Mapping[str, float]) -> tuple[dict[str, Any], float]:
-    """Preload and interval behind a torque, and the lowest torque [N.m] of the map at its speed and temperature.
+def _result(chosen: Chosen, nut_map: NutMap, point: Mapping[str, float]) -> dict[str, Any]:
+    """Preload and interval behind a torque.
 
     Raises       ValueError: a torque above those of the map
     """
@@ -74,11 +65,10 @@ def _result(chosen: Chosen, nut_map: NutMap, point: Mapping[str, float]) -> tupl
     axes = nut_map.header["axes"]
     lowest = float(axes["preload"][0])
     highest = min(float(axes[name][1]) for name in ("force", "preload"))
-    min_torque, max_torque = torque(lowest), torque(highest)
-    if not measured <= max_torque:
+    if not measured <= torque(highest):
         raise ValueError(
-            f"torque_nm = {measured:.6g} at {_at(point)}; allowed: {min_torque:.4g} to {max_torque:.4g} N.m, the "
-            f"torques of this map there (preload {lowest:g} to {highest:g} N); remedy: check unit and sign of the "
+            f"torque_nm = {measured:.6g} at {_at(point)}; allowed: {torque(lowest):.4g} to {torque(highest):.4g} N.m, "
+            f"the torques of this map there (preload {lowest:g} to {highest:g} N); remedy: check unit and sign of the "
             "torque, or ballscrew map build with a higher --preload-n"
         )
     preload = preload_from_torque(torque, measured, 0.0, highest)
@@ -88,4 +78,4 @@ def _result(chosen: Chosen, nut_map: NutMap, point: Mapping[str, float]) -> tupl
         ends = preload_interval(chosen.parameters, nut_map, chosen.friction_set, measured, preload, *at)
         result |= {"preload_low_n": ends.low, "preload_high_n": ends.high, "preload_interval": ends.meaning}
         result |= {AT_EDGE: list(ends.at_edge)} if ends.at_edge else {}
-    return result | {"in_range": bool(state.in_range), "clamped": list(state.clamped)}, min_torque
+    return result | {"in_range": bool(state.in_range), "clamped": list(state.clamped)}

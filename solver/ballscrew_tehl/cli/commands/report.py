@@ -3,16 +3,14 @@
 import importlib
 from argparse import Namespace
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from ..._version import __version__
 from ...parameters.units import SHOWN
-from ...whole_file import whole_file
 from ..shared.chosen import chosen_of
-from ..shared.files import check_output, written
+from ..shared.files import check_output
 from ..shared.quantities import REPORT_POINT
-from ..shared.results import Answer
+from ..shared.results import Answer, write_text
 
 
 def run_report(args: Namespace, live: Callable[..., Any] = lambda chosen, nut_map, point: None) -> Answer:
@@ -20,10 +18,9 @@ def run_report(args: Namespace, live: Callable[..., Any] = lambda chosen, nut_ma
 
     Parameters   live : HTML fragment that computes in the browser, of screw, map and start, or None
     """
-    path = Path(args.output)
-    check_output("--output", path, "a file *.html, *.htm")
+    path = check_output("--output", args.output, "a file *.html, *.htm")
     chosen = chosen_of(args)
-    values = {quantity.axis: quantity.of(args) for quantity in REPORT_POINT}
+    values = {quantity.axis: getattr(args, quantity.name) for quantity in REPORT_POINT}
     user = {axis: SHOWN[axis].si(value) for axis, value in values.items() if value is not None}
     # a missing one is noticed before a map is made
     importlib.import_module("matplotlib")
@@ -33,7 +30,6 @@ def run_report(args: Namespace, live: Callable[..., Any] = lambda chosen, nut_ma
     nut_map = chosen.nut_map(args)
     data = report_data(chosen.parameters, chosen.friction_set, nut_map, user)
     text = report_page(data, live(chosen, nut_map, data.point))
-    with written("--output", path), whole_file(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_text("--output", path, text)
     result = {"file": str(path), "figures": text.count("<img "), **chosen.described}
     return Answer([result | {"map_hash": nut_map.header["file_hash"], "version": __version__}])

@@ -1,25 +1,25 @@
 """The commands screw and init: what a ball-screw program states of a screw; a screw file to fill in."""
 
-import math
 import textwrap
 from argparse import Namespace
-from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from ...mechanics import CATALOGUE_SHARE, efficiency, loaded_screw, screw_constants
 from ...parameters.file import ScrewParameters
-from ...parameters.template import CatalogueSizes, write_template
+from ...parameters.template import (
+    CatalogueSizes,
+    catalogue_parameters,
+    example_parameters,
+    screw_template,
+)
 from ...parameters.units import CELSIUS, RPM
 from ...physics.rating import STATIC_PRESSURE, computed_dynamic_rating, dynamic_rating
 from ..shared.chosen import Chosen, chosen_of, key_of, say_outside
-from ..shared.files import check_output, written
+from ..shared.files import check_output
 from ..shared.points import read_points
-from ..shared.quantities import SCREW_POINT, SPEED, TEMPERATURE
-from ..shared.results import Answer, say, width
+from ..shared.quantities import SCREW_POINT
+from ..shared.results import Answer, say, width, write_text
 
-#: loads of balls under an axial load
-STRETCHED = "bodies stretched by the axial load"
 CONDITIONS = "JIS B 1192: 100 r/min, oil ISO VG 68, no seals; a convention, proportional to the preload"
 #: of a table
 COLUMNS = (
@@ -53,17 +53,12 @@ def run_screw(args: Namespace) -> Answer:
         _add_efficiency(results, chosen, args)
     for result in results:
         result |= chosen.described
-    notes = {"friction_torque_nm": "at breakaway"} if args.speed_rpm == 0.0 else {}
-    if points[0]["axial_load_n"] != 0.0:
-        # torque and maps take the loads of each nut as by a preload of its force
-        notes |= dict.fromkeys(("ball_load_max_n", "contact_pressure_max_pa"), STRETCHED)
-    return Answer(results, bool(args.points), columns=COLUMNS, notes=notes, output=args.output)
+    return Answer(results, bool(args.points), columns=COLUMNS, output=args.output)
 
 
 def _add_efficiency(results: list[dict[str, Any]], chosen: Chosen, args: Namespace) -> None:
     """Torque, efficiency and hours at the speed and temperature of the options, from the map."""
-    speed = SPEED.checked("--speed-rpm", args.speed_rpm)
-    temperature = TEMPERATURE.checked("--temperature-c", args.temperature_c)
+    speed, temperature = args.speed_rpm, args.temperature_c
     nut_map = chosen.nut_map(args)
     axes = nut_map.header["axes"]
     for result in results:
@@ -85,52 +80,50 @@ def _add_efficiency(results: list[dict[str, Any]], chosen: Chosen, args: Namespa
 
 
 def _compare_rating(screw: ScrewParameters) -> None:
-    """One line on stderr about the rating of a screw file and that which its geometry gives."""
+    """One line on stderr if the rating of a screw file is not that which its geometry gives."""
     if screw.dynamic_rating is None:
         return
-    computed = computed_dynamic_rating(screw)
-    low, high = RATING_AGREES
-    ratio = computed / screw.dynamic_rating
-    doubt = ": check turns and balls (of one nut), ball_diameter and the nut it is of"
-    say(
-        f"dynamic_rating {screw.dynamic_rating:.6g} N of the screw file; computed {computed:.4g} N, {ratio:.2f} of it"
-        f"{'' if low <= ratio <= high else doubt}"
-    )
+    computed, (low, high) = computed_dynamic_rating(screw), RATING_AGREES
+    if not low <= computed / screw.dynamic_rating <= high:
+        say(
+            f"dynamic_rating {screw.dynamic_rating:.6g} N of the screw file; computed {computed:.4g} N: check turns "
+            "and balls (of one nut), ball_diameter and the nut it is of"
+        )
 
 
-def _sizes(values: Mapping[str, Any]) -> CatalogueSizes | None:
+def _sizes(args: Namespace) -> CatalogueSizes | None:
     """Sizes of the options; None without them.
 
-    Raises       ValueError: the diameter or the lead missing, a number out of range
+    Raises       ValueError: the diameter or the lead missing, a ball that does not fit them
     """
-    sizes = {name: values[name] for name in CatalogueSizes._fields if values[name] is not None}
+    sizes = {name: value for name in CatalogueSizes._fields if (value := getattr(args, name)) is not None}
     if not sizes:
         return None
-    for name in CatalogueSizes._fields:
-        option = f"--{name.replace('_', '-')}"
-        if name not in sizes and name in ("diameter_mm", "lead_mm"):
+    for name in ("diameter_mm", "lead_mm"):
+        if name not in sizes:
+            option = f"--{name.replace('_', '-')}"
             raise ValueError(f"{option} (missing); allowed: --diameter-mm and --lead-mm together")
-        if name in sizes and not 0.0 < sizes[name] < math.inf:
-            raise ValueError(f"{option} = {sizes[name]:g}; allowed: a finite number > 0")
     ball, pitch = sizes.get("ball_mm", 0.0), sizes["lead_mm"] / sizes.get("starts", 1)
-    if not ball < 0.5 * sizes["diameter_mm"]:
-        raise ValueError(f"--ball-mm = {ball:g}; allowed: less than half of --diameter-mm")
-    if not ball < pitch:
+    if not ball < min(pitch, 0.5 * sizes["diameter_mm"]):
         raise ValueError(
-            f"--ball-mm = {ball:g}; allowed: less than --lead-mm over --starts = {pitch:g} mm, or grooves meet"
+            f"--ball-mm = {ball:g}; allowed: less than half of --diameter-mm, and than --lead-mm over --starts = "
+            f"{pitch:g} mm, or grooves meet"
         )
     return CatalogueSizes(**sizes)
 
 
 def run_init(args: Namespace) -> Answer:
     """A screw file to fill in."""
-    check_output("FILE.toml", args.file, "a new file *.toml")
-    with written("FILE.toml", args.file):
-        write_template(args.file, args.oil, args.lubricant, _sizes(vars(args)))
-    lines = Path(args.file).read_text(encoding="utf-8").splitlines()
-    assumed = [line.partition("#")[0].strip() for line in lines if "# assumed: " in line]
-    check = "check what is assumed and the oil" if assumed else "enter the values of your screw and oil"
-    text = f"{args.file}: {check}; the first lines explain the next steps"
+    path = check_output("FILE.toml", args.file, "a new file *.toml")
+    if path.exists():
+        raise ValueError(f"{path}: exists already; allowed: a new file; choose another name")
+    parameters, assumed = example_parameters(args.oil, args.lubricant), frozenset[str]()
+    if sizes := _sizes(args):
+        parameters, assumed = catalogue_parameters(sizes, parameters)
+    content = screw_template(parameters, assumed)
+    write_text("FILE.toml", path, content)
+    text = f"{path}: enter the values of your screw and oil; the first lines explain the next steps"
     if assumed:
-        text += "\n" + textwrap.fill(f"assumed: {'; '.join(assumed)}", width())
-    return Answer([{"file": args.file}], text=text)
+        entries = [line.partition("#")[0].strip() for line in content.splitlines() if "# assumed: " in line]
+        text = f"{path}: check the oil, and what is assumed: {'; '.join(entries)}"
+    return Answer([{"file": str(path)}], text=textwrap.fill(text, width(), break_long_words=False))

@@ -104,10 +104,6 @@ def chosen_of(args: Namespace) -> Chosen:
     return Chosen(without_overrides(parameters, of_file.name), of_file, of_file)
 
 
-#: key of an operating point by the name that a map clamps
-CLAMPED_KEYS = {quantity.axis: quantity.name for quantity in TORQUE_POINT}
-
-
 def some_of(some: Sequence[Any], results: Sequence[Any]) -> str:
     """How many of several results a line is about; "" of a single one."""
     return "" if len(results) == 1 else f"{len(some)} of {len(results)} points, the first: "
@@ -119,8 +115,10 @@ def say_outside(results: Sequence[Mapping[str, Any]], axes: Mapping[str, Any]) -
     if not outside:
         return
     first = outside[0]
-    names = [CLAMPED_KEYS.get(name, name) for name in first["clamped"]]
-    values = ", ".join(f"{name} {first[name]:g}" if name in first else name for name in names)
+    keys = {quantity.axis: quantity.name for quantity in TORQUE_POINT}
+    values = ", ".join(
+        f"{keys[name]} {first[keys[name]]:g}" if name in keys else name for name in first["clamped"]
+    )
     # below its lowest preload a map continues by power laws
     light = list(first["clamped"]) == ["preload"] and first["preload_n"] < axes["preload"][0]
     edge = "extrapolated from its lowest preload" if light else "those at its edge"
@@ -142,12 +140,12 @@ _NAMES = {
     "n_per_m": "axial_stiffness",
     "nm": "catalogue_torque",
 }
-SUFFIXES = {name: unit for unit, names in _NAMES.items() for name in names.split()}
+_UNITS = {name: unit for unit, names in _NAMES.items() for name in names.split()}
 
 
 def key_of(name: str) -> str:
     """Key of a number of a result, with its unit at the end."""
-    return f"{name}_{SUFFIXES[name]}" if name in SUFFIXES else name
+    return f"{name}_{_UNITS[name]}" if name in _UNITS else name
 
 
 #: output of the map -> key of the command line

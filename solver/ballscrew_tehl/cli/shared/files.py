@@ -12,9 +12,7 @@ OTHER_FOLDER = "give a path in a folder that can be written"
 #: what to do about an error of the system, by its number
 REMEDIES = {
     errno.ENOENT: "create the folder, or give a path in one that exists",
-    errno.ENOTDIR: "a part of the path is a file; give a path in a folder",
     errno.EISDIR: "give the name of a file",
-    errno.EEXIST: "a part of the path is a file; give a path in a folder",
     errno.ENOSPC: "free space on this disk, or give a path on another one",
     errno.EDQUOT: "free space of your quota, or give a path on another disk",
     errno.ENAMETOOLONG: "give a shorter name",
@@ -38,14 +36,12 @@ def check_output(option: str, given: Path | str, kind: str, inputs: Sequence[str
     """
     path = Path(given)
     where = f"{option} = {path}"
-    suffixes = re.findall(r"\*(\.\w+)", kind)
     if path.is_dir():
-        raise ValueError(f"{where}: is a folder; allowed: {kind}, for example {path / f'NAME{suffixes[0]}'}")
-    if path.suffix.lower() not in suffixes:
+        raise ValueError(f"{where}: is a folder; allowed: {kind}")
+    if path.suffix.lower() not in re.findall(r"\*(\.\w+)", kind):
         raise ValueError(f"{where}; allowed: {kind}")
-    for read in inputs:
-        if read and path.exists() and Path(read).exists() and path.samefile(read):
-            raise ValueError(f"{where}: is a file that this command reads; allowed: another file")
+    if path.exists() and any(read and Path(read).exists() and path.samefile(read) for read in inputs):
+        raise ValueError(f"{where}: is a file that this command reads; allowed: another file")
     try_folder(where, path.parent, path.name)
     return path
 
@@ -60,16 +56,9 @@ def try_folder(where: str, folder: Path, name: str = "file") -> None:
         folder = folder.parent
     if not folder.is_dir():
         raise ValueError(f"{where}: {folder} is not a folder; allowed: a path below a folder")
-    try:
-        # as long as the temporary names that are written
-        with tempfile.NamedTemporaryFile(dir=folder, prefix=f".{name}."):
-            pass
-    except OSError as error:
-        # the temporary name would only confuse
-        raise ValueError(
-            f"{where}: {folder} cannot be written ({error.strerror}); remedy: "
-            f"{REMEDIES.get(error.errno or 0, OTHER_FOLDER)}"
-        ) from error
+    # with a name as long as the temporary ones that are written
+    with _one_line(f"{where}: {folder}"), tempfile.NamedTemporaryFile(dir=folder, prefix=f".{name}."):
+        pass
 
 
 @contextmanager
@@ -91,10 +80,16 @@ def written(option: str, path: Path | str) -> Iterator[None]:
 
     Raises       ValueError in place of OSError
     """
+    with _one_line(f"{option} = {path}:"), new_folder(Path(path).parent):
+        yield
+
+
+@contextmanager
+def _one_line(where: str) -> Iterator[None]:
+    """An error of the system without its temporary file name, which would only confuse."""
     try:
-        with new_folder(Path(path).parent):
-            yield
+        yield
     except OSError as error:
-        reason = error.strerror or str(error)
         remedy = REMEDIES.get(error.errno or 0, OTHER_FOLDER)
-        raise ValueError(f"{option} = {path}: cannot be written ({reason}); remedy: {remedy}") from error
+        reason = error.strerror or str(error)
+        raise ValueError(f"{where} cannot be written ({reason}); remedy: {remedy}") from error
