@@ -24,6 +24,10 @@ from ..shared.results import Answer, listing, say, table, width
 #: errors of a certificate, with their columns
 QUANTITIES = ("torque_error", "film_error", "minimum_film_error", "temperature_rise_error")
 COLUMNS = ("mean", "50", "99", "999", "max")
+PARTS = {
+    "against_direct_solves": "against direct solves on their own grid",
+    "of_direct_solves": "of these direct solves",
+}
 #: those that are printed with a new map
 OF_BUILD = tuple(f"{name}_{key}" for name in QUANTITIES[:2] for key in ("mean", "99", "max"))
 
@@ -107,17 +111,26 @@ def run_map_info(args: Namespace) -> Answer:
     """Axes, film model, friction defaults, version, hashes and certificate of a map."""
     header = load_map(args.map, screw_of(args)).header
     certificate = header["certificate"]
-    errors = [
-        [name, *(f"{certificate[f'{name}_{column}']:.2g}" for column in COLUMNS)]
-        for name in QUANTITIES
-        if f"{name}_mean" in certificate
-    ]
     about = (
-        f"certificate: relative errors at {certificate['points']} points of {certificate['what']} against direct "
-        f"solves, mean, quantiles, largest. {claim(certificate['points'])}"
+        f"certificate: relative errors against direct solves at points of {certificate['what']}, mean, quantiles, "
+        f"largest. {claim(certificate['points'])}"
     )
-    lines = [listing(_rows(header)), "", textwrap.fill(about, width()), table(["", *COLUMNS], errors)]
+    lines = [listing(_rows(header)), "", textwrap.fill(about, width()), _certificate_table(certificate)]
     return Answer([header], text="\n".join(lines))
+
+
+def _certificate_table(certificate: Mapping[str, Any]) -> str:
+    """Errors of the whole and of its regions; the names of --json are those of row and column, torque_error_99."""
+    lines: list[list[str]] = []
+    parts = {name: certificate[key] for key, name in PARTS.items() if key in certificate}
+    for region, errors in {"": certificate, **certificate.get("regions", {}), **parts}.items():
+        if region:
+            lines.append([region, *[""] * (1 + len(COLUMNS))])
+        for name in QUANTITIES:
+            if f"{name}_mean" in errors:
+                cells = (f"{errors[f'{name}_{column}']:.2g}" for column in COLUMNS)
+                lines.append([f"  {name}" if region else name, str(errors["points"]), *cells])
+    return table(["", "points", *COLUMNS], lines)
 
 
 def _rows(header: Mapping[str, Any]) -> dict[str, Any]:
