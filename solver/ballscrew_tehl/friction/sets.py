@@ -4,7 +4,6 @@ The packaged sets live in data/friction_sets.toml, written by examples/paper/pac
 The numbers of a law belong to its film: with a film that is 5 to 10 % thinner the ratio moves as much.
 """
 
-import dataclasses
 import json
 import math
 from collections.abc import Iterable, Mapping
@@ -39,8 +38,6 @@ _KEYS = {
     "temperature": "temperature_K",
 }
 
-#: entries of earlier files, which are ignored or follow from the law
-EARLIER = ("correlations", "other_losses", "film_model")
 PACKAGED_SETS = PACKAGED_DATA / "friction_sets.toml"
 
 #: name of the catalogue formula, baselines.nsk_torque
@@ -89,23 +86,19 @@ class FrictionSet:
     def __post_init__(self) -> None:
         object.__setattr__(self, "law", Law(self.law))
         for key in FITTED:
-            value = getattr(self, key)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"friction set {self.name}: {key} = {value}; allowed: finite and >= 0")
-        for key, ends in self.limits.items():
-            low, high = (float(ends.get(end, math.nan)) for end in ("low", "high"))
-            if not (0.0 <= low < math.inf and low <= high):
-                raise ValueError(
-                    f"friction set {self.name}: limits of {key} = {low} to {high}; allowed: 0 <= low <= high, "
-                    "low finite"
-                )
-        at = self.calibrated_at
-        if at and not (
-            set(at) == set(CALIBRATED_AT) and all(0.0 < value < math.inf for value in at.values())
-        ):
-            raise ValueError(
-                f"friction set {self.name}: calibrated_at = {dict(at)}; allowed: {', '.join(CALIBRATED_AT)}, each > 0"
+            self._refuse_unless(
+                0.0 <= getattr(self, key) < math.inf, key, getattr(self, key), "finite and >= 0"
             )
+        for key, ends in self.limits.items():
+            good = 0.0 <= ends.get("low", math.nan) <= ends.get("high", math.nan) and ends["low"] < math.inf
+            self._refuse_unless(good, f"limits of {key}", dict(ends), "0 <= low <= high, low finite")
+        at = self.calibrated_at
+        good = set(at) in (set(), set(CALIBRATED_AT)) and all(0.0 < value < math.inf for value in at.values())
+        self._refuse_unless(good, "calibrated_at", dict(at), f"{', '.join(CALIBRATED_AT)}, each > 0")
+
+    def _refuse_unless(self, good: bool, what: str, value: object, allowed: str) -> None:
+        if not good:
+            raise ValueError(f"friction set {self.name}: {what} = {value}; allowed: {allowed}")
 
     @property
     def values(self) -> tuple[float, float, float]:
@@ -158,8 +151,8 @@ def load_friction_sets(path: Path | str | None = None, remedy: str = "restore it
     try:
         for named in content.values():
             for name, table in _renamed(named, {key: name for name, key in _KEYS.items()}).items():
-                for key in EARLIER:
-                    table.pop(key, None)
+                # follows from the law
+                table.pop("film_model", None)
                 law = Law[name.upper()]
                 sets[law] = FrictionSet(law, **table)
     except (AttributeError, KeyError, TypeError) as err:
@@ -212,45 +205,34 @@ def default_friction_set(parameters: Parameters) -> FrictionSet:
 
     Raises       ValueError: two overrides of one number
     """
-    chosen = parameters.friction
-    entry = load_friction_sets()[chosen.law]
-    overrides = {
-        name: value for name in overridable(chosen.law) if (value := getattr(chosen, name)) is not None
-    }
+    friction = parameters.friction
+    entry = load_friction_sets()[friction.law]
+    overrides = {name: getattr(friction, name) for name in overridable(friction.law)}
+    overrides = {name: value for name, value in overrides.items() if value is not None}
     given = list(overrides)
-    if chosen.law is Law.MECHANISTIC:
-        if chosen.ball_thrust is not None:
-            if "net_sliding_coefficient" in overrides:
-                raise ValueError(
-                    f"friction.ball_thrust = {chosen.ball_thrust:g}; allowed: no entry with net_sliding_coefficient"
-                )
-            overrides["net_sliding_coefficient"] = ball_ball_coefficient(chosen, chosen.ball_thrust)
-            given.append("ball_thrust")
-        if not overrides and entry.parameters_hash != parameters_hash(parameters):
-            return _without_fit(entry, f"carried over from {entry.screw}: {entry.provenance}")
-    if not overrides:
+    if friction.law is Law.MECHANISTIC and friction.ball_thrust is not None:
+        if "net_sliding_coefficient" in overrides:
+            raise ValueError(
+                f"friction.ball_thrust = {friction.ball_thrust:g}; allowed: no entry with net_sliding_coefficient"
+            )
+        overrides["net_sliding_coefficient"] = ball_ball_coefficient(friction, friction.ball_thrust)
+        given.append("ball_thrust")
+    if overrides:
+        provenance = f"{entry.name}, overridden in the screw file: {', '.join(given)}"
+    elif friction.law is Law.MECHANISTIC and entry.parameters_hash != parameters_hash(parameters):
+        provenance = f"carried over from {entry.screw}: {entry.provenance}"
+    else:
         return entry
-    text = f"{entry.name}, overridden in the screw file: {', '.join(given)}"
-    return dataclasses.replace(_without_fit(entry, text), **overrides)
-
-
-def _without_fit(entry: FrictionSet, provenance: str) -> FrictionSet:
-    """The numbers of a set without what was found out about its fit, which is not true of this screw."""
-    return FrictionSet(
-        entry.law,
-        *entry.values,
-        provenance=provenance,
-        screw=entry.screw,
-        parameters_hash=entry.parameters_hash,
-    )
+    # without what was found out about its fit, which is not true of this screw
+    numbers = {name: getattr(entry, name) for name in (*FITTED, "screw", "parameters_hash")}
+    return FrictionSet(entry.law, **(numbers | overrides), provenance=provenance)
 
 
 def _toml_lines(content: Mapping[str, Any], prefix: str) -> list[str]:
-    """Entries and then sub-tables of a TOML table."""
+    """Entries and then sub-tables of a TOML table; escapes of TOML strings are those of JSON."""
     lines = []
     for key, value in content.items():
         if not isinstance(value, Mapping):
-            # escapes of TOML strings are those of JSON
             text = (
                 repr(float(f"{value:.6g}"))
                 if isinstance(value, float)
