@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..parameters.file import Parameters, ScrewParameters
-from ..physics.ball_law import check_force, contact_angle_at_ball_load
+from ..physics.ball_law import check_force, contact_angle_at_ball_load, rising_root
 from ..physics.hertz import RACEWAYS, ball_ellipse
 from ..physics.kinematics import surface_speeds
 from ..physics.load import double_nut_loads, nut_loads
@@ -59,10 +59,6 @@ def hysteresis_force(load: Any, b: Any, ball_radius: float, coefficient: float) 
                  pressure, the printed result has it
     """
     return 3.0 * coefficient * np.asarray(load) * b / (16.0 * ball_radius)
-
-
-#: largest number of steps to the preload of a torque; steps to one side after which the interval is halved
-MAX_STEPS, ONE_SIDED = 200, 3
 
 
 class FilmModel(Protocol):
@@ -246,7 +242,6 @@ def preload_from_torque(
                  relative : wanted relative accuracy of the preload
     Returns      preload [N]; 0 for torque 0
     Raises       ValueError: not finite, negative, outside what the bracket reaches; evaluate not continuous
-    Source       bisection with regula falsi (Illinois rule: Dowell & Jarratt, BIT 11 (1971) 168)
     Example
                  >>> round(preload_from_torque(lambda preload: 2.0 * preload**0.5, 6.0, 0.0, 100.0), 9)
                  9.0
@@ -255,32 +250,15 @@ def preload_from_torque(
         raise ValueError(f"torque = {torque} N.m; needs finite, >= 0")
     if torque == 0.0:
         return 0.0
-    x_0, x_1 = float(lowest), float(highest)
-    f_0, f_1 = evaluate(x_0) - torque, evaluate(x_1) - torque
-    if not (f_0 <= 0.0 <= f_1):
+    low, high = evaluate(lowest), evaluate(highest)
+    if not low <= torque <= high:
         raise ValueError(
-            f"torque = {torque:.6g} N.m; allowed at this speed and temperature: {f_0 + torque:.6g} to "
-            f"{f_1 + torque:.6g} N.m (preload {x_0:.6g} to {x_1:.6g} N)"
+            f"torque = {torque:.6g} N.m; allowed at this speed and temperature: {low:.6g} to {high:.6g} N.m (preload "
+            f"{lowest:.6g} to {highest:.6g} N)"
         )
-    if f_0 == 0.0 or f_1 == 0.0:
-        return x_0 if f_0 == 0.0 else x_1
-    side = 0
-    for _ in range(MAX_STEPS):
-        x = x_1 - f_1 * (x_1 - x_0) / (f_1 - f_0)
-        # on a curve that starts like a root, chords converge slowly from one side
-        if not x_0 < x < x_1 or not abs(side) < ONE_SIDED:
-            x, side = 0.5 * (x_0 + x_1), 0
-        f = evaluate(x) - torque
-        if f == 0.0 or x_1 - x_0 <= relative * x_1:
-            return x
-        if f > 0.0:
-            x_1, f_1 = x, f
-            f_0 *= 0.5 if side > 0 else 1.0
-            side = max(side, 0) + 1
-        else:
-            x_0, f_0 = x, f
-            f_1 *= 0.5 if side < 0 else 1.0
-            side = min(side, 0) - 1
-        if not math.isfinite(f):
-            break
-    raise ValueError(f"torque = {torque:.6g} N.m; no preload found between {x_0:.6g} and {x_1:.6g} N")
+    preload, found = rising_root(lambda x: evaluate(x) - torque, float(lowest), float(highest), relative)
+    if not found:
+        raise ValueError(
+            f"torque = {torque:.6g} N.m; no preload found between {lowest:.6g} and {highest:.6g} N"
+        )
+    return preload

@@ -7,9 +7,8 @@ import math
 from typing import Any, NamedTuple
 
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.over_preload import OverPreload
 from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters
-from ballscrew_tehl.runtime.preload import estimate_preload
+from ballscrew_tehl.runtime.preload import OverPreload, estimate_preload
 from ballscrew_tehl.runtime.standstill import regularised_sign
 
 

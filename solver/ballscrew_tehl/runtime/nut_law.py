@@ -1,7 +1,7 @@
 """Laws of the double nut, written once for floats, arrays and numbers with a derivative (dual.py).
 
 Every function takes its operations as `ops`: FLOATS, ARRAYS or dual.DUALS. Look-ups and clamps are those of evaluate.py
-and over_preload.py, which call it.
+and preload.py, which call it.
 
 Two friction laws share all but the torques of a nut (NUT_TORQUES): film_shear, the law of the fitted sets, and
 mechanistic, the power balance of rolling loss, shear and ball-on-ball friction. Both may rise towards breakaway at
@@ -233,15 +233,6 @@ def coulomb_rise(s: Any, factor: Any, slope: Any, breakaway: Any, ops: Ops) -> A
     t = (1.0 + REST) * s * s / (s + REST)
     half = ops.most(q / ((1.0 + 2.0 * REST) / (1.0 + REST) - q), LEAST_HALF)
     return 1.0 + rise * (1.0 - (1.0 + half) * t / (t + half))
-
-
-def nut_presliding_stiffness(force: float, hysteresis: float, sliding: float, angle: float) -> float:
-    """Presliding stiffness of one nut: its Coulomb torque at standstill over presliding_angle [N.m/rad].
-
-    Parameters   force : of the nut [N], >= 0;  hysteresis, sliding : parts of its Coulomb torque [N.m]
-                 angle : presliding_angle at 1 N [rad]; it grows with the contact width, F^(1/3)
-    """
-    return (hysteresis + sliding) / (angle * force ** (1.0 / 3.0)) if force > 0.0 else 0.0
 
 
 def nut_extremes(surfaces: Numbers, curves: Numbers, f: Any, s: Any, ops: Ops) -> tuple[Any, ...]:
