@@ -157,14 +157,12 @@ def torque_interval(
     temperature: float,
     friction_set: FrictionSet,
 ) -> TorqueInterval:
-    """Torque of all nuts with its interval.
+    """Torque of all nuts with its interval, see the head of this module.
 
-    Parameters   forces : of the nuts [N];  contacts : of the balls, found once;  speed [rad/s] > 0, temperature [K]
+    Parameters   forces : of the nuts [N];  contacts : of the balls;  speed [rad/s] > 0, temperature [K]
                  friction_set : its coefficient k is that of the constants in the parameters. It varies with them unless
-                 it was fitted to this screw or the screw file states it.
-                 Calibrated on one torque: it is fitted to that torque again
+                 it was fitted to this screw or the screw file states it
     Raises       ValueError, ArithmeticError as nut_powers
-    Source       head of this module
     """
     nuts = loaded_nuts(parameters, forces)
     if not nuts:

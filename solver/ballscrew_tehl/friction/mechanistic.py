@@ -235,8 +235,8 @@ def powers_of_nuts(
 ) -> list[list[NutPowers]]:
     """nut_powers of several nuts, loads and opposed of each, for each of the variants.
 
-    Parameters   variants : parameters of one screw and oil with other constants of the law. The balls of all are
-                 brought into equilibrium side by side, those of variants with the same SHEAR_CONSTANTS once
+    Variants are parameters of one screw and oil with other constants of the law. The balls of all are brought into
+    equilibrium side by side, those of variants with the same SHEAR_CONSTANTS once.
     """
     speed, temperature = np.broadcast_arrays(
         np.atleast_2d(np.asarray(speed, float)), np.atleast_2d(np.asarray(temperature, float))
@@ -403,10 +403,7 @@ def rolling_torque(
 
 
 def loaded_nuts(parameters: Parameters, forces: Sequence[float]) -> list[CountedNut]:
-    """Nuts, halves or sets of flanks that carry load, as powers_of_nuts takes them, and how many times each counts.
-
-    Parameters   forces : of both, or of one alone [N]
-    """
+    """Nuts, halves or sets of flanks that carry load, under the forces of both or of one alone [N], and their count."""
     screw = parameters.screw
     loads = [nut_loads(screw, force, screw.loaded_ball_count) for force in forces]
     nuts = []
@@ -444,8 +441,7 @@ def double_nut_parts(
 ) -> TorqueParts:
     """Torque of the nuts, rolling as viscous and shear with ball on ball as sliding, as runtime.nut_law names them.
 
-    Parameters   forces : of the nuts [N];  contacts : of the balls;  speed [rad/s] > 0, temperature [K]
-                 ratio, coefficient : factor of the rolling part, 2 mu_b Lambda kappa
+    Arguments as nuts_powers;  ratio, coefficient : factor of the rolling part, 2 mu_b Lambda kappa.
     """
     rolling = hysteresis = sliding = 0.0
     for times, nut in nuts_powers(parameters, forces, contacts, speed, temperature):

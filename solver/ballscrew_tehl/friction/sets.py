@@ -38,6 +38,8 @@ _KEYS = {
     "temperature": "temperature_K",
 }
 
+#: entries of earlier files, which are ignored or follow from the law
+EARLIER = ("correlations", "other_losses", "film_model")
 PACKAGED_SETS = PACKAGED_DATA / "friction_sets.toml"
 
 #: name of the catalogue formula, baselines.nsk_torque
@@ -151,8 +153,8 @@ def load_friction_sets(path: Path | str | None = None, remedy: str = "restore it
     try:
         for named in content.values():
             for name, table in _renamed(named, {key: name for name, key in _KEYS.items()}).items():
-                # follows from the law
-                table.pop("film_model", None)
+                for key in EARLIER:
+                    table.pop(key, None)
                 law = Law[name.upper()]
                 sets[law] = FrictionSet(law, **table)
     except (AttributeError, KeyError, TypeError) as err:
@@ -185,10 +187,7 @@ def overridable(law: Law) -> tuple[str, ...]:
 
 
 def check_usable(entry: FrictionSet, parameters: Parameters, where: str, remedy: str) -> None:
-    """Refuse numbers that a screw file may not have.
-
-    Raises       ValueError
-    """
+    """Refuse numbers that a screw file may not have: ValueError."""
     try:
         changed(parameters, friction={name: getattr(entry, name) for name in overridable(entry.law)})
     except ValidationError as err:
@@ -305,10 +304,7 @@ def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
 
 
 def with_set(parameters: Parameters, name: str) -> Parameters:
-    """Parameters with a law of the same surface speeds; overrides in the screw file belong to its own law.
-
-    Raises       ValueError: a law with other surface speeds
-    """
+    """Parameters with a law of the same surface speeds, else ValueError; overrides belong to the law of the file."""
     if name == parameters.friction.law:
         return parameters
     kinematics = parameters.friction.kinematics
@@ -327,10 +323,7 @@ def without_overrides(parameters: Parameters, name: str) -> Parameters:
 
 
 def refuse_other_fit(friction: FrictionSet, parameters: Parameters) -> None:
-    """Refuse a set of other kinematics, and one fitted to another screw or oil.
-
-    Raises       MapError (a ValueError)
-    """
+    """Refuse a set of other kinematics, and one fitted to another screw or oil: MapError (a ValueError)."""
     ours = parameters_hash(parameters)
     if friction.kinematics != parameters.friction.kinematics:
         raise MapError(

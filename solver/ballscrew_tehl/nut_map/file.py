@@ -31,7 +31,6 @@ from ..runtime.packed import (
     DEFAULTS,
     FILM_SHEAR,
     MECHANISTIC,
-    TORQUE_CURVES,
     MapError,
     content_hash,
     npz_bytes,
@@ -40,7 +39,7 @@ from ..runtime.packed import (
 )
 from ..whole_file import whole_file
 from .built import VISCOUS, BuiltMap, Progress
-from .grid import screw_grid
+from .grid import grid_of, screw_grid
 from .interval import BAND, band, band_point
 
 FILE_FORMAT = 9
@@ -225,7 +224,12 @@ def _with_friction(
     """The map of a file with the numbers of a friction set, and the film that it takes."""
     film, defaults = friction.film_model, (*friction.values, 1.0)
     if film == MECHANISTIC:
-        _sum_for_constants(header, variables, parameters)
+        if header[MECHANISTIC] != law_constants(parameters):
+            # of other constants: the law is summed anew, in seconds
+            from .build import build_map
+
+            variables = build_map(parameters, grid_of(header["axes"])).arrays
+            header[MECHANISTIC] = law_constants(parameters)
         header[BAND] = band(parameters, header["axes"], friction)
         law = parameters.friction
         defaults = (*friction.values[:2], roughness_of(law), breakaway_factor(law))
@@ -249,7 +253,7 @@ def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:
     The contacts keep the angle that they have under this preload.
     """
     angle = float(loaded_contact_angle(screw, preload, screw.loaded_ball_count))
-    stiffness = float(axial_stiffness(nut_stiffness_constant(screw, angle), preload))
+    stiffness = axial_stiffness(nut_stiffness_constant(screw, angle), preload)
     return {
         "lead": screw.lead,
         "diameter": 2.0 * screw.nominal_radius,
@@ -257,18 +261,3 @@ def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:
         "stiffness_preload": preload,
         **({"seal_torque": screw.seal_torque} if screw.seal_torque else {}),
     }
-
-
-def _sum_for_constants(header: dict[str, Any], variables: dict[str, Array], parameters: Parameters) -> None:
-    """Sum the law anew (seconds) if the map is of other constants of the mechanistic law than the parameters."""
-    constants = law_constants(parameters)
-    if header[MECHANISTIC] == constants:
-        return
-    from .build import mechanistic_coefficients
-
-    surfaces, curves = mechanistic_coefficients(parameters, header["axes"])
-    variables[f"{VISCOUS}{MECHANISTIC}"] = surfaces
-    # pressure and load of the last two columns do not depend on the law
-    stored = variables["force_coefficients"][:, TORQUE_CURVES:]
-    variables["force_coefficients"] = np.concatenate([curves, stored], axis=-1)
-    header[MECHANISTIC] = constants

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -56,6 +57,12 @@ class MapGrid:
     temperature: tuple[float, float, int] = (283.15, 353.15, 21)
     preload: tuple[float, float, int] = (120.0, 12000.0, 13)
     share_nodes: int = 21
+
+
+def grid_of(axes: Mapping[str, Any]) -> MapGrid:
+    """Range and nodes by the axes of the header of a map."""
+    ends = {name: tuple(axes[name]) for name in ("force", "speed", "temperature", "preload")}
+    return MapGrid(**ends, share_nodes=axes["share"][2])
 
 
 def largest_pressure(screw: ScrewParameters, force: float) -> float:

@@ -19,7 +19,7 @@ from ..parameters.file import Parameters, ScrewParameters
 from ..physics.ball_law import Array
 from ..runtime.bspline import fit as coefficients_of
 from ..runtime.packed import POINT
-from .grid import MapGrid, ball_range
+from .grid import ball_range, grid_of
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap
@@ -44,8 +44,6 @@ def map_interval(
     axial_load: float = 0.0,
 ) -> TorqueInterval:
     """Interval at an operating point, at the nearest one of the map where that lies beyond its axes.
-
-    So is the point of a calibration on one torque.
 
     Parameters   axes : of the header;  preload [N] > 0, speed [rad/s], temperature [K], axial_load [N]
     Raises       ArithmeticError: equilibrium of a ball not found
@@ -83,7 +81,7 @@ def interval_table(
     ends = {name: axes[name][:2] for name in ("force", "speed", "temperature")}
     forces, speeds = np.geomspace(*ends["force"], nodes[0]), np.geomspace(*ends["speed"], nodes[1])
     temperatures = np.linspace(*ends["temperature"], nodes[2])
-    contacts = BallContacts(parameters, ball_range(parameters, MapGrid(**{n: tuple(axes[n]) for n in ends})))
+    contacts = BallContacts(parameters, ball_range(parameters, grid_of(axes)))
     found = relative_intervals(parameters, axes, friction_set, forces, speeds, temperatures, contacts)
     return coefficients_of(np.log(found), (0, 1, 2))
 

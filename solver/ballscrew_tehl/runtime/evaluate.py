@@ -121,10 +121,7 @@ class NutMap:
         axial_load: Operand,
         *friction: Operand | None,
     ) -> list[Any]:
-        """Arguments of evaluate() with defaults filled in: all numbers, or all arrays of one shape.
-
-        Raises       ValueError as evaluate()
-        """
+        """Arguments of evaluate() with defaults filled in: all numbers, or all arrays of one shape; else ValueError."""
         filled = (d if g is None else g for g, d in zip(friction, self.defaults, strict=True))
         arguments: list[Any] = [preload, speed, temperature, axial_load, *filled]
         if all(isinstance(a, (float, int)) for a in arguments):
@@ -169,30 +166,19 @@ class NutMap:
 
         correction : of the surfaces of each nut at its force (refine.py), None = the map as it is
         """
-        clamped = []
-        force_axis = self.force
-        if not self.preload.lo <= preload <= force_axis.hi:
+        highest, clamped = self.force.hi, []
+        if not self.preload.lo <= preload <= highest:
             clamped.append("preload")
-            preload = min(max(preload, 0.0), force_axis.hi)
-        forces: tuple[float, ...] = (preload,)
-        outside = self._outside(speed, temperature)
+            preload = min(max(preload, 0.0), highest)
+        relieved = loaded = preload
+        clamped += self._outside(speed, temperature)
         if axial_load != 0.0:
             relieved, loaded = self._forces_point(preload, axial_load)
-            forces = (relieved, min(loaded, force_axis.hi))
-            if loaded > force_axis.hi:
-                outside.append("axial_load")
+            if loaded > highest:
+                loaded = highest
+                clamped.append("axial_load")
         friction = FrictionParameters(ratio, net, roughness, breakaway)
-        return self._at_forces(forces, speed, temperature, friction, (*clamped, *outside), correction)
-
-    def evaluate_forces(
-        self, relieved: float, loaded: float, speed: float, temperature: float, friction: FrictionParameters
-    ) -> DoubleNutState:
-        """State of both nuts at given forces, relieved <= loaded <= end of the axis [N], checked by the caller.
-
-        `clamped` has speed and temperature only.
-        """
-        clamped = tuple(self._outside(speed, temperature))
-        return self._at_forces((relieved, loaded), speed, temperature, friction, clamped, None)
+        return self.evaluate_forces(relieved, loaded, speed, temperature, friction, clamped, correction)
 
     def _outside(self, speed: float, temperature: float) -> list[str]:
         names = ["speed"] if abs(speed) > self.speed.hi else []
@@ -200,19 +186,25 @@ class NutMap:
             names.append("temperature")
         return names
 
-    def _at_forces(
+    def evaluate_forces(
         self,
-        forces: tuple[float, ...],
+        relieved: float,
+        loaded: float,
         speed: float,
         temperature: float,
         friction: FrictionParameters,
-        clamped: tuple[str, ...],
-        correction: Correction | None,
+        clamped: list[str] | None = None,
+        correction: Correction | None = None,
     ) -> DoubleNutState:
-        """State at the forces of both nuts, relieved first, or at one that both have."""
-        j, k, weights, s = self.placed(speed, temperature)
-        nuts = [self._nut_point(force, j, k, weights, s, friction, correction) for force in forces]
-        return double_nut(nuts[0], nuts[-1], friction.roughness_height, not clamped, clamped, FLOATS)
+        """State of both nuts at given forces, relieved <= loaded <= end of the axis [N], checked by the caller.
+
+        clamped : names of inputs beyond the map, None: of speed and temperature
+        """
+        names = tuple(self._outside(speed, temperature) if clamped is None else clamped)
+        point = (*self.placed(speed, temperature), friction, correction)
+        first = self._nut_point(relieved, *point)
+        second = first if loaded == relieved else self._nut_point(loaded, *point)
+        return double_nut(first, second, friction.roughness_height, not names, names, FLOATS)
 
     def placed(self, speed: float, temperature: float) -> tuple[int, int, Array, float]:
         """Cells of a speed, sign free, and temperature; weights of their 16 neighbours; speed over the lowest, up to 1.
@@ -229,12 +221,10 @@ class NutMap:
         return j, k, np.array(rows), s
 
     def presliding_stiffness(self, preload: float, axial_load: float, net: float, breakaway: float) -> float:
-        """Presliding stiffness of both nuts, of the screw [N.m/rad].
+        """Sum over both nuts of Coulomb torque at standstill over presliding_angle [N.m/rad of the screw].
 
-        Parameters   preload : [N];  axial_load : [N], sign free;  net, breakaway : parameters of the friction law
-        Returns      sum over both nuts of Coulomb torque at standstill over presliding_angle. It depends on the loads
-                     alone, so that no energy arises while speed or temperature change: by the mechanistic law the
-                     shear of the raceway contacts is left out (3 to 9 % of the Coulomb torque of the GD4008-3)
+        It depends on the loads [N] alone, so that no energy arises while speed or temperature change: by the
+        mechanistic law the shear of the raceway contacts is left out (3 to 9 % of the Coulomb torque of the GD4008-3).
         """
         preload = min(max(preload, 0.0), self.force.hi)
         if axial_load == 0.0:
@@ -267,8 +257,7 @@ class NutMap:
     def range_margin(self, preload: float, speed: float, temperature: float, axial_load: float) -> float:
         """Least distance from the limits of preload, speed, temperature and force of the loaded nut.
 
-        Each as a share of the length of its axis, negative outside. The caller has checked the arguments, as for
-        evaluate_point.
+        Each as a share of the length of its axis, negative outside; arguments checked as for evaluate_point.
         """
         highest, hottest, fastest = self.force.hi, self.temperature.hi, self.speed.hi
         margin = min(

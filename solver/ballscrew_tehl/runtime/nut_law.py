@@ -107,9 +107,9 @@ def film_shear_torques(
 ) -> tuple[Any, Any, Any, None]:
     """Viscous, hysteresis and sliding torque of one nut [N.m] by the law of the fitted sets, and no Spin.
 
-    Parameters   surfaces, curves : logarithms, columns as packed.SURFACES and FORCE_CURVES, at least those of torque
-                 slopes : of the surfaces over ln speed; None: s is 1 everywhere
-                 f, s : force and speed over the low ends of their axes, at most 1
+    surfaces, curves : logarithms, columns as packed.SURFACES and FORCE_CURVES, at least those of torque
+    slopes : of the surfaces over ln speed, None: s is 1 everywhere
+    f, s : force and speed over the low ends of their axes, at most 1
     """
     torque_screw, torque_nut, film_screw, film_nut = surfaces[:TORQUE_SURFACES]
     hysteresis, sliding, _ = curves[:TORQUE_CURVES]
@@ -207,8 +207,7 @@ def _raceway(torque: Any, film: Any, slopes: Any, s: Any, roughness: Any, ops: O
 def _slow_share(slope: Any, s: Any, ops: Ops) -> Any:
     """Torque below the slowest node over that there: odd in speed, linear at rest, monotone.
 
-    Parameters   slope : exponent of speed at the node; below SPEED_EXPONENT_MAX the slope is continuous
-                 s : speed over that of the node, at most 1
+    slope : exponent of speed at the node, continued below SPEED_EXPONENT_MAX;  s : speed over that of the node
     """
     c = 0.5 * (ops.least(ops.most(slope, 0.0), SPEED_EXPONENT_MAX) - 1.0)
     return s * (1.0 - c + c * s * s)
@@ -288,11 +287,10 @@ def double_nut(
 def nut_forces(
     preload: Any, load: Any, separation: Any, sharing: Callable[[Any], Any], ops: Ops
 ) -> tuple[Any, Any]:
-    """Forces of the relieved and of the loaded nut [N] under an axial load.
+    """Forces of the relieved and of the loaded nut [N] under a preload > 0 and an axial load, its magnitude [N].
 
-    Parameters   preload : [N], > 0;  load : magnitude of the axial load [N]
-                 separation : ln(load that parts the nuts over preload) at this preload
-                 sharing : (force of the relieved nut over preload)^(2/3) at a share of the separation load
+    separation : ln(load that parts the nuts over preload) at this preload
+    sharing : (force of the relieved nut over preload)^(2/3) at a share of the separation load
     """
     share = load / (preload * ops.exp(separation))
     relieved = ops.where(share < 1.0, preload * ops.most(sharing(share), 0.0) ** 1.5, 0.0)
