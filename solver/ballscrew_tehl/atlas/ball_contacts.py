@@ -90,8 +90,8 @@ class BallContacts:
         light, heavy = np.log(loads)
         thinning = math.log(eta0(oil, temperatures[0]) / eta0(oil, temperatures[1]))
         warm = np.linspace(*temperatures, max(math.ceil(OF_VISCOSITY * thinning), MIN_TEMPERATURES))
-        ends = speeds[0] * eta0(oil, warm[-1]), speeds[1] * eta0(oil, warm[0])
-        thick = np.linspace(*np.log(ends), TABLE_NODES[1])
+        thin, thickest = math.log(speeds[0] * eta0(oil, warm[-1])), math.log(speeds[1] * eta0(oil, warm[0]))
+        thick = np.linspace(thin, thickest, TABLE_NODES[1])
         fine = np.linspace(light - SLOPE * thick[-1], heavy - SLOPE * thick[0], 2001)
         centre = 0.5 * (light + heavy), thick.mean(), warm.mean()
         at = np.exp(centre[0]), np.exp(centre[1]) / eta0(oil, centre[2]), centre[2]
@@ -118,11 +118,11 @@ class BallContacts:
             (place, *knots), table = self._tables[raceway]
             j, w_j = cubic_basis(knots[0], np.log(speed * eta0(self.parameters.lubricant, temperature)))
             k, w_k = cubic_basis(knots[1], temperature)
-            warm = sum(w_k[:, a, None, None, None] * np.moveaxis(table, 2, 0)[k + a] for a in range(4))
+            rows = np.moveaxis(table, 2, 0)
+            warm = np.asarray(sum(w_k[:, a, None, None, None] * rows[k + a] for a in range(4)))
             t = np.arange(len(temperature))
-            self._lines[key] = _Table(
-                [place], sum(w_j[..., a, None, None] * warm[t, :, j + a] for a in range(4))
-            )
+            lines = np.asarray(sum(w_j[..., a, None, None] * warm[t, :, j + a] for a in range(4)))
+            self._lines[key] = _Table([place], lines)
         return self._lines[key]
 
     def _from_table(

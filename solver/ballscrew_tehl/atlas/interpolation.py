@@ -86,5 +86,5 @@ def cubic_spline(nodes: Array, values: Array, axis: int) -> tuple[Array, Array]:
     collocation = np.zeros((nodes.size, nodes.size))
     collocation[np.arange(nodes.size)[:, None], first[:, None] + np.arange(4)] = weights
     rows = np.moveaxis(values, axis, 0)
-    solved = np.linalg.solve(collocation, rows.reshape(nodes.size, -1)).reshape(rows.shape)
-    return knots, np.moveaxis(solved, 0, axis)
+    solved = np.asarray(np.linalg.solve(collocation, rows.reshape(nodes.size, -1)), dtype=float)
+    return knots, np.moveaxis(solved.reshape(rows.shape), 0, axis)

@@ -213,7 +213,7 @@ class _LoadedNut(NamedTuple):
 
     loads: Array
     means: list[float]
-    contacts: list[Mapping[str, Mapping[str, Array]]]
+    contacts: Sequence[Mapping[str, Mapping[str, Array]]]
     lost: Mapping[str, Array]
     motion: ContactMotion
 

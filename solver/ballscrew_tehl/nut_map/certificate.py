@@ -103,11 +103,12 @@ def deviation_at(nut_map: NutMap, parameters: Parameters, point: tuple[float, ..
     from ..refinement.direct import mean_ball_state, rolling_parameters
 
     friction_set = default_friction_set(parameters)
-    state = nut_map.evaluate(*point, *friction_set.values)
+    preload, speed, temperature, axial_load = point
+    state = nut_map.evaluate(preload, speed, temperature, axial_load, *friction_set.values)
     torque = float(state.friction_torque)
     shown = rolling_parameters(parameters)
     try:
-        direct = mean_ball_state(parameters, friction_set, *point, shown)
+        direct = mean_ball_state(parameters, friction_set, preload, speed, temperature, axial_load, shown)
     except UnconvergedContactError:
         return NOT_SOLVED
     films = ("film_thickness_central_screw", "film_thickness_central_nut")

@@ -78,9 +78,9 @@ def interval_table(
                  these nodes
     Raises       ArithmeticError: equilibrium of a ball not found
     """
-    ends = {name: axes[name][:2] for name in ("force", "speed", "temperature")}
-    forces, speeds = np.geomspace(*ends["force"], nodes[0]), np.geomspace(*ends["speed"], nodes[1])
-    temperatures = np.linspace(*ends["temperature"], nodes[2])
+    (light, heavy), (slow, fast), (cold, hot) = (axes[name][:2] for name in ("force", "speed", "temperature"))
+    forces, speeds = np.geomspace(light, heavy, nodes[0]), np.geomspace(slow, fast, nodes[1])
+    temperatures = np.linspace(cold, hot, nodes[2])
     contacts = BallContacts(parameters, ball_range(parameters, grid_of(axes)))
     found = relative_intervals(parameters, axes, friction_set, forces, speeds, temperatures, contacts)
     return coefficients_of(np.log(found), (0, 1, 2))

@@ -324,9 +324,12 @@ class NutMap:
             self._evaluate_piece(*(a[first : first + PIECE] for a in given))
             for first in range(0, max(given[0].size, 1), PIECE)
         ]
-        columns = zip(*(state for state, _ in pieces), strict=True)
-        clamped = tuple(name for name in _CLAMPED if any(outside[name].any() for _, outside in pieces))
-        return DoubleNutState(*(np.concatenate(column).reshape(shape) for column in columns), clamped)
+        columns: list[Any] = [
+            np.concatenate(column).reshape(shape)
+            for column in zip(*(state for state, _ in pieces), strict=True)
+        ]
+        columns.append(tuple(n for n in _CLAMPED if any(outside[n].any() for _, outside in pieces)))
+        return DoubleNutState(*columns)
 
     def _evaluate_piece(
         self, preload: Array, speed: Array, temperature: Array, axial_load: Array, *friction: Array
