@@ -6,6 +6,7 @@ numbering. The forces on a ball take floats and arrays alike and check nothing: 
 
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -250,7 +251,8 @@ def preload_from_torque(
         raise ValueError(f"torque = {torque} N.m; needs finite, >= 0")
     if torque == 0.0:
         return 0.0
-    low, high = evaluate(lowest), evaluate(highest)
+    evaluate = cache(evaluate)
+    low, high = evaluate(float(lowest)), evaluate(float(highest))
     if not low <= torque <= high:
         raise ValueError(
             f"torque = {torque:.6g} N.m; allowed at this speed and temperature: {low:.6g} to {high:.6g} N.m (preload "
