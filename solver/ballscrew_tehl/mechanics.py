@@ -78,7 +78,7 @@ def loaded_screw(
     pressure = ball_pressure(screw, heaviest) if heaviest > 0.0 else 0.0
     largest = max(nuts.force_a, nuts.force_b)
     static, dynamic, k = constants
-    deflection = float(axial_deflection(k, preload, axial_load))
+    deflection = axial_deflection(k, preload, axial_load)
     return LoadedScrew(
         nut_force_a=nuts.force_b,
         nut_force_b=nuts.force_a,
@@ -91,9 +91,9 @@ def loaded_screw(
         dynamic_load_rating=dynamic,
         preload_over_dynamic=preload / dynamic,
         life_turns=life(screw, nuts.force_a, nuts.force_b),
-        axial_stiffness=float(axial_stiffness(k, preload, deflection)),
+        axial_stiffness=axial_stiffness(k, preload, deflection),
         axial_deflection=deflection,
-        lost_motion=float(lost_motion(k, preload, axial_load)),
+        lost_motion=lost_motion(k, preload, axial_load),
         catalogue_torque=float(nsk_torque(screw, preload)),
     )
 

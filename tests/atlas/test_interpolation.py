@@ -42,17 +42,6 @@ def test_correlation_is_matern_of_order_5_2():
     np.testing.assert_allclose(correlation(r, r)[0], (1.0 + d + d**2 / 3.0) * np.exp(-d), rtol=1e-9)
 
 
-def test_without_noise_points_are_hit_and_a_plane_is_held_everywhere():
-    x, y = points_and_values(40)
-    ones, none = np.ones_like(y), np.full(2, 1e-7)
-    found, _ = interpolant_of(x, y, ones, LENGTHS, none)
-    np.testing.assert_allclose(found(x / LENGTHS), y, atol=1e-8)
-    plane = np.stack([1.0 + 2.0 * x[:, 0], x[:, 0] - 3.0 * x[:, 1]], axis=1)
-    far = np.array([[50.0, -20.0]])
-    held = interpolant_of(x, plane, ones, LENGTHS, LEVEL)[0](far / LENGTHS)
-    np.testing.assert_allclose(held, [[101.0, 110.0]], rtol=1e-6)
-
-
 def test_errors_left_out_are_those_of_refits_without_the_point():
     x, y = points_and_values(25)
     noise = RNG.uniform(1.0, 3.0, y.shape)

@@ -9,7 +9,6 @@ from ballscrew_tehl.parameters.file import FOUR_POINT, load_screw
 from ballscrew_tehl.physics.axial_stiffness import (
     axial_deflection,
     forces_of_displacement,
-    lost_motion,
     nut_stiffness_constant,
     preload_approach,
 )
@@ -44,9 +43,3 @@ def test_oversize_balls_have_the_same_law():
     chain = double_nut_loads(four, 2e-3, 3e-3, count)
     both = forces_of_displacement(K, 2e-3, axial_deflection(K, 2e-3, 3e-3))
     np.testing.assert_allclose(both, (chain.force_a, chain.force_b), rtol=1e-5)
-
-
-def test_lost_motion_is_twice_the_deflection():
-    x = axial_deflection(K, 2000.0, 500.0)
-    assert lost_motion(K, 2000.0, -500.0) == pytest.approx(2.0 * x, rel=1e-14)
-    assert lost_motion(K, 0.0, 500.0) == pytest.approx(2.0 * preload_approach(K, 500.0), rel=1e-14)

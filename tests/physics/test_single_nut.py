@@ -8,22 +8,16 @@ from closed_film import HamrockDowsonFilm
 from reference_screw import GD4008
 
 from ballscrew_tehl.friction.sets import FrictionSet
-from ballscrew_tehl.friction.torque import double_nut_torque, four_point_spin_bound, spin_moment
+from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.physics.ball_chain import ball_oversize, ball_pitch
 from ballscrew_tehl.physics.ball_law import contact_compliance, groove_distance
-from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
-from ballscrew_tehl.physics.kinematics import cage_speed, entrainment_speed, four_point_spin_share
-from ballscrew_tehl.physics.load import double_nut_loads, separation_load
+from ballscrew_tehl.physics.load import double_nut_loads
 
 FOUR = changed(GD4008, screw={"preload_kind": "single_nut_oversize_ball"})
 OFFSET = changed(GD4008, screw={"preload_kind": "single_nut_offset"})
 SCREW, BETA = FOUR.screw, FOUR.screw.contact_angle
-SB = math.sin(BETA) * math.cos(SCREW.lead_angle)
 FRICTION = FrictionSet("three_parameter", 7.0, 0.005, 3e-8)
-
-
-# --- offset lead ---
 
 
 def test_offset_lead_is_the_double_nut_of_the_same_turns_per_side():
@@ -38,9 +32,6 @@ def test_offset_lead_is_the_double_nut_of_the_same_turns_per_side():
             for p, f in zip((same, GD4008), film, strict=True)
         ]
         assert torques[0] == torques[1]
-
-
-# --- oversize balls: the nut ---
 
 
 def test_chain_of_balls_obeys_the_recurrence():
@@ -63,43 +54,3 @@ def test_chain_of_balls_obeys_the_recurrence():
     # the load enters both bodies at the right end: nothing is left at the other
     assert d[1] - d[0] == pytest.approx(K * net[0], rel=1e-4)
     assert d[-1] - d[-2] == pytest.approx(K * (3000.0 - net[-1]), rel=1e-5)
-
-
-# --- kinematics and friction ---
-
-
-def test_spin_of_a_ball_that_rolls_on_four_flanks():
-    """The ball turns about an axis parallel to the screw: speeds of its four points by hand."""
-    w, r_b, r_m = 100.0, 0.5 * SCREW.ball_diameter, SCREW.nominal_radius
-    cage = cage_speed(SCREW, w)
-    ball = (w - cage) * (r_m - r_b * math.cos(BETA)) / (r_b * math.cos(BETA))
-    # the same turning rate rolls on the nut as well: no contact slides in its middle
-    assert ball == pytest.approx(cage * (r_m + r_b * math.cos(BETA)) / (r_b * math.cos(BETA)), rel=1e-12)
-    assert ball * r_b * math.cos(BETA) == pytest.approx(entrainment_speed(SCREW, w), rel=1e-12)
-    share = float(four_point_spin_share(SCREW, BETA))
-    assert share * w == pytest.approx(ball + w - cage, rel=1e-12)
-    assert (1.0 - share) * w == pytest.approx(-(ball - cage), rel=1e-12)
-    assert share == pytest.approx(6.44, abs=0.005)
-
-
-def test_bound_of_the_spin_is_power_over_speed():
-    Q = 1000.0 / (86 * SB)
-    power = 0.0
-    share = float(four_point_spin_share(SCREW, BETA))
-    for raceway, spin in (("screw", share), ("nut", share - 1.0)):
-        contact = ellipse(Q, *reduced_radii(SCREW, BETA, raceway), E_prime(SCREW))
-        moment = float(spin_moment(Q, contact.a, contact.b, 0.15))
-        power += 2 * 86 * moment * spin * 30.0 * math.sin(BETA)
-    assert four_point_spin_bound(FOUR, 1000.0) == pytest.approx(power / 30.0, rel=1e-9)
-    assert four_point_spin_bound(GD4008, 1000.0) == four_point_spin_bound(OFFSET, 1000.0) == 0.0
-    # no preload, or so much axial load that every ball rolls on two flanks
-    assert four_point_spin_bound(FOUR, 0.0) == 0.0
-    free = separation_load(SCREW, 1000.0, 86)
-    assert (
-        four_point_spin_bound(FOUR, 1000.0, 1.001 * free)
-        == 0.0
-        < four_point_spin_bound(FOUR, 1000.0, 0.9 * free)
-    )
-    # Q a ~ Q^(4/3)
-    ratio = four_point_spin_bound(FOUR, 8000.0) / four_point_spin_bound(FOUR, 1000.0)
-    assert ratio == pytest.approx(16.0, rel=1e-9)

@@ -9,9 +9,8 @@ from synthetic_map import LAWS, MECHANISTIC, closed_form
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 from ballscrew_tehl.runtime.constants import LEAST_ELASTICITY
-from ballscrew_tehl.runtime.over_preload import OverPreload
 from ballscrew_tehl.runtime.packed import FrictionParameters
-from ballscrew_tehl.runtime.preload import estimate_preload
+from ballscrew_tehl.runtime.preload import OverPreload, estimate_preload
 
 REGULARIZATION = 0.1
 SETS = tuple(

@@ -36,6 +36,9 @@ RISE_EXPONENT = {"screw": 0.3, "nut": -0.2}
 class ClosedContacts(BallContacts):
     """The contacts of a screw in pure rolling; `at` takes points (n,)."""
 
+    def __init__(self, parameters, table=None):
+        super().__init__(parameters)
+
     def at(self, raceway, load, speed, temperature):
         x = np.log(load / 30.0)
         over = {name: np.zeros_like(x) for name in QUANTITIES} | {

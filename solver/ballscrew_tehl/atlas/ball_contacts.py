@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,9 +24,7 @@ from .groups import (
     transition,
     unmodelled,
 )
-
-if TYPE_CHECKING:
-    from scipy.interpolate import NdBSpline
+from .interpolation import cubic_basis, cubic_spline
 
 #: nodes over load (speed eta0)^-SLOPE, on which the transition of contacts depends, and over ln(speed eta0); nodes over
 #: temperature for each e-fold of the viscosity, for N changes by as much. Between them the atlas is read by cubic
@@ -47,6 +45,13 @@ class BallRange(NamedTuple):
     temperature: tuple[float, float]
 
 
+class _Table(NamedTuple):
+    """Cubic splines of the interpolated quantities: knots of each axis, coefficients with the quantities last."""
+
+    knots: list[Array]
+    coefficients: Array
+
+
 class BallContacts:
     """Contacts of the balls of a screw in pure rolling (friction.mechanistic.ContactValues).
 
@@ -62,7 +67,8 @@ class BallContacts:
     ) -> None:
         refuse_laws(parameters)
         self.parameters, self.table, self.atlas = parameters, table, atlas or load_atlas()
-        self._splines: dict[str, NdBSpline] = {}
+        self._tables: dict[str, _Table] = {}
+        self._lines: dict[tuple[str, bytes, bytes], _Table] = {}
         for raceway in RACEWAYS:
             at = self.contacts(
                 raceway, *np.array([[1.0], [1.0], [parameters.lubricant.reference_temperature]])
@@ -74,49 +80,60 @@ class BallContacts:
         return rolling_contacts(self.parameters, raceway, load, speed, temperature)
 
     def at(self, raceway: str, load: Any, speed: Any, temperature: Any) -> dict[str, Array]:
-        """Quantities (SI) at operating points, which broadcast, from the table if there is one."""
+        """Quantities (SI) at operating points, which broadcast, from the atlas."""
         forms = closed_forms(self.contacts(raceway, load, speed, temperature))
-        if self.table is None:
-            return unmodelled(self.atlas.interpolated(forms), forms.values)
+        return unmodelled(self.atlas.interpolated(forms), forms.values)
+
+    def _table_of(self, raceway: str, range_: BallRange) -> _Table:
+        """The atlas at nodes over load and speed, both at equal viscosity, and over temperature."""
+        oil, (loads, speeds, temperatures) = self.parameters.lubricant, range_
+        light, heavy = np.log(loads)
+        thinning = math.log(eta0(oil, temperatures[0]) / eta0(oil, temperatures[1]))
+        warm = np.linspace(*temperatures, max(math.ceil(OF_VISCOSITY * thinning), MIN_TEMPERATURES))
+        thin, thickest = math.log(speeds[0] * eta0(oil, warm[-1])), math.log(speeds[1] * eta0(oil, warm[0]))
+        thick = np.linspace(thin, thickest, TABLE_NODES[1])
+        fine = np.linspace(light - SLOPE * thick[-1], heavy - SLOPE * thick[0], 2001)
+        centre = 0.5 * (light + heavy), thick.mean(), warm.mean()
+        at = np.exp(centre[0]), np.exp(centre[1]) / eta0(oil, centre[2]), centre[2]
+        turn = transition(closed_forms(self.contacts(raceway, *at)).groups)
+        even = stretched(fine - (centre[0] - SLOPE * centre[1]) + turn)
+        place = np.interp(np.linspace(even[0], even[-1], TABLE_NODES[0]), even, fine)
+        nodes = place, thick, warm
+        place, thick, warm = np.meshgrid(*nodes, indexing="ij", sparse=True)
+        load = np.exp(np.clip(place + SLOPE * thick, light - BEYOND, heavy + BEYOND))
+        speed = np.exp(thick) / eta0(oil, warm)
+        found = self.atlas.interpolated(closed_forms(self.contacts(raceway, load, speed, warm)))
+        coefficients, knots = np.stack(list(found.values()), axis=-1), []
+        for axis, own in enumerate(nodes):
+            own_knots, coefficients = cubic_spline(own, coefficients, axis)
+            knots.append(own_knots)
+        return _Table(knots, coefficients)
+
+    def _over_load(self, raceway: str, range_: BallRange, speed: Array, temperature: Array) -> _Table:
+        """The table at speeds (s, 1) and temperatures (t,): knots over load, coefficients (s, t, load, quantity)."""
+        key = raceway, speed.tobytes(), temperature.tobytes()
+        if key not in self._lines:
+            if raceway not in self._tables:
+                self._tables[raceway] = self._table_of(raceway, range_)
+            (place, *knots), table = self._tables[raceway]
+            j, w_j = cubic_basis(knots[0], np.log(speed * eta0(self.parameters.lubricant, temperature)))
+            k, w_k = cubic_basis(knots[1], temperature)
+            rows = np.moveaxis(table, 2, 0)
+            warm = np.asarray(sum(w_k[:, a, None, None, None] * rows[k + a] for a in range(4)))
+            t = np.arange(len(temperature))
+            lines = np.asarray(sum(w_j[..., a, None, None] * warm[t, :, j + a] for a in range(4)))
+            self._lines[key] = _Table([place], lines)
+        return self._lines[key]
+
+    def _from_table(
+        self, raceway: str, range_: BallRange, load: Array, speed: Array, temperature: Array
+    ) -> Array:
+        """Interpolated quantities (k, s, t, quantity) at loads (k, 1, 1), speeds (s, 1) and temperatures (t,)."""
+        (knots,), lines = self._over_load(raceway, range_, speed, temperature)
         thick = np.log(speed * eta0(self.parameters.lubricant, temperature))
-        x = np.stack(np.broadcast_arrays(np.log(load) - SLOPE * thick, thick, temperature), axis=-1)
-        read = np.moveaxis(self._spline(raceway)(x), -1, 0)
-        return unmodelled(dict(zip(QUANTITIES, read, strict=True)), forms.values)
-
-    def _spline(self, raceway: str) -> NdBSpline:
-        if raceway not in self._splines:
-            # takes as long to import as a map to be read, which needs no table
-            from scipy.interpolate import NdBSpline, make_interp_spline
-
-            assert self.table is not None
-            oil, (loads, speeds, temperatures) = self.parameters.lubricant, self.table
-            light, heavy = np.log(loads)
-            thinning = math.log(eta0(oil, temperatures[0]) / eta0(oil, temperatures[1]))
-            warm = np.linspace(*temperatures, max(math.ceil(OF_VISCOSITY * thinning), MIN_TEMPERATURES))
-            thick = np.linspace(
-                math.log(speeds[0] * eta0(oil, warm[-1])),
-                math.log(speeds[1] * eta0(oil, warm[0])),
-                TABLE_NODES[1],
-            )
-            fine = np.linspace(light - SLOPE * thick[-1], heavy - SLOPE * thick[0], 2001)
-            centre = 0.5 * (light + heavy), thick.mean(), warm.mean()
-            at = np.exp(centre[0]), np.exp(centre[1]) / eta0(oil, centre[2]), centre[2]
-            turn = transition(closed_forms(self.contacts(raceway, *at)).groups)
-            even = stretched(fine - (centre[0] - SLOPE * centre[1]) + turn)
-            place = np.interp(np.linspace(even[0], even[-1], TABLE_NODES[0]), even, fine)
-            nodes = place, thick, warm
-            place, thick, warm = np.meshgrid(*nodes, indexing="ij", sparse=True)
-            load = np.exp(np.clip(place + SLOPE * thick, light - BEYOND, heavy + BEYOND))
-            speed = np.exp(thick) / eta0(oil, warm)
-            found = self.atlas.interpolated(closed_forms(self.contacts(raceway, load, speed, warm)))
-            table = np.stack(list(found.values()), axis=-1)
-            knots = []
-            for axis, own in enumerate(nodes):
-                spline = make_interp_spline(own, table, axis=axis)
-                knots.append(spline.t)
-                table = np.moveaxis(spline.c, 0, axis)
-            self._splines[raceway] = NdBSpline(tuple(knots), table, 3)
-        return self._splines[raceway]
+        i, w_i = cubic_basis(knots, np.log(load) - SLOPE * thick)
+        s, t = np.indices(thick.shape)
+        return np.asarray(sum(w_i[..., a, None] * lines[s, t, i + a] for a in range(4)))
 
     def inside(self, raceway: str, load: Any, speed: Any, temperature: Any) -> NDArray[np.bool_]:
         """Which operating points lie within the range of every group of the atlas."""
@@ -128,7 +145,13 @@ class BallContacts:
         The loads of one nut lie close together: over them by the polynomial through Chebyshev nodes.
         """
         nodes, weights = load_nodes(load)
-        found = self.at(raceway, nodes[:, None, None], speed.reshape(-1, 1), temperature)
+        at = nodes[:, None, None], speed.reshape(-1, 1), temperature
+        if self.table is None:
+            found = self.at(raceway, *at)
+        else:
+            read = np.moveaxis(self._from_table(raceway, self.table, *at), -1, 0)
+            closed = closed_forms(self.contacts(raceway, *at)).values
+            found = unmodelled(dict(zip(QUANTITIES, read, strict=True)), closed)
         shape = len(load), speed.size, len(temperature)
         return {
             # a mean rise may be none or negative

@@ -31,7 +31,13 @@ ATLAS_FORMAT = 5
 MODULI, NEAR_PRESSURE = (200e9, 300e9), 0.05
 #: groups beyond whose range a screw is refused: of geometry, oil and material. Beyond the range of the others (M, L,
 #: pressure, N, slope, peclet) every quantity keeps its ratio to the closed form at the end of the range
-OF_THE_SCREW = ("radius_ratio", "z", "wall")
+OF_THE_SCREW = {
+    "radius_ratio": "R_x/R_y, which follows from the groove over the ball",
+    "z": "pressure exponent of the oil",
+    "wall": "effusivity of the bodies over that of bearing steel",
+}
+#: laws of the oil in the contacts of the atlas
+LAWS = {"rheology": "newtonian", "pressure_law": "roelands", "density_law": "dowson_higginson"}
 #: relative distance beyond the contacts of the atlas that counts as inside
 ROUNDING = 1e-6
 SOLVE = "remedy: ballscrew torque --direct, which solves the contacts"
@@ -80,55 +86,36 @@ class ContactAtlas:
         return dict(zip(QUANTITIES, found.reshape(-1, *at.shape[:-1]), strict=True))
 
 
-def refuse_laws(parameters: Parameters) -> None:
-    """Refuse oils and bodies of other kinds than those of the atlas.
+def _outside(what: str, held: str) -> OutsideAtlasError:
+    return OutsideAtlasError(f"{what}; the atlas of contacts holds {held}; {SOLVE}")
 
-    Raises       OutsideAtlasError
-    """
-    oil, modulus = parameters.lubricant, E_prime(parameters.screw)
-    for name, found, allowed in (
-        ("rheology", oil.rheology, "newtonian"),
-        ("pressure_law", oil.pressure_law, "roelands"),
-        ("density_law", oil.density_law, "dowson_higginson"),
-    ):
-        if found != allowed:
-            raise OutsideAtlasError(
-                f"{oil.name}: {name} = {found}; the atlas of contacts holds {allowed}; {SOLVE}"
-            )
+
+def refuse_laws(parameters: Parameters) -> None:
+    """Refuse oils and bodies of other kinds than those of the atlas: OutsideAtlasError."""
+    oil = parameters.lubricant
+    for name, allowed in LAWS.items():
+        if getattr(oil, name) != allowed:
+            raise _outside(f"{oil.name}: {name} = {getattr(oil, name)}", allowed)
     if oil.viscosity_law == "constant":
-        raise OutsideAtlasError(
-            f"{oil.name}: viscosity_law = constant; the atlas of contacts holds oils that thin with heat; {SOLVE}"
-        )
-    low, high = (ROELANDS_PRESSURE * (1.0 + sign * NEAR_PRESSURE) for sign in (-1.0, 1.0))
-    for name, value, ends, unit, scale in (
-        ("roelands_pressure", oil.roelands_pressure, (low, high), "MPa", 1e-6),
-        ("E'", modulus, MODULI, "GPa", 1e-9),
+        raise _outside(f"{oil.name}: viscosity_law = constant", "oils that thin with heat")
+    near = ROELANDS_PRESSURE * (1.0 - NEAR_PRESSURE), ROELANDS_PRESSURE * (1.0 + NEAR_PRESSURE)
+    for name, value, (low, high), unit, scale in (
+        ("roelands_pressure", oil.roelands_pressure, near, "MPa", 1e-6),
+        ("E'", E_prime(parameters.screw), MODULI, "GPa", 1e-9),
     ):
-        if not ends[0] <= value <= ends[1]:
-            raise OutsideAtlasError(
-                f"{name} = {scale * value:.4g} {unit}; the atlas of contacts holds {scale * ends[0]:.4g} to "
-                f"{scale * ends[1]:.4g} {unit}; {SOLVE}"
-            )
+        if not low <= value <= high:
+            held = f"{scale * low:.4g} to {scale * high:.4g} {unit}"
+            raise _outside(f"{name} = {scale * value:.4g} {unit}", held)
 
 
 def refuse_groups(atlas: ContactAtlas, groups: Groups) -> None:
-    """Refuse contacts with a group OF_THE_SCREW beyond the range of the atlas.
-
-    Raises       OutsideAtlasError
-    """
-    for name in OF_THE_SCREW:
+    """Refuse contacts with a group OF_THE_SCREW beyond the range of the atlas: OutsideAtlasError."""
+    for name, meaning in OF_THE_SCREW.items():
         own, low, high = (np.asarray(getattr(of, name)) for of in (groups, *atlas.ends))
         bad = ~((own >= low * (1.0 - ROUNDING)) & (own <= high * (1.0 + ROUNDING)))
         if bad.any():
-            meaning = {
-                "radius_ratio": "R_x/R_y, which follows from the groove over the ball",
-                "z": "pressure exponent of the oil",
-                "wall": "effusivity of the bodies over that of bearing steel",
-            }[name]
-            raise OutsideAtlasError(
-                f"{name} = {float(own[bad].flat[0]):.4g} ({meaning}); the atlas of contacts holds {float(low):.4g} to "
-                f"{float(high):.4g}; {SOLVE}"
-            )
+            held = f"{float(low):.4g} to {float(high):.4g}"
+            raise _outside(f"{name} = {float(own[bad].flat[0]):.4g} ({meaning})", held)
 
 
 def packaged_atlas() -> Path:

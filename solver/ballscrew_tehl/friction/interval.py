@@ -23,6 +23,7 @@ what a fit at other constants would take up of their effect, so that a fitted in
 """
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -86,32 +87,32 @@ class TorqueInterval(NamedTuple):
     @property
     def advice(self) -> str:
         """What removes the largest part of the variance, with that part; "" without an interval."""
-        parts: dict[str, float] = {}
+        parts: Counter[str] = Counter()
         for name, share in self.shares.items():
-            remedy = f"{name} in the screw file"
-            if LEFT_OUT in self.shares and name in (LEFT_OUT, FITTED_COEFFICIENT):
-                remedy = "torques measured around this point (calibrate MEASUREMENTS.csv)"
-            elif LEFT_OUT not in self.shares and name in BY_ONE_TORQUE:
-                remedy = "one measured torque (calibrate --torque-nm)"
-            elif name == "roughness_height":
-                remedy = "raceway_rq and ball_rq in the screw file"
-            parts[remedy] = parts.get(remedy, 0.0) + share
-        return max(((f"{text}, {100.0 * part:.0f} %", part) for text, part in parts.items()),
-                   key=lambda entry: entry[1], default=("", 0.0))[0]  # fmt: skip
+            parts[_remedy(name, LEFT_OUT in self.shares)] += share  # type: ignore[assignment]
+        return "".join(f"{remedy}, {100.0 * part:.0f} %" for remedy, part in parts.most_common(1))
+
+
+def _remedy(name: str, fitted: bool) -> str:
+    """What removes the part of a constant in the variance, of a torque with or without fitted coefficient."""
+    if fitted and name in (LEFT_OUT, FITTED_COEFFICIENT):
+        return "torques measured around this point (calibrate MEASUREMENTS.csv)"
+    if not fitted and name in BY_ONE_TORQUE:
+        return "one measured torque (calibrate --torque-nm)"
+    return f"{'raceway_rq and ball_rq' if name == 'roughness_height' else name} in the screw file"
 
 
 def unknown_constants(parameters: Parameters) -> tuple[str, ...]:
     """Names of the bounded constants that the screw file does not state; kappa does not count where it states k."""
     friction = parameters.friction
     stated = (friction.model_fields_set - {"roughness_height"}) | parameters.lubricant.model_fields_set
-    if friction.roughness_height is not None:
+    implied = {
         # stated, or the composite of both surfaces
-        stated = stated | {"roughness_height"}
-    if friction.net_sliding_coefficient is not None:
-        stated = stated | {"ball_thrust"}
-    if friction.replenishment_constant > 0.0:
-        stated = stated | {"supply_length"}
-    return tuple(name for name in BOUNDED if name not in stated)
+        "roughness_height": friction.roughness_height is not None,
+        "ball_thrust": friction.net_sliding_coefficient is not None,
+        "supply_length": friction.replenishment_constant > 0.0,
+    }
+    return tuple(name for name in BOUNDED if name not in stated and not implied.get(name, False))
 
 
 def with_constants(parameters: Parameters, values: Mapping[str, float]) -> Parameters:
@@ -131,19 +132,16 @@ def fit_of(friction_set: FrictionSet, parameters: Parameters) -> Fit | None:
     if friction_set.parameters_hash != parameters_hash(parameters):
         return None
     packaged = load_friction_sets()[friction_set.law]
-    value = friction_set.net_sliding_coefficient
+    value, left_out = friction_set.net_sliding_coefficient, friction_set.errors.get("leave_one_out_mean", 0.0)
     if friction_set.calibrated_at:
         return Fit(value, value, packaged.errors["leave_one_out_mean"])
     ours = packaged.net_sliding_coefficient == value
     if ours and law_constants(parameters) != law_constants(load_screw(PACKAGED_VG100)):
         return None
     limits, half = friction_set.limits.get(FITTED_COEFFICIENT), friction_set.intervals.get(FITTED_COEFFICIENT)
-    left_out = friction_set.errors.get("leave_one_out_mean", 0.0)
     if limits is not None and math.isfinite(limits["high"]):
         return Fit(limits["low"], limits["high"], left_out)
-    if half is not None:
-        return Fit(max(value - half, 0.0), value + half, left_out)
-    return None
+    return None if half is None else Fit(max(value - half, 0.0), value + half, left_out)
 
 
 def implied_thrust(coefficient: float, parameters: Parameters) -> float:
@@ -159,14 +157,12 @@ def torque_interval(
     temperature: float,
     friction_set: FrictionSet,
 ) -> TorqueInterval:
-    """Torque of all nuts with its interval.
+    """Torque of all nuts with its interval, see the head of this module.
 
-    Parameters   forces : of the nuts [N];  contacts : of the balls, found once;  speed [rad/s] > 0, temperature [K]
+    Parameters   forces : of the nuts [N];  contacts : of the balls;  speed [rad/s] > 0, temperature [K]
                  friction_set : its coefficient k is that of the constants in the parameters. It varies with them unless
-                 it was fitted to this screw or the screw file states it.
-                 Calibrated on one torque: it is fitted to that torque again
+                 it was fitted to this screw or the screw file states it
     Raises       ValueError, ArithmeticError as nut_powers
-    Source       head of this module
     """
     nuts = loaded_nuts(parameters, forces)
     if not nuts:
@@ -177,10 +173,10 @@ def torque_interval(
     low, high = (torque * float(end[0]) for end in _ends(moments))
     variances = {name: float(np.ravel(variance)[0]) for name, (_, variance) in moments.items()}
     whole = sum(variances.values()) or 1.0
+    shares = {name: variances[name] / whole for name in sorted(variances, key=lambda name: -variances[name])}
     # both are the one number of the law: the bounds of ball_thrust are those of the coefficient without a fit
     names = {"ball_thrust": FITTED_COEFFICIENT}
-    shares = {names.get(name, name): variance / whole for name, variance in variances.items()}
-    return TorqueInterval(torque, low, high, ends, dict(sorted(shares.items(), key=lambda x: -x[1])))
+    return TorqueInterval(torque, low, high, ends, {names.get(name, name): shares[name] for name in shares})
 
 
 def interval_ends(
@@ -250,17 +246,12 @@ def _lines(
     ratio: float,
 ) -> list[tuple[Array, Array]]:
     """torque_line of variants with other constants, each (points, ...)."""
-    nuts, remembered = [nut for point in points for _, nut in point], _Remembered(contacts)
-    # a point by itself keeps its last digits, which are in the headers of maps
-    batches = [variants] if len(points) > 1 else [[variant] for variant in variants]
-    result = []
-    for powers in (
-        of for batch in batches for of in powers_of_nuts(batch, nuts, speed, temperature, remembered)
-    ):
+    nuts, result = [nut for point in points for _, nut in point], []
+    for powers in powers_of_nuts(variants, nuts, speed, temperature, contacts):
         of_nuts = iter(powers)
         lines = [torque_line([(times, next(of_nuts)) for times, _ in point], ratio) for point in points]
-        rest, slope = zip(*lines, strict=True)
-        result.append((np.array(rest), np.array(slope)))
+        rest, slope = map(np.array, zip(*lines, strict=True))
+        result.append((rest, slope))
     return result
 
 
@@ -297,17 +288,3 @@ def uniform_moments(low: Any, high: Any, place: float) -> tuple[Any, Any]:
         bend = (low + slope * place) / (place * (1.0 - place))
     # low + slope x - bend x (1 - x)
     return low + 0.5 * slope - bend / 6.0, slope**2 / 12.0 + bend**2 / 180.0
-
-
-class _Remembered:
-    """Contacts that are looked up once: the constants of the law do not change them."""
-
-    def __init__(self, contacts: ContactValues) -> None:
-        self.name, self._contacts = contacts.name, contacts
-        self._found: dict[tuple[str, bytes], Mapping[str, Array]] = {}
-
-    def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> Mapping[str, Array]:
-        key = raceway, load.tobytes()
-        if key not in self._found:
-            self._found[key] = self._contacts.values(raceway, load, speed, temperature)
-        return self._found[key]

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ..parameters.file import FOUR_POINT, FrictionTable, Parameters
+from ..parameters.file import FOUR_POINT, FrictionTable, Parameters, ScrewParameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.units import RPM
 from ..physics.ball_law import Array, contact_angle_at_ball_load
@@ -44,8 +44,6 @@ K_Z, BALL_OVER_SECTION = 4.4, 0.3
 SHEAR_EXPONENT = 4.0 / 3.0
 #: sharpness of the bend with which the half-width of the core stays below R_x: of cores below R_x/4 it takes 0.1 %
 BLUNT = 4.0
-#: quantities of a contact that the law takes, see atlas.groups.QUANTITIES
-QUANTITIES = ("rolling_loss", "central_film", "core_pressure", "core_area", "mean_rise")
 #: those of law_constants that the motion of a ball follows from
 SHEAR_CONSTANTS = (
     "roughness_height", "eyring_stress", "limiting_shear_coefficient", "boundary_friction", "asperity_film_ratio",
@@ -58,7 +56,10 @@ class ContactValues(Protocol):
     name: str
 
     def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> Mapping[str, Array]:
-        """QUANTITIES at ball loads (n,) [N], speeds (s, 1) [rad/s], temperatures (t,) [K]: (n, s, t), SI."""
+        """Quantities (n, s, t) [SI] at ball loads (n,) [N], speeds (s, 1) [rad/s], temperatures (t,) [K].
+
+        The law takes rolling_loss, central_film, core_pressure, core_area and mean_rise of atlas.groups.QUANTITIES.
+        """
         ...
 
 
@@ -203,6 +204,28 @@ def nut_powers(
     return result
 
 
+class _LoadedNut(NamedTuple):
+    """A nut that carries load: what does not depend on the constants of the law.
+
+    loads (n,) > 0 [N];  means, contacts : mean_load of each loaded diagonal of a ball [N], and its contacts by raceway;
+    lost : flooded rolling losses of all balls by raceway (s, t) [W];  motion : of the contacts of the mean ball
+    """
+
+    loads: Array
+    means: list[float]
+    contacts: Sequence[Mapping[str, Mapping[str, Array]]]
+    lost: Mapping[str, Array]
+    motion: ContactMotion
+
+
+class _MeanBall(NamedTuple):
+    """The c contacts of a mean ball at all points: motion, semi-axes (s, t, c, 2) [m], traction (s, t, c)."""
+
+    motion: ContactMotion
+    axes: Array
+    traction: Traction
+
+
 def powers_of_nuts(
     variants: Sequence[Parameters],
     nuts: Sequence[NutLoads],
@@ -212,106 +235,152 @@ def powers_of_nuts(
 ) -> list[list[NutPowers]]:
     """nut_powers of several nuts, loads and opposed of each, for each of the variants.
 
-    Parameters   variants : parameters of one screw and oil with other constants of the law. The balls of all are
-                 brought into equilibrium side by side, those of variants with the same SHEAR_CONSTANTS once
+    Variants are parameters of one screw and oil with other constants of the law. The balls of all are brought into
+    equilibrium side by side, those of variants with the same SHEAR_CONSTANTS once.
     """
     speed, temperature = np.broadcast_arrays(
         np.atleast_2d(np.asarray(speed, float)), np.atleast_2d(np.asarray(temperature, float))
     )
-    loaded: list[tuple[int, Array, Array]] = []
+    loaded: dict[int, _LoadedNut] = {}
     for k, (loads, opposed) in enumerate(nuts):
         loads = np.asarray(loads, dtype=float)
         others = loads if opposed is None else np.asarray(opposed, dtype=float)
         check_motion(np.append(loads, others), speed)
         if np.any(loads > 0.0):
-            loaded.append((k, loads[loads > 0.0], others))
-    result = [[UNLOADED_POWERS] * len(nuts) for _ in variants]
-    if not loaded:
-        return result
-    at = speed, temperature, contacts
+            screw = variants[0].screw
+            loaded[k] = _loaded_nut(screw, loads[loads > 0.0], others, speed, temperature, contacts)
     constants = [law_constants(parameters) for parameters in variants]
     keys = [tuple(of[name] for name in SHEAR_CONSTANTS) for of in constants]
     balls = {
-        key: [_mean_ball(parameters, own, others, *at) for _, own, others in loaded]
+        (key, k): _mean_ball(parameters, nut, temperature)
         for key, parameters in dict(zip(keys, variants, strict=True)).items()
+        for k, nut in loaded.items()
     }
-    shears = iter(_shear([ball for of in balls.values() for ball in of], speed))
-    sheared = {key: [(ball, next(shears)) for ball in of] for key, of in balls.items()}
+    shears = dict(zip(balls, _shear(list(balls.values()), speed), strict=True)) if balls else {}
+    result = [[UNLOADED_POWERS] * len(nuts) for _ in variants]
     for parameters, key, powers in zip(variants, keys, result, strict=True):
-        for (k, loads, _), (ball, shear) in zip(loaded, sheared[key], strict=True):
-            powers[k] = _powers(parameters, loads, ball, shear, *at)
+        for k, nut in loaded.items():
+            powers[k] = _powers(parameters, nut, balls[key, k], shears[key, k], speed, temperature)
     return result
 
 
-class _MeanBall(NamedTuple):
-    """Ball with the mean_load of a nut: its load [N], contacts by raceway, motion, columns of its loaded diagonals.
-
-    constants : of ball_equilibrium.Traction: tau_0 [Pa], Lambda, mu_b
-    """
-
-    load: float
-    contacts: Mapping[str, Mapping[str, Array]]
-    motion: ContactMotion
-    columns: Sequence[Mapping[str, Mapping[str, Array]]]
-    constants: tuple[float, float, float]
-
-
-def _mean_ball(
-    parameters: Parameters,
+def _loaded_nut(
+    screw: ScrewParameters,
     loads: Array,
     others: Array,
     speed: Array,
     temperature: Array,
     contacts: ContactValues,
-) -> _MeanBall:
-    screw = parameters.screw
+) -> _LoadedNut:
     means = [mean_load(loads)]
     if screw.preload_kind == FOUR_POINT and np.any(others > 0.0):
         means.append(mean_load(others[others > 0.0]))
-    result = [
-        {
-            raceway: contacts.values(raceway, np.array([load]), speed[:, :1], temperature[0])
-            for raceway in RACEWAYS
-        }
-        for load in means
-    ]
+    at = speed[:, :1], temperature[0]
+    of_means = [{name: contacts.values(name, np.array([load]), *at) for name in RACEWAYS} for load in means]
+    lost = {name: contacts.values(name, loads, *at)["rolling_loss"].sum(axis=0) for name in RACEWAYS}
     motion = contact_motion(screw, [float(contact_angle_at_ball_load(screw, load)) for load in means])
-    columns = [
-        _columns(parameters, load, speed, temperature, of) for load, of in zip(means, result, strict=True)
+    return _LoadedNut(loads, means, of_means, lost, motion)
+
+
+def _mean_ball(parameters: Parameters, nut: _LoadedNut, temperature: Array) -> _MeanBall:
+    contacts = [
+        _sheared_contact(parameters, raceway, load, of[raceway], temperature)
+        for raceway in RACEWAYS
+        for load, of in zip(nut.means, nut.contacts, strict=True)
     ]
+    axes, *of_contacts = (np.stack(parts, axis=2) for parts in zip(*contacts, strict=True))
     friction = parameters.friction
-    constants = friction.limiting_shear_coefficient, friction.boundary_friction
-    return _MeanBall(means[0], result[0], motion, columns, (parameters.lubricant.eyring_stress, *constants))
+    constants = (
+        parameters.lubricant.eyring_stress, friction.limiting_shear_coefficient, friction.boundary_friction,
+    )  # fmt: skip
+    each = (np.full((len(temperature), 1), value) for value in constants)
+    return _MeanBall(nut.motion, axes, Traction(*of_contacts, *each))
+
+
+def _sheared_contact(
+    parameters: Parameters, raceway: str, load: float, found: Mapping[str, Array], temperature: Array
+) -> tuple[Array, ...]:
+    """What the shear of a contact follows from at points (s, t): semi-axes (s, t, 2) [m], fields of Traction."""
+    screw, friction, radius = parameters.screw, parameters.friction, radial_nodes()[0]
+    pressure, film, area, rise = (
+        np.broadcast_to(found[name][0], temperature.shape)
+        for name in ("core_pressure", "central_film", "core_area", "mean_rise")
+    )
+    # as long across rolling as the Hertz ellipse, the core loses its width in front
+    angle = float(contact_angle_at_ball_load(screw, load))
+    R_x, R_y = (float(R) for R in reduced_radii(screw, angle, raceway))
+    a = float(ellipse(load, R_x, R_y, E_prime(screw)).a)
+    b = core_half_width(area / (math.pi * a), R_x)
+    local_pressure = pressure[..., None] * np.sqrt(1.0 - radius**2)
+    return (
+        np.stack([np.full(b.shape, a), b], axis=-1),
+        viscosity(parameters.lubricant, local_pressure, (temperature + rise)[..., None]),
+        pressure,
+        film,
+        asperity_share(film, roughness_of(friction), friction.asperity_film_ratio),
+    )
+
+
+def core_half_width(of_area: Array, R_x: float) -> Array:
+    """Half-width along rolling of the core [m], below R_x: of_area as its area gives it [m].
+
+    A film of some percent of the radius has no core: its pressure reaches as far as the wedge. Smooth, since a map
+    interpolates what follows from it: the lesser of the two had a kink that moved a torque by 3.6 %.
+    """
+    return of_area / (1.0 + (of_area / R_x) ** BLUNT) ** (1.0 / BLUNT)
+
+
+def _shear(balls: Sequence[_MeanBall], speed: Array) -> list[Array]:
+    """Shear power (s, t) [W] of mean balls in the contacts of the first of their loaded diagonals.
+
+    All balls at one temperature side by side, each from its motion at the temperature before.
+    """
+    diagonals = {len(ball.motion.raceways) // len(RACEWAYS) for ball in balls}
+    if len(diagonals) > 1:
+        return [_shear([ball], speed)[0] for ball in balls]
+    (count,), (speeds, temperatures) = diagonals, speed.shape
+    axes = np.concatenate([ball.axes for ball in balls])
+    traction = Traction(*map(np.concatenate, zip(*(ball.traction for ball in balls), strict=True)))
+    motion = ContactMotion(
+        balls[0].motion.raceways,
+        *(np.repeat([ball.motion[k] for ball in balls], speeds, axis=0) for k in (1, 2, 3)),
+    )
+    each, near, before = np.tile(speed[:, 0], len(balls)), None, None
+    power = np.empty((len(each), temperatures))
+    for t in range(temperatures):
+        result = ball_equilibrium(motion, each, axes[:, t], traction.take(np.s_[:, t]), near)
+        power[:, t] = result.power[:, ::count].sum(axis=1)
+        near, before = result.motion if before is None else 2.0 * result.motion - before, result.motion
+    return list(power.reshape(len(balls), speeds, temperatures))
 
 
 def _powers(
     parameters: Parameters,
-    loads: Array,
+    nut: _LoadedNut,
     ball: _MeanBall,
     shear: Array,
     speed: Array,
     temperature: Array,
-    contacts: ContactValues,
 ) -> NutPowers:
     """Powers of a nut with the shear power of its mean ball [W] (s, t)."""
-    screw, friction = parameters.screw, parameters.friction
-    rolling = {
-        raceway: rolling_torque(
-            parameters, raceway, loads, speed, temperature, contacts, ball.contacts[raceway]
-        )
-        for raceway in RACEWAYS
-    }
-    slid = shear * np.sum((loads / ball.load) ** SHEAR_EXPONENT) / speed
-    share = np.mean([ball.columns[0][raceway]["share"] for raceway in RACEWAYS], axis=0).reshape(speed.shape)
-    thrust = thrust_factor(friction, share)
-    u = float(entrainment_speed(screw, 1.0))
-    screw_side, nut_side, sheared, raised, on_asperities = (
-        float(part[0, 0]) if speed.size == 1 else part
-        for part in (rolling["screw"], rolling["nut"], slid, thrust, share)
+    mean, u = nut.means[0], float(entrainment_speed(parameters.screw, 1.0))
+    rolling = [
+        _supplied(parameters, name, mean, speed, temperature, nut.contacts[0][name]) * nut.lost[name] / speed
+        for name in RACEWAYS
+    ]
+    share = ball.traction.asperities[..., :: len(nut.means)].mean(axis=-1)
+    parts = (
+        *rolling,
+        shear * np.sum((nut.loads / mean) ** SHEAR_EXPONENT) / speed,
+        thrust_factor(parameters.friction, share),
+        share,
     )
-    hysteresis = u * hysteresis_sum(parameters, loads)
-    ball_ball = u * neighbour_sliding(screw, ball.motion) * float(loads.sum())
-    return NutPowers(screw_side, nut_side, sheared, raised, hysteresis, ball_ball, on_asperities)
+    rolling_screw, rolling_nut, slid, thrust, share = (
+        float(part[0, 0]) if speed.size == 1 else part for part in parts
+    )
+    hysteresis = u * hysteresis_sum(parameters, nut.loads)
+    ball_ball = u * neighbour_sliding(parameters.screw, nut.motion) * float(nut.loads.sum())
+    return NutPowers(rolling_screw, rolling_nut, slid, thrust, hysteresis, ball_ball, share)
 
 
 def rolling_torque(
@@ -328,90 +397,13 @@ def rolling_torque(
     mean: contacts of the ball with their mean_load
     """
     lost = contacts.values(raceway, loads, speed[:, :1], temperature[0])["rolling_loss"].sum(axis=0)
-    supplied = _supplied(parameters, raceway, mean_load(loads), speed, temperature, mean)
-    return np.asarray(supplied * lost / speed)
-
-
-def core_half_width(of_area: Array, R_x: float) -> Array:
-    """Half-width along rolling of the core [m], below R_x: of_area as its area gives it [m].
-
-    A film of some percent of the radius has no core: its pressure reaches as far as the wedge. Smooth, since a map
-    interpolates what follows from it: the lesser of the two had a kink that moved a torque by 3.6 %.
-    """
-    return of_area / (1.0 + (of_area / R_x) ** BLUNT) ** (1.0 / BLUNT)
-
-
-def _columns(
-    parameters: Parameters,
-    load: float,
-    speed: Array,
-    temperature: Array,
-    found_by: Mapping[str, Mapping[str, Array]],
-) -> dict[str, dict[str, Array]]:
-    """What the shear of both raceways follows from at one ball load, by raceway; points of (s, t) in one column."""
-    screw, oil = parameters.screw, parameters.lubricant
-    angle = float(contact_angle_at_ball_load(screw, load))
-    friction, radius = parameters.friction, radial_nodes()[0]
-    columns: dict[str, dict[str, Array]] = {}
-    for raceway in RACEWAYS:
-        result = {
-            name: np.broadcast_to(found_by[raceway][name][0], speed.shape).ravel() for name in QUANTITIES[1:]
-        }
-        pressure, film = result["core_pressure"], result["central_film"]
-        # as long across rolling as the Hertz ellipse, the core loses its width in front
-        R_x, R_y = (float(R) for R in reduced_radii(screw, angle, raceway))
-        a = float(ellipse(load, R_x, R_y, E_prime(screw)).a)
-        b = core_half_width(result["core_area"] / (math.pi * a), R_x)
-        warm = temperature.ravel() + result["mean_rise"]
-        columns[raceway] = {
-            "pressure": pressure,
-            "film": film,
-            "share": asperity_share(film, roughness_of(friction), friction.asperity_film_ratio),
-            "viscosity": viscosity(oil, pressure[:, None] * np.sqrt(1.0 - radius**2), warm[:, None]),
-            "axes": np.stack([np.full(b.size, a), b], axis=-1),
-        }
-    return columns
-
-
-def _shear(balls: Sequence[_MeanBall], speed: Array) -> list[Array]:
-    """Shear power (s, t) [W] of mean balls in the contacts of the first of their loaded diagonals.
-
-    All balls at one temperature side by side, each from its motion at the temperature before.
-    """
-    diagonals = [len(ball.columns) for ball in balls]
-    count, (speeds, temperatures) = max(diagonals), speed.shape
-    if min(diagonals) < count:
-        return [_shear([ball], speed)[0] for ball in balls]
-    of_balls = []
-    for ball in balls:
-        contacts = [diagonal[raceway] for raceway in RACEWAYS for diagonal in ball.columns]
-        of_balls.append({name: np.stack([one[name] for one in contacts], axis=1) for name in contacts[0]})
-    # (ball and speed, temperature, contact, ...)
-    column = {
-        name: np.concatenate([of[name].reshape(speeds, temperatures, *of[name].shape[1:]) for of in of_balls])
-        for name in of_balls[0]
-    }
-    motion = ContactMotion(
-        balls[0].motion.raceways,
-        *(np.repeat([ball.motion[k] for ball in balls], speeds, axis=0) for k in (1, 2, 3)),
+    return np.asarray(
+        _supplied(parameters, raceway, mean_load(loads), speed, temperature, mean) * lost / speed
     )
-    each, near, before = np.tile(speed[:, 0], len(balls)), None, None
-    power = np.empty((len(each), temperatures))
-    constants = np.repeat([ball.constants for ball in balls], speeds, axis=0)[:, :, None]
-    names = "viscosity", "pressure", "film", "share"
-    traction = Traction(*(column[name] for name in names), *np.moveaxis(constants, 1, 0))
-    for t in range(temperatures):
-        result = ball_equilibrium(motion, each, column["axes"][:, t], traction.take(np.s_[:, t]), near)
-        power[:, t] = result.power[:, ::count].sum(axis=1)
-        near, before = result.motion if before is None else 2.0 * result.motion - before, result.motion
-    return list(power.reshape(len(balls), speeds, temperatures))
 
 
 def loaded_nuts(parameters: Parameters, forces: Sequence[float]) -> list[CountedNut]:
-    """Nuts, halves or sets of flanks that carry load, as powers_of_nuts takes them, and how many times each counts.
-
-    Parameters   forces : of both, or of one alone [N]
-    """
+    """Nuts, halves or sets of flanks that carry load, under the forces of both or of one alone [N], and their count."""
     screw = parameters.screw
     loads = [nut_loads(screw, force, screw.loaded_ball_count) for force in forces]
     nuts = []
@@ -449,8 +441,7 @@ def double_nut_parts(
 ) -> TorqueParts:
     """Torque of the nuts, rolling as viscous and shear with ball on ball as sliding, as runtime.nut_law names them.
 
-    Parameters   forces : of the nuts [N];  contacts : of the balls;  speed [rad/s] > 0, temperature [K]
-                 ratio, coefficient : factor of the rolling part, 2 mu_b Lambda kappa
+    Arguments as nuts_powers;  ratio, coefficient : factor of the rolling part, 2 mu_b Lambda kappa.
     """
     rolling = hysteresis = sliding = 0.0
     for times, nut in nuts_powers(parameters, forces, contacts, speed, temperature):

@@ -4,7 +4,6 @@ The packaged sets live in data/friction_sets.toml, written by examples/paper/pac
 The numbers of a law belong to its film: with a film that is 5 to 10 % thinner the ratio moves as much.
 """
 
-import dataclasses
 import json
 import math
 from collections.abc import Iterable, Mapping
@@ -89,23 +88,19 @@ class FrictionSet:
     def __post_init__(self) -> None:
         object.__setattr__(self, "law", Law(self.law))
         for key in FITTED:
-            value = getattr(self, key)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"friction set {self.name}: {key} = {value}; allowed: finite and >= 0")
-        for key, ends in self.limits.items():
-            low, high = (float(ends.get(end, math.nan)) for end in ("low", "high"))
-            if not (0.0 <= low < math.inf and low <= high):
-                raise ValueError(
-                    f"friction set {self.name}: limits of {key} = {low} to {high}; allowed: 0 <= low <= high, "
-                    "low finite"
-                )
-        at = self.calibrated_at
-        if at and not (
-            set(at) == set(CALIBRATED_AT) and all(0.0 < value < math.inf for value in at.values())
-        ):
-            raise ValueError(
-                f"friction set {self.name}: calibrated_at = {dict(at)}; allowed: {', '.join(CALIBRATED_AT)}, each > 0"
+            self._refuse_unless(
+                0.0 <= getattr(self, key) < math.inf, key, getattr(self, key), "finite and >= 0"
             )
+        for key, ends in self.limits.items():
+            good = 0.0 <= ends.get("low", math.nan) <= ends.get("high", math.nan) and ends["low"] < math.inf
+            self._refuse_unless(good, f"limits of {key}", dict(ends), "0 <= low <= high, low finite")
+        at = self.calibrated_at
+        good = set(at) in (set(), set(CALIBRATED_AT)) and all(0.0 < value < math.inf for value in at.values())
+        self._refuse_unless(good, "calibrated_at", dict(at), f"{', '.join(CALIBRATED_AT)}, each > 0")
+
+    def _refuse_unless(self, good: bool, what: str, value: object, allowed: str) -> None:
+        if not good:
+            raise ValueError(f"friction set {self.name}: {what} = {value}; allowed: {allowed}")
 
     @property
     def values(self) -> tuple[float, float, float]:
@@ -192,10 +187,7 @@ def overridable(law: Law) -> tuple[str, ...]:
 
 
 def check_usable(entry: FrictionSet, parameters: Parameters, where: str, remedy: str) -> None:
-    """Refuse numbers that a screw file may not have.
-
-    Raises       ValueError
-    """
+    """Refuse numbers that a screw file may not have: ValueError."""
     try:
         changed(parameters, friction={name: getattr(entry, name) for name in overridable(entry.law)})
     except ValidationError as err:
@@ -212,45 +204,34 @@ def default_friction_set(parameters: Parameters) -> FrictionSet:
 
     Raises       ValueError: two overrides of one number
     """
-    chosen = parameters.friction
-    entry = load_friction_sets()[chosen.law]
-    overrides = {
-        name: value for name in overridable(chosen.law) if (value := getattr(chosen, name)) is not None
-    }
+    friction = parameters.friction
+    entry = load_friction_sets()[friction.law]
+    overrides = {name: getattr(friction, name) for name in overridable(friction.law)}
+    overrides = {name: value for name, value in overrides.items() if value is not None}
     given = list(overrides)
-    if chosen.law is Law.MECHANISTIC:
-        if chosen.ball_thrust is not None:
-            if "net_sliding_coefficient" in overrides:
-                raise ValueError(
-                    f"friction.ball_thrust = {chosen.ball_thrust:g}; allowed: no entry with net_sliding_coefficient"
-                )
-            overrides["net_sliding_coefficient"] = ball_ball_coefficient(chosen, chosen.ball_thrust)
-            given.append("ball_thrust")
-        if not overrides and entry.parameters_hash != parameters_hash(parameters):
-            return _without_fit(entry, f"carried over from {entry.screw}: {entry.provenance}")
-    if not overrides:
+    if friction.law is Law.MECHANISTIC and friction.ball_thrust is not None:
+        if "net_sliding_coefficient" in overrides:
+            raise ValueError(
+                f"friction.ball_thrust = {friction.ball_thrust:g}; allowed: no entry with net_sliding_coefficient"
+            )
+        overrides["net_sliding_coefficient"] = ball_ball_coefficient(friction, friction.ball_thrust)
+        given.append("ball_thrust")
+    if overrides:
+        provenance = f"{entry.name}, overridden in the screw file: {', '.join(given)}"
+    elif friction.law is Law.MECHANISTIC and entry.parameters_hash != parameters_hash(parameters):
+        provenance = f"carried over from {entry.screw}: {entry.provenance}"
+    else:
         return entry
-    text = f"{entry.name}, overridden in the screw file: {', '.join(given)}"
-    return dataclasses.replace(_without_fit(entry, text), **overrides)
-
-
-def _without_fit(entry: FrictionSet, provenance: str) -> FrictionSet:
-    """The numbers of a set without what was found out about its fit, which is not true of this screw."""
-    return FrictionSet(
-        entry.law,
-        *entry.values,
-        provenance=provenance,
-        screw=entry.screw,
-        parameters_hash=entry.parameters_hash,
-    )
+    # without what was found out about its fit, which is not true of this screw
+    numbers = {name: getattr(entry, name) for name in (*FITTED, "screw", "parameters_hash")}
+    return FrictionSet(entry.law, **(numbers | overrides), provenance=provenance)
 
 
 def _toml_lines(content: Mapping[str, Any], prefix: str) -> list[str]:
-    """Entries and then sub-tables of a TOML table."""
+    """Entries and then sub-tables of a TOML table; escapes of TOML strings are those of JSON."""
     lines = []
     for key, value in content.items():
         if not isinstance(value, Mapping):
-            # escapes of TOML strings are those of JSON
             text = (
                 repr(float(f"{value:.6g}"))
                 if isinstance(value, float)
@@ -323,10 +304,7 @@ def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
 
 
 def with_set(parameters: Parameters, name: str) -> Parameters:
-    """Parameters with a law of the same surface speeds; overrides in the screw file belong to its own law.
-
-    Raises       ValueError: a law with other surface speeds
-    """
+    """Parameters with a law of the same surface speeds, else ValueError; overrides belong to the law of the file."""
     if name == parameters.friction.law:
         return parameters
     kinematics = parameters.friction.kinematics
@@ -345,10 +323,7 @@ def without_overrides(parameters: Parameters, name: str) -> Parameters:
 
 
 def refuse_other_fit(friction: FrictionSet, parameters: Parameters) -> None:
-    """Refuse a set of other kinematics, and one fitted to another screw or oil.
-
-    Raises       MapError (a ValueError)
-    """
+    """Refuse a set of other kinematics, and one fitted to another screw or oil: MapError (a ValueError)."""
     ours = parameters_hash(parameters)
     if friction.kinematics != parameters.friction.kinematics:
         raise MapError(

@@ -6,14 +6,15 @@ numbering. The forces on a ball take floats and arrays alike and check nothing: 
 
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ..parameters.file import FOUR_POINT, Parameters, ScrewParameters
-from ..physics.ball_law import check_force, contact_angle_at_ball_load
+from ..parameters.file import Parameters, ScrewParameters
+from ..physics.ball_law import check_force, contact_angle_at_ball_load, rising_root
 from ..physics.hertz import RACEWAYS, ball_ellipse
-from ..physics.kinematics import four_point_spin_share, surface_speeds
+from ..physics.kinematics import surface_speeds
 from ..physics.load import double_nut_loads, nut_loads
 from ..physics.lubricant import eta0
 from .sets import FrictionSet
@@ -59,34 +60,6 @@ def hysteresis_force(load: Any, b: Any, ball_radius: float, coefficient: float) 
                  pressure, the printed result has it
     """
     return 3.0 * coefficient * np.asarray(load) * b / (16.0 * ball_radius)
-
-
-def sliding_force(load: Any, net_coefficient: Any) -> Any:
-    """Sliding friction of one ball, counted once per ball and not once per raceway.
-
-    Parameters   load : Q [N], >= 0;  net_coefficient : mu_s (1 - 3c + c^3) [1], fitted as one number
-    Returns      net_coefficient Q [N]
-    Source       Zhao 2023, Eqs. (20)-(21), c the lines without slip as a fraction of the semi-axis; errata: the
-                 printed c = a^2/(6 d_b) is a length; the middle integral is printed with the opposite sign and half the
-                 weight of the stated result
-    """
-    return np.asarray(load) * net_coefficient
-
-
-def spin_moment(load: Any, a: Any, b: Any, coefficient: float) -> Any:
-    """Moment of Coulomb friction in a contact that only spins.
-
-    Parameters   load : Q [N], >= 0;  a, b : semi-axes of the Hertz ellipse [m], a >= b > 0;  coefficient : mu [1]
-    Returns      3/8 mu Q a E(e) [N m], E complete elliptic integral of the second kind, e^2 = 1 - (b/a)^2
-    Source       Harris, Rolling Bearing Analysis; a circle has 3 pi/16 mu Q a
-    """
-    from scipy.special import ellipe
-
-    return 0.375 * coefficient * np.asarray(load) * a * ellipe(1.0 - np.square(np.asarray(b) / a))
-
-
-#: largest number of steps to the preload of a torque; steps to one side after which the interval is halved
-MAX_STEPS, ONE_SIDED = 200, 3
 
 
 class FilmModel(Protocol):
@@ -138,7 +111,6 @@ class TorqueParts(NamedTuple):
         return self.viscous + self.hysteresis + self.sliding
 
 
-NO_TORQUE = TorqueParts(0.0, 0.0, 0.0)
 UNLOADED = NutSums(0.0, 0.0, math.inf, math.inf, 0.0, 0.0)
 
 
@@ -188,23 +160,25 @@ def nut_sums(
 
 
 def load_torques(parameters: Parameters, loads: np.ndarray) -> tuple[float, float]:
-    """Hysteresis torque, and sliding torque at coefficient 1 [N.m], of a nut; arguments as nut_sums, loads > 0."""
+    """Hysteresis torque, and sliding torque at coefficient 1 [N.m], of a nut; arguments as nut_sums, loads > 0.
+
+    Source       sliding: mu_s (1 - 3c + c^3) Q, the factor fitted as one number, once per ball, not once per raceway.
+                 Zhao 2023, Eqs. (20)-(21), c the lines without slip as a fraction of the semi-axis; errata: the printed
+                 c = a^2/(6 d_b) is a length; the middle integral is printed with the opposite sign and half the weight
+                 of the stated result
+    """
     arm = _arm(parameters.screw, _contact_angle(parameters.screw, loads))
-    sliding = arm * float(sliding_force(loads, 1.0).sum())
-    return arm * hysteresis_sum(parameters, loads), sliding
+    return arm * hysteresis_sum(parameters, loads), arm * float(loads.sum())
 
 
 def hysteresis_sum(parameters: Parameters, loads: np.ndarray) -> float:
     """Force of the hysteresis of all balls on both raceways [N]; arguments as nut_sums, loads > 0."""
-    screw, total = parameters.screw, 0.0
+    screw, coefficient = parameters.screw, parameters.friction.hysteresis_coefficient
     beta = _contact_angle(screw, loads)
-    for raceway in RACEWAYS:
-        b = ball_ellipse(screw, beta, raceway, loads).b
-        losses = hysteresis_force(
-            loads, b, 0.5 * screw.ball_diameter, parameters.friction.hysteresis_coefficient
-        )
-        total += float(losses.sum())
-    return total
+    widths = (ball_ellipse(screw, beta, raceway, loads).b for raceway in RACEWAYS)
+    return sum(
+        float(hysteresis_force(loads, b, 0.5 * screw.ball_diameter, coefficient).sum()) for b in widths
+    )
 
 
 def _contact_angle(screw: ScrewParameters, loads: np.ndarray) -> float:
@@ -246,50 +220,17 @@ def double_nut_torque(
     Validity     steady motion; the loads of each nut are distributed as by a preload of its axial force
     Source       Zhao 2023, Eq. (24); differs from paper: 2 T_nut becomes the sum over two nuts of their own
                  force. Oversize balls: viscous and hysteresis part of all four contacts of a ball, sliding once per
-                 pair of flanks; the spin of a ball between four flanks is not in it: four_point_spin_bound
+                 pair of flanks; the spin of a ball between four flanks is not in it
     """
     check_force("preload", preload)
     check_force("axial_load", axial_load, allow_negative=True)
-    if preload == 0.0:
-        return NO_TORQUE
-    screw = parameters.screw
-    total = NO_TORQUE
-    for force in nut_forces(parameters, preload, axial_load):
-        if force <= 0.0:
-            continue
-        loads = nut_loads(screw, force, screw.ball_count)
-        sums = nut_sums(parameters, loads, abs(speed), temperature, film_model)
-        parts = sums.torque(*friction_set.values)
-        total = TorqueParts(*(x + y for x, y in zip(total, parts, strict=True)))
-    return total
-
-
-def four_point_spin_bound(parameters: Parameters, preload: float, axial_load: float = 0.0) -> float:
-    """Most that the spin of oversize balls can add to the friction torque, which the model does not include.
-
-    Parameters   preload : [N], >= 0;  axial_load : [N]
-    Returns      torque [N m], >= 0, of the balls that touch four flanks; 0 where all touch two
-    Raises       ValueError: not finite, negative preload
-    Validity     friction.sliding_coefficient, dry or boundary, over the whole ellipse; a film shears with less
-    Source       a ball that four flanks hold cannot roll on all of them. Between Coulomb contacts it moves so that the
-                 least power is lost; the motion of four_point_spin_share is one that it can choose, so the power of its
-                 spins, 3/8 mu Q a E(e) each (Harris), is a bound for every axial load
-    """
-    screw = parameters.screw
-    if screw.preload_kind != FOUR_POINT:
-        return 0.0
-    mu = parameters.friction.sliding_coefficient
-    both = double_nut_loads(screw, preload, axial_load, screw.ball_count)
-    beta = screw.contact_angle
-    share = float(four_point_spin_share(screw, beta))
-    held = (both.Q_a > 0.0) & (both.Q_b > 0.0)
-    torque = 0.0
-    for raceway, part in zip(RACEWAYS, (share, 1.0 - share), strict=True):
-        for loads in (both.Q_a, both.Q_b):
-            contact = ball_ellipse(screw, beta, raceway, loads[held])
-            moments = spin_moment(loads[held], contact.a, contact.b, mu)
-            torque += abs(part) * math.sin(beta) * float(np.sum(moments))
-    return torque
+    parts = np.zeros(3)
+    for force in nut_forces(parameters, preload, axial_load) if preload > 0.0 else ():
+        if force > 0.0:
+            loads = nut_loads(parameters.screw, force, parameters.screw.ball_count)
+            sums = nut_sums(parameters, loads, abs(speed), temperature, film_model)
+            parts += sums.torque(*friction_set.values)
+    return TorqueParts(*parts.tolist())
 
 
 def preload_from_torque(
@@ -302,7 +243,6 @@ def preload_from_torque(
                  relative : wanted relative accuracy of the preload
     Returns      preload [N]; 0 for torque 0
     Raises       ValueError: not finite, negative, outside what the bracket reaches; evaluate not continuous
-    Source       bisection with regula falsi (Illinois rule: Dowell & Jarratt, BIT 11 (1971) 168)
     Example
                  >>> round(preload_from_torque(lambda preload: 2.0 * preload**0.5, 6.0, 0.0, 100.0), 9)
                  9.0
@@ -311,32 +251,16 @@ def preload_from_torque(
         raise ValueError(f"torque = {torque} N.m; needs finite, >= 0")
     if torque == 0.0:
         return 0.0
-    x_0, x_1 = float(lowest), float(highest)
-    f_0, f_1 = evaluate(x_0) - torque, evaluate(x_1) - torque
-    if not (f_0 <= 0.0 <= f_1):
+    evaluate = cache(evaluate)
+    low, high = evaluate(float(lowest)), evaluate(float(highest))
+    if not low <= torque <= high:
         raise ValueError(
-            f"torque = {torque:.6g} N.m; allowed at this speed and temperature: {f_0 + torque:.6g} to "
-            f"{f_1 + torque:.6g} N.m (preload {x_0:.6g} to {x_1:.6g} N)"
+            f"torque = {torque:.6g} N.m; allowed at this speed and temperature: {low:.6g} to {high:.6g} N.m (preload "
+            f"{lowest:.6g} to {highest:.6g} N)"
         )
-    if f_0 == 0.0 or f_1 == 0.0:
-        return x_0 if f_0 == 0.0 else x_1
-    side = 0
-    for _ in range(MAX_STEPS):
-        x = x_1 - f_1 * (x_1 - x_0) / (f_1 - f_0)
-        # on a curve that starts like a root, chords converge slowly from one side
-        if not x_0 < x < x_1 or not abs(side) < ONE_SIDED:
-            x, side = 0.5 * (x_0 + x_1), 0
-        f = evaluate(x) - torque
-        if f == 0.0 or x_1 - x_0 <= relative * x_1:
-            return x
-        if f > 0.0:
-            x_1, f_1 = x, f
-            f_0 *= 0.5 if side > 0 else 1.0
-            side = max(side, 0) + 1
-        else:
-            x_0, f_0 = x, f
-            f_1 *= 0.5 if side < 0 else 1.0
-            side = min(side, 0) - 1
-        if not math.isfinite(f):
-            break
-    raise ValueError(f"torque = {torque:.6g} N.m; no preload found between {x_0:.6g} and {x_1:.6g} N")
+    preload, found = rising_root(lambda x: evaluate(x) - torque, float(lowest), float(highest), relative)
+    if not found:
+        raise ValueError(
+            f"torque = {torque:.6g} N.m; no preload found between {lowest:.6g} and {highest:.6g} N"
+        )
+    return preload

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -142,15 +141,6 @@ def mechanistic_values(parameters: Parameters, contacts: BallContacts, grid: Map
         ratios = [one.shear / p.shear[:, SPARSE] for one, p in zip(free, powers, strict=True)]
         alone[:, 2] = np.exp(np.mean(np.log(ratios), axis=(1, 2)))
     return values, alone
-
-
-def mechanistic_coefficients(parameters: Parameters, axes: Mapping[str, Any]) -> tuple[Array, Array]:
-    """Spline coefficients of mechanistic_values on the axes of a map, for constants that differ from its own."""
-    force, speed, temperature = (tuple(axes[name]) for name in ("force", "speed", "temperature"))
-    grid = MapGrid(force, speed, temperature)
-    contacts = BallContacts(parameters, ball_range(parameters, grid))
-    surfaces, alone = mechanistic_values(parameters, contacts, grid)
-    return fit(np.log(surfaces), (0, 1, 2)), fit(np.log(alone), (0,))
 
 
 def sharing_values(parameters: Parameters, grid: MapGrid) -> tuple[Array, Array]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import zipfile
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +31,6 @@ from ..runtime.packed import (
     DEFAULTS,
     FILM_SHEAR,
     MECHANISTIC,
-    TORQUE_CURVES,
     MapError,
     content_hash,
     npz_bytes,
@@ -41,15 +39,16 @@ from ..runtime.packed import (
 )
 from ..whole_file import whole_file
 from .built import VISCOUS, BuiltMap, Progress
-from .interval import BAND, band, band_numbers, band_point
+from .grid import grid_of, screw_grid
+from .interval import BAND, band, band_point
 
 FILE_FORMAT = 9
 #: the command that messages advise
 BUILD_MAP = "ballscrew map build --screw FILE.toml --output MAP.npz"
 #: name of the packaged map of the mechanistic set
 VG100 = "vg100"
-#: arrays of a file beside those of VISCOUS
-STORED = ("extreme_coefficients", "force_coefficients", "separation_coefficients", "sharing_coefficients")
+#: arrays of a file beside those of VISCOUS and extreme_coefficients
+STORED = ("force_coefficients", "separation_coefficients", "sharing_coefficients")
 
 
 def packaged_map(name: str) -> Path:
@@ -92,9 +91,9 @@ def _sealed(built: BuiltMap) -> dict[str, Any]:
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     """Header and variables of a file, checked against its own hash."""
+    damaged = f"{path}: not a readable map file ({{}}): build one with {BUILD_MAP}"
     if not path.exists():
         raise MapError(f"{path}: no such map file: build it with {BUILD_MAP}")
-    damaged = f"{path}: not a readable map file ({{}}): build one with {BUILD_MAP}"
     try:
         known = is_map_file(path)
     except OSError as error:
@@ -118,20 +117,8 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     return dict(header, file_hash=digest), variables
 
 
-def _refuse_other_parameters(path: Path, header: Mapping[str, Any], parameters: Parameters) -> None:
-    """Raises MapError."""
-    found = differences(header["parameters_json"], map_parameters_json(parameters))
-    if found is not None:
-        theirs, ours = found
-        raise MapError(
-            f"{path}: this map is of {theirs}; the screw file is of {ours}: without --map a map of the screw file is "
-            "made"
-        )
-
-
-def _provenance(friction: FrictionSet, parameters: Parameters, axes: Mapping[str, Any]) -> dict[str, Any]:
+def _provenance(friction: FrictionSet, parameters: Parameters, preload: float) -> dict[str, Any]:
     """Entry of the header about the friction parameters; infinite limits become None, for JSON has no infinity."""
-    preload = band_point(axes, parameters.screw)[0]
     return {
         "set": friction.name,
         "loss": friction.loss,
@@ -196,9 +183,20 @@ def load_map(
     if path is not None and Path(path).suffix == ".toml":
         path, parameters = None, load_screw(path) if parameters is None else parameters
     parameters = parameters_for(path, parameters)
-    header, variables = _map_of(parameters, progress) if path is None else _read(Path(path))
     if path is not None:
-        _refuse_other_parameters(Path(path), header, parameters)
+        header, variables = _read(Path(path))
+        if other := differences(header["parameters_json"], map_parameters_json(parameters)):
+            raise MapError(
+                f"{path}: this map is of {other[0]}; the screw file is of {other[1]}: without --map a map of the screw "
+                "file is made"
+            )
+    elif (packaged := packaged_map_of(parameters)) is not None:
+        header, variables = packaged
+    else:
+        from .build import build_map
+
+        built = build_map(parameters, screw_grid(parameters), progress)
+        header, variables = _sealed(built), built.arrays
     header[SCREW_FILE] = screw_file_json(parameters)
     if friction_set is not None:
         refuse_other_fit(friction_set, parameters)
@@ -213,18 +211,6 @@ def packaged_map_of(parameters: Parameters) -> tuple[dict[str, Any], dict[str, A
     return None if other or parameters.map != type(parameters.map)() else (header, variables)
 
 
-def _map_of(parameters: Parameters, progress: Progress | None) -> tuple[dict[str, Any], dict[str, Array]]:
-    """Header and arrays of the packaged map of a screw, or of one that is built now over the range of its file."""
-    found = packaged_map_of(parameters)
-    if found is not None:
-        return found
-    from .build import build_map
-    from .grid import screw_grid
-
-    built = build_map(parameters, screw_grid(parameters), progress)
-    return _sealed(built), built.arrays
-
-
 def nut_map_of(built: BuiltMap) -> NutMap:
     """A map that was built, with the default friction parameters of its screw, without a file."""
     return _with_friction(
@@ -236,25 +222,28 @@ def _with_friction(
     header: dict[str, Any], variables: dict[str, Array], parameters: Parameters, friction: FrictionSet
 ) -> NutMap:
     """The map of a file with the numbers of a friction set, and the film that it takes."""
-    film = friction.film_model
+    film, defaults = friction.film_model, (*friction.values, 1.0)
     if film == MECHANISTIC:
-        _sum_for_constants(header, variables, parameters)
-        header[BAND] = dict(
-            band(parameters, header["axes"], friction),
-            fitted=band_numbers(parameters, friction)["fit"] is not None,
-        )
+        if header[MECHANISTIC] != law_constants(parameters):
+            # of other constants: the law is summed anew, in seconds
+            from .build import build_map
+
+            variables = build_map(parameters, grid_of(header["axes"])).arrays
+            header[MECHANISTIC] = law_constants(parameters)
+        header[BAND] = band(parameters, header["axes"], friction)
+        law = parameters.friction
+        defaults = (*friction.values[:2], roughness_of(law), breakaway_factor(law))
     viscous = variables[f"{VISCOUS}{film}"], variables["extreme_coefficients"]
-    arrays = {"coefficients": np.concatenate(viscous, axis=-1)}
-    arrays |= {name: variables[name] for name in STORED if name != "extreme_coefficients"}
-    header = dict(
-        header,
-        film_model=film,
-        law=MECHANISTIC if film == MECHANISTIC else FILM_SHEAR,
-        defaults=dict(zip(DEFAULTS, _defaults(friction, parameters), strict=True)),
-        friction=_provenance(friction, parameters, header["axes"]),
-        presliding_angle=presliding_angle(parameters.screw, 1.0),
-    )
-    header["screw"] = screw_numbers(parameters.screw, band_point(header["axes"], parameters.screw)[0])
+    arrays = {name: variables[name] for name in STORED} | {"coefficients": np.concatenate(viscous, axis=-1)}
+    preload = band_point(header["axes"], parameters.screw)[0]
+    header |= {
+        "film_model": film,
+        "law": MECHANISTIC if film == MECHANISTIC else FILM_SHEAR,
+        "defaults": dict(zip(DEFAULTS, defaults, strict=True)),
+        "friction": _provenance(friction, parameters, preload),
+        "presliding_angle": presliding_angle(parameters.screw, 1.0),
+        "screw": screw_numbers(parameters.screw, preload),
+    }
     return NutMap(sealed(header, arrays), arrays)
 
 
@@ -264,7 +253,7 @@ def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:
     The contacts keep the angle that they have under this preload.
     """
     angle = float(loaded_contact_angle(screw, preload, screw.loaded_ball_count))
-    stiffness = float(axial_stiffness(nut_stiffness_constant(screw, angle), preload))
+    stiffness = axial_stiffness(nut_stiffness_constant(screw, angle), preload)
     return {
         "lead": screw.lead,
         "diameter": 2.0 * screw.nominal_radius,
@@ -272,26 +261,3 @@ def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:
         "stiffness_preload": preload,
         **({"seal_torque": screw.seal_torque} if screw.seal_torque else {}),
     }
-
-
-def _defaults(friction: FrictionSet, parameters: Parameters) -> tuple[float, ...]:
-    """Start values of packed.DEFAULTS."""
-    if friction.film_model != MECHANISTIC:
-        return (*friction.values, 1.0)
-    ratio, net, _ = friction.values
-    return ratio, net, roughness_of(parameters.friction), breakaway_factor(parameters.friction)
-
-
-def _sum_for_constants(header: dict[str, Any], variables: dict[str, Array], parameters: Parameters) -> None:
-    """Sum the law anew (seconds) if the map is of other constants of the mechanistic law than the parameters."""
-    constants = law_constants(parameters)
-    if header[MECHANISTIC] == constants:
-        return
-    from .build import mechanistic_coefficients
-
-    surfaces, curves = mechanistic_coefficients(parameters, header["axes"])
-    variables[f"{VISCOUS}{MECHANISTIC}"] = surfaces
-    # pressure and load of the last two columns do not depend on the law
-    stored = variables["force_coefficients"][:, TORQUE_CURVES:]
-    variables["force_coefficients"] = np.concatenate([curves, stored], axis=-1)
-    header[MECHANISTIC] = constants

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ..atlas.ball_contacts import BallRange
 from ..parameters.file import LubricantParameters, Parameters, ScrewParameters
 from ..parameters.screw import WIDEST_ENDS
 from ..parameters.units import CELSIUS, RPM, SHOWN
-from ..physics.ball_law import Array
+from ..physics.ball_law import Array, rising_root
 from ..physics.load import largest_preload, nut_loads
 from ..physics.lubricant import eta0
 from ..physics.rating import ball_pressure
@@ -59,6 +59,12 @@ class MapGrid:
     share_nodes: int = 21
 
 
+def grid_of(axes: Mapping[str, Any]) -> MapGrid:
+    """Range and nodes by the axes of the header of a map."""
+    ends = {name: tuple(axes[name]) for name in ("force", "speed", "temperature", "preload")}
+    return MapGrid(**ends, share_nodes=axes["share"][2])
+
+
 def largest_pressure(screw: ScrewParameters, force: float) -> float:
     """Hertz pressure [Pa] of the heaviest ball of a nut under an axial force [N], larger one of both raceways."""
     return ball_pressure(screw, float(nut_loads(screw, force, screw.loaded_ball_count).max()))
@@ -71,7 +77,7 @@ def force_at_pressure(screw: ScrewParameters) -> float:
     """
 
     def excess(ln_force: float) -> float:
-        return largest_pressure(screw, math.exp(ln_force)) / PRESSURE_LIMIT - 1.0
+        return math.log(largest_pressure(screw, math.exp(ln_force)) / PRESSURE_LIMIT)
 
     ends = math.log(MIN_FORCE), math.log(LARGEST_FORCE)
     if not excess(ends[0]) < 0.0 < excess(ends[1]):
@@ -79,7 +85,7 @@ def force_at_pressure(screw: ScrewParameters) -> float:
             f"pressure limit = {1e-9 * PRESSURE_LIMIT:.3g} GPa; no axial force from {MIN_FORCE:g} to "
             f"{LARGEST_FORCE:g} N reaches it: check ball diameter, groove radii and ball count, or give --preload-n"
         )
-    return math.exp(brentq(excess, *ends, xtol=1e-6))
+    return math.exp(rising_root(excess, *ends)[0])
 
 
 def temperature_range(parameters: Parameters) -> tuple[float, float]:

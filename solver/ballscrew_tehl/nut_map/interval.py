@@ -17,8 +17,9 @@ from ..friction.torque import nut_forces, preload_from_torque
 from ..mechanics import catalogue_preload
 from ..parameters.file import Parameters, ScrewParameters
 from ..physics.ball_law import Array
-from ..runtime.bspline import fit
+from ..runtime.bspline import fit as coefficients_of
 from ..runtime.packed import POINT
+from .grid import ball_range, grid_of
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap
@@ -44,21 +45,24 @@ def map_interval(
 ) -> TorqueInterval:
     """Interval at an operating point, at the nearest one of the map where that lies beyond its axes.
 
-    So is the point of a calibration on one torque.
-
     Parameters   axes : of the header;  preload [N] > 0, speed [rad/s], temperature [K], axial_load [N]
     Raises       ArithmeticError: equilibrium of a ball not found
     """
     forces = nut_forces(parameters, nearest(axes, "force", preload), axial_load)
-    at = {name: nearest(axes, name, value) for name, value in friction_set.calibrated_at.items()}
     return torque_interval(
         parameters,
         [nearest(axes, "force", force) if force > 0.0 else 0.0 for force in forces],
         BallContacts(parameters),
         nearest(axes, "speed", abs(speed)),
         nearest(axes, "temperature", temperature),
-        replace(friction_set, calibrated_at=at),
+        _calibrated_within(axes, friction_set),
     )
+
+
+def _calibrated_within(axes: Mapping[str, Any], friction_set: FrictionSet) -> FrictionSet:
+    """The set with the point of a calibration on one torque moved to the nearest one of the map."""
+    at = {name: nearest(axes, name, value) for name, value in friction_set.calibrated_at.items()}
+    return replace(friction_set, calibrated_at=at)
 
 
 def interval_table(
@@ -74,15 +78,12 @@ def interval_table(
                  these nodes
     Raises       ArithmeticError: equilibrium of a ball not found
     """
-    from .grid import MapGrid, ball_range
-
     (light, heavy), (slow, fast), (cold, hot) = (axes[name][:2] for name in ("force", "speed", "temperature"))
     forces, speeds = np.geomspace(light, heavy, nodes[0]), np.geomspace(slow, fast, nodes[1])
-    force, speed, temperature = (tuple(axes[name]) for name in ("force", "speed", "temperature"))
-    contacts = BallContacts(parameters, ball_range(parameters, MapGrid(force, speed, temperature)))
     temperatures = np.linspace(cold, hot, nodes[2])
-    ends = relative_intervals(parameters, axes, friction_set, forces, speeds, temperatures, contacts)
-    return fit(np.log(ends), (0, 1, 2))
+    contacts = BallContacts(parameters, ball_range(parameters, grid_of(axes)))
+    found = relative_intervals(parameters, axes, friction_set, forces, speeds, temperatures, contacts)
+    return coefficients_of(np.log(found), (0, 1, 2))
 
 
 def relative_intervals(
@@ -100,10 +101,8 @@ def relative_intervals(
     Returns      (p, s, t, 2)
     Raises       ArithmeticError: equilibrium of a ball not found
     """
-    at = {name: nearest(axes, name, value) for name, value in friction_set.calibrated_at.items()}
-    here = replace(friction_set, calibrated_at=at)
-    read = contacts or BallContacts(parameters)
-    return np.stack(interval_ends(parameters, preloads, read, speeds, temperatures, here), axis=-1)
+    read, friction_set = contacts or BallContacts(parameters), _calibrated_within(axes, friction_set)
+    return np.stack(interval_ends(parameters, preloads, read, speeds, temperatures, friction_set), axis=-1)
 
 
 #: relative accuracy of the ends of a preload
@@ -178,23 +177,18 @@ def band_point(axes: Mapping[str, Any], screw: ScrewParameters) -> tuple[float, 
 
 
 def band(parameters: Parameters, axes: Mapping[str, Any], friction_set: FrictionSet) -> dict[str, Any]:
-    """Entry mechanistic_interval of a header: point (SI), ends over the torque, the numbers that it is true of."""
-    point = band_point(axes, parameters.screw)
+    """Entry mechanistic_interval of a header.
+
+    Point (SI) and ends over the torque; numbers: what they depend on beside the map, constants, the unknown ones of
+    them, friction numbers and their fit; fitted: whether there is one.
+    """
+    point, fit = band_point(axes, parameters.screw), fit_of(friction_set, parameters)
     low, high = map_interval(parameters, axes, friction_set, *point).relative
-    return {
-        **dict(zip(POINT, point, strict=False)),
-        "low": low,
-        "high": high,
-        "numbers": band_numbers(parameters, friction_set),
-    }
-
-
-def band_numbers(parameters: Parameters, friction_set: FrictionSet) -> dict[str, Any]:
-    """What a band depends on beside the map: constants, the unknown ones of them, friction numbers and their fit."""
-    fit = fit_of(friction_set, parameters)
-    return {
+    numbers = {
         "constants": law_constants(parameters),
         "unknown": list(unknown_constants(parameters)),
         "values": list(friction_set.values[:2]),
         "fit": None if fit is None else list(fit),
     }
+    at = dict(zip(POINT, point, strict=False))
+    return {**at, "low": low, "high": high, "numbers": numbers, "fitted": fit is not None}

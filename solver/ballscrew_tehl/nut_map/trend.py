@@ -39,10 +39,11 @@ class Trend(NamedTuple):
     @property
     def text(self) -> str:
         """Of a single point; "" where both trends are physical."""
-        words = ("rises with temperature" if self.rises_with_temperature else "",
-                 "falls with speed" if self.falls_with_speed else "")  # fmt: skip
-        trend = " and ".join(word for word in words if word)
-        return f"torque {trend} in a thick film (lambda > {THICK:g})" if trend else ""
+        trends = {
+            "rises with temperature": self.rises_with_temperature, "falls with speed": self.falls_with_speed
+        }  # fmt: skip
+        words = " and ".join(word for word, found in trends.items() if found)
+        return f"torque {words} in a thick film (lambda > {THICK:g})" if words else ""
 
 
 def unphysical_trend(

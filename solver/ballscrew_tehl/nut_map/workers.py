@@ -27,24 +27,16 @@ def _leave_with_parent() -> None:
 
 
 @contextmanager
-def interrupt_held(ignored: bool = False) -> Iterator[None]:
-    """Raise KeyboardInterrupt at the end instead of within; Ctrl-C reaches the main thread alone.
-
-    Parameters   ignored: never, but processes that are started meanwhile ignore it too
-    """
+def _interrupt_ignored() -> Iterator[None]:
+    """Ctrl-C without effect on this process and on those that it starts; no change beside the main thread."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    caught: list[int] = []
-    before = signal.signal(
-        signal.SIGINT, signal.SIG_IGN if ignored else lambda number, frame: caught.append(number)
-    )
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-    if caught:
-        raise KeyboardInterrupt
 
 
 @contextmanager
@@ -53,31 +45,26 @@ def worker_pool(workers: int | None) -> Iterator[Executor]:
 
     Raises       ChildProcessError: a process has died
     """
-    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-    before = {name: os.environ.get(name) for name in names}
-    os.environ.update(dict.fromkeys(names, "1"))
+    threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    before = {name: os.environ[name] for name in threads if name in os.environ}
+    os.environ.update(threads)
+    count = workers or os.cpu_count() or 1
+    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _leave_with_parent)
     try:
-        spawn = multiprocessing.get_context("spawn")
-        count = workers or os.cpu_count() or 1
-        pool = ProcessPoolExecutor(count, spawn, _leave_with_parent)
-        try:
-            with interrupt_held(ignored=True):
-                # all start here: Ctrl-C would kill them before _leave_with_parent, with a traceback. They import what
-                # they need while this process prepares the first contacts
-                for _ in range(count):
-                    pool.submit(import_module, "ballscrew_tehl.refinement.direct")
-            yield pool
-        finally:
-            # a second Ctrl-C would leave the pool half shut down, and the command waiting for it without end
-            with interrupt_held():
-                pool.shutdown(cancel_futures=True)
+        with _interrupt_ignored():
+            # all start here: Ctrl-C would kill them before _leave_with_parent, with a traceback. They import what
+            # they need while this process prepares the first contacts
+            for _ in range(count):
+                pool.submit(import_module, "ballscrew_tehl.refinement.direct")
+        yield pool
     except BrokenExecutor as error:
         raise ChildProcessError(
             "a worker process has died, killed or out of memory: run the same command again"
         ) from error
     finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+        # a second Ctrl-C would leave the pool half shut down, and the command waiting for it without end
+        with _interrupt_ignored():
+            pool.shutdown(cancel_futures=True)
+        for name in threads:
+            os.environ.pop(name)
+        os.environ.update(before)

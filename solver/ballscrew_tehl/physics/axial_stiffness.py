@@ -12,12 +12,11 @@ the chain of `load` assumes none of these. Bodies of the default sections make G
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
 from ..parameters.file import ScrewParameters
-from .ball_law import check_force, contact_compliance
+from .ball_law import check_force, contact_compliance, rising_root
 
 
 def nut_stiffness_constant(screw: ScrewParameters, contact_angle: float | None = None) -> float:
@@ -38,64 +37,49 @@ def nut_stiffness_constant(screw: ScrewParameters, contact_angle: float | None =
     return screw.loaded_ball_count * sb * (sb / compliance) ** 1.5
 
 
-def preload_approach(stiffness: float, preload: Any) -> Any:
+def preload_approach(stiffness: float, preload: float) -> float:
     """Approach d_0 of each nut under preload alone [m], also the displacement at which the relieved nut comes free.
 
-    Parameters   stiffness : k [N/m^1.5], > 0;  preload : float or array [N], >= 0
+    Parameters   stiffness : k [N/m^1.5], > 0;  preload : [N]
     Raises       ValueError: not finite or negative
     """
     check_force("preload", preload)
-    return np.cbrt(np.asarray(preload, dtype=float) / stiffness)[()] ** 2
+    return float(np.cbrt(preload / stiffness)) ** 2
 
 
-def forces_of_displacement(stiffness: float, preload: Any, deflection: Any) -> tuple[Any, Any]:
-    """Forces of nut A and nut B [N] at a displacement x of the nut against the screw.
-
-    Parameters   stiffness, preload : as preload_approach;  deflection : x, float or array [m], > 0 loads B
-    """
+def forces_of_displacement(stiffness: float, preload: float, deflection: float) -> tuple[float, float]:
+    """Forces of nut A and nut B [N] at a displacement x of the nut against the screw [m], > 0 loads B."""
     d_0 = preload_approach(stiffness, preload)
-    x = np.asarray(deflection, dtype=float)
-    a, b = np.maximum(d_0 - x, 0.0), np.maximum(d_0 + x, 0.0)
-    return (stiffness * a * np.sqrt(a))[()], (stiffness * b * np.sqrt(b))[()]
+    a, b = max(d_0 - deflection, 0.0), max(d_0 + deflection, 0.0)
+    return stiffness * a * math.sqrt(a), stiffness * b * math.sqrt(b)
 
 
-def axial_stiffness(stiffness: float, preload: Any, deflection: Any = 0.0) -> Any:
-    """d load/d x of the nut [N/m]; without load 3 k^(2/3) preload^(1/3), with the cube root of the preload.
-
-    Parameters   as forces_of_displacement
-    """
+def axial_stiffness(stiffness: float, preload: float, deflection: float = 0.0) -> float:
+    """d load/d x of the nut [N/m]; without load 3 k^(2/3) preload^(1/3), with the cube root of the preload."""
     force_a, force_b = forces_of_displacement(stiffness, preload, deflection)
-    return 1.5 * np.cbrt(stiffness) ** 2 * (np.cbrt(force_a) + np.cbrt(force_b))
+    return float(1.5 * np.cbrt(stiffness) ** 2 * (np.cbrt(force_a) + np.cbrt(force_b)))
 
 
-def axial_deflection(stiffness: float, preload: Any, axial_load: Any) -> Any:
-    """Displacement x of the nut against the screw under an axial load, inverse of forces_of_displacement.
+def axial_deflection(stiffness: float, preload: float, axial_load: float) -> float:
+    """Displacement x of the nut against the screw under an axial load [m], inverse of forces_of_displacement.
 
-    Parameters   stiffness, preload : as preload_approach;  axial_load : float or array [N], > 0 loads B
-    Returns      x [m], sign of the load
+    Parameters   stiffness, preload : as preload_approach;  axial_load : [N], > 0 loads B
     Raises       ValueError: not finite, or a negative preload
-    Source       beyond separation d_0 + x = (load/k)^(2/3); before it by Newton's method, which converges from there:
-                 the load is concave up to x = d_0
     """
     check_force("axial_load", axial_load, allow_negative=True)
-    d_0, load = np.broadcast_arrays(preload_approach(stiffness, preload), np.abs(axial_load))
-    d_0, load = d_0.astype(float), load.astype(float)
-    free = np.cbrt(load / stiffness) ** 2 - d_0  # of the loaded nut alone
-    x = np.where(free >= d_0, free, 0.0)
-    inside = (free < d_0) & (load > 0.0)
-    for _ in range(100):
-        a, b = d_0[inside] - x[inside], d_0[inside] + x[inside]
-        step = (load[inside] / stiffness - (b * np.sqrt(b) - a * np.sqrt(a))) / (
-            1.5 * (np.sqrt(a) + np.sqrt(b))
-        )
-        x[inside] = np.minimum(x[inside] + step, d_0[inside])
-        if np.all(np.abs(step) <= 1e-15 * d_0[inside]):
-            break
-    else:
-        raise ArithmeticError(f"axial deflection not converged, last step {np.max(np.abs(step)):.1e} m")
-    return (x * np.sign(axial_load))[()]
+    d_0, load = preload_approach(stiffness, preload), abs(axial_load)
+    # of the loaded nut alone: beyond separation
+    x = float(np.cbrt(load / stiffness)) ** 2 - d_0
+    if x < d_0:
+
+        def excess(x: float) -> float:
+            force_a, force_b = forces_of_displacement(stiffness, preload, x)
+            return force_b - force_a - load
+
+        x, _ = rising_root(excess, 0.0, d_0, 1e-15)
+    return math.copysign(x, axial_load)
 
 
-def lost_motion(stiffness: float, preload: Any, axial_load: Any) -> Any:
+def lost_motion(stiffness: float, preload: float, axial_load: float) -> float:
     """Way of the nut when the axial load changes its sign [m]: elastic displacements to both sides."""
-    return 2.0 * np.abs(axial_deflection(stiffness, preload, axial_load))
+    return 2.0 * abs(axial_deflection(stiffness, preload, axial_load))

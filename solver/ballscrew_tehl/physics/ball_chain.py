@@ -23,7 +23,6 @@ from .ball_law import (
     check_force,
     contact_compliance,
     flank_law,
-    loaded_angle_law,
     preload_ball_load,
 )
 
@@ -41,7 +40,7 @@ class BallChain:
 
     def __init__(self, screw: ScrewParameters, ball_count: int) -> None:
         self.n = int(ball_count)
-        self.law = loaded_angle_law(screw)
+        self.law = flank_law(screw)
         dz, modulus = ball_pitch(screw, self.n), screw.youngs_modulus
         self.K = dz / modulus * (1.0 / screw.screw_section_area + 1.0 / screw.nut_section_area)
         areas = 1.0 / screw.screw_section_area + 1.0 / screw.spacer_section_area

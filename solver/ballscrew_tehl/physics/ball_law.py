@@ -14,7 +14,9 @@ Array = NDArray[np.float64]
 #: axial approach [m] -> axial force [N], its slope [N/m], normal load [N]
 BallLaw = Callable[[Array], tuple[Array, Array, Array]]
 
-MAX_STEPS = 100
+MAX_STEPS = 200
+#: steps of rising_root to one side after which the interval is halved
+ONE_SIDED = 3
 
 
 def contact_compliance(screw: ScrewParameters, contact_angle: float | None = None) -> float:
@@ -86,34 +88,16 @@ def loaded_contact_angle(screw: ScrewParameters, force: Any, ball_count: int) ->
     return beta[()]
 
 
-def loaded_angle_law(screw: ScrewParameters) -> BallLaw:
-    """Each ball at its own contact angle: the groove centres move apart by d cos(lambda) along the axis."""
-    cos_lead, c, a_0 = math.cos(screw.lead_angle), contact_compliance(screw), groove_distance(screw)
-    x, y_0 = a_0 * math.cos(screw.contact_angle), a_0 * math.sin(screw.contact_angle)
-
-    def law(d: Array) -> tuple[Array, Array, Array]:
-        u = cos_lead * np.maximum(d, 0.0)
-        length = np.hypot(x, y_0 + u)
-        # length - A0 without cancellation
-        ratio = u * (2.0 * y_0 + u) / ((length + a_0) * c)
-        root = np.sqrt(ratio)
-        Q = ratio * root
-        sin = (y_0 + u) / length
-        slope = cos_lead**2 * (1.5 * root / c * sin**2 + Q * (x / length) ** 2 / length)
-        return cos_lead * sin * Q, np.where(d > 0.0, slope, 0.0), Q
-
-    return law
-
-
 def preload_ball_load(screw: ScrewParameters, force: Any, ball_count: int) -> Any:
     """Equal load of all balls on one pair of flanks, F/(n sin(beta) cos(lambda)) [N], at the angle without load."""
     return force / (ball_count * math.sin(screw.contact_angle) * math.cos(screw.lead_angle))
 
 
-def flank_law(screw: ScrewParameters, oversize: float) -> BallLaw:
-    """One of the two pairs of flanks of an oversize ball, over the axial displacement of the nut towards it.
+def flank_law(screw: ScrewParameters, oversize: float = 0.0) -> BallLaw:
+    """Force of a ball between two flanks over the axial displacement of the nut towards it, each at its own angle.
 
-    Parameters   oversize : diameter of the ball over that which just touches all four flanks [m], >= 0
+    Parameters   oversize : diameter of the ball over that which just touches the flanks [m], >= 0; with it one of the
+                 two pairs of flanks of a ball on four
     Source       the two contacts of a pair lie on one line through the ball's centre: they are in series, and their
                  approach is oversize plus the displacement along that line, for any position of the ball between
                  the other two. The line joins the groove centres, A0 + oversize apart at the angle without load
@@ -123,7 +107,8 @@ def flank_law(screw: ScrewParameters, oversize: float) -> BallLaw:
     x, y_0 = (a_0 + oversize) * math.cos(beta), (a_0 + oversize) * math.sin(beta)
 
     def law(d: Array) -> tuple[Array, Array, Array]:
-        u = cos_lead * np.asarray(d, dtype=float)
+        # beyond -y_0 the line would turn over
+        u = np.maximum(cos_lead * np.asarray(d, dtype=float), -y_0)
         length = np.hypot(x, y_0 + u)
         sin = (y_0 + u) / length
         # length - A0 without cancellation
@@ -154,3 +139,31 @@ def flank_travel(screw: ScrewParameters, oversize: float) -> float:
             "grooves"
         )
     return (y_0 - math.sqrt(a_0**2 - x**2)) / math.cos(screw.lead_angle)
+
+
+def rising_root(
+    function: Callable[[float], float], low: float, high: float, relative: float = 1e-13
+) -> tuple[float, bool]:
+    """Where a rising function passes through zero between low and high, to a relative accuracy; whether it was found.
+
+    Source       bisection with regula falsi (Illinois rule: Dowell & Jarratt, BIT 11 (1971) 168)
+    """
+    f_low, f_high, side = function(low), function(high), 0
+    if f_low == 0.0 or f_high == 0.0:
+        return (low if f_low == 0.0 else high), True
+    x = low
+    for _ in range(MAX_STEPS):
+        x = high - f_high * (high - low) / (f_high - f_low)
+        # on a curve that starts like a root, chords converge slowly from one side
+        if not low < x < high or not abs(side) < ONE_SIDED:
+            x, side = 0.5 * (low + high), 0
+        f = function(x)
+        if f == 0.0 or high - low <= relative * abs(high):
+            return x, True
+        if not math.isfinite(f):
+            break
+        if f > 0.0:
+            high, f_high, f_low, side = x, f, f_low * (0.5 if side > 0 else 1.0), max(side, 0) + 1
+        else:
+            low, f_low, f_high, side = x, f, f_high * (0.5 if side < 0 else 1.0), min(side, 0) - 1
+    return x, False

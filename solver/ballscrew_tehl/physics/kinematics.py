@@ -9,8 +9,6 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from ..parameters.file import Parameters, ScrewParameters
 from ..parameters.screw import PUBLISHED, ROLLING_FRAME
 from .hertz import raceway_sign
@@ -85,19 +83,6 @@ def entrainment_speed(screw: ScrewParameters, speed: Any) -> Any:
     Source       r_m w (1 - g^2)/2: the raceways move at r_m (1-g)(w - w_c) = r_m (1+g) w_c
     """
     return 0.5 * screw.nominal_radius * (1.0 - _gamma(screw) ** 2) * speed
-
-
-def four_point_spin_share(screw: ScrewParameters, contact_angle: Any) -> Any:
-    """Share of w sin(beta) that is the spin at the screw contacts of a ball on four flanks; 1 - share at the nut.
-
-    Its axis is parallel to that of the screw: the only motion that slides at the middle of no contact. The spins are
-    w_b +- W of raceway, each against the other: 6.44 and -5.44 for GD4008-3 at 45 degrees.
-
-    Source       w_b = u_e/(r_b cos(beta)), W = w (1 +- g)/2, g = r_b cos(beta)/r_m; zero lead
-    """
-    arm = 0.5 * screw.ball_diameter * np.cos(contact_angle)
-    g = arm / screw.nominal_radius
-    return 0.5 * (1.0 + g) + 0.5 * screw.nominal_radius * (1.0 - g**2) / arm
 
 
 def deformed_radius(screw: ScrewParameters, raceway: str) -> float:

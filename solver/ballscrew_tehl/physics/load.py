@@ -30,7 +30,7 @@ import numpy as np
 
 from ..parameters.file import FOUR_POINT, ScrewParameters
 from .ball_chain import BallChain, FourPointChain, ball_oversize
-from .ball_law import Array, check_force, flank_travel, largest_oversize, preload_ball_load
+from .ball_law import Array, check_force, flank_travel, largest_oversize, preload_ball_load, rising_root
 
 #: Chebyshev nodes over the loads of one nut: three leave an error of the film below 1e-6; more per unit of ln(load);
 #: range of ln(load) below which all loads are one
@@ -144,8 +144,6 @@ def separation_load(screw: ScrewParameters, preload: float, ball_count: int, sig
     check_force("preload", preload)
     if preload == 0.0:
         return 0.0
-    from scipy.optimize import brentq
-
     if screw.preload_kind == FOUR_POINT:
         balls = _four_point_chain(screw, float(preload), ball_count)
         gap = flank_travel(screw, ball_oversize(screw, preload, ball_count))
@@ -166,7 +164,7 @@ def separation_load(screw: ScrewParameters, preload: float, ball_count: int, sig
     low, high = preload, 4.0 * preload
     while opening(high) < 0.0:
         low, high = high, 2.0 * high
-    return float(brentq(opening, low, high, xtol=1e-12 * preload, rtol=1e-13))
+    return rising_root(opening, low, high)[0]
 
 
 def largest_preload(screw: ScrewParameters, ball_count: int) -> float:

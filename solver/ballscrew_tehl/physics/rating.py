@@ -3,7 +3,7 @@
 import math
 
 from ..parameters.file import ScrewParameters
-from .ball_law import contact_angle_at_ball_load
+from .ball_law import contact_angle_at_ball_load, rising_root
 from .hertz import RACEWAYS, ball_ellipse
 
 #: Hertz pressure [Pa] at which steel of bearings keeps a dent of 1e-4 of the ball diameter
@@ -46,12 +46,11 @@ def static_rating(screw: ScrewParameters) -> float:
                  pressure that ISO 76 names for ball bearings; the closed formula of ISO 3408-5 is not used. Catalogues
                  count with their own factors and conformities: expect some tens of percent between them
     """
-    from scipy.optimize import brentq
 
     def excess(ln_load: float) -> float:
-        return ball_pressure(screw, math.exp(ln_load)) / STATIC_PRESSURE - 1.0
+        return math.log(ball_pressure(screw, math.exp(ln_load)) / STATIC_PRESSURE)
 
-    load = math.exp(float(brentq(excess, math.log(1e-3), math.log(1e9), xtol=1e-12)))
+    load = math.exp(rising_root(excess, math.log(1e-3), math.log(1e9))[0])
     angle = float(contact_angle_at_ball_load(screw, load))
     return screw.loaded_ball_count * load * math.sin(angle) * math.cos(screw.lead_angle)
 

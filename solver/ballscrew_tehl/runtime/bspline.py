@@ -6,7 +6,7 @@ not-a-knot).
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -40,7 +40,7 @@ def cubic_slopes(t: Any) -> Weights:
     return (-0.5 * u * u, 0.5 * t * (3.0 * t - 4.0), 0.5 * u * (4.0 - 3.0 * u), 0.5 * t * t)
 
 
-def weighted(weights: Weights, values: Sequence[float], first: int) -> float:
+def weighted(weights: Weights, values: Sequence[Any], first: int) -> Any:
     """Four neighbouring values of a list, from `first` on, under the weights of their cell."""
     a, b, c, d = weights
     return a * values[first] + b * values[first + 1] + c * values[first + 2] + d * values[first + 3]
@@ -89,7 +89,9 @@ def fit(values: NDArray[np.float64], axes: Sequence[int]) -> NDArray[np.float64]
     """
     coefficients = np.asarray(values, dtype=np.float64)
     if not np.isfinite(coefficients).all():
-        raise ValueError("spline through values that are not finite; every node needs a finite value")
+        raise ValueError(
+            "spline through values that are not finite; every node needs a finite value, a logarithm one > 0"
+        )
     for axis in axes:
         nodes = coefficients.shape[axis]
         if nodes < LEAST_NODES:
@@ -117,26 +119,19 @@ def map_arrays(
     force_values: NDArray[np.float64],
     separation_ratio: NDArray[np.float64],
     relieved_share: NDArray[np.float64],
-) -> Mapping[str, NDArray[np.float64]]:
+) -> dict[str, NDArray[np.float64]]:
     """Coefficient arrays of a nut map from physical values at its nodes.
 
     Parameters   values : (n_force, n_speed, n_temperature, 10), > 0, columns: packed.SURFACES of its law
                  force_values : (n_force, 5), > 0, columns: packed.FORCE_CURVES
                  separation_ratio : (n_preload, 2), > 0: separation load over preload, axial load > 0 and < 0
                  relieved_share : (n_preload, n_share, 2): (force of relieved nut over preload)^(2/3), 1 .. 0
-    Returns      arrays for NutMap
     Raises       ValueError: a value that must be positive is not
     """
-    for name, array in (
-        ("values", values),
-        ("force_values", force_values),
-        ("separation_ratio", separation_ratio),
-    ):
-        if not (np.asarray(array) > 0.0).all():
-            raise ValueError(f"map {name}: minimum {np.min(array)}; needs > 0 at every node")
-    return {
-        "coefficients": fit(np.log(values), (0, 1, 2)),
-        "force_coefficients": fit(np.log(force_values), (0,)),
-        "separation_coefficients": fit(np.log(separation_ratio), (0,)),
-        "sharing_coefficients": fit(relieved_share, (0, 1)),
-    }
+    with np.errstate(divide="ignore", invalid="ignore"):  # fit refuses the logarithm of what is not positive
+        return {
+            "coefficients": fit(np.log(values), (0, 1, 2)),
+            "force_coefficients": fit(np.log(force_values), (0,)),
+            "separation_coefficients": fit(np.log(separation_ratio), (0,)),
+            "sharing_coefficients": fit(relieved_share, (0, 1)),
+        }

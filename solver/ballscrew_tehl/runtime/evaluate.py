@@ -20,29 +20,27 @@ Limits:
 
 import math
 from collections.abc import Callable, Mapping
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ballscrew_tehl.runtime.bspline import Axis, cubic_slopes, cubic_weights, weighted
+from ballscrew_tehl.runtime.bspline import Axis, Weights, cubic_slopes, cubic_weights, weighted
 from ballscrew_tehl.runtime.nut_law import (
     ARRAYS,
     FLOATS,
     NUT_TORQUES,
     DoubleNutState,
     Numbers,
+    Ops,
     double_nut,
     nut_extremes,
     nut_forces,
-    nut_presliding_stiffness,
 )
-from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters, check, npz_bytes, read_npz
+from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters, check, read_npz
 
-PIECE = 2048  # points of an array that are evaluated at a time
-GATHERED = 256  # points whose coefficients are collected at a time
+PIECE = 512  # points of an array that are evaluated at a time: they stay in the cache of the processor
 
 Array = NDArray[np.float64]
 Operand = float | Array  # arrays broadcast
@@ -87,10 +85,6 @@ class NutMap:
         """Map of an .npz file; MapError if it is damaged, OSError if it is not there."""
         return cls(*read_npz(path))
 
-    def to_npz(self) -> bytes:
-        """Bytes of the .npz file; the same map gives the same bytes."""
-        return npz_bytes(self.header, self.arrays)
-
     def evaluate(
         self,
         preload: Operand,
@@ -127,10 +121,7 @@ class NutMap:
         axial_load: Operand,
         *friction: Operand | None,
     ) -> list[Any]:
-        """Arguments of evaluate() with defaults filled in: all numbers, or all arrays of one shape.
-
-        Raises       ValueError as evaluate()
-        """
+        """Arguments of evaluate() with defaults filled in: all numbers, or all arrays of one shape; else ValueError."""
         filled = (d if g is None else g for g, d in zip(friction, self.defaults, strict=True))
         arguments: list[Any] = [preload, speed, temperature, axial_load, *filled]
         if all(isinstance(a, (float, int)) for a in arguments):
@@ -175,30 +166,19 @@ class NutMap:
 
         correction : of the surfaces of each nut at its force (refine.py), None = the map as it is
         """
-        clamped = []
-        force_axis = self.force
-        if not self.preload.lo <= preload <= force_axis.hi:
+        highest, clamped = self.force.hi, []
+        if not self.preload.lo <= preload <= highest:
             clamped.append("preload")
-            preload = min(max(preload, 0.0), force_axis.hi)
-        forces: tuple[float, ...] = (preload,)
-        outside = self._outside(speed, temperature)
+            preload = min(max(preload, 0.0), highest)
+        relieved = loaded = preload
+        clamped += self._outside(speed, temperature)
         if axial_load != 0.0:
             relieved, loaded = self._forces_point(preload, axial_load)
-            forces = (relieved, min(loaded, force_axis.hi))
-            if loaded > force_axis.hi:
-                outside.append("axial_load")
+            if loaded > highest:
+                loaded = highest
+                clamped.append("axial_load")
         friction = FrictionParameters(ratio, net, roughness, breakaway)
-        return self._at_forces(forces, speed, temperature, friction, (*clamped, *outside), correction)
-
-    def evaluate_forces(
-        self, relieved: float, loaded: float, speed: float, temperature: float, friction: FrictionParameters
-    ) -> DoubleNutState:
-        """State of both nuts at given forces, relieved <= loaded <= end of the axis [N], checked by the caller.
-
-        `clamped` has speed and temperature only.
-        """
-        clamped = tuple(self._outside(speed, temperature))
-        return self._at_forces((relieved, loaded), speed, temperature, friction, clamped, None)
+        return self.evaluate_forces(relieved, loaded, speed, temperature, friction, clamped, correction)
 
     def _outside(self, speed: float, temperature: float) -> list[str]:
         names = ["speed"] if abs(speed) > self.speed.hi else []
@@ -206,37 +186,45 @@ class NutMap:
             names.append("temperature")
         return names
 
-    def _at_forces(
+    def evaluate_forces(
         self,
-        forces: tuple[float, ...],
+        relieved: float,
+        loaded: float,
         speed: float,
         temperature: float,
         friction: FrictionParameters,
-        clamped: tuple[str, ...],
-        correction: Correction | None,
+        clamped: list[str] | None = None,
+        correction: Correction | None = None,
     ) -> DoubleNutState:
-        """State at the forces of both nuts, relieved first, or at one that both have."""
-        speed_axis, temperature_axis = self.speed, self.temperature
-        speed = abs(speed)
-        j, tj = speed_axis.place(speed)
-        k, tk = temperature_axis.place(temperature)
-        s = speed / speed_axis.lo if speed < speed_axis.lo else 1.0
+        """State of both nuts at given forces, relieved <= loaded <= end of the axis [N], checked by the caller.
+
+        clamped : names of inputs beyond the map, None: of speed and temperature
+        """
+        names = tuple(self._outside(speed, temperature) if clamped is None else clamped)
+        point = (*self.placed(speed, temperature), friction, correction)
+        first = self._nut_point(relieved, *point)
+        second = first if loaded == relieved else self._nut_point(loaded, *point)
+        return double_nut(first, second, friction.roughness_height, not names, names, FLOATS)
+
+    def placed(self, speed: float, temperature: float) -> tuple[int, int, Array, float]:
+        """Cells of a speed, sign free, and temperature; weights of their 16 neighbours; speed over the lowest, up to 1.
+
+        Below the lowest speed a second row has the weights of the slope over ln speed.
+        """
+        axis, speed = self.speed, abs(speed)
+        (j, tj), (k, tk) = axis.place(speed), self.temperature.place(temperature)
         w_k = cubic_weights(tk)
         rows = [[a * b for a in cubic_weights(tj) for b in w_k]]
+        s = speed / axis.lo if speed < axis.lo else 1.0
         if s < 1.0:
-            scale = speed_axis.scale
-            rows.append([a * b for a in [scale * a for a in cubic_slopes(tj)] for b in w_k])
-        weights = np.array(rows)
-        nuts = [self._nut_point(force, j, k, weights, s, friction, correction) for force in forces]
-        return double_nut(nuts[0], nuts[-1], friction.roughness_height, not clamped, clamped, FLOATS)
+            rows.append([axis.scale * a * b for a in cubic_slopes(tj) for b in w_k])
+        return j, k, np.array(rows), s
 
     def presliding_stiffness(self, preload: float, axial_load: float, net: float, breakaway: float) -> float:
-        """Presliding stiffness of both nuts, of the screw [N.m/rad].
+        """Sum over both nuts of Coulomb torque at standstill over presliding_angle [N.m/rad of the screw].
 
-        Parameters   preload : [N];  axial_load : [N], sign free;  net, breakaway : parameters of the friction law
-        Returns      sum over both nuts of Coulomb torque at standstill over presliding_angle. It depends on the loads
-                     alone, so that no energy arises while speed or temperature change: by the mechanistic law the
-                     shear of the raceway contacts is left out (3 to 9 % of the Coulomb torque of the GD4008-3)
+        It depends on the loads [N] alone, so that no energy arises while speed or temperature change: by the
+        mechanistic law the shear of the raceway contacts is left out (3 to 9 % of the Coulomb torque of the GD4008-3).
         """
         preload = min(max(preload, 0.0), self.force.hi)
         if axial_load == 0.0:
@@ -253,6 +241,9 @@ class NutMap:
         return self._nut_stiffness(relieved, net, breakaway) + self._nut_stiffness(loaded, net, breakaway)
 
     def _nut_stiffness(self, force: float, net: float, breakaway: float) -> float:
+        """Coulomb torque of one nut at standstill over the presliding angle, which grows as the contact, F^(1/3)."""
+        if not force > 0.0:
+            return 0.0
         i, t = self.force.place(force)
         w = cubic_weights(t)
         hysteresis, sliding = (
@@ -261,15 +252,12 @@ class NutMap:
         )
         f = force / self.force.lo if force < self.force.lo else 1.0
         sliding *= net * max(breakaway, 1.0) * f
-        return nut_presliding_stiffness(
-            force, hysteresis * f * f ** (1.0 / 3.0), sliding, self.presliding_angle
-        )
+        return (hysteresis * f * f ** (1.0 / 3.0) + sliding) / (self.presliding_angle * force ** (1.0 / 3.0))
 
     def range_margin(self, preload: float, speed: float, temperature: float, axial_load: float) -> float:
         """Least distance from the limits of preload, speed, temperature and force of the loaded nut.
 
-        Each as a share of the length of its axis, negative outside. The caller has checked the arguments, as for
-        evaluate_point.
+        Each as a share of the length of its axis, negative outside; arguments checked as for evaluate_point.
         """
         highest, hottest, fastest = self.force.hi, self.temperature.hi, self.speed.hi
         margin = min(
@@ -307,32 +295,40 @@ class NutMap:
 
     def _forces_point(self, preload: float, axial_load: float) -> tuple[float, float]:
         """Forces of the relieved and of the loaded nut under an axial load."""
-        load = abs(axial_load)
         if preload <= 0.0:
-            return 0.0, load
+            return 0.0, abs(axial_load)
         side = 0 if axial_load > 0.0 else 1
-        p, tp = self.preload.place(preload)
-        w_p = cubic_weights(tp)
+        found: tuple[float, float] = self.forces_over(preload, abs(axial_load), side, _weights_at, FLOATS)
+        return found
 
-        def sharing(share: float) -> float:
-            q, tq = self.share.place(share)
-            w_q = cubic_weights(tq)
+    def forces_over(
+        self, preload: Any, load: float, side: int, weights_at: Callable[[Axis, Any], Any], ops: Ops
+    ) -> tuple[Any, Any]:
+        """Forces of the relieved and of the loaded nut [N] at a preload > 0, a float or a Dual.
+
+        Parameters   load : magnitude of the axial load [N];  side : 0 where it is > 0, else 1
+                     weights_at : cell of a value on an axis and weights there
+        """
+        p, w_p = weights_at(self.preload, preload)
+
+        def sharing(share: Any) -> Any:
+            q, w_q = weights_at(self.share, share)
             return weighted(w_p, [weighted(w_q, row, q) for row in self.sharing_lists[side][p : p + 4]], 0)
 
-        return nut_forces(preload, load, weighted(w_p, self.separation_lists[side], p), sharing, FLOATS)
+        return nut_forces(preload, load, weighted(w_p, self.separation_lists[side], p), sharing, ops)
 
     def _evaluate_array(self, *arguments: Array) -> DoubleNutState:
-        """evaluate() for arrays of one shape, piece by piece: a piece stays in the cache of the processor."""
-        shape, columns_given = arguments[0].shape, [a.ravel() for a in arguments]
-        size = max(arguments[0].size, 1)
-        found, clamped = [], dict.fromkeys(_CLAMPED, False)
-        for first in range(0, size, PIECE):
-            state, outside = self._evaluate_piece(*(a[first : first + PIECE] for a in columns_given))
-            found.append(state)
-            for name in _CLAMPED:
-                clamped[name] |= bool(outside[name].any())
-        columns: list[Any] = [np.concatenate(column).reshape(shape) for column in zip(*found, strict=True)]
-        columns.append(tuple(name for name in _CLAMPED if clamped[name]))
+        """evaluate() for arrays of one shape, piece by piece."""
+        shape, given = arguments[0].shape, [a.ravel() for a in arguments]
+        pieces = [
+            self._evaluate_piece(*(a[first : first + PIECE] for a in given))
+            for first in range(0, max(given[0].size, 1), PIECE)
+        ]
+        columns: list[Any] = [
+            np.concatenate(column).reshape(shape)
+            for column in zip(*(state for state, _ in pieces), strict=True)
+        ]
+        columns.append(tuple(n for n in _CLAMPED if any(outside[n].any() for _, outside in pieces)))
         return DoubleNutState(*columns)
 
     def _evaluate_piece(
@@ -363,43 +359,24 @@ class NutMap:
         roughness = parameters.roughness_height
         return double_nut(nuts[0], nuts[-1], roughness, in_range, (), ARRAYS)[:-2], outside
 
-    @cached_property
-    def _runs(self) -> Array:
-        """Coefficients of four neighbours along force side by side, one row per first neighbour."""
-        columns = self.blocks.shape[-1]
-        windows = np.lib.stride_tricks.sliding_window_view(self.blocks.reshape(-1), 4 * columns)
-        return np.ascontiguousarray(windows[::columns])
-
     def _splines_array(
         self, force: Array, speed: Array, temperature: Array, with_slopes: bool
     ) -> tuple[Array, Array | None, Array]:
         """Surfaces, their slopes over ln speed (or None) and force curves of points (n,): (columns, n)."""
         (i, ti), (j, tj) = self.force.place_array(force), self.speed.place_array(speed)
         k, tk = self.temperature.place_array(temperature)
-        w_i = np.stack(cubic_weights(ti), axis=-1)
-        w_k = np.stack(cubic_weights(tk), axis=-1)
+        w_i, w_k = (np.stack(cubic_weights(t), axis=-1) for t in (ti, tk))
         along_speed = [np.stack(cubic_weights(tj), axis=-1)]
         if with_slopes:
             along_speed.append(self.speed.scale * np.stack(cubic_slopes(tj), axis=-1))
         weights = np.stack(along_speed, axis=1)[..., None] * w_k[:, None, None, :]
-        weights = weights.reshape(len(force), len(along_speed), 16)
-        _, n_k, n_i, columns = self.blocks.shape
-        start = (j * n_k + k) * n_i + i
-        neighbours = n_i * np.add.outer(n_k * np.arange(4), np.arange(4)).ravel()
-        blocks = np.empty((GATHERED, 16, 4 * columns))
-        lines = np.empty((len(force), len(along_speed), 4 * columns))
-        for first in range(0, len(force), GATHERED):
-            here = slice(first, first + GATHERED)
-            block = blocks[: len(start[here])]
-            # clip: the places are known to be inside, and no copy is made
-            np.take(self._runs, start[here, None] + neighbours, axis=0, out=block, mode="clip")
-            np.matmul(weights[here], block, out=lines[here])
-        found = np.matmul(w_i[:, None, None], lines.reshape(*lines.shape[:2], 4, columns))[:, :, 0]
-        values = np.ascontiguousarray(np.moveaxis(found, 0, -1))
-        curves = np.zeros((len(force), self.curves.shape[1]))
-        for a in range(4):
-            curves += w_i[:, a, None] * self.curves[i + a]
-        return values[0], values[1] if with_slopes else None, np.moveaxis(curves, -1, 0)
+        i, j, k = (cell[:, None] + np.arange(4) for cell in (i, j, k))
+        blocks = self.blocks[j[:, :, None, None], k[:, None, :, None], i[:, None, None, :]]
+        lines = weights.reshape(len(force), -1, 16) @ blocks.reshape(len(force), 16, -1)
+        found = w_i[:, None, None] @ lines.reshape(*lines.shape[:2], 4, self.blocks.shape[-1])
+        values = np.ascontiguousarray(np.moveaxis(found[:, :, 0], 0, -1))
+        curves = (w_i[:, None] @ self.curves[i])[:, 0]
+        return values[0], values[1] if with_slopes else None, curves.T
 
     def _forces_array(self, preload: Array, axial_load: Array) -> tuple[Array, Array]:
         """_forces_point for arrays."""
@@ -411,17 +388,21 @@ class NutMap:
 
         def sharing(share: Array) -> Any:
             q, tq = self.share.place_array(share)
-            w_q = cubic_weights(tq)
-            return sum(
-                v * w * self._sharing[p + a, q + b, side]
-                for a, v in enumerate(w_p)
-                for b, w in enumerate(w_q)
-            )
+            rows = [
+                sum(w * self._sharing[p + a, q + b, side] for b, w in enumerate(cubic_weights(tq)))
+                for a in range(4)
+            ]
+            return sum(v * row for v, row in zip(w_p, rows, strict=True))
 
         pressed = preload > 0.0
         relieved, _ = nut_forces(np.where(pressed, preload, 1.0), load, separation, sharing, ARRAYS)
         relieved = np.where(axial_load == 0.0, preload, np.where(pressed, relieved, 0.0))
         return relieved, relieved + load
+
+
+def _weights_at(axis: Axis, value: float) -> tuple[int, Weights]:
+    cell, t = axis.place(value)
+    return cell, cubic_weights(t)
 
 
 _CLAMPED = ("preload", "speed", "temperature", "axial_load")

@@ -7,9 +7,8 @@ import math
 from typing import Any, NamedTuple
 
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.over_preload import OverPreload
 from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters
-from ballscrew_tehl.runtime.preload import estimate_preload
+from ballscrew_tehl.runtime.preload import OverPreload, estimate_preload
 from ballscrew_tehl.runtime.standstill import regularised_sign
 
 
@@ -50,8 +49,8 @@ def monitor_step(
 ) -> MonitorStep:
     """Preload, its interval and sensitivity, film over roughness height, and whether they are in range.
 
-    Parameters   held : [N] preload of the last step that was in range, None before the first
-    Validity     the caller has checked that all are finite numbers
+    held : preload of the last step that was in range [N], None before the first. The caller has checked that all are
+    finite numbers.
     """
     given, speed, slowest = parameters, inputs.speed, parameters.speed_min
     friction = FrictionParameters(*(getattr(given, name) for name in DEFAULTS))

@@ -1,7 +1,7 @@
 """Laws of the double nut, written once for floats, arrays and numbers with a derivative (dual.py).
 
 Every function takes its operations as `ops`: FLOATS, ARRAYS or dual.DUALS. Look-ups and clamps are those of evaluate.py
-and over_preload.py, which call it.
+and preload.py, which call it.
 
 Two friction laws share all but the torques of a nut (NUT_TORQUES): film_shear, the law of the fitted sets, and
 mechanistic, the power balance of rolling loss, shear and ball-on-ball friction. Both may rise towards breakaway at
@@ -107,9 +107,9 @@ def film_shear_torques(
 ) -> tuple[Any, Any, Any, None]:
     """Viscous, hysteresis and sliding torque of one nut [N.m] by the law of the fitted sets, and no Spin.
 
-    Parameters   surfaces, curves : logarithms, columns as packed.SURFACES and FORCE_CURVES, at least those of torque
-                 slopes : of the surfaces over ln speed; None: s is 1 everywhere
-                 f, s : force and speed over the low ends of their axes, at most 1
+    surfaces, curves : logarithms, columns as packed.SURFACES and FORCE_CURVES, at least those of torque
+    slopes : of the surfaces over ln speed, None: s is 1 everywhere
+    f, s : force and speed over the low ends of their axes, at most 1
     """
     torque_screw, torque_nut, film_screw, film_nut = surfaces[:TORQUE_SURFACES]
     hysteresis, sliding, _ = curves[:TORQUE_CURVES]
@@ -207,8 +207,7 @@ def _raceway(torque: Any, film: Any, slopes: Any, s: Any, roughness: Any, ops: O
 def _slow_share(slope: Any, s: Any, ops: Ops) -> Any:
     """Torque below the slowest node over that there: odd in speed, linear at rest, monotone.
 
-    Parameters   slope : exponent of speed at the node; below SPEED_EXPONENT_MAX the slope is continuous
-                 s : speed over that of the node, at most 1
+    slope : exponent of speed at the node, continued below SPEED_EXPONENT_MAX;  s : speed over that of the node
     """
     c = 0.5 * (ops.least(ops.most(slope, 0.0), SPEED_EXPONENT_MAX) - 1.0)
     return s * (1.0 - c + c * s * s)
@@ -233,15 +232,6 @@ def coulomb_rise(s: Any, factor: Any, slope: Any, breakaway: Any, ops: Ops) -> A
     t = (1.0 + REST) * s * s / (s + REST)
     half = ops.most(q / ((1.0 + 2.0 * REST) / (1.0 + REST) - q), LEAST_HALF)
     return 1.0 + rise * (1.0 - (1.0 + half) * t / (t + half))
-
-
-def nut_presliding_stiffness(force: float, hysteresis: float, sliding: float, angle: float) -> float:
-    """Presliding stiffness of one nut: its Coulomb torque at standstill over presliding_angle [N.m/rad].
-
-    Parameters   force : of the nut [N], >= 0;  hysteresis, sliding : parts of its Coulomb torque [N.m]
-                 angle : presliding_angle at 1 N [rad]; it grows with the contact width, F^(1/3)
-    """
-    return (hysteresis + sliding) / (angle * force ** (1.0 / 3.0)) if force > 0.0 else 0.0
 
 
 def nut_extremes(surfaces: Numbers, curves: Numbers, f: Any, s: Any, ops: Ops) -> tuple[Any, ...]:
@@ -297,11 +287,10 @@ def double_nut(
 def nut_forces(
     preload: Any, load: Any, separation: Any, sharing: Callable[[Any], Any], ops: Ops
 ) -> tuple[Any, Any]:
-    """Forces of the relieved and of the loaded nut [N] under an axial load.
+    """Forces of the relieved and of the loaded nut [N] under a preload > 0 and an axial load, its magnitude [N].
 
-    Parameters   preload : [N], > 0;  load : magnitude of the axial load [N]
-                 separation : ln(load that parts the nuts over preload) at this preload
-                 sharing : (force of the relieved nut over preload)^(2/3) at a share of the separation load
+    separation : ln(load that parts the nuts over preload) at this preload
+    sharing : (force of the relieved nut over preload)^(2/3) at a share of the separation load
     """
     share = load / (preload * ops.exp(separation))
     relieved = ops.where(share < 1.0, preload * ops.most(sharing(share), 0.0) ** 1.5, 0.0)

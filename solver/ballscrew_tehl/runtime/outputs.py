@@ -15,9 +15,7 @@ def friction_outputs(
 ) -> dict[str, Any]:
     """Outputs at a speed [rad/s]: fields of the state under their names, torques with the sign of the motion.
 
-    An output that is a field of DoubleNutState needs no line here.
-
-    Parameters   loads_a : whether nut A has the larger force, of equal ones either
+    An output that is a field of DoubleNutState needs no line here. loads_a : whether nut A has the larger force.
     """
     viscous = math.copysign(nut.viscous_torque, speed)
     hysteresis = coulomb.sign * nut.hysteresis_torque

@@ -71,10 +71,7 @@ def held_stiffness(before: Elements, present: float) -> float:
 
 
 def element_limits(coulomb_torque: float, stiffness: float) -> States:
-    """States at which the elements slide [rad at 1 N.m/rad]: (ELEMENTS,); 0 without torque or stiffness.
-
-    Parameters   coulomb_torque : [N.m], >= 0;  stiffness : of all elements [N.m/rad], >= 0
-    """
+    """States at which the elements slide [rad at 1 N.m/rad]; 0 without torque [N.m] or stiffness [N.m/rad]."""
     if not (coulomb_torque > 0.0 and stiffness > 0.0):
         return RELAXED.states
     unit = coulomb_torque / (ELEMENTS**2 * math.sqrt(stiffness / ELEMENTS))
@@ -84,9 +81,7 @@ def element_limits(coulomb_torque: float, stiffness: float) -> States:
 def initial_elements(side: float, speed: float, coulomb_torque: float, stiffness: float) -> Elements:
     """Elements at the start of a simulation: after a travel from rest without load.
 
-    Parameters   side : share of the travel at which all slide, -1 to 1, values beyond count as these; 0: sign of the
-                 speed, 0 at rest
-                 coulomb_torque : [N.m], >= 0;  stiffness : [N.m/rad], >= 0
+    side : share of the travel at which all slide, -1 to 1, values beyond count as these; 0: sign of the speed
     """
     if side == 0.0:
         side = math.copysign(1.0, speed) if speed else 0.0
@@ -121,11 +116,10 @@ def regularised_sign(speed: float, regularization_speed: float) -> float:
 def regularised_friction(
     coulomb_torque: float, speed: float, step: float | None, regularization_speed: float, before: Elements
 ) -> CoulombFriction:
-    """Standstill law without presliding.
+    """Standstill law without presliding, over a step [s], None or 0: at an instant.
 
-    Parameters   coulomb_torque : hysteresis and sliding part at these inputs, at motion [N.m], >= 0
-                 step : [s]; None or 0: at an instant
-                 before : elements of a law that was switched off: a step relaxes them, their energy is heat
+    coulomb_torque : at motion [N.m], >= 0;  before : elements of a law that was switched off: a step relaxes them, and
+    their energy is heat
     """
     sign = regularised_sign(speed, regularization_speed)
     power = coulomb_torque * sign * speed
@@ -142,12 +136,7 @@ def presliding_friction(
     stiffness: float,
     damping: float,
 ) -> CoulombFriction:
-    """Standstill law with presliding.
-
-    Parameters   coulomb_torque, step : as above; an instant leaves the elements
-                 before : elements at the start of the step
-                 stiffness : held_stiffness;  damping : as in presliding_step
-    """
+    """Standstill law with presliding; arguments as above and as presliding_step. An instant leaves the elements."""
     limits = element_limits(coulomb_torque, stiffness)
     result = presliding_step(before.states, speed, step or 0.0, coulomb_torque, stiffness, damping, limits)
     sign = result.torque / coulomb_torque if coulomb_torque > 0.0 else 0.0
@@ -167,11 +156,9 @@ def longest_step(stiffness: float, damping: float) -> float:
 
 
 def presliding_power(states: States, speed: float, coulomb_torque: float, stiffness: float) -> float:
-    """Heat per time of the elements at an instant (no damping).
+    """Heat per time [W] of the elements at an instant, without damping; arguments as presliding_step.
 
-    Parameters   as in presliding_step
-    Returns      dissipated power [W], >= 0: of the elements that slide, and of those above a level that has decreased
-                 while they spring back
+    Of the elements that slide, and of those above a level that has decreased while they spring back.
     """
     direction, power = math.copysign(1.0, speed), 0.0
     for y, m in zip(states, element_limits(coulomb_torque, stiffness), strict=True):
@@ -191,10 +178,8 @@ def presliding_step(
 ) -> PreslidingStep:
     """Elasto-slip elements over one step with the speed held: exact, passive for any step size.
 
-    Parameters   before : states at the start of the step
-                 speed : [rad/s]          step : [s], >= 0; 0 leaves the elements and reports their torque
-                 coulomb_torque : sliding torque of the moment [N.m], >= 0; may change from step to step
-                 stiffness : of all elements [N.m/rad], >= 0; 0 where there is no Coulomb torque
+    Parameters   before : states at the start of the step;  speed : [rad/s];  step : [s], >= 0; 0 leaves the elements
+                 coulomb_torque : of the moment [N.m], >= 0;  stiffness : of all elements [N.m/rad], >= 0
                  damping : of all elements [N.m.s/rad], >= 0, of those that stick their share; explicit coupling
                            with an inertia J needs it: stiffness < (damping/step)(1 - step damping/J)
                  limits : element_limits of this torque and stiffness

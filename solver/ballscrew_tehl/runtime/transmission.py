@@ -134,11 +134,10 @@ def transmission_step(
     before: Elements | None,
     heat: float = 0.0,
 ) -> TransmissionStep:
-    """Outputs at the end of a step; step None or 0: at an instant, where powers are those of the instant.
+    """Outputs at the end of a step [s], None or 0: at an instant, where powers are those of the instant.
 
-    Parameters   step : [s];  before : elements at the start of the step; None: at the start of the simulation
-                 heat : dissipated before the step [J]
-    Validity     the caller has checked that all are finite numbers, parameters >= 0 but lead
+    before : elements at the start of the step, None: at the start of the simulation;  heat : dissipated before it [J].
+    The caller has checked that all are finite numbers, parameters >= 0 but lead.
     """
     p, h = parameters, step or 0.0
     k = contact_stiffness(p.nut_stiffness, p.stiffness_preload)
@@ -195,12 +194,10 @@ def _margin(nut_map: NutMap, inputs: TransmissionInputs, highest_force: float) -
 
 
 def efficiency(ideal_torque: float, friction_torque: float, speed: float) -> float:
-    """Share of the power that arrives in steady motion, 0 to 1.
+    """Share of the power that arrives in steady motion, 0 to 1; 0 where friction holds.
 
-    Parameters   ideal_torque : lead/(2 pi) times the nut force [N.m], signed
-                 friction_torque : magnitude at motion [N.m];  speed : [rad/s], its sign with that of the torque says
-                 whether the screw drives the nut or the nut the screw
-    Returns      driving: ideal/(ideal + friction); driven back: (ideal - friction)/ideal, 0 where friction holds
+    ideal_torque : lead/(2 pi) times the nut force [N.m], signed: with the sign of the speed the screw drives the nut,
+    against it the nut the screw;  friction_torque : magnitude at motion [N.m]
     """
     ideal = abs(ideal_torque)
     if ideal == 0.0:

@@ -10,10 +10,9 @@ from ...friction.baselines import nsk_torque
 from ...friction.interval import TorqueInterval, torque_interval
 from ...friction.mechanistic import double_nut_parts, roughness_of
 from ...friction.sets import carried_over
-from ...friction.torque import double_nut_torque, four_point_spin_bound, nut_forces
+from ...friction.torque import double_nut_torque, nut_forces
 from ...nut_map.interval import map_interval
 from ...nut_map.trend import too_thick, too_thin, unlike_flanks, unphysical_trend
-from ...parameters.file import FOUR_POINT
 from ...parameters.units import CELSIUS, RPM
 from ...physics.kinematics import ROLLING_FRAME
 from ...runtime.constants import LAMBDA_RATIO_MAX, SMOOTH
@@ -97,15 +96,12 @@ def _say_reservations(results: list[Values]) -> None:
 def _catalogue(chosen: Chosen, point: Values) -> Values:
     """Catalogue torque and why the law differs.
 
-    Of a single nut its kind, and with a fitted set the spin of oversize balls, which it omits.
+    Of a single nut its kind.
     """
     screw, preload = chosen.parameters.screw, point["preload_n"]
     values = {"catalogue_torque_nm": float(nsk_torque(screw, preload)), **chosen.catalogue_note}
     if screw.preload_kind != "double_nut":
         values["preload_kind"] = screw.preload_kind
-    if screw.preload_kind == FOUR_POINT and chosen.friction_set.film_model != MECHANISTIC:
-        bound = four_point_spin_bound(chosen.parameters, preload, point["axial_load_n"])
-        values["spin_torque_not_included_at_most_nm"] = bound
     return values
 
 

@@ -1,5 +1,4 @@
-/* Torque as a function of preload at one speed, temperature and axial load, and its inverse. Twin of runtime/preload.py
-   and runtime/over_preload.py. */
+/* Torque as a function of preload at one speed, temperature and axial load, and its inverse. Twin of runtime/preload.py. */
 #ifndef BALLSCREW_SEARCH_H
 #define BALLSCREW_SEARCH_H
 
