@@ -12,7 +12,7 @@ import pytest
 from fmu_checks import fmi_functions
 from native_library import NativeInstance
 from native_model import FLAGS, TOKEN, c_host, compiled_model, compiler, put_resources, resources
-from native_walk import WALKED, sealed_map
+from native_walk import WALKED, sealed
 from paths import FMU_SUPPORT, ROOT, SUPPORT
 from synthetic_map import closed_form, make_map
 
@@ -205,8 +205,8 @@ def test_a_screw_file_that_is_not_of_this_library_is_refused_with_one_message(tm
         (screw_bytes(NUT_MAP.header, MONITOR, table, TOKEN), f"is of {MONITOR.native_name}, this library is {own}"),
         (screw_bytes(NUT_MAP.header, FRICTION, "0" * 64, TOKEN), f"000000000000, this library has {table[:12]}"),
         (screw_bytes(NUT_MAP.header, FRICTION, table, "{other}"), "the resources have {other}"),
-        (sealed_map(good[:-8]), "another version"), (sealed_map(good + bytes(8)), "another version"),
-        (sealed_map(nan), "start value of preload is not valid"), (b"BSFSCR00" + good[8:], "begins with 'BSFSCR01'"),
+        (sealed(good[:-8]), "another version"), (sealed(good + bytes(8)), "another version"),
+        (sealed(nan), "start value of preload is not valid"), (b"BSFSCR00" + good[8:], "begins with 'BSFSCR01'"),
         (map_bytes(NUT_MAP), "not a screw"), (b"", "0 bytes"),
     ):  # fmt: skip
         for version in (2, 3):
@@ -277,9 +277,9 @@ def test_damaged_and_foreign_map_files_are_refused(tmp_path):
             return "" if one.handle else one.last
 
     def number(place, value):
-        return sealed_map(GOOD[: HEAD + place] + struct.pack("<d", value) + GOOD[HEAD + place + 8 :])
+        return sealed(GOOD[: HEAD + place] + struct.pack("<d", value) + GOOD[HEAD + place + 8 :])
 
-    assert sealed_map(GOOD) == GOOD
+    assert sealed(GOOD) == GOOD
     mechanistic = map_bytes(closed_form(MECHANISTIC))
     for content, nut_map in (
         (GOOD, NUT_MAP), (map_bytes(OTHER), NUT_MAP), (mechanistic, closed_form(MECHANISTIC))
@@ -287,11 +287,11 @@ def test_damaged_and_foreign_map_files_are_refused(tmp_path):
         assert refusal(content, nut_map) == ""
     for content, found in (
         (GOOD[:20], "not a nut map"), (GOOD[:50], "truncated"), (b"X" + GOOD[1:], "not a nut map"),
-        (GOOD[:-8], "truncated"), (GOOD + bytes(8), "truncated"), (sealed_map(GOOD[:-8]), "size does not fit"),
+        (GOOD[:-8], "truncated"), (GOOD + bytes(8), "truncated"), (sealed(GOOD[:-8]), "size does not fit"),
         (GOOD[:500] + bytes([GOOD[500] ^ 16]) + GOOD[501:], "checksum"), (number(0, -1.0), "axis force"),
         (number(16, 3.0), "axis force"), (number(16, 1e9), "axis force"), (number(16, 4096.0), "size does not fit"),
         *((number(LAW, law), "friction law") for law in (2.0, 0.5, float("nan"))),
-        (sealed_map(GOOD[:-8] + struct.pack("<d", float("nan"))), "not finite"),
+        (sealed(GOOD[:-8] + struct.pack("<d", float("nan"))), "not finite"),
         (number(LAW - 8, float("inf")), "a default is not finite"),
         (mechanistic, "has the friction law mechanistic, expected film_shear"),
         (b"BSFMAP01" + GOOD[8:], "begins with 'BSFMAP03'"), (b"\x00\n\x50\xff", "begin with '..P.'"),
@@ -300,7 +300,7 @@ def test_damaged_and_foreign_map_files_are_refused(tmp_path):
     odd = screw_bytes(NUT_MAP.header, FRICTION, "x", "t").replace(
         FRICTION.native_name.encode(), b"Ball\n\xff\x1b[2J", 1
     )
-    put_resources(tmp_path, NUT_MAP, screw=sealed_map(odd.ljust(-(-len(odd) // 8) * 8, b"\0")))
+    put_resources(tmp_path, NUT_MAP, screw=sealed(odd.ljust(-(-len(odd) // 8) * 8, b"\0")))
     with NativeInstance(2, resources=str(tmp_path)) as one:
         assert one.handle is None
         assert one.last.isprintable()

@@ -4,7 +4,7 @@
 #include "instance.h"
 
 static const char *const state_names[] = {"Instantiated", "Initialization Mode", "Event Mode", "Continuous-Time Mode",
-                                          "Step Mode",    "Terminated",          "Error",      "Intermediate Update Mode"};
+                                          "Step Mode",    "Terminated",          "Error"};
 #define STATE_NAMES (sizeof state_names / sizeof state_names[0])
 
 INTERNAL bool instance_logs(const Instance *instance, Status status)

@@ -23,7 +23,7 @@ typedef struct {
     double supplied; /* [J] of all steps */
 } Moment;
 
-/* Derivatives of outputs and rates along one direction (axis_tangent.c). at: inputs, parameters and states, at an instant */
+/* Derivatives of outputs and rates along one direction (tangent.c). at: inputs, parameters and states, at an instant */
 #define slopes_along BALLSCREW_NAMED(BALLSCREW_PREFIX, slopes_along)
 void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
                   const Moment *moment, double slopes[VARIABLE_COUNT]);

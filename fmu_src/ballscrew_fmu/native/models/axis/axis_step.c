@@ -10,9 +10,7 @@
 
    f comes from a convex potential, so the equations have one solution, which Newton's method finds at any h. A pair of
    parts is compared with one of twice the length; the length follows from the difference. */
-#include "axis_step.h"
-
-#include <math.h>
+#include "state.h"
 
 #define MOST_PAIRS 20000   /* of parts in a communication step with control of the error */
 #define LAST_PAIRS 32      /* for the rest of it, without */
@@ -443,8 +441,6 @@ static bool make_part(const Plant *plant, double length, Advance *state)
 
 /* --- a step ----------------------------------------------------------------------------------------------------- */
 
-static double larger(double a, double b) { return a > b ? a : b; }
-
 /* Difference of two ends of a pair of parts, relative. Elements that slide follow the limit, others do not. */
 static double difference(const Plant *plant, const Motion *from, const Advance *one, const Advance *two)
 {
@@ -460,15 +456,15 @@ static double difference(const Plant *plant, const Motion *from, const Advance *
         energy += mass * (from->speed[i] * from->speed[i] + b->speed[i] * b->speed[i]);
     }
     most = sqrt(speeds / energy);
-    most = larger(most, fabs(deflection_of(mechanics, a) - deflection) / (plant->way + fabs(deflection)));
-    most = larger(most, fabs(a->place[TABLE] - b->place[TABLE]) / (plant->way + fabs(b->place[TABLE] - from->place[TABLE])));
+    most = greater(most, fabs(deflection_of(mechanics, a) - deflection) / (plant->way + fabs(deflection)));
+    most = greater(most, fabs(a->place[TABLE] - b->place[TABLE]) / (plant->way + fabs(b->place[TABLE] - from->place[TABLE])));
     for (int i = 0; i < ELEMENTS && unit_a > 0.0 && unit_b > 0.0; ++i) {
         const double follows = fabs(a->element[i] / unit_a - b->element[i] / unit_b);
         const double stays = fabs(a->element[i] - b->element[i]) / unit_b;
-        most = larger(most, lesser(follows, stays) / (2.0 * ELEMENTS - 1.0));
+        most = greater(most, lesser(follows, stays) / (2.0 * ELEMENTS - 1.0));
     }
     if (mechanics->guide_limit > 0.0) {
-        most = larger(most, fabs(a->guide - b->guide) / mechanics->guide_limit);
+        most = greater(most, fabs(a->guide - b->guide) / mechanics->guide_limit);
     }
     return most;
 }
@@ -484,7 +480,7 @@ static void plant_of(const Map *map, const double at[VARIABLE_COUNT], Plant *pla
     for (int i = 0; i < FREEDOMS; ++i) {
         plant->inverse[i] = 1.0 / sqrt(mechanics->mass[i]);
     }
-    plant->force = larger(larger(contact_law(mechanics->contact, mechanics->approach).force, 1.0),
+    plant->force = greater(greater(contact_law(mechanics->contact, mechanics->approach).force, 1.0),
                           fabs(mechanics->weight[TABLE]));
     plant->way = mechanics->contact > 0.0 ? pow(plant->force / mechanics->contact, 2.0 / 3.0) : 1e-6;
 }
@@ -514,6 +510,9 @@ void axis_advance(const Map *map, const double at[VARIABLE_COUNT], double step, 
         state->proposal = FIRST_PART;
     }
     state->heat = state->supplied = 0.0;
+    state->slips = 0U;
+    state->slip = state->guide_slip = 0;
+    state->cut = false;
     for (int pairs = 0; left > 0.0; ++pairs) {
         const bool last = pairs >= MOST_PAIRS;
         const double count = last ? MOST_PAIRS + LAST_PAIRS - pairs : ceil(left / state->proposal - PART_ROUNDING);
@@ -522,14 +521,14 @@ void axis_advance(const Map *map, const double at[VARIABLE_COUNT], double step, 
         double error = HUGE_VAL, factor;
         const bool good = make_pair(&plant, length, &next, &error);
         const bool accepted = good && (error <= 1.0 || length <= LEAST_PART || last);
-        factor = good ? 0.9 * pow(larger(error, 1e-4), -0.25) : 0.1;
-        factor = larger(factor > 4.0 ? 4.0 : factor, 0.1);
+        factor = good ? 0.9 * pow(greater(error, 1e-4), -0.25) : 0.1;
+        factor = greater(factor > 4.0 ? 4.0 : factor, 0.1);
         if (accepted) {
             left = length < left ? left - length : 0.0;
             *state = next;
             /* a part that is short because the step ends says nothing against longer ones */
-            state->proposal = error <= 1.0 && length < state->proposal ? larger(state->proposal, factor * length)
-                                                                        : larger(factor * length, LEAST_PART);
+            state->proposal = error <= 1.0 && length < state->proposal ? greater(state->proposal, factor * length)
+                                                                        : greater(factor * length, LEAST_PART);
         } else if (length <= LEAST_PART || last) {
             state->cut = true; /* numbers become too large: the motion ends here */
             return;

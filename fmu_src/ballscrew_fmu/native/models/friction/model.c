@@ -1,8 +1,7 @@
-/* Life cycle, elasto-slip elements, events and derivatives of a screw with friction: of BallScrewFriction and BallScrewTransmission.
-   What they compute at a point is in friction_point.h and transmission_point.h. */
+/* Life cycle, elasto-slip elements, events and derivatives of a screw with friction: of BallScrewFriction and
+   BallScrewTransmission. What each computes at a point is in its point.h. */
 #include "screw_model.h"
-
-#include <string.h>
+#include "text.h"
 
 /* --- from the latched point to outputs --- */
 
@@ -103,7 +102,6 @@ static void compute_outputs(Model *model)
     now.supply = model->element_supply;
     point_outputs(&model->point, friction_parts(model), &now, model->latched, model->step, model->value);
     heat_output(&moment, model->value);
-    model->value[POWER_LOSS] += model->power_of_parts;
     model->outputs_known = true;
 }
 
@@ -116,7 +114,6 @@ static void latch(Model *model, double step)
     }
     memcpy(model->latched, model->value, sizeof model->latched);
     model->step = step;
-    model->power_of_parts = 0.0;
     memcpy(model->before, &model->value[PRESLIDING_ELEMENT_1], sizeof model->before);
     model->from_side = !model->began && memcmp(model->before, model->initial, sizeof model->before) == 0;
     model->located = model->parts_known = model->outputs_known = model->films_known = false;
@@ -135,18 +132,8 @@ void model_latch(Model *model)
 
 void model_step(Model *model, double step)
 {
-#ifdef MODEL_COUPLING
-    const double last_step = model->step, last_force = last_step > 0.0 ? model_get(model, NUT_FORCE) : 0.0;
-#endif
-
     latch(model, step);
     model->began = true;
-#ifdef MODEL_COUPLING
-    if (last_step > 0.0 && step > 0.0) {
-        const Contacts *contacts = &locate(model)->contacts;
-        coupling_step(&model->coupling, contacts->first, contacts->drift, last_step, last_force);
-    }
-#endif
     if (presliding(model)) {
         compute_presliding(model);
     } else if (step > 0.0) {
@@ -160,27 +147,21 @@ void model_step(Model *model, double step)
 
 #define ROUNDING_SHARE 1e-9 /* of the Coulomb torque */
 
-#ifdef MODEL_COUPLING
-bool model_coupling_unstable(Model *model, double step, CouplingLimit *limit)
+bool model_warns_of_step(Model *model, char *text, size_t size)
 {
-    const Contacts *contacts = &locate(model)->contacts;
+    const double *at = model->latched, stiffness = model->stiffness_here, damping = damping_at(at, stiffness);
+    char numbers[4][32];
 
-    return coupling_unstable(&model->coupling, 2.0 * contact_law(contacts->stiffness, contacts->preloaded).slope,
-                             model->latched[CONTACT_DAMPING_TIME], step, limit);
-}
-#endif
-
-bool model_step_too_long(Model *model, double step, double *stiffness, double *damping)
-{
-    const double *at = model->latched;
-
-    if (!presliding(model) || at[SPEED] == 0.0) {
+    if (!presliding(model) || at[SPEED] == 0.0 || !(model->step * stiffness >= damping)
+        || !(fabs(model->element_torque) < (1.0 - ROUNDING_SHARE) * coulomb_magnitude(friction_parts(model)))) {
         return false;
     }
-    *stiffness = model->stiffness_here;
-    *damping = damping_at(at, *stiffness);
-    return step * *stiffness >= *damping
-           && fabs(model->element_torque) < (1.0 - ROUNDING_SHARE) * coulomb_magnitude(friction_parts(model));
+    (void)snprintf(text, size,
+                   "step = %s s; an inertia coupled with the values of the last step comes to rest for steps below "
+                   "damping over presliding stiffness only, %s N.m.s/rad over %s N.m/rad = %s s (logged once)",
+                   number_text(model->step, numbers[0]), number_text(damping, numbers[1]),
+                   number_text(stiffness, numbers[2]), number_text(damping / stiffness, numbers[3]));
+    return true;
 }
 
 unsigned model_clamped(Model *model)
@@ -191,7 +172,7 @@ unsigned model_clamped(Model *model)
 bool model_possible(const Model *model)
 {
     double sum = fabs(model->element_torque) + fabs(model->element_power) + fabs(model->element_supply)
-                 + fabs(model->power_of_parts) + fabs(model->event_heat) + model->heat;
+                 + fabs(model->event_heat) + model->heat;
 
     for (int i = 0; i < ELEMENTS; ++i) {
         sum += fabs(model->before[i]) + fabs(model->initial[i]);
@@ -230,7 +211,7 @@ void model_indicators(Model *model)
     unit = modes ? present_limit(model) : 0.0;
     for (int i = 0; i < ELEMENTS; ++i) {
         const double element = at[PRESLIDING_ELEMENT_1 + i];
-        const int slip = slip_of_element(model, i);
+        const int slip = slip_of_element(model->slips, model->slip, i);
         const bool decides = modes && (slip != 0 || unit > 0.0); /* without a limit, an element that is loaded slips */
 
         out[SLIP_INDICATOR_1 + i] = decides ? slip_indicator(element, at[SPEED], (2.0 * i + 1.0) * unit, slip)
@@ -273,7 +254,7 @@ void model_initial_event(Model *model)
     if (presliding(model)) {
         compute_presliding(model);
     }
-    model->moved = model->continuous && model->initial[ELEMENTS - 1] != 0.0;
+    model->moved = model->initial[ELEMENTS - 1] != 0.0;
     model->began = true;
     model_latch(model);
     model->moved = model_event(model) || model->moved;
@@ -281,54 +262,33 @@ void model_initial_event(Model *model)
 
 bool model_event(Model *model)
 {
+    double *elements = &model->value[PRESLIDING_ELEMENT_1];
+    double stored;
     bool changed = model->moved;
 
     model_indicators(model);
+    stored = energy_of_elements(elements);
     model->in_range = range_after_event(model);
     model->moved = false;
-    if (model->continuous) {
-        double *elements = &model->value[PRESLIDING_ELEMENT_1];
-        const double stored = energy_of_elements(elements);
+    if (presliding(model)) {
+        const double present = present_stiffness(model);
 
-        if (presliding(model)) {
-            const bool free = model->free || model->slips == (1U << ELEMENTS) - 1U;
-
-            if (stiffness_follows(free, model->stiffness, present_stiffness(model))) {
-                model->stiffness = present_stiffness(model);
-            }
-            changed = elements_after_event(model) || changed;
-            model->free = elements_free(elements, present_limit(model));
-        } else { /* those that are switched off are relaxed; in co-simulation by the next step, which makes heat of it */
-            changed = changed || stored > 0.0;
-            memset(elements, 0, ELEMENTS * sizeof *elements);
-            model->free = true;
-            model->slips = 0U;
-            model->slip = 0;
+        if (stiffness_follows(model->free || model->slips == (1U << ELEMENTS) - 1U, model->stiffness, present)) {
+            model->stiffness = present;
         }
-        model->event_heat += stored - energy_of_elements(elements);
+        changed = elements_after_event(model) || changed;
+        model->free = elements_free(elements, present_limit(model));
+    } else { /* those that are switched off are relaxed */
+        changed = changed || stored > 0.0;
+        memset(elements, 0, ELEMENTS * sizeof *elements);
+        model->free = true;
+        model->slips = 0U;
+        model->slip = 0;
     }
+    model->event_heat += stored - energy_of_elements(elements);
     model_latch(model);
     return changed;
 }
-
-#if MODEL_PARTS
-
-/* The elements slide within a step, exactly: only in_range has events. */
-bool model_event_due(Model *model)
-{
-    model_indicators(model);
-    return range_after_event(model) != model->in_range;
-}
-
-double model_power(Model *model) { return model_get(model, POWER_LOSS); }
-
-void model_set_mean_power(Model *model, double mean)
-{
-    model->power_of_parts += mean - model_get(model, POWER_LOSS);
-    model->outputs_known = false;
-}
-
-#endif
 
 /* --- derivatives --- */
 

@@ -1,6 +1,6 @@
 /* What BallScrewTransmission computes at a point of its inputs: contacts, loads, outputs, range. Numbers: number.h. */
-#ifndef BALLSCREW_TRANSMISSION_POINT_H
-#define BALLSCREW_TRANSMISSION_POINT_H
+#ifndef BALLSCREW_POINT_H
+#define BALLSCREW_POINT_H
 
 #include <string.h>
 
