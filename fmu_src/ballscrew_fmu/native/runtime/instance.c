@@ -41,7 +41,7 @@ INTERNAL Instance *instance_create(const Importer *importer, unsigned kind, cons
     Screw screw;
     Map *map;
 
-    if (name == NULL || name[strspn(name, " \t\r\n\f\v")] == '\0') {
+    if (is_blank(name)) {
         importer_error(importer, name, "instance name is empty; needs a name");
         return NULL;
     }

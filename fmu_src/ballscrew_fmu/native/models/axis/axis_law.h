@@ -113,21 +113,10 @@ static inline void friction_at(const Map *map, const Number at[], Number speed, 
     point->level = level_of(map, at, held, &point->loads, &friction, &point->parts);
 }
 
-/* deflection [m], drift [m/s]: way and rate by which the screw leads the nut */
-static inline void contacts_of(const Mechanics *mechanics, Number deflection, Number drift, Contacts *out)
-{
-    out->stiffness = mechanics->contact;
-    out->preloaded = mechanics->approach;
-    out->drift = drift;
-    out->first = out->last = deflection;
-    out->a = contact_law(out->stiffness, add(out->preloaded, deflection));
-    out->b = contact_law(out->stiffness, subtract(out->preloaded, deflection));
-}
-
 static inline void point_locate(const Map *map, const Number at[], double held, Point *point)
 {
     Mechanics *mechanics = &point->mechanics;
-    Number drift, deflection;
+    Number drift, deflection; /* rate and way by which the screw leads the nut */
 
     mechanics_of(at, mechanics);
     deflection = add(subtract(multiply(mechanics->lever[SHAFT], at[ANGLE]), at[POSITION]), at[SCREW_DISPLACEMENT]);
@@ -135,7 +124,7 @@ static inline void point_locate(const Map *map, const Number at[], double held, 
     if (is_supported(mechanics)) {
         drift = add(drift, at[SCREW_VELOCITY]);
     }
-    contacts_of(mechanics, deflection, drift, &point->contacts);
+    contacts_of(mechanics->contact, mechanics->approach, deflection, deflection, drift, &point->contacts);
     friction_at(map, at, at[SPEED], held, point);
 }
 

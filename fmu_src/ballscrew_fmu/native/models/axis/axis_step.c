@@ -338,7 +338,7 @@ static void level_at(const Plant *plant, double deflection, double speed, Level 
     const double least = 1e-3 * plant->map->speed.lo, pace = fabs(speed) > least ? fabs(speed) : least;
     Point point;
 
-    contacts_of(&plant->mechanics, deflection, 0.0, &point.contacts);
+    contacts_of(plant->mechanics.contact, plant->mechanics.approach, deflection, deflection, 0.0, &point.contacts);
     friction_at(plant->map, plant->at, pace, 0.0, &point);
     level->elements = point.level;
     level->viscous = point.parts.viscous / pace;

@@ -51,15 +51,14 @@ static Moment moment_of(const Model *model)
     return moment;
 }
 
-static void store_elements(Model *model, const Presliding *now)
+/* The elements become those of the latched point. */
+static void store_elements(Model *model)
 {
-    for (int i = 0; i < ELEMENTS; ++i) {
-        model->value[PRESLIDING_ELEMENT_1 + i] = model->latched[PRESLIDING_ELEMENT_1 + i] = now->element[i];
-        model->value[PRESLIDING_ELEMENT_1_RATE + i] = now->rate[i];
-    }
-    model->element_torque = now->torque;
-    model->element_power = now->power;
-    model->element_supply = now->supply;
+    const Presliding *now = &model->elements;
+
+    memcpy(&model->value[PRESLIDING_ELEMENT_1], now->element, sizeof now->element);
+    memcpy(&model->latched[PRESLIDING_ELEMENT_1], now->element, sizeof now->element);
+    memcpy(&model->value[PRESLIDING_ELEMENT_1_RATE], now->rate, sizeof now->rate);
 }
 
 /* The elements at the latched point. */
@@ -67,27 +66,25 @@ static void compute_presliding(Model *model)
 {
     const double coulomb = coulomb_magnitude(friction_parts(model)), present = present_stiffness(model);
     Moment moment;
-    Presliding now;
 
     /* in model exchange it changes at events */
     model->follows = !model->began || (!model->continuous && stiffness_follows(model->free, model->stiffness, present));
     model->stiffness_here = model->follows ? present : model->stiffness;
     moment = moment_of(model);
-    presliding_at(model->latched, coulomb, model->stiffness_here, &moment, &now);
+    presliding_at(model->latched, coulomb, model->stiffness_here, &moment, &model->elements);
     if (moment.from_side) {
-        memcpy(model->initial, now.element, sizeof model->initial);
+        memcpy(model->initial, model->elements.element, sizeof model->initial);
     }
-    store_elements(model, &now);
+    store_elements(model);
     if (!model->began || model->step > 0.0) {
         model->stiffness = model->stiffness_here;
-        model->free = elements_free(now.element, presliding_level(coulomb, model->stiffness, 0.0).unit);
+        model->free = elements_free(model->elements.element, presliding_level(coulomb, model->stiffness, 0.0).unit);
     }
 }
 
 static void compute_outputs(Model *model)
 {
     const Moment moment = moment_of(model);
-    Presliding now;
 
     if (model->continuous) {
         if (presliding(model)) {
@@ -96,11 +93,7 @@ static void compute_outputs(Model *model)
             memset(&model->value[PRESLIDING_ELEMENT_1_RATE], 0, ELEMENTS * sizeof *model->value);
         }
     }
-    memcpy(now.element, &model->latched[PRESLIDING_ELEMENT_1], sizeof now.element);
-    now.torque = model->element_torque;
-    now.power = model->element_power;
-    now.supply = model->element_supply;
-    point_outputs(&model->point, friction_parts(model), &now, model->latched, model->step, model->value);
+    point_outputs(&model->point, friction_parts(model), &model->elements, model->latched, model->step, model->value);
     heat_output(&moment, model->value);
     model->outputs_known = true;
 }
@@ -115,10 +108,11 @@ static void latch(Model *model, double step)
     memcpy(model->latched, model->value, sizeof model->latched);
     model->step = step;
     memcpy(model->before, &model->value[PRESLIDING_ELEMENT_1], sizeof model->before);
+    memcpy(model->elements.element, model->before, sizeof model->before);
     model->from_side = !model->began && memcmp(model->before, model->initial, sizeof model->before) == 0;
     model->located = model->parts_known = model->outputs_known = model->films_known = false;
     if (!presliding(model)) {
-        model->element_torque = model->element_power = model->element_supply = 0.0;
+        model->elements.torque = model->elements.power = model->elements.supply = 0.0;
     }
 }
 
@@ -137,10 +131,8 @@ void model_step(Model *model, double step)
     if (presliding(model)) {
         compute_presliding(model);
     } else if (step > 0.0) {
-        Presliding off;
-
-        presliding_off(model->latched, step, &off);
-        store_elements(model, &off);
+        presliding_off(model->latched, step, &model->elements);
+        store_elements(model);
         model->free = true;
     }
 }
@@ -153,7 +145,7 @@ bool model_warns_of_step(Model *model, char *text, size_t size)
     char numbers[4][32];
 
     if (!presliding(model) || at[SPEED] == 0.0 || !(model->step * stiffness >= damping)
-        || !(fabs(model->element_torque) < (1.0 - ROUNDING_SHARE) * coulomb_magnitude(friction_parts(model)))) {
+        || !(fabs(model->elements.torque) < (1.0 - ROUNDING_SHARE) * coulomb_magnitude(friction_parts(model)))) {
         return false;
     }
     (void)snprintf(text, size,
@@ -171,11 +163,12 @@ unsigned model_clamped(Model *model)
 
 bool model_possible(const Model *model)
 {
-    double sum = fabs(model->element_torque) + fabs(model->element_power) + fabs(model->element_supply)
-                 + fabs(model->event_heat) + model->heat;
+    const Presliding *elements = &model->elements;
+    double sum = fabs(elements->torque) + fabs(elements->power) + fabs(elements->supply) + fabs(model->event_heat)
+                 + model->heat;
 
     for (int i = 0; i < ELEMENTS; ++i) {
-        sum += fabs(model->before[i]) + fabs(model->initial[i]);
+        sum += fabs(model->before[i]) + fabs(model->initial[i]) + fabs(elements->element[i]) + fabs(elements->rate[i]);
     }
     /* comparisons that NaN and infinity fail */
     return model->step >= 0.0 && model->heat >= 0.0 && model->stiffness >= 0.0 && model->stiffness_here >= 0.0

@@ -14,9 +14,7 @@ struct Model {
     double initial[ELEMENTS];       /* as found at the start; others have been set */
     double stiffness;               /* [N.m/rad] of the elements after the last step */
     double stiffness_here;          /* [N.m/rad] of the latched point */
-    double element_torque;          /* [N.m] of the latched point */
-    double element_power;           /* [W] */
-    double element_supply;          /* [W] of the motion */
+    Presliding elements;            /* of the latched point */
     double event_heat;              /* [J] model exchange: lost by the elements at events */
     double heat;                    /* [J] co-simulation: dissipated before the step */
     bool continuous;                /* model exchange: the elements are states of the importer, modes change at events */
@@ -35,8 +33,8 @@ struct Model {
 
 /* Fields of a saved state other than value and latched: numbers and arrays of them, flags, masks with their numbers of
    bits, signs. */
-#define MODEL_NUMBERS(X) X(step) X(before) X(initial) X(stiffness) X(stiffness_here) X(element_torque) \
-    X(element_power) X(element_supply) X(event_heat) X(heat)
+#define MODEL_NUMBERS(X) X(step) X(before) X(initial) X(stiffness) X(stiffness_here) X(elements) X(event_heat) \
+    X(heat)
 #define MODEL_FLAGS(X) X(continuous) X(in_range) X(from_side) X(began) X(moved) X(free) X(follows)
 #define MODEL_MASKS(X) X(slips, ELEMENTS)
 #define MODEL_SIGNS(X) X(slip)

@@ -82,18 +82,16 @@ static inline Number mean_contact_force(Number stiffness, Number first, Number l
     return divide(times(0.4, multiply(stiffness, work)), way);
 }
 
-/* approach: of preload_approach, stiffness: of contact_stiffness; step: [s], 0: an instant */
-static inline void contacts_at(const Number at[], Number stiffness, Number approach, double step, Contacts *out)
+/* stiffness: of contact_stiffness, approach: of preload_approach; first, last, drift: as in Contacts */
+static inline void contacts_of(Number stiffness, Number approach, Number first, Number last, Number drift, Contacts *out)
 {
-    const Number ratio = screw_ratio(at);
-
     out->stiffness = stiffness;
     out->preloaded = approach;
-    out->drift = subtract(multiply(ratio, at[SPEED]), at[VELOCITY]);
-    out->first = subtract(multiply(ratio, at[ANGLE]), at[POSITION]);
-    out->last = add(out->first, times(step, out->drift));
-    out->a = contact_law(stiffness, add(approach, out->last));
-    out->b = contact_law(stiffness, subtract(approach, out->last));
+    out->drift = drift;
+    out->first = first;
+    out->last = last;
+    out->a = contact_law(stiffness, add(approach, last));
+    out->b = contact_law(stiffness, subtract(approach, last));
 }
 
 /* Mean of the nut force, without damping, while the deflection moves from first to last. */
