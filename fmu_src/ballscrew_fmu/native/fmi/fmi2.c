@@ -42,7 +42,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
                               fmi2Boolean visible, fmi2Boolean loggingOn)
 {
-    Importer importer = {log_fmi2, NULL, NULL, calloc, free};
+    Importer importer = {log_fmi2, NULL, NULL, calloc, free, false};
 
     (void)visible;
     if (functions != NULL) {
@@ -201,11 +201,11 @@ FORWARD(SetTime, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (fmi2Compone
 FORWARD(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE,
         (fmi2Component instance, const fmi2Real x[], size_t nx), instance_set_states(self, x, nx))
 FORWARD(GetDerivatives, MODEL_EXCHANGE, EVALUATED, (fmi2Component instance, fmi2Real derivatives[], size_t nx),
-        instance_get_rates(self, derivatives, nx))
+        instance_get_all(self, CAUSALITY_RATE, derivatives, nx))
 FORWARD(GetEventIndicators, MODEL_EXCHANGE, EVALUATED, (fmi2Component instance, fmi2Real eventIndicators[], size_t ni),
-        instance_get_indicators(self, eventIndicators, ni))
+        instance_get_all(self, CAUSALITY_INDICATOR, eventIndicators, ni))
 FORWARD(GetContinuousStates, MODEL_EXCHANGE, EVALUATED, (fmi2Component instance, fmi2Real x[], size_t nx),
-        instance_get_states(self, x, nx))
+        instance_get_all(self, CAUSALITY_STATE, x, nx))
 FORWARD(GetNominalsOfContinuousStates, MODEL_EXCHANGE, INSTANTIATED | EVALUATED,
         (fmi2Component instance, fmi2Real x_nominal[], size_t nx), instance_get_nominals(self, x_nominal, nx))
 

@@ -34,7 +34,7 @@ static void log_fmi3(const Importer *importer, const char *instance_name, Status
 
 static Importer importer_of(fmi3InstanceEnvironment environment, fmi3LogMessageCallback log_message)
 {
-    Importer importer = {log_fmi3, NULL, NULL, calloc, free};
+    Importer importer = {log_fmi3, NULL, NULL, calloc, free, true};
 
     importer.logger = (void (*)(void))log_message;
     importer.environment = environment;
@@ -46,17 +46,6 @@ const char *fmi3GetVersion(void)
     return fmi3Version;
 }
 
-static fmi3Instance create(const Importer *importer, unsigned kind, fmi3String name, fmi3String token,
-                           fmi3String resources, bool logging)
-{
-    Instance *self = instance_create(importer, kind, name, token, resources, logging);
-
-    if (self != NULL) {
-        self->time_variable = true;
-    }
-    return self;
-}
-
 fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
                                           fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
                                           fmi3InstanceEnvironment instanceEnvironment,
@@ -65,7 +54,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String in
     const Importer importer = importer_of(instanceEnvironment, logMessage);
 
     (void)visible;
-    return create(&importer, MODEL_EXCHANGE, instanceName, instantiationToken, resourcePath, loggingOn);
+    return instance_create(&importer, MODEL_EXCHANGE, instanceName, instantiationToken, resourcePath, loggingOn);
 }
 
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String instantiationToken,
@@ -88,7 +77,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
         importer_error(&importer, instanceName, "requiredIntermediateVariables: this FMU has no intermediate updates");
         return NULL;
     }
-    return create(&importer, CO_SIMULATION, instanceName, instantiationToken, resourcePath, loggingOn);
+    return instance_create(&importer, CO_SIMULATION, instanceName, instantiationToken, resourcePath, loggingOn);
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3String instantiationToken,
@@ -326,13 +315,13 @@ FORWARD(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE,
         instance_set_states(self, continuousStates, nContinuousStates))
 FORWARD(GetContinuousStateDerivatives, MODEL_EXCHANGE, EVALUATED,
         (fmi3Instance instance, fmi3Float64 derivatives[], size_t nContinuousStates),
-        instance_get_rates(self, derivatives, nContinuousStates))
+        instance_get_all(self, CAUSALITY_RATE, derivatives, nContinuousStates))
 FORWARD(GetEventIndicators, MODEL_EXCHANGE, EVALUATED,
         (fmi3Instance instance, fmi3Float64 eventIndicators[], size_t nEventIndicators),
-        instance_get_indicators(self, eventIndicators, nEventIndicators))
+        instance_get_all(self, CAUSALITY_INDICATOR, eventIndicators, nEventIndicators))
 FORWARD(GetContinuousStates, MODEL_EXCHANGE, EVALUATED,
         (fmi3Instance instance, fmi3Float64 continuousStates[], size_t nContinuousStates),
-        instance_get_states(self, continuousStates, nContinuousStates))
+        instance_get_all(self, CAUSALITY_STATE, continuousStates, nContinuousStates))
 FORWARD(GetNominalsOfContinuousStates, MODEL_EXCHANGE, EVALUATED,
         (fmi3Instance instance, fmi3Float64 nominals[], size_t nContinuousStates),
         instance_get_nominals(self, nominals, nContinuousStates))

@@ -31,6 +31,7 @@ struct Importer {
     void *environment;
     void *(*allocate)(size_t count, size_t size); /* zeroed, as calloc */
     void (*release)(void *memory);
+    bool time_variable; /* FMI 3: time has a value reference */
 };
 
 /* States of the state machines of the standards, as bits of a set. FAILED is "error" of FMI 2 and Terminated of FMI 3,
@@ -79,7 +80,6 @@ typedef struct Instance Instance;
 struct Instance {
     Situation now;
     unsigned kind;
-    bool time_variable; /* FMI 3: time has a value reference */
     bool logging;
     unsigned categories; /* bit per status */
     const char *call;    /* current call, for messages */

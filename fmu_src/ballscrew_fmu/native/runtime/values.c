@@ -25,11 +25,6 @@ INTERNAL unsigned instance_index(unsigned reference)
     return index < (unsigned)VARIABLE_COUNT ? index : (unsigned)VARIABLE_COUNT;
 }
 
-static bool is_real(unsigned index)
-{
-    return index < (unsigned)VARIABLE_COUNT && !model_variables[index].boolean;
-}
-
 INTERNAL Status instance_missing_array(Instance *instance)
 {
     return instance_fail(instance, "an array is a NULL pointer");
@@ -115,7 +110,7 @@ INTERNAL Status instance_get_reals(Instance *instance, const unsigned references
         const unsigned index = instance_index(references[i]);
         if (index < (unsigned)VARIABLE_COUNT) { /* a Boolean too, as 0 or 1: some importers read all outputs as Real */
             values[i] = model_get(&instance->now.model, (int)index);
-        } else if (instance->time_variable && references[i] == (unsigned)TIME_REFERENCE) {
+        } else if (instance->importer.time_variable && references[i] == (unsigned)TIME_REFERENCE) {
             values[i] = instance->now.time;
         } else {
             return unknown(instance, "Real", references[i]);
@@ -124,17 +119,31 @@ INTERNAL Status instance_get_reals(Instance *instance, const unsigned references
     return STATUS_OK;
 }
 
-INTERNAL Status instance_set_reals(Instance *instance, const unsigned references[], size_t count, const double values[])
+/* Whether a call has its arrays, and its references are of Boolean variables, or of others. type: for the message */
+static bool check_references(Instance *instance, const unsigned references[], const void *values, size_t count,
+                             bool boolean, const char *type)
 {
     if (count > 0 && (references == NULL || values == NULL)) {
-        return instance_missing_array(instance);
+        (void)instance_missing_array(instance);
+        return false;
     }
     for (size_t i = 0; i < count; ++i) {
         const unsigned index = instance_index(references[i]);
-        if (!is_real(index)) {
-            return unknown(instance, "settable Real", references[i]);
+        if (index == (unsigned)VARIABLE_COUNT || model_variables[index].boolean != boolean) {
+            (void)unknown(instance, type, references[i]);
+            return false;
         }
-        if (!can_be_set(instance, index, values[i])) {
+    }
+    return true;
+}
+
+INTERNAL Status instance_set_reals(Instance *instance, const unsigned references[], size_t count, const double values[])
+{
+    if (!check_references(instance, references, values, count, false, "settable Real")) {
+        return STATUS_ERROR;
+    }
+    for (size_t i = 0; i < count; ++i) {
+        if (!can_be_set(instance, instance_index(references[i]), values[i])) {
             return STATUS_ERROR;
         }
     }
@@ -153,21 +162,13 @@ INTERNAL Status instance_set_reals(Instance *instance, const unsigned references
     return STATUS_OK;
 }
 
-static bool is_boolean(unsigned index)
-{
-    return index < (unsigned)VARIABLE_COUNT && model_variables[index].boolean;
-}
-
 INTERNAL Status instance_get_booleans(Instance *instance, const unsigned references[], size_t count, bool values[])
 {
-    if (count > 0 && (references == NULL || values == NULL)) {
-        return instance_missing_array(instance);
+    if (!check_references(instance, references, values, count, true, "Boolean")) {
+        return STATUS_ERROR;
     }
     instance_follow(instance);
     for (size_t i = 0; i < count; ++i) {
-        if (!is_boolean(instance_index(references[i]))) {
-            return unknown(instance, "Boolean", references[i]);
-        }
         values[i] = model_get(&instance->now.model, (int)instance_index(references[i])) != 0.0;
     }
     return STATUS_OK;
@@ -175,13 +176,10 @@ INTERNAL Status instance_get_booleans(Instance *instance, const unsigned referen
 
 INTERNAL Status instance_set_booleans(Instance *instance, const unsigned references[], size_t count, const bool values[])
 {
-    if (count > 0 && (references == NULL || values == NULL)) {
-        return instance_missing_array(instance);
+    if (!check_references(instance, references, values, count, true, "settable Boolean")) {
+        return STATUS_ERROR;
     }
     for (size_t i = 0; i < count; ++i) {
-        if (!is_boolean(instance_index(references[i]))) {
-            return unknown(instance, "settable Boolean", references[i]);
-        }
         if (!can_be_set(instance, instance_index(references[i]), values[i])) {
             return STATUS_ERROR;
         }
@@ -223,14 +221,21 @@ INTERNAL size_t instance_count(enum Causality causality)
     return count;
 }
 
-/* Values of the variables of a causality, in the order of the table. */
-static Status get_all(Instance *instance, enum Causality causality, double values[], size_t length)
+/* Values of the states, rates or event indicators, in the order of the table. */
+INTERNAL Status instance_get_all(Instance *instance, enum Causality causality, double values[], size_t length)
 {
     const Status status = check_length(instance, values, length, instance_count(causality));
+    Model *model = &instance->now.model;
 
+    if (status == STATUS_OK && causality != CAUSALITY_STATE) {
+        instance_follow(instance);
+    }
+    if (status == STATUS_OK && causality == CAUSALITY_INDICATOR) {
+        model_indicators(model);
+    }
     for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
         if (model_variables[i].causality == causality) {
-            *values++ = model_get(&instance->now.model, i);
+            *values++ = causality == CAUSALITY_RATE ? model_get(model, i) : model->value[i];
         }
     }
     return status;
@@ -255,17 +260,6 @@ INTERNAL Status instance_set_states(Instance *instance, const double states[], s
     return status;
 }
 
-INTERNAL Status instance_get_states(Instance *instance, double states[], size_t length)
-{
-    return get_all(instance, CAUSALITY_STATE, states, length);
-}
-
-INTERNAL Status instance_get_rates(Instance *instance, double rates[], size_t length)
-{
-    instance_follow(instance);
-    return get_all(instance, CAUSALITY_RATE, rates, length);
-}
-
 INTERNAL Status instance_get_nominals(Instance *instance, double nominals[], size_t length)
 {
     Status status;
@@ -282,36 +276,16 @@ INTERNAL Status instance_get_nominals(Instance *instance, double nominals[], siz
     return status;
 }
 
-INTERNAL Status instance_get_indicators(Instance *instance, double indicators[], size_t length)
-{
-    const Status status = check_length(instance, indicators, length, instance_count(CAUSALITY_INDICATOR));
-    Model *model = &instance->now.model;
-
-    if (status == STATUS_OK) {
-        instance_follow(instance);
-        model_indicators(model);
-    }
-    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
-        if (model_variables[i].causality == CAUSALITY_INDICATOR) {
-            *indicators++ = model->value[i];
-        }
-    }
-    return status;
-}
-
 /* --- derivatives ------------------------------------------------------------------------------------------------- */
 
 static bool is_known(const Instance *instance, unsigned reference)
 {
     const unsigned index = instance_index(reference);
-    enum Causality causality;
+    const Variable *variable = &model_variables[index < (unsigned)VARIABLE_COUNT ? index : 0];
 
-    if (index == (unsigned)VARIABLE_COUNT || model_variables[index].boolean) {
-        return false;
-    }
-    causality = model_variables[index].causality;
-    return causality == CAUSALITY_INPUT || causality == CAUSALITY_STATE
-           || (causality == CAUSALITY_PARAMETER && instance->now.state == INITIALIZATION_MODE);
+    return index < (unsigned)VARIABLE_COUNT && !variable->boolean
+           && (variable->causality == CAUSALITY_INPUT || variable->causality == CAUSALITY_STATE
+               || (variable->causality == CAUSALITY_PARAMETER && instance->now.state == INITIALIZATION_MODE));
 }
 
 /* Of a Boolean output the derivative is 0: some importers ask for those of all outputs. */
@@ -328,8 +302,8 @@ static bool is_unknown(unsigned reference)
    Forward: sensitivity of each unknown for the seed of the knowns. Adjoint: sensitivity of each known
    for the seed of the unknowns. */
 INTERNAL Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t unknown_count,
-                           const unsigned knowns[], size_t known_count, const double seed[], double sensitivity[],
-                                    bool adjoint)
+                                    const unsigned knowns[], size_t known_count, const double seed[],
+                                    double sensitivity[], bool adjoint)
 {
     Model *model = &instance->now.model;
     double direction[VARIABLE_COUNT] = {0.0}, slopes[VARIABLE_COUNT] = {0.0};

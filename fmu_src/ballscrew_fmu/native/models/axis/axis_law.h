@@ -159,14 +159,13 @@ static inline Number half_square(Number factor, Number a) { return times(0.5, mu
 static inline void energy_outputs(const Point *point, const Number at[], Number out[])
 {
     const Mechanics *mechanics = &point->mechanics;
-    const Contacts *contacts = &point->contacts;
     const Number one = constant(1.0);
 
     out[KINETIC_ENERGY] = add(half_square(mechanics->mass[SHAFT], at[SPEED]),
                               half_square(mechanics->mass[TABLE], at[VELOCITY]));
     out[POTENTIAL_ENERGY] = negative(multiply(mechanics->weight[TABLE], at[POSITION]));
     out[STORED_ENERGY] =
-        add(multiply(contacts->last, mean_elastic_force(contacts, constant(0.0), contacts->last)),
+        add(contact_energy(&point->contacts),
             add(energy_of_elements(&at[PRESLIDING_ELEMENT_1]), half_square(one, at[GUIDE_ELEMENT])));
     if (is_supported(mechanics)) {
         out[KINETIC_ENERGY] = add(out[KINETIC_ENERGY], half_square(mechanics->mass[SCREW], at[SCREW_VELOCITY]));

@@ -12,6 +12,8 @@
    parts is compared with one of twice the length; the length follows from the difference. */
 #include "state.h"
 
+#include <string.h>
+
 #define MOST_PAIRS 20000   /* of parts in a communication step with control of the error */
 #define LAST_PAIRS 32      /* for the rest of it, without */
 #define LEAST_PART 1e-6    /* [s] below which a part is accepted with any error: at a kink of the contacts or of friction */
@@ -101,30 +103,30 @@ static double mean_of_elements(const double before[ELEMENTS], double way, double
     return torque;
 }
 
-static double contact_slope(const Mechanics *mechanics, double deflection)
+/* Force and stiffness of both contacts together. */
+static Contact both_contacts(const Mechanics *mechanics, double deflection)
 {
-    return contact_law(mechanics->contact, mechanics->approach + deflection).slope
-           + contact_law(mechanics->contact, mechanics->approach - deflection).slope;
-}
+    const Contact a = contact_law(mechanics->contact, mechanics->approach + deflection);
+    const Contact b = contact_law(mechanics->contact, mechanics->approach - deflection);
+    const Contact out = {a.force - b.force, a.slope + b.slope};
 
-static double contact_force(const Mechanics *mechanics, double deflection)
-{
-    return contact_law(mechanics->contact, mechanics->approach + deflection).force
-           - contact_law(mechanics->contact, mechanics->approach - deflection).force;
+    return out;
 }
 
 /* Force of the contacts over a change of the deflection, with damping. */
 static double mean_of_contacts(const Mechanics *mechanics, const Part *part, double change, Trial *trial, double *slope)
 {
-    const double last = part->deflection + change, elastic = contact_force(mechanics, last);
-    const Contacts contacts = {mechanics->contact, mechanics->approach, 0.0, part->deflection, last, {0.0, 0.0}, {0.0, 0.0}};
-    const double mean = mean_elastic_force(&contacts, part->deflection, last), rate = part->damping / part->length;
+    const double last = part->deflection + change;
+    const Contact end = both_contacts(mechanics, last);
+    const double mean = mean_elastic_force(mechanics->contact, mechanics->approach, part->deflection, last);
+    const double rate = part->damping / part->length;
     const double least = 1e-6 * (fabs(mechanics->approach) + fabs(last));
 
-    trial->damped = rate * (elastic - part->elastic);
+    trial->damped = rate * (end.force - part->elastic);
     /* of a short way the difference has no digits */
-    *slope = fabs(change) > least ? (elastic - mean) / change : 0.5 * contact_slope(mechanics, part->deflection);
-    *slope += rate * contact_slope(mechanics, last);
+    *slope = fabs(change) > least ? (end.force - mean) / change
+                                 : 0.5 * both_contacts(mechanics, part->deflection).slope;
+    *slope += rate * end.slope;
     return mean + trial->damped;
 }
 
@@ -175,13 +177,13 @@ static double deflection_of(const Mechanics *mechanics, const Motion *motion)
 static void begin_part(const Plant *plant, const Motion *from, double length, double middle, Part *part)
 {
     const Mechanics *mechanics = &plant->mechanics;
-    const double twelfth = length * length / 12.0, stiffness = contact_slope(mechanics, middle);
+    const double twelfth = length * length / 12.0, stiffness = both_contacts(mechanics, middle).slope;
     const double time = plant->at[CONTACT_DAMPING_TIME];
     double nut = 0.0;
 
     part->length = length;
     part->deflection = deflection_of(mechanics, from);
-    part->elastic = contact_force(mechanics, part->deflection);
+    part->elastic = both_contacts(mechanics, part->deflection).force;
     for (int i = 0; i < plant->freedoms; ++i) {
         const double scaled = mechanics->lever[i] * plant->inverse[i];
         for (int j = 0; j < plant->freedoms; ++j) {
@@ -296,33 +298,32 @@ static bool find_means(const Plant *plant, const Motion *from, const Level *leve
                        Trial *trial)
 {
     const int n = plant->freedoms;
-    double before[FREEDOMS], left[FREEDOMS], next[FREEDOMS], size, scale;
+    double before[FREEDOMS], left[FREEDOMS], next[FREEDOMS] = {0.0}, size, scale;
 
     for (int i = 0; i < n; ++i) {
         before[i] = from->speed[i] / plant->inverse[i];
     }
     size = residual(plant, from, level, part, before, mean, trial, left);
     for (int k = 0; k < MOST_CORRECTIONS; ++k) {
-        double share = 1.0, found, correction;
+        double found = HUGE_VAL, correction;
+        bool better = false;
         if (!corrected(plant, part, trial, left)) {
             return false;
         }
         correction = square(left, n);
-        do { /* the equation is the slope of a convex function: some share of the correction is better */
-            double remaining[FREEDOMS];
+        /* the equation is the slope of a convex function: some share of the correction is better */
+        for (double share = 1.0; !better; share *= 0.5) {
+            double remaining[FREEDOMS] = {0.0};
             for (int i = 0; i < n; ++i) {
                 next[i] = mean[i] - share * left[i];
             }
             found = residual(plant, from, level, part, before, next, trial, remaining);
-            share *= 0.5;
-            if (found <= size || share < 0.1 || correction <= 1e-24 * square(next, n)) {
-                for (int i = 0; i < n; ++i) {
-                    mean[i] = next[i];
-                    left[i] = remaining[i];
-                }
-                break;
+            better = found <= size || share < 0.2 || correction <= 1e-24 * square(next, n);
+            if (better) {
+                memcpy(mean, next, sizeof next);
+                memcpy(left, remaining, sizeof remaining);
             }
-        } while (true);
+        }
         size = found;
         scale = square(mean, n) + square(before, n);
         if (correction <= LAST_CORRECTION * LAST_CORRECTION * scale || !(size > 0.0)) {

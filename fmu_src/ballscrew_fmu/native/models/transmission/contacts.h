@@ -94,13 +94,18 @@ static inline void contacts_of(Number stiffness, Number approach, Number first, 
     out->b = contact_law(stiffness, subtract(approach, last));
 }
 
-/* Mean of the nut force, without damping, while the deflection moves from first to last. */
-static inline Number mean_elastic_force(const Contacts *contacts, Number first, Number last)
+/* Mean of the nut force, without damping, while the deflection moves from first to last. stiffness and approach: as above */
+static inline Number mean_elastic_force(Number stiffness, Number approach, Number first, Number last)
 {
-    const Number k = contacts->stiffness, d_0 = contacts->preloaded;
+    return subtract(mean_contact_force(stiffness, add(approach, first), add(approach, last)),
+                    mean_contact_force(stiffness, subtract(approach, first), subtract(approach, last)));
+}
 
-    return subtract(mean_contact_force(k, add(d_0, first), add(d_0, last)),
-                    mean_contact_force(k, subtract(d_0, first), subtract(d_0, last)));
+/* [J] stored in both contacts, without load 0 */
+static inline Number contact_energy(const Contacts *contacts)
+{
+    return multiply(contacts->last, mean_elastic_force(contacts->stiffness, contacts->preloaded, constant(0.0),
+                                                       contacts->last));
 }
 
 static inline bool loads_nut_a(const Contacts *contacts)

@@ -60,7 +60,7 @@ static inline void point_outputs(const Point *point, const Parts *both, const Pr
         const Number d_0 = contacts->preloaded, k = contacts->stiffness, first = contacts->first;
         const Number before = subtract(contact_law(k, add(d_0, first)).force, contact_law(k, subtract(d_0, first)).force);
         mean_damping = over(multiply(at[CONTACT_DAMPING_TIME], subtract(elastic, before)), step);
-        mean = add(mean_elastic_force(contacts, first, contacts->last), mean_damping);
+        mean = add(mean_elastic_force(k, d_0, first, contacts->last), mean_damping);
     }
     out[SCREW_TORQUE] = add(ideal, friction);
     out[NUT_FORCE] = force;
@@ -73,8 +73,7 @@ static inline void point_outputs(const Point *point, const Parts *both, const Pr
     out[SHAFT_POWER] = add(multiply(mean, multiply(ratio, speed)), friction_power);
     out[NUT_POWER] = multiply(mean, at[VELOCITY]);
     out[POWER_LOSS] = add(out[POWER_LOSS], multiply(mean_damping, drift));
-    out[STORED_ENERGY] =
-        add(multiply(contacts->last, mean_elastic_force(contacts, constant(0.0), contacts->last)), held);
+    out[STORED_ENERGY] = add(contact_energy(contacts), held);
 }
 
 static inline unsigned point_clamped(const Map *map, const Point *point, const Number at[])
