@@ -66,7 +66,10 @@ def test_memory_is_taken_for_maps_and_by_the_allocator_of_the_importer_alone():
     }  # fmt: skip
 
 
-LOCKS = {"of the system": ((), False), "none": (("-DBALLSCREW_NO_THREADS",), True)}  # must the sanitizer find a race
+LOCKS = {
+    "of the system": ((), False),
+    "none": (("-DBALLSCREW_NO_THREADS",), True),
+}  # must the sanitizer find a race
 
 
 @pytest.mark.parametrize("lock", LOCKS)
@@ -182,20 +185,22 @@ int main(void)
 """
 
 
-# --- the file of the screw ---
+# --- the files of the resources ---
+
+
+def refusal(folder, version=2, of=NUT_MAP, **files):
+    """The one message why there is no instance with these files; empty if there is one."""
+    put_resources(folder, of, **files)
+    with NativeInstance(version, resources=str(folder), nut_map=of) as one:
+        assert one.handle or [message.status for message in one.messages] == [3]
+        return "" if one.handle else one.last
 
 
 def test_a_screw_file_that_is_not_of_this_library_is_refused_with_one_message(tmp_path):
     good = resources(NUT_MAP)[SCREW_FILE]
     table, own = table_hash(NUT_MAP.header), FRICTION.native_name
 
-    def refusal(content, version=2):
-        put_resources(tmp_path, NUT_MAP, screw=content)
-        with NativeInstance(version, resources=str(tmp_path)) as one:
-            assert one.handle or [message.status for message in one.messages] == [3]
-            return "" if one.handle else one.last
-
-    assert refusal(good) == ""
+    assert refusal(tmp_path, screw=good) == ""
     start = HEAD_SIZE + 4 * 64 + 8  # of the first start value
     nan = good[:start] + struct.pack("<d", float("nan")) + good[start + 8 :]
     for content, found in (
@@ -207,13 +212,13 @@ def test_a_screw_file_that_is_not_of_this_library_is_refused_with_one_message(tm
         (map_bytes(NUT_MAP), "not a screw"), (b"", "0 bytes"),
     ):  # fmt: skip
         for version in (2, 3):
-            assert found in refusal(content, version), found
+            assert found in refusal(tmp_path, version, screw=content), found
     for size in range(0, len(good), 7):
-        assert refusal(good[:size]), size
+        assert refusal(tmp_path, screw=good[:size]), size
     for bit in range(0, 8 * len(good), 3):
         flipped = bytearray(good)
         flipped[bit // 8] ^= 1 << bit % 8
-        assert refusal(bytes(flipped)), bit
+        assert refusal(tmp_path, screw=bytes(flipped)), bit
 
 
 @pytest.mark.skipif(os.name != "posix", reason="makes links and pipes")
@@ -248,17 +253,6 @@ def test_what_is_no_file_is_refused_with_one_message(tmp_path, name):
     refused("too large")
 
 
-def test_two_screws_in_one_library_have_their_own_numbers(tmp_path):
-    """The library is the same, loaded once; start values, map and token are those of each."""
-    folder, token = put_resources(tmp_path, OTHER, FRICTION, "other"), "other"
-    at = {"preload": 2000.0, "speed": 10.0, "temperature": 303.15}
-    with NativeInstance(2) as one, NativeInstance(3, resources=folder, token=token) as two:
-        for instance, nut_map in ((one, NUT_MAP), (two, OTHER)):
-            instance.start(**at).go()
-            expected = nut_map.evaluate(*at.values())
-            assert instance.get("viscous_torque")[0] == pytest.approx(expected.viscous_torque, rel=1e-12)
-
-
 # --- the map file ---
 
 GOOD = map_bytes(NUT_MAP)
@@ -267,21 +261,17 @@ LAW = 8 * (3 * len(AXES) + len(DEFAULTS))  # [bytes] axes and defaults, before t
 
 
 def test_damaged_and_foreign_map_files_are_refused(tmp_path):
-    def refusal(content, nut_map=NUT_MAP):
-        """Why there is no instance; empty if there is one."""
-        put_resources(tmp_path, nut_map, nut_map=content)
-        with NativeInstance(2, resources=str(tmp_path), nut_map=nut_map) as one:
-            return "" if one.handle else one.last
-
     def number(place, value):
         return sealed(GOOD[: HEAD + place] + struct.pack("<d", value) + GOOD[HEAD + place + 8 :])
 
     assert sealed(GOOD) == GOOD
     mechanistic = map_bytes(closed_form(MECHANISTIC))
-    for content, nut_map in (
-        (GOOD, NUT_MAP), (map_bytes(OTHER), NUT_MAP), (mechanistic, closed_form(MECHANISTIC))
-    ):  # fmt: skip
-        assert refusal(content, nut_map) == ""
+    for content, of in (
+        (GOOD, NUT_MAP),
+        (map_bytes(OTHER), NUT_MAP),
+        (mechanistic, closed_form(MECHANISTIC)),
+    ):
+        assert refusal(tmp_path, of=of, nut_map=content) == ""
     for content, found in (
         (GOOD[:20], "not a nut map"), (GOOD[:50], "truncated"), (b"X" + GOOD[1:], "not a nut map"),
         (GOOD[:-8], "truncated"), (GOOD + bytes(8), "truncated"), (sealed(GOOD[:-8]), "size does not fit"),
@@ -293,15 +283,12 @@ def test_damaged_and_foreign_map_files_are_refused(tmp_path):
         (mechanistic, "has the friction law mechanistic, expected film_shear"),
         (b"BSFMAP01" + GOOD[8:], "begins with 'BSFMAP03'"), (b"\x00\n\x50\xff", "begin with '..P.'"),
     ):  # fmt: skip
-        assert found in refusal(content), found
+        assert found in refusal(tmp_path, nut_map=content), found
     odd = screw_bytes(NUT_MAP.header, FRICTION, "x", "t").replace(
         FRICTION.native_name.encode(), b"Ball\n\xff\x1b[2J", 1
     )
-    put_resources(tmp_path, NUT_MAP, screw=sealed(odd.ljust(-(-len(odd) // 8) * 8, b"\0")))
-    with NativeInstance(2, resources=str(tmp_path)) as one:
-        assert one.handle is None
-        assert one.last.isprintable()
+    assert refusal(tmp_path, screw=sealed(odd.ljust(-(-len(odd) // 8) * 8, b"\0"))).isprintable()
     for bit in range(8 * HEAD):
         flipped = bytearray(GOOD)
         flipped[bit // 8] ^= 1 << bit % 8
-        assert refusal(bytes(flipped)), bit
+        assert refusal(tmp_path, nut_map=bytes(flipped)), bit

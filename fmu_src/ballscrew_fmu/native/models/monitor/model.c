@@ -98,16 +98,12 @@ static void compute(Model *model)
 
 static void compute_lambda_ratio(Model *model)
 {
-    const double *at = model->latched;
-    Conditions conditions;
-    Loads loads;
-    Films films;
+    static const double constants[VARIABLE_COUNT] = {0.0};
+    Along preload = {0.0, 0.0};
 
     compute(model);
-    nut_conditions(model->map, at[SPEED], at[TEMPERATURE], &conditions);
-    nut_loads(model->map, model->value[PRELOAD], at[AXIAL_LOAD], &loads);
-    nut_films(model->map, &loads, &conditions, &films);
-    model->value[LAMBDA_RATIO] = lambda_ratio(films.minimum, at[ROUGHNESS_HEIGHT]);
+    preload.value = model->value[PRELOAD];
+    model->value[LAMBDA_RATIO] = lambda_ratio_along(model->map, model->latched, constants, preload).value;
     model->films_known = true;
 }
 

@@ -94,7 +94,7 @@ static inline void contacts_of(Number stiffness, Number approach, Number first, 
     out->b = contact_law(stiffness, subtract(approach, last));
 }
 
-/* Mean of the nut force, without damping, while the deflection moves from first to last. stiffness and approach: as above */
+/* Mean of the nut force, without damping, while the deflection moves from first to last. stiffness, approach: as above */
 static inline Number mean_elastic_force(Number stiffness, Number approach, Number first, Number last)
 {
     return subtract(mean_contact_force(stiffness, add(approach, first), add(approach, last)),
