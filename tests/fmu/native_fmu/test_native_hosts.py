@@ -138,17 +138,8 @@ def test_fmus_of_two_screws_and_the_monitor_fit_into_one_program(tmp_path):
         assert not re.search(r"\b(fopen|fread|fseek|_wfopen|open)\w*\b", wanted)
     host = tmp_path / "host.c"
     host.write_text(TWO_SCREWS)
-    run(
-        *compiler(),
-        "-std=c99",
-        "-isystem",
-        tmp_path / "one" / "fmi",
-        "-o",
-        tmp_path / "host",
-        host,
-        *objects,
-        "-lm",
-    )
+    headers = ("-isystem", tmp_path / "one" / "fmi")
+    run(*compiler(), "-std=c99", *headers, "-o", tmp_path / "host", host, *objects, "-lm")
     expected = [m.evaluate(2000.0, 10.0, 303.15) for m in (NUT_MAP, OTHER)]
     found = [float(text) for text in run(tmp_path / "host").split()]
     assert found == pytest.approx([one.viscous_torque for one in expected], rel=1e-12)

@@ -5,12 +5,13 @@ followed by the table of legal calls: a status that it does not allow ends the p
 memory with a report.
 """
 
-import ctypes
 import math
 import random
 import struct
 import sys
-from ctypes import c_size_t, c_void_p
+import tempfile
+from ctypes import c_size_t
+from pathlib import Path
 
 from native_calls import LEGAL, STATES, UNSUPPORTED, arguments, is_legal
 from native_library import (
@@ -20,22 +21,22 @@ from native_library import (
     ME,
     NUT_MAP,
     OK,
-    VARIABLES,
     WARNING,
     NativeInstance,
     counting_functions,
     doubles,
 )
-from native_model import compiled_model
+from native_model import put_resources
 from synthetic_map import closed_form
 
 from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION
-from ballscrew_fmu.native_fmu.resource_files import checksum
+from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, checksum
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 LIVES, CALLS, DAMAGES, FILES = 12, 150, 4, 600  # instances of a kind, calls of each, damaged states, files
 WALKED = ((FRICTION, FILM_SHEAR), (MONITOR, FILM_SHEAR), (TRANSMISSION, MECHANISTIC), (AXIS, FILM_SHEAR))
 ODD = (math.nan, math.inf, -math.inf, 1e30, -1e300, -1.0, 0.0, 5e-324, 1e29, 1.7e308)
+TOPS = {"preload": 20000.0, "speed": 2000.0, "temperature": 400.0, "axial_load": 20000.0}  # beyond the map
 TARGET = {  # state after a call
     "EnterInitializationMode": "n", "EnterEventMode": "e", "EnterContinuousTimeMode": "c", "Terminate": "t",
     "Reset": "i",
@@ -122,42 +123,29 @@ def one_life(rng: random.Random, version: int, kind: str, model, law: str) -> in
     return good
 
 
-def damaged_maps(rng: random.Random) -> None:
+def damaged_maps(rng: random.Random, folder: Path) -> None:
     """Files of which some are refused with a message, the others evaluated."""
-    path = compiled_model(NUT_MAP, sanitize=True)
-    library = ctypes.CDLL(str(path))
-    library.map_from_bytes.restype = c_void_p
-    library.model_get.restype = ctypes.c_double
-    model = ctypes.create_string_buffer(8192)
-    content, message = (path.parent / "nut_map.bin").read_bytes(), ctypes.create_string_buffer(400)
+    put_resources(folder, NUT_MAP)
+    place, seen = folder / MAP_FILE, set()
+    content = place.read_bytes()
     head = 88 + 8 * 20  # numbers of axes, defaults and law
-    starts = [float(v.start or 0.0) for v in VARIABLES]
-    start, seen = doubles(*starts), set()
+    kinds = (
+        lambda: content[: rng.randrange(len(content))],
+        lambda: damaged(rng, content, 0),
+        lambda: sealed(damaged(rng, content, 88, head)),
+        lambda: sealed(damaged(rng, content, head)),
+        lambda: sealed(rng.choice((content + bytes(8), content[: -8 * rng.randrange(1, 100)]))),
+    )
     for n in range(FILES):
-        kind = n % 5
-        if kind == 0:
-            bad = content[: rng.randrange(len(content))]
-        elif kind == 1:
-            bad = damaged(rng, content, 0)
-        elif kind == 2:
-            bad = sealed(damaged(rng, content, 88, head))
-        elif kind == 3:
-            bad = sealed(damaged(rng, content, head))
-        else:
-            bad = sealed(content + bytes(8) if n % 2 else content[: -8 * rng.randrange(1, 100)])
-        found = library.map_from_bytes(bad, c_size_t(len(bad)), 0, b"map", message, c_size_t(400))
-        seen.add(found is not None)
-        if found is None:
-            assert message.value.startswith(b"map")
-            continue
-        library.model_reset(model, c_void_p(found), start, False)
-        for _ in range(5):
-            for index, top in enumerate((20000.0, 2000.0, 400.0, 20000.0)):
-                library.model_set(model, index, ctypes.c_double(rng.uniform(-0.1, 1.0) * top))
-            library.model_step(model, ctypes.c_double(1e-3))
-            for index in range(4, 16):
-                library.model_get(model, index)
-        library.map_free(c_void_p(found))
+        place.write_bytes(kinds[n % len(kinds)]())
+        with NativeInstance(2, resources=str(folder), sanitize=True) as one:
+            seen.add(one.handle is not None)
+            if one.handle is None:
+                assert MAP_FILE in one.last
+                continue
+            one.start()
+            for _ in range(5):
+                one.go(**{name: rng.uniform(-0.1, 1.0) * top for name, top in TOPS.items()})
     assert seen == {True, False}
 
 
@@ -169,7 +157,8 @@ def main() -> None:
             for version in (2, 3):
                 for kind in STATES:
                     good += one_life(rng, version, kind, model, law)
-    damaged_maps(rng)
+    with tempfile.TemporaryDirectory() as folder:
+        damaged_maps(rng, Path(folder))
     print(good)
 
 
