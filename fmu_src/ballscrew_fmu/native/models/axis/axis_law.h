@@ -1,5 +1,5 @@
 /* The axis at an instant: forces, rates of the states, outputs by name. Numbers: number.h. The equations are in
-   variables/axis.py, the integration over a step is in axis_step.c. */
+   variables/axis.py, the integration over a step is in axis_part.c. */
 #ifndef BALLSCREW_AXIS_LAW_H
 #define BALLSCREW_AXIS_LAW_H
 
