@@ -50,8 +50,8 @@ FMI_HEADERS = {
 _HERE = importlib.resources.files("ballscrew_fmu") / "native"
 ALL = "all.c"
 _ORDER = (  # of the files that all.c includes: each calls those before it
-    "file.c", "map.c", "axis_part.c", "axis_step.c", "model.c", "messages.c", "resources.c", "values.c", "saved_state.c",
-    "instance.c", "fmi2.c", "fmi3.c",
+    "file.c", "map.c", "axis_part.c", "axis_step.c", "model.c", "messages.c", "resources.c", "values.c",
+    "saved_state.c", "instance.c", "fmi2.c", "fmi3.c",
 )  # fmt: skip
 _SHARED = ("core", "models", "runtime", "fmi")  # folders; in addition one folder of models
 
