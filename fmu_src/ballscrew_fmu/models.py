@@ -39,7 +39,6 @@ class FmuModel(NamedTuple):
     borrowed: tuple[str, ...] = ()  # files of other models in native/models
     step: float = 1e-3  # [s] of the default experiment
     step_derivatives: bool = True  # co-simulation has derivatives; model exchange has them always
-    parts: bool = True  # steps in parts: event mode and intermediate updates of FMI 3 co-simulation
 
     @property
     def native_name(self) -> str:
@@ -61,7 +60,7 @@ FRICTION = FmuModel(
     "ballscrew_fmu.python_fmu.slave",
     refines=True,
     layer="friction",
-    dual="friction_tangent.c",
+    dual="tangent.c",
     terminals=(
         Terminal(
             "shaft",
@@ -111,7 +110,7 @@ TRANSMISSION = FmuModel(
     slave="",
     refines=False,
     layer="transmission",
-    dual="transmission_tangent.c",
+    dual="tangent.c",
     terminals=(
         Terminal(
             "shaft",
@@ -134,11 +133,10 @@ TRANSMISSION = FmuModel(
         "friction/model.c",
         "friction/named_parts.h",
         "friction/screw_model.h",
-        "friction/screw_state.h",
-        "friction/tangent_law.h",
+        "friction/state.h",
+        "friction/tangent.c",
     ),
     step=1e-5,  # below 1.5 times the damping time of the contacts: stable with any masses and either order of exchange
-    parts=False,  # angle and position are those at the start of a step, also of one that ends early
 )
 AXIS = FmuModel(
     "BallScrewAxis",
@@ -148,7 +146,7 @@ AXIS = FmuModel(
     slave="",
     refines=False,
     layer="axis",
-    dual="axis_tangent.c",
+    dual="tangent.c",
     terminals=(
         Terminal(
             "shaft",
@@ -166,7 +164,6 @@ AXIS = FmuModel(
     ),
     borrowed=("transmission/contacts.h", "friction/named_parts.h", "friction/screw_model.h"),
     step_derivatives=False,  # of a step of many parts they would cost as much as differences of steps
-    parts=False,  # inputs are constant in a step, which finds its events itself
 )
 MODELS = (FRICTION, MONITOR)  # for Python hosts and native
 NATIVE_MODELS = (*MODELS, TRANSMISSION, AXIS)

@@ -42,11 +42,11 @@ _FMI3 = flags(
     "needsExecutionTool canBeInstantiatedOnlyOncePerProcess providesPerElementDependencies "
     "providesEvaluateDiscreteStates",
 )
-_DERIVED = "providesDirectionalDerivatives providesAdjointDerivatives"
-_STEPS = {"canHandleVariableCommunicationStepSize": "true", "maxOutputDerivativeOrder": "0"}
 _PARTS = (
     "providesIntermediateUpdate mightReturnEarlyFromDoStep canReturnEarlyAfterIntermediateUpdate hasEventMode"
 )
+_DERIVED = "providesDirectionalDerivatives providesAdjointDerivatives"
+_STEPS = {"canHandleVariableCommunicationStepSize": "true", "maxOutputDerivativeOrder": "0"}
 
 
 def capabilities(model: FmuModel, fmi_version: int) -> dict[str, dict[str, str]]:
@@ -57,9 +57,8 @@ def capabilities(model: FmuModel, fmi_version: int) -> dict[str, dict[str, str]]
         exchange = flags("completedIntegratorStepNotNeeded", "")
         steps = flags("", "canInterpolateInputs canRunAsynchronuously")
         return {"ModelExchange": _FMI2 | exchange, "CoSimulation": _FMI2 | _STEPS | steps | of_step}
-    parts = flags(_PARTS, "") if model.parts else flags("", _PARTS)
     exchange = flags("", "needsCompletedIntegratorStep")
-    return {"ModelExchange": _FMI3 | exchange, "CoSimulation": _FMI3 | _STEPS | parts | of_step}
+    return {"ModelExchange": _FMI3 | exchange, "CoSimulation": _FMI3 | _STEPS | flags("", _PARTS) | of_step}
 
 
 TERMINALS = """\
@@ -142,8 +141,7 @@ def described(
     SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="1.0", stepSize=repr(step))
     if fmi_version == 2:
         root.set("numberOfEventIndicators", str(sum(v.indicates for v in variables)))
-    parts = any(claimed.get("providesIntermediateUpdate") == "true" for claimed in interfaces.values())
-    _variables(SubElement(root, "ModelVariables"), listed, fmi_version, parts)
+    _variables(SubElement(root, "ModelVariables"), listed, fmi_version)
     _structure(SubElement(root, "ModelStructure"), variables, fmi_version)
     return serialized(root)
 
@@ -194,7 +192,7 @@ def _unit_definitions(parent: Element, variables: Sequence[Variable]) -> None:
             SubElement(node, "DisplayUnit", name=display, factor=repr(factor), offset=repr(offset))
 
 
-def _variables(parent: Element, variables: Sequence[Variable], fmi_version: int, parts: bool) -> None:
+def _variables(parent: Element, variables: Sequence[Variable], fmi_version: int) -> None:
     reference = {v.name: str(n) for n, v in enumerate(variables, FIRST_REFERENCE)}
     for v in variables:
         about = {"name": v.name, "valueReference": reference[v.name], "description": v.description}
@@ -204,8 +202,6 @@ def _variables(parent: Element, variables: Sequence[Variable], fmi_version: int,
             about["initial"] = "exact"
         elif v.causality not in ("input", "independent"):
             about["initial"] = "calculated"
-        if parts and v.causality in ("input", "output"):
-            about["intermediateUpdate"] = "true"
         attributes: dict[str, str | None] = {
             "quantity": v.quantity,
             "unit": v.unit,

@@ -50,8 +50,8 @@ FMI_HEADERS = {
 _HERE = importlib.resources.files("ballscrew_fmu") / "native"
 ALL = "all.c"
 _ORDER = (  # of the files that all.c includes: each calls those before it
-    "file.c", "map.c", "axis_step.c", "model.c", "messages.c", "resources.c", "values.c", "derivative.c",
-    "saved_state.c", "instance.c", "step_in_parts.c", "fmi2.c", "fmi3.c",
+    "file.c", "map.c", "axis_part.c", "axis_step.c", "model.c", "messages.c", "resources.c", "values.c",
+    "saved_state.c", "instance.c", "fmi2.c", "fmi3.c",
 )  # fmt: skip
 _SHARED = ("core", "models", "runtime", "fmi")  # folders; in addition one folder of models
 
@@ -64,7 +64,6 @@ _TABLE = """\
 
 #include "constants.h"
 
-#define MODEL_STATE "{layer}_state.h" /* the struct Model */
 #define TABLE_HASH "{table_hash}" /* of this file and constants.h: that of a screw must be the same */
 
 #define FIRST_REFERENCE {first_reference}U /* value reference of variable 0 of the table below */
@@ -77,7 +76,6 @@ enum Variables {{
 #define TIME_REFERENCE (FIRST_REFERENCE + VARIABLE_COUNT) /* FMI 3 only: the independent variable */
 #define INPUT_FIRST {first}
 #define INPUT_COUNT {inputs}
-#define MODEL_PARTS {parts} /* 1: event mode and intermediate updates of FMI 3 co-simulation */
 
 enum Causality {{
     CAUSALITY_INPUT,
@@ -265,7 +263,7 @@ def entry_sources(variables: Sequence[Variable]) -> dict[str, bytes]:
     return {
         "entry_table.h": table.encode(),
         "entry.c": (_HERE / "python_host" / "entry.c").read_bytes(),
-        **{name: (_HERE / "runtime" / name).read_bytes() for name in ("text.h", "uri.h")},
+        "text.h": (_HERE / "runtime" / "text.h").read_bytes(),
         **fmi_headers(2),
     }
 
@@ -317,13 +315,11 @@ def _variables(header: Mapping[str, Any], model: FmuModel, hash_of_table: str) -
     inputs = [v for v in table if v.causality == "input"]
     states = {v.derivative_of for v in table if v.derivative_of}
     return _TABLE.format(
-        layer=model.layer,
         table_hash=hash_of_table,
         first_reference=FIRST_REFERENCE,
         references=",\n".join(f"    {v.name.upper()}" for v in table),
         first=inputs[0].name.upper(),
         inputs=len(inputs),
-        parts=int(model.parts),
         rows="\n".join(_row(v, states) for v in table),
     )
 

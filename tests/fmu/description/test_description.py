@@ -68,8 +68,6 @@ STATES_3 = {"canGetAndSetFMUState", "canSerializeFMUState"}
 UNEVEN, DERIVATIVES = "canHandleVariableCommunicationStepSize", "providesDirectionalDerivative"
 FMI3 = {*STATES_3, "providesDirectionalDerivatives", "providesAdjointDerivatives"}
 DERIVED = {DERIVATIVES, "providesDirectionalDerivatives", "providesAdjointDerivatives"}
-PARTS = {"providesIntermediateUpdate", "mightReturnEarlyFromDoStep", "hasEventMode"}
-PARTS |= {"canReturnEarlyAfterIntermediateUpdate"}
 TRUE = {  # flags by kind of FMU and interface; tests/fmu/native_fmu calls what they promise
     ("python", "CoSimulation"): {*STATES, UNEVEN, "canNotUseMemoryManagementFunctions"},
     (2, "CoSimulation"): {*STATES, UNEVEN, DERIVATIVES},
@@ -88,9 +86,8 @@ def test_no_check_finds_anything_and_flags_are_those_of_the_library(built, folde
     interfaces = {node.tag: node.attrib for node in root if node.tag in ("CoSimulation", "ModelExchange")}
     assert {(kind, tag) for tag in interfaces} == {key for key in TRUE if key[0] == kind}
     for tag, flags in interfaces.items():
-        parts = PARTS if (kind, tag) == (3, "CoSimulation") and model.parts else set()
         none = DERIVED if model is AXIS and tag == "CoSimulation" else set()
-        assert {name for name, value in flags.items() if value == "true"} == (TRUE[kind, tag] | parts) - none
+        assert {name for name, value in flags.items() if value == "true"} == TRUE[kind, tag] - none
         assert flags.get("maxOutputDerivativeOrder", "0") == "0"
         assert flags["modelIdentifier"] == (model.name if kind == "python" else model.native_name)
     keys = ("version", "author", "copyright", "license", "generationDateAndTime")
@@ -131,8 +128,6 @@ def test_variables_are_those_of_the_interface(model, kind):
         derivative = str(list(nodes).index(RATES[name]) + 1) if name in RATES else None
         assert numbers.get("derivative") == derivative
         assert numbers.get("reinit") == ("true" if name in states else None)
-        parts = kind == 3 and model.parts and row["causality"] in ("input", "output")
-        assert node.get("intermediateUpdate") == ("true" if parts else None)
 
 
 def _number(text):

@@ -1,9 +1,10 @@
-"""Modes and energies of the native models: stick and slip, rest, range, balances of power."""
+"""Modes and energies of the native models: stick and slip, rest, range, balances of power, events against steps."""
 
 import math
 
 import numpy as np
 import pytest
+from native_library import INDICATORS
 from native_model import NativeModel
 from synthetic_map import LAWS, closed_form
 
@@ -229,3 +230,66 @@ def test_power_balance_of_model_exchange(nut_map):
         speeds = np.abs(list(moving.values()))
         modes |= set((speeds > 0.5 * speeds.max()).tolist())
     assert modes == {True, False}
+
+
+# --- model exchange against steps ---
+
+RATES = [f"{name}_rate" for name in ELEMENT_STATES]
+# next to no damping, which in a step is that of its mean
+FROM_REST = {"presliding_stiffness": 1500.0, "presliding_damping": 1e-12, "presliding_side": 1e-20}
+
+
+def profile(swing, count=120):
+    """Inputs held over steps: slow and fast motion, reversals, rests; loads that swing, once beyond the map."""
+    rng, rows, speed = np.random.default_rng(3), [], 0.4
+    for n in range(count):
+        if n % 7 == 0:
+            speed = (-1.0) ** (n // 7) * 10.0 ** rng.uniform(-0.2, 0.7)
+        rows.append({
+            "speed": 0.0 if n % 19 == 18 else speed, "preload": 2000.0 + swing * math.sin(0.2 * n),
+            "temperature": 400.0 if swing and 30 <= n < 33 else 303.15, "axial_load": 1.5 * swing * (n >= 40),
+        })  # fmt: skip
+    return rows
+
+
+def exchange_step(one, row):
+    """Heat and events of a step of model exchange at constant inputs: rates are constant between events, so these are
+    where lines cross 0."""
+    one.latch(**row)
+    one.event()  # the inputs jump
+    left, heat, events = 1e-3, 0.0, 0
+    while left > 0.0:
+        now, states, rates = (one.values(names) for names in (INDICATORS, ELEMENT_STATES, RATES))
+        power = one.get("power_loss")
+        one.latch(**dict(zip(ELEMENT_STATES, states + left * rates, strict=True)))
+        then = one.values(INDICATORS)
+        crossed = (now > 0.0) & (then <= 0.0)
+        taken = left * min([1.0, *(now[crossed] / (now - then)[crossed])])
+        heat, left = heat + taken * power, left - taken
+        if crossed.any():  # beyond by rounding: the indicator has changed its sign
+            beyond = states + (taken * (1.0 + 1e-13) + 1e-18) * rates
+            one.latch(**dict(zip(ELEMENT_STATES, beyond, strict=True)))
+            one.event()
+            events += 1
+    return heat, events
+
+
+def test_model_exchange_has_the_states_torques_and_heat_of_co_simulation():
+    """To rounding while the Coulomb torque stays; or within the time in which elements that slide follow it."""
+    for swing, tolerance in ((0.0, 1e-9), (600.0, 0.1)):
+        rows, total = profile(swing), np.zeros(2)
+        exchange, steps = NativeModel(MAPS[FILM_SHEAR], continuous=True), NativeModel(MAPS[FILM_SHEAR])
+        for one in (exchange, steps):
+            one.latch(**FROM_REST, **rows[0])
+        exchange.initial_event()
+        for row in rows:
+            total += exchange_step(exchange, row)
+            steps.step(1e-3, **row)
+            assert abs(exchange.get("friction_torque") - steps.get("friction_torque")) <= tolerance
+            if not swing:
+                difference = exchange.values(ELEMENT_STATES) - steps.values(ELEMENT_STATES)
+                assert np.max(np.abs(difference)) <= 1e-8
+        heat, events = total
+        heat += exchange.get("heat")
+        assert abs(heat - steps.get("heat")) <= tolerance * heat
+        assert events >= 60

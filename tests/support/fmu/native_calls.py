@@ -24,14 +24,8 @@ NO_ARGUMENTS = {
     "EnterStepMode", "EvaluateDiscreteStates",
 }  # fmt: skip
 
-# co-simulation with event mode: states, and the calls that differ
-STATES_WITH_EVENTS = "inestx"
-LEGAL_WITH_EVENTS = {"EnterEventMode": "s", "UpdateDiscreteStates": "e"}
 
-
-def is_legal(version, name, kind, state, event_mode=False):
-    if event_mode and name in LEGAL_WITH_EVENTS:
-        return state in LEGAL_WITH_EVENTS[name]
+def is_legal(version, name, kind, state):
     row = LEGAL[version][name]
     return state in row["states"] and row["kind"] in ("", kind)
 

@@ -4,8 +4,7 @@ Calls are not wrapped: every call returns its status, every message is kept.
 """
 
 import ctypes
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,7 +16,7 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
     fmi2EventInfo,
 )
-from fmpy.fmi3 import fmi3IntermediateUpdateCallback, fmi3LogMessageCallback
+from fmpy.fmi3 import fmi3LogMessageCallback
 from native_model import TOKEN, compiled_model
 from synthetic_map import closed_form
 
@@ -73,9 +72,7 @@ class NativeInstance:
         logger: bool = True,
         functions: Any = None,
         event_mode: bool = False,
-        early_return: bool = False,
         intermediate: Sequence[int] = (),
-        update: Callable[..., None] | None = None,
         nut_map: NutMap = NUT_MAP,
         model: FmuModel = FRICTION,
         sanitize: bool = False,
@@ -91,13 +88,7 @@ class NativeInstance:
         self.indicators = sum(v.indicates for v in variables)
         self.states = sum(v.derivative_of is not None and v.derivative_of != "" for v in variables)
         self.library = ctypes.CDLL(str(library))
-        self.version, self.kind, self.model, self.time, self.event_mode = (
-            version,
-            kind,
-            model,
-            0.0,
-            event_mode,
-        )
+        self.version, self.kind, self.model, self.time = version, kind, model, 0.0
         self.messages: list[Message] = []
         folder = (str(library.parent) if resources == "" else resources) or None
         place, key = (None if text is None else text.encode() for text in (folder, token))
@@ -112,10 +103,7 @@ class NativeInstance:
             if kind == CS:
                 make = self.library.fmi3InstantiateCoSimulation
                 wanted = (c_uint * len(intermediate))(*intermediate)
-                self._update = fmi3IntermediateUpdateCallback(update or 0)
-                more = (
-                    event_mode, early_return, wanted, c_size_t(len(wanted)), None, self._logger, self._update,
-                )  # fmt: skip
+                more = (event_mode, True, wanted, c_size_t(len(wanted)), None, self._logger, None)
             elif kind == ME:
                 make, more = self.library.fmi3InstantiateModelExchange, (None, self._logger)
             else:
@@ -237,8 +225,6 @@ class NativeInstance:
                 self.call("ExitInitializationMode")
             if state == "c":
                 self.call("EnterContinuousTimeMode")
-            elif state == "s" and self.event_mode:
-                self.call("EnterStepMode")
             elif state == "t":
                 self.call("Terminate")
         self.messages.clear()
@@ -250,15 +236,6 @@ class NativeInstance:
         """One step; FMI 3 with NULL for every output argument."""
         nothing = (None,) * 4 if self.version == 3 else ()
         return self.call("DoStep", c_double(time), c_double(size), 0, *nothing)
-
-    def step_to_event(self, time: float, size: float) -> tuple[bool, bool, float]:
-        """One step of FMI 3: event handling needed, early return, time reached."""
-        event, terminate, early = (ctypes.c_bool(True) for _ in range(3))
-        reached = c_double(math.nan)
-        more = byref(event), byref(terminate), byref(early), byref(reached)
-        assert self.call("DoStep", c_double(time), c_double(size), 0, *more) == OK, self.last
-        assert not terminate.value
-        return event.value, early.value, reached.value
 
     def go(self, size: float = 1e-3, **values: float) -> list[float]:
         """Outputs after a step with these values set."""

@@ -5,12 +5,13 @@ followed by the table of legal calls: a status that it does not allow ends the p
 memory with a report.
 """
 
-import ctypes
 import math
 import random
 import struct
 import sys
-from ctypes import c_size_t, c_void_p
+import tempfile
+from ctypes import c_size_t
+from pathlib import Path
 
 from native_calls import LEGAL, STATES, UNSUPPORTED, arguments, is_legal
 from native_library import (
@@ -20,47 +21,36 @@ from native_library import (
     ME,
     NUT_MAP,
     OK,
-    VARIABLES,
     WARNING,
     NativeInstance,
     counting_functions,
     doubles,
 )
-from native_model import compiled_model
+from native_model import put_resources
 from synthetic_map import closed_form
 
 from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION
+from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, checksum
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 LIVES, CALLS, DAMAGES, FILES = 12, 150, 4, 600  # instances of a kind, calls of each, damaged states, files
 WALKED = ((FRICTION, FILM_SHEAR), (MONITOR, FILM_SHEAR), (TRANSMISSION, MECHANISTIC), (AXIS, FILM_SHEAR))
 ODD = (math.nan, math.inf, -math.inf, 1e30, -1e300, -1.0, 0.0, 5e-324, 1e29, 1.7e308)
+TOPS = {"preload": 20000.0, "speed": 2000.0, "temperature": 400.0, "axial_load": 20000.0}  # beyond the map
 TARGET = {  # state after a call
-    "EnterInitializationMode": "n", "EnterEventMode": "e", "EnterContinuousTimeMode": "c", "EnterStepMode": "s",
-    "Terminate": "t", "Reset": "i",
+    "EnterInitializationMode": "n", "EnterEventMode": "e", "EnterContinuousTimeMode": "c", "Terminate": "t",
+    "Reset": "i",
 }  # fmt: skip
 WORDS = (0, 1, 2**64 - 1, *(struct.unpack("<Q", struct.pack("<d", x))[0] for x in (math.nan, math.inf, 1e30)))
 
 
-def fnv(content: bytes, width: int) -> int:
-    """64-bit hash of Fowler, Noll and Vo of little-endian words of this many bytes."""
-    value = 14695981039346656037
-    for n in range(0, len(content) - width + 1, width):
-        value = (
-            value ^ int.from_bytes(content[n : n + width], "little")
-        ) * 1099511628211 & 0xFFFFFFFFFFFFFFFF
-    return value
-
-
-def sealed_state(content: bytes) -> bytes:
-    """Bytes of a saved state with correct size and checksum."""
-    content = content[:20] + struct.pack("<I", len(content)) + content[24:]
-    return content[:8] + struct.pack("<Q", fnv(content[16:], 1)) + content[16:]
-
-
-def sealed_map(content: bytes) -> bytes:
-    """Bytes of a map file with correct size and checksum."""
-    return content[:8] + struct.pack("<QQ", len(content), fnv(content[24:], 8)) + content[24:]
+def sealed(content: bytes) -> bytes:
+    """Bytes of a file, a map or a saved state, with correct size and checksum."""
+    return (
+        content[:8]
+        + struct.pack("<QQ", len(content), checksum(content[24 : len(content) // 8 * 8]))
+        + content[24:]
+    )
 
 
 def damaged(rng: random.Random, content: bytes, first: int, last: int | None = None) -> bytes:
@@ -83,13 +73,12 @@ def random_values(rng: random.Random, one: NativeInstance) -> int:
     return (one.set_raw if rng.random() < 0.8 else one.get_raw)(one.vr(*names), doubles(*values))
 
 
-def one_life(rng: random.Random, version: int, kind: str, event_mode: bool, model, law: str) -> int:
+def one_life(rng: random.Random, version: int, kind: str, model, law: str) -> int:
     """Calls of one instance that succeeded."""
     functions, given, taken = counting_functions() if version == 2 else (None, [], [])
     good = 0
     with NativeInstance(
-        version, kind, event_mode=event_mode, early_return=event_mode, functions=functions, model=model,
-        nut_map=closed_form(law), sanitize=True, logging=version == 3,
+        version, kind, functions=functions, model=model, nut_map=closed_form(law), sanitize=True, logging=version == 3,
     ) as one:  # fmt: skip
         state, saved = "i", []
         for _ in range(CALLS):
@@ -99,12 +88,11 @@ def one_life(rng: random.Random, version: int, kind: str, event_mode: bool, mode
             if state in "xt" and rng.random() < 0.5:
                 name = "Reset"
             else:
-                name = rng.choice([n for n in LEGAL[version] if rng.random() < 0.15 or
-                                   is_legal(version, n, kind, state, event_mode)])  # fmt: skip
+                legal = [n for n in LEGAL[version] if is_legal(version, n, kind, state)]
+                name = rng.choice(legal if rng.random() < 0.85 else list(LEGAL[version]))
             given_arguments = arguments(one, name)
-            legal = is_legal(version, name, kind, state, event_mode)
             status = one.call(name, *given_arguments)
-            if not legal:
+            if not is_legal(version, name, kind, state):
                 assert status == ERROR, (version, kind, state, name, status)
                 state = "x"
                 continue
@@ -114,7 +102,7 @@ def one_life(rng: random.Random, version: int, kind: str, event_mode: bool, mode
             assert status in expected, (version, kind, state, name, status, one.last)
             good += status <= WARNING
             if name == "ExitInitializationMode":
-                state = "e" if kind == ME or event_mode else "s"
+                state = "e" if kind == ME else "s"
             state = "x" if status == ERROR else TARGET.get(name, state)
             if rng.random() < 0.05:
                 saved.append((one.save(), state))
@@ -126,7 +114,7 @@ def one_life(rng: random.Random, version: int, kind: str, event_mode: bool, mode
         for _ in range(DAMAGES):
             status, _ = one.deserialize(content[: rng.randrange(len(content))])
             assert status == ERROR
-            status, again = one.deserialize(sealed_state(damaged(rng, content, 16)))
+            status, again = one.deserialize(sealed(damaged(rng, content, 24)))
             if status == OK and one.restore(again) == OK:  # another valid state, with which it works
                 values = doubles(*[0.0] * len(one.names))
                 if one.get_raw(one.vr(*one.names), values) == OK:
@@ -135,42 +123,29 @@ def one_life(rng: random.Random, version: int, kind: str, event_mode: bool, mode
     return good
 
 
-def damaged_maps(rng: random.Random) -> None:
+def damaged_maps(rng: random.Random, folder: Path) -> None:
     """Files of which some are refused with a message, the others evaluated."""
-    path = compiled_model(NUT_MAP, sanitize=True)
-    library = ctypes.CDLL(str(path))
-    library.map_from_bytes.restype = c_void_p
-    library.model_get.restype = ctypes.c_double
-    model = ctypes.create_string_buffer(8192)
-    content, message = (path.parent / "nut_map.bin").read_bytes(), ctypes.create_string_buffer(400)
+    put_resources(folder, NUT_MAP)
+    place, seen = folder / MAP_FILE, set()
+    content = place.read_bytes()
     head = 88 + 8 * 20  # numbers of axes, defaults and law
-    starts = [float(v.start or 0.0) for v in VARIABLES]
-    start, seen = doubles(*starts), set()
+    kinds = (
+        lambda: content[: rng.randrange(len(content))],
+        lambda: damaged(rng, content, 0),
+        lambda: sealed(damaged(rng, content, 88, head)),
+        lambda: sealed(damaged(rng, content, head)),
+        lambda: sealed(rng.choice((content + bytes(8), content[: -8 * rng.randrange(1, 100)]))),
+    )
     for n in range(FILES):
-        kind = n % 5
-        if kind == 0:
-            bad = content[: rng.randrange(len(content))]
-        elif kind == 1:
-            bad = damaged(rng, content, 0)
-        elif kind == 2:
-            bad = sealed_map(damaged(rng, content, 88, head))
-        elif kind == 3:
-            bad = sealed_map(damaged(rng, content, head))
-        else:
-            bad = sealed_map(content + bytes(8) if n % 2 else content[: -8 * rng.randrange(1, 100)])
-        found = library.map_from_bytes(bad, c_size_t(len(bad)), 0, b"map", message, c_size_t(400))
-        seen.add(found is not None)
-        if found is None:
-            assert message.value.startswith(b"map")
-            continue
-        library.model_reset(model, c_void_p(found), start, False)
-        for _ in range(5):
-            for index, top in enumerate((20000.0, 2000.0, 400.0, 20000.0)):
-                library.model_set(model, index, ctypes.c_double(rng.uniform(-0.1, 1.0) * top))
-            library.model_step(model, ctypes.c_double(1e-3))
-            for index in range(4, 16):
-                library.model_get(model, index)
-        library.map_free(c_void_p(found))
+        place.write_bytes(kinds[n % len(kinds)]())
+        with NativeInstance(2, resources=str(folder), sanitize=True) as one:
+            seen.add(one.handle is not None)
+            if one.handle is None:
+                assert MAP_FILE in one.last
+                continue
+            one.start()
+            for _ in range(5):
+                one.go(**{name: rng.uniform(-0.1, 1.0) * top for name, top in TOPS.items()})
     assert seen == {True, False}
 
 
@@ -181,10 +156,9 @@ def main() -> None:
         for _ in range(LIVES):
             for version in (2, 3):
                 for kind in STATES:
-                    good += one_life(rng, version, kind, False, model, law)
-            if model.parts:
-                good += one_life(rng, 3, CS, True, model, law)
-    damaged_maps(rng)
+                    good += one_life(rng, version, kind, model, law)
+    with tempfile.TemporaryDirectory() as folder:
+        damaged_maps(rng, Path(folder))
     print(good)
 
 

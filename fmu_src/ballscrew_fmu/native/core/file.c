@@ -23,6 +23,13 @@ static inline uint64_t little_endian(const unsigned char bytes[8])
     return value;
 }
 
+static inline void put_little_endian(uint64_t value, unsigned char bytes[8])
+{
+    for (int i = 0; i < 8; ++i) {
+        bytes[i] = (unsigned char)(value >> (8 * i) & 0xFFU);
+    }
+}
+
 /* FNV-1a of words of eight bytes. A remainder of fewer bytes is omitted: the check of the size finds it. */
 static uint64_t checksum(const unsigned char *bytes, size_t size)
 {
@@ -54,6 +61,14 @@ INTERNAL bool file_fails(const unsigned char *bytes, size_t size, const char *ma
         return false;
     }
     return true;
+}
+
+/* Writes the head of bytes of a whole file, whose content is there. */
+INTERNAL void file_seal(unsigned char *bytes, size_t size, const char *magic)
+{
+    memcpy(bytes, magic, FILE_MAGIC_SIZE);
+    put_little_endian(size, bytes + FILE_MAGIC_SIZE);
+    put_little_endian(checksum(bytes + FILE_HEAD_SIZE, size - FILE_HEAD_SIZE), bytes + FILE_MAGIC_SIZE + 8);
 }
 
 #ifndef EMBEDDED_RESOURCES

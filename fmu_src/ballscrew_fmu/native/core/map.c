@@ -5,8 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "lock.h"
-
 #define NUMBERS (3 * MAP_AXES + MAP_DEFAULTS + 2) /* before the coefficients */
 #define MOST_NODES 4096
 
@@ -106,6 +104,27 @@ static const char *map_over(Map *map, const double *numbers, size_t count)
 }
 
 /* --- one copy for all users -------------------------------------------------------------------------------------- */
+
+/* Mutual exclusion of the threads of a process, initialized statically, so that no call has to come first. With
+   BALLSCREW_NO_THREADS, or on other systems, there is none: instances must then be created and freed by one thread. */
+#if defined(BALLSCREW_NO_THREADS) || !(defined(_WIN32) || defined(__unix__) || defined(__APPLE__))
+typedef char Lock;
+#define LOCK_OPEN 0
+static inline void lock_enter(Lock *lock) { (void)lock; }
+static inline void lock_leave(Lock *lock) { (void)lock; }
+#elif defined(_WIN32)
+#include <windows.h>
+typedef SRWLOCK Lock;
+#define LOCK_OPEN SRWLOCK_INIT
+static inline void lock_enter(Lock *lock) { AcquireSRWLockExclusive(lock); }
+static inline void lock_leave(Lock *lock) { ReleaseSRWLockExclusive(lock); }
+#else
+#include <pthread.h>
+typedef pthread_mutex_t Lock;
+#define LOCK_OPEN PTHREAD_MUTEX_INITIALIZER
+static inline void lock_enter(Lock *lock) { (void)pthread_mutex_lock(lock); }
+static inline void lock_leave(Lock *lock) { (void)pthread_mutex_unlock(lock); }
+#endif
 
 /* The maps in use. They are constant, so that instances in several threads can read them. This is the only data of the
    runtime that instances share and that changes. */

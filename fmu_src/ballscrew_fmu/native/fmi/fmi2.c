@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "instance.h"
+#include "calls.h"
 
 /* copies of the header without FMI2_FUNCTION_PREFIX are in use */
 #if defined(FMI2_FUNCTION_PREFIX) && !defined(FMI2_OVERRIDE_FUNCTION_PREFIX)
@@ -13,30 +13,8 @@
 #define fmi2FullName(name) BALLSCREW_NAMED(FMI2_FUNCTION_PREFIX, name)
 #endif
 
-/* States in which each call is legal: tables of sections 3.2.3 and 4.2.4 of FMI 2.0.5. Conditions on the variable are
-   in settable_in of values.c. Differs from the standard: setTime in Event Mode is accepted for all FMUs, not only for
-   discrete-time ones, as importers call it there; after a discarded step the FMU is as before it, so that values may be
-   set and the step repeated without restoring a saved state (FMI 3.0.2 allows it). */
-#define RUNNING (STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE)
-#define EVALUATED (INITIALIZATION_MODE | RUNNING | TERMINATED | FAILED)
-#define SETTABLE (INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE)
+#define FMI fmi2
 #define STATUS_STATES (STEP_MODE | TERMINATED)
-
-#define BEGIN(name, kinds, states)                             \
-    static const Call legal = {"fmi2" #name, kinds, states};   \
-    Instance *const instance = instance_begin(c, &legal);      \
-    if (instance == NULL) {                                    \
-        return fmi2Error;                                      \
-    }
-#define RETURN(status) return (fmi2Status)instance_end(instance, status)
-
-/* A function with one call. */
-#define FORWARD(name, kinds, states, arguments, call) \
-    fmi2Status fmi2##name arguments                   \
-    {                                                 \
-        BEGIN(name, kinds, states)                    \
-        RETURN(call);                                 \
-    }
 
 /* --- importer ---------------------------------------------------------------------------------------------------- */
 
@@ -64,7 +42,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
                               fmi2Boolean visible, fmi2Boolean loggingOn)
 {
-    Importer importer = {log_fmi2, NULL, NULL, calloc, free};
+    Importer importer = {log_fmi2, NULL, NULL, calloc, free, false};
 
     (void)visible;
     if (functions != NULL) {
@@ -83,46 +61,47 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
                            fmuGUID, fmuResourceLocation, loggingOn != fmi2False);
 }
 
-void fmi2FreeInstance(fmi2Component c)
+void fmi2FreeInstance(fmi2Component instance)
 {
-    instance_free(c);
+    instance_free(instance);
 }
 
 FORWARD(SetDebugLogging, BOTH_KINDS, ANY_STATE,
-        (fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[]),
-        instance_set_logging(instance, loggingOn != fmi2False, nCategories, categories))
+        (fmi2Component instance, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[]),
+        instance_set_logging(self, loggingOn != fmi2False, nCategories, categories))
 
 /* --- life cycle -------------------------------------------------------------------------------------------------- */
 
 FORWARD(SetupExperiment, BOTH_KINDS, INSTANTIATED,
-        (fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
+        (fmi2Component instance, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
          fmi2Boolean stopTimeDefined, fmi2Real stopTime),
         ((void)toleranceDefined, (void)tolerance,
-         instance_setup(instance, startTime, stopTimeDefined != fmi2False, stopTime)))
-FORWARD(EnterInitializationMode, BOTH_KINDS, INSTANTIATED, (fmi2Component c),
-        instance_enter(instance, INITIALIZATION_MODE))
-FORWARD(ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE, (fmi2Component c),
-        instance_exit_initialization(instance))
-FORWARD(Terminate, BOTH_KINDS, RUNNING, (fmi2Component c), instance_enter(instance, TERMINATED))
-FORWARD(Reset, BOTH_KINDS, ANY_STATE, (fmi2Component c), instance_reset(instance))
+         instance_setup(self, startTime, stopTimeDefined != fmi2False, stopTime)))
+FORWARD(EnterInitializationMode, BOTH_KINDS, INSTANTIATED, (fmi2Component instance),
+        instance_enter(self, INITIALIZATION_MODE))
+FORWARD(ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE, (fmi2Component instance),
+        instance_exit_initialization(self))
+FORWARD(Terminate, BOTH_KINDS, RUNNING, (fmi2Component instance), instance_enter(self, TERMINATED))
+FORWARD(Reset, BOTH_KINDS, ANY_STATE, (fmi2Component instance), instance_reset(self))
 
 /* --- values ------------------------------------------------------------------------------------------------------ */
 
-FORWARD(GetReal, BOTH_KINDS, EVALUATED, (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[]),
-        instance_get_reals(instance, vr, nvr, value))
+FORWARD(GetReal, BOTH_KINDS, EVALUATED,
+        (fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[]),
+        instance_get_reals(self, vr, nvr, value))
 FORWARD(SetReal, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE,
-        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[]),
-        instance_set_reals(instance, vr, nvr, value))
+        (fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[]),
+        instance_set_reals(self, vr, nvr, value))
 
-fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
+fmi2Status fmi2GetBoolean(fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
 {
     BEGIN(GetBoolean, BOTH_KINDS, EVALUATED)
     if (nvr > 0 && (vr == NULL || value == NULL)) {
-        RETURN(instance_missing_array(instance));
+        RETURN(instance_missing_array(self));
     }
     for (size_t i = 0; i < nvr; ++i) {
         bool found = false;
-        const Status status = instance_get_booleans(instance, &vr[i], 1, &found);
+        const Status status = instance_get_booleans(self, &vr[i], 1, &found);
         if (status != STATUS_OK) {
             RETURN(status);
         }
@@ -131,66 +110,66 @@ fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t
     return fmi2OK;
 }
 
-fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[])
+fmi2Status fmi2SetBoolean(fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, const fmi2Boolean value[])
 {
     Status status = STATUS_OK;
 
     BEGIN(SetBoolean, BOTH_KINDS, SETTABLE)
     if (nvr > 0 && (vr == NULL || value == NULL)) {
-        RETURN(instance_missing_array(instance));
+        RETURN(instance_missing_array(self));
     }
     for (size_t i = 0; status == STATUS_OK && i < nvr; ++i) {
-        status = instance_set_booleans(instance, &vr[i], 1, &(bool){value[i] != fmi2False});
+        status = instance_set_booleans(self, &vr[i], 1, &(bool){value[i] != fmi2False});
     }
     RETURN(status);
 }
 
 /* Types without variables. */
-#define NO_TYPE(name, type, states, modifier)                                                             \
+#define NO_VARIABLES(name, type, states, modifier)                                                             \
     FORWARD(name##type, BOTH_KINDS, states,                                                                \
-            (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, modifier fmi2##type value[]),      \
-            ((void)value, instance_no_variables(instance, #type, vr, nvr)))
-NO_TYPE(Get, Integer, EVALUATED, )
-NO_TYPE(Set, Integer, SETTABLE, const)
-NO_TYPE(Get, String, EVALUATED, )
-NO_TYPE(Set, String, SETTABLE, const)
+            (fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, modifier fmi2##type value[]),      \
+            ((void)value, instance_no_variables(self, #type, vr, nvr)))
+NO_VARIABLES(Get, Integer, EVALUATED, )
+NO_VARIABLES(Set, Integer, SETTABLE, const)
+NO_VARIABLES(Get, String, EVALUATED, )
+NO_VARIABLES(Set, String, SETTABLE, const)
 FORWARD(GetDirectionalDerivative, BOTH_KINDS, EVALUATED,
-        (fmi2Component c, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
+        (fmi2Component instance, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
          const fmi2ValueReference vKnown_ref[], size_t nKnown, const fmi2Real dvKnown[], fmi2Real dvUnknown[]),
-        instance_derivative(instance, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, dvUnknown, false))
+        instance_derivative(self, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, dvUnknown, false))
 
 /* --- saved states ------------------------------------------------------------------------------------------------ */
 
-FORWARD(GetFMUstate, BOTH_KINDS, ANY_STATE, (fmi2Component c, fmi2FMUstate *FMUstate),
-        instance_save(instance, FMUstate))
-FORWARD(SetFMUstate, BOTH_KINDS, ANY_STATE, (fmi2Component c, fmi2FMUstate FMUstate),
-        instance_restore(instance, FMUstate))
-FORWARD(FreeFMUstate, BOTH_KINDS, ANY_STATE, (fmi2Component c, fmi2FMUstate *FMUstate),
-        instance_free_state(instance, FMUstate))
-FORWARD(SerializedFMUstateSize, BOTH_KINDS, ANY_STATE, (fmi2Component c, fmi2FMUstate FMUstate, size_t *size),
-        instance_serialized_size(instance, FMUstate, size))
+FORWARD(GetFMUstate, BOTH_KINDS, ANY_STATE, (fmi2Component instance, fmi2FMUstate *FMUstate),
+        instance_save(self, FMUstate))
+FORWARD(SetFMUstate, BOTH_KINDS, ANY_STATE, (fmi2Component instance, fmi2FMUstate FMUstate),
+        instance_restore(self, FMUstate))
+FORWARD(FreeFMUstate, BOTH_KINDS, ANY_STATE, (fmi2Component instance, fmi2FMUstate *FMUstate),
+        instance_free_state(self, FMUstate))
+FORWARD(SerializedFMUstateSize, BOTH_KINDS, ANY_STATE, (fmi2Component instance, fmi2FMUstate FMUstate, size_t *size),
+        instance_serialized_size(self, FMUstate, size))
 FORWARD(SerializeFMUstate, BOTH_KINDS, ANY_STATE,
-        (fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size),
-        instance_serialize(instance, FMUstate, (unsigned char *)serializedState, size))
+        (fmi2Component instance, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size),
+        instance_serialize(self, FMUstate, (unsigned char *)serializedState, size))
 FORWARD(DeSerializeFMUstate, BOTH_KINDS, ANY_STATE,
-        (fmi2Component c, const fmi2Byte serializedState[], size_t size, fmi2FMUstate *FMUstate),
-        instance_deserialize(instance, (const unsigned char *)serializedState, size, FMUstate))
+        (fmi2Component instance, const fmi2Byte serializedState[], size_t size, fmi2FMUstate *FMUstate),
+        instance_deserialize(self, (const unsigned char *)serializedState, size, FMUstate))
 
 /* --- model exchange ---------------------------------------------------------------------------------------------- */
 
-FORWARD(EnterEventMode, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (fmi2Component c),
-        instance_enter(instance, EVENT_MODE))
+FORWARD(EnterEventMode, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (fmi2Component instance),
+        instance_enter(self, EVENT_MODE))
 
-fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo)
+fmi2Status fmi2NewDiscreteStates(fmi2Component instance, fmi2EventInfo *eventInfo)
 {
     bool changed = false;
     Status status;
 
     BEGIN(NewDiscreteStates, MODEL_EXCHANGE, EVENT_MODE)
     if (eventInfo == NULL) {
-        RETURN(instance_fail(instance, "event info is a NULL pointer"));
+        RETURN(instance_fail(self, "event info is a NULL pointer"));
     }
-    status = instance_event(instance, &changed);
+    status = instance_event(self, &changed);
     eventInfo->newDiscreteStatesNeeded = fmi2False;
     eventInfo->terminateSimulation = fmi2False;
     eventInfo->nominalsOfContinuousStatesChanged = fmi2False;
@@ -200,10 +179,10 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *eventInfo)
     RETURN(status);
 }
 
-FORWARD(EnterContinuousTimeMode, MODEL_EXCHANGE, EVENT_MODE, (fmi2Component c),
-        instance_enter(instance, CONTINUOUS_TIME_MODE))
+FORWARD(EnterContinuousTimeMode, MODEL_EXCHANGE, EVENT_MODE, (fmi2Component instance),
+        instance_enter(self, CONTINUOUS_TIME_MODE))
 
-fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component instance, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation)
 {
     BEGIN(CompletedIntegratorStep, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE)
@@ -217,61 +196,62 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
     return fmi2OK;
 }
 
-FORWARD(SetTime, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (fmi2Component c, fmi2Real time),
-        instance_set_time(instance, time))
-FORWARD(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE, (fmi2Component c, const fmi2Real x[], size_t nx),
-        instance_set_states(instance, x, nx))
-FORWARD(GetDerivatives, MODEL_EXCHANGE, EVALUATED, (fmi2Component c, fmi2Real derivatives[], size_t nx),
-        instance_get_rates(instance, derivatives, nx))
-FORWARD(GetEventIndicators, MODEL_EXCHANGE, EVALUATED, (fmi2Component c, fmi2Real eventIndicators[], size_t ni),
-        instance_get_indicators(instance, eventIndicators, ni))
-FORWARD(GetContinuousStates, MODEL_EXCHANGE, EVALUATED, (fmi2Component c, fmi2Real x[], size_t nx),
-        instance_get_states(instance, x, nx))
+FORWARD(SetTime, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (fmi2Component instance, fmi2Real time),
+        instance_set_time(self, time))
+FORWARD(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE,
+        (fmi2Component instance, const fmi2Real x[], size_t nx), instance_set_states(self, x, nx))
+FORWARD(GetDerivatives, MODEL_EXCHANGE, EVALUATED, (fmi2Component instance, fmi2Real derivatives[], size_t nx),
+        instance_get_all(self, CAUSALITY_RATE, derivatives, nx))
+FORWARD(GetEventIndicators, MODEL_EXCHANGE, EVALUATED, (fmi2Component instance, fmi2Real eventIndicators[], size_t ni),
+        instance_get_all(self, CAUSALITY_INDICATOR, eventIndicators, ni))
+FORWARD(GetContinuousStates, MODEL_EXCHANGE, EVALUATED, (fmi2Component instance, fmi2Real x[], size_t nx),
+        instance_get_all(self, CAUSALITY_STATE, x, nx))
 FORWARD(GetNominalsOfContinuousStates, MODEL_EXCHANGE, INSTANTIATED | EVALUATED,
-        (fmi2Component c, fmi2Real x_nominal[], size_t nx), instance_get_nominals(instance, x_nominal, nx))
+        (fmi2Component instance, fmi2Real x_nominal[], size_t nx), instance_get_nominals(self, x_nominal, nx))
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
-fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
+fmi2Status fmi2DoStep(fmi2Component instance, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
                       fmi2Boolean noSetFMUStatePriorToCurrentPoint)
 {
     BEGIN(DoStep, CO_SIMULATION, STEP_MODE)
     (void)noSetFMUStatePriorToCurrentPoint;
     /* the standard requires step sizes > 0, but importers use 0 to detect feedthrough */
-    RETURN(instance_step(instance, currentCommunicationPoint, communicationStepSize, true, false));
+    RETURN(instance_step(self, currentCommunicationPoint, communicationStepSize, true, false));
 }
 
 /* steps never run in the background */
-FORWARD(CancelStep, CO_SIMULATION, 0U, (fmi2Component c), STATUS_ERROR)
+FORWARD(CancelStep, CO_SIMULATION, 0U, (fmi2Component instance), STATUS_ERROR)
 FORWARD(SetRealInputDerivatives, CO_SIMULATION, INSTANTIATED | INITIALIZATION_MODE | STEP_MODE,
-        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
+        (fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
          const fmi2Real value[]),
         ((void)vr, (void)nvr, (void)order, (void)value,
-         instance_fail(instance, "no derivatives of inputs: inputs are constant over a step")))
+         instance_fail(self, "no derivatives of inputs: inputs are constant over a step")))
 FORWARD(GetRealOutputDerivatives, CO_SIMULATION, STEP_MODE | TERMINATED | FAILED,
-        (fmi2Component c, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[], fmi2Real value[]),
-        ((void)vr, (void)nvr, (void)order, (void)value, instance_fail(instance, "no derivatives of outputs over time")))
+        (fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
+         fmi2Real value[]),
+        ((void)vr, (void)nvr, (void)order, (void)value, instance_fail(self, "no derivatives of outputs over time")))
 
 /* Other status kinds are for asynchronous steps. */
-static Status no_status(Instance *instance, fmi2StatusKind kind)
+static Status no_status(Instance *self, fmi2StatusKind kind)
 {
-    return instance_discard(instance, "status %d of a step is not available", (int)kind);
+    return instance_discard(self, "status %d of a step is not available", (int)kind);
 }
 
 #define NO_STATUS(name, type)                                                                               \
-    FORWARD(name, CO_SIMULATION, STATUS_STATES, (fmi2Component c, const fmi2StatusKind s, type *value),      \
-            ((void)value, no_status(instance, s)))
+    FORWARD(name, CO_SIMULATION, STATUS_STATES, (fmi2Component instance, const fmi2StatusKind s, type *value),      \
+            ((void)value, no_status(self, s)))
 NO_STATUS(GetStatus, fmi2Status)
 NO_STATUS(GetIntegerStatus, fmi2Integer)
 NO_STATUS(GetBooleanStatus, fmi2Boolean)
 NO_STATUS(GetStringStatus, fmi2String)
 
-fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind s, fmi2Real *value)
+fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind s, fmi2Real *value)
 {
     BEGIN(GetRealStatus, CO_SIMULATION, STATUS_STATES)
     if (s != fmi2LastSuccessfulTime || value == NULL) {
-        RETURN(no_status(instance, s));
+        RETURN(no_status(self, s));
     }
-    *value = instance->now.time;
+    *value = self->now.time;
     return fmi2OK;
 }

@@ -11,39 +11,11 @@
 
 #include <stdlib.h>
 
-#include "instance.h"
+#include "calls.h"
 
-/* States in which each call is legal: sections 2.3, 3.2 and 4.2 of FMI 3.0.2. Conditions on the variable are in
-   settable_in of values.c. Differs from the standard: setTime in Event Mode is accepted, as importers call it
-   there. */
-/* in one unit with fmi2.c */
-#undef BEGIN
-#undef NO_TYPE
-#undef RETURN
-#undef FORWARD
-#undef EVALUATED
-#undef SETTABLE
-#undef RUNNING
-#define RUNNING (STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE)
-#define EVALUATED (INITIALIZATION_MODE | RUNNING | TERMINATED | FAILED)
-#define READABLE (EVALUATED | INTERMEDIATE_UPDATE_MODE)
-#define SETTABLE (INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE)
+#undef FMI /* in one unit with fmi2.c */
+#define FMI fmi3
 #define AT_EVENTS (INITIALIZATION_MODE | EVENT_MODE)
-#define BEGIN(name, kinds, states)                             \
-    static const Call legal = {"fmi3" #name, kinds, states};   \
-    Instance *const self = instance_begin(instance, &legal);   \
-    if (self == NULL) {                                        \
-        return fmi3Error;                                      \
-    }
-#define RETURN(status) return (fmi3Status)instance_end(self, status)
-
-/* A function with one call. */
-#define FORWARD(name, kinds, states, arguments, call) \
-    fmi3Status fmi3##name arguments                   \
-    {                                                 \
-        BEGIN(name, kinds, states)                    \
-        RETURN(call);                                 \
-    }
 
 /* Parameters of a call about variables; the parameters named here are not used. */
 #define VARIABLES fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences
@@ -62,7 +34,7 @@ static void log_fmi3(const Importer *importer, const char *instance_name, Status
 
 static Importer importer_of(fmi3InstanceEnvironment environment, fmi3LogMessageCallback log_message)
 {
-    Importer importer = {log_fmi3, NULL, NULL, calloc, free};
+    Importer importer = {log_fmi3, NULL, NULL, calloc, free, true};
 
     importer.logger = (void (*)(void))log_message;
     importer.environment = environment;
@@ -74,17 +46,6 @@ const char *fmi3GetVersion(void)
     return fmi3Version;
 }
 
-static fmi3Instance create(const Importer *importer, unsigned kind, fmi3String name, fmi3String token,
-                           fmi3String resources, bool logging)
-{
-    Instance *self = instance_create(importer, kind, name, token, resources, logging);
-
-    if (self != NULL) {
-        self->time_variable = true;
-    }
-    return self;
-}
-
 fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
                                           fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
                                           fmi3InstanceEnvironment instanceEnvironment,
@@ -93,29 +54,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String in
     const Importer importer = importer_of(instanceEnvironment, logMessage);
 
     (void)visible;
-    return create(&importer, MODEL_EXCHANGE, instanceName, instantiationToken, resourcePath, loggingOn);
-}
-
-/* Intermediate update: the callback of the importer is called after each part of a step. */
-static bool update_fmi3(const Instance *instance, double time, bool settable, bool may_return, double *until)
-{
-    const fmi3IntermediateUpdateCallback callback = (fmi3IntermediateUpdateCallback)instance->callback;
-    fmi3Boolean requested = false;
-    fmi3Float64 return_time = time;
-
-    callback(instance->importer.environment, time, settable, true, true, may_return, &requested, &return_time);
-    *until = return_time;
-    return requested;
-}
-
-/* Whether an input or an output has this value reference. */
-static bool is_intermediate(fmi3ValueReference reference)
-{
-    const unsigned index = instance_index(reference);
-
-    return MODEL_PARTS && index < (unsigned)VARIABLE_COUNT
-           && (model_variables[index].causality == CAUSALITY_INPUT
-               || model_variables[index].causality == CAUSALITY_OUTPUT);
+    return instance_create(&importer, MODEL_EXCHANGE, instanceName, instantiationToken, resourcePath, loggingOn);
 }
 
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String instantiationToken,
@@ -129,29 +68,16 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
 {
     const Importer importer = importer_of(instanceEnvironment, logMessage);
 
-    Instance *self;
-
-    (void)visible;
-    for (size_t i = 0; i < nRequiredIntermediateVariables; ++i) {
-        if (requiredIntermediateVariables == NULL || !is_intermediate(requiredIntermediateVariables[i])) {
-            importer_error(&importer, instanceName,
-                           "required intermediate variable %lu is not an input or an output", (unsigned long)i);
-            return NULL;
-        }
-    }
-    if (eventModeUsed && !MODEL_PARTS) {
+    (void)visible, (void)earlyReturnAllowed, (void)requiredIntermediateVariables, (void)intermediateUpdate;
+    if (eventModeUsed) {
         importer_error(&importer, instanceName, "eventModeUsed: this FMU has no event mode in co-simulation");
         return NULL;
     }
-    self = create(&importer, CO_SIMULATION, instanceName, instantiationToken, resourcePath, loggingOn);
-    if (self != NULL) {
-        self->event_mode = eventModeUsed;
-        self->early_return = earlyReturnAllowed;
-        self->update = MODEL_PARTS && intermediateUpdate != NULL ? update_fmi3 : NULL;
-        self->callback = (void (*)(void))intermediateUpdate;
-        (void)instance_reset(self);
+    if (nRequiredIntermediateVariables > 0) {
+        importer_error(&importer, instanceName, "requiredIntermediateVariables: this FMU has no intermediate updates");
+        return NULL;
     }
-    return self;
+    return instance_create(&importer, CO_SIMULATION, instanceName, instantiationToken, resourcePath, loggingOn);
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3String instantiationToken,
@@ -163,13 +89,8 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3Stri
 {
     const Importer importer = importer_of(instanceEnvironment, logMessage);
 
-    (void)instantiationToken;
-    (void)resourcePath;
-    (void)visible;
-    (void)loggingOn;
-    (void)clockUpdate;
-    (void)lockPreemption;
-    (void)unlockPreemption;
+    (void)instantiationToken, (void)resourcePath, (void)visible, (void)loggingOn;
+    (void)clockUpdate, (void)lockPreemption, (void)unlockPreemption;
     importer_error(&importer, instanceName, "no scheduled execution; needs co-simulation or model exchange");
     return NULL;
 }
@@ -221,17 +142,17 @@ static Status check_counts(Instance *self, size_t references, size_t values)
                                                 (unsigned long)references);
 }
 
-FORWARD(GetFloat64, BOTH_KINDS, READABLE, (VARIABLES, fmi3Float64 values[], size_t nValues),
+FORWARD(GetFloat64, BOTH_KINDS, EVALUATED, (VARIABLES, fmi3Float64 values[], size_t nValues),
         check_counts(self, nValueReferences, nValues) == STATUS_OK
             ? instance_get_reals(self, valueReferences, nValueReferences, values)
             : STATUS_ERROR)
-FORWARD(SetFloat64, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE | INTERMEDIATE_UPDATE_MODE,
+FORWARD(SetFloat64, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE,
         (VARIABLES, const fmi3Float64 values[], size_t nValues),
         check_counts(self, nValueReferences, nValues) == STATUS_OK
             ? instance_set_reals(self, valueReferences, nValueReferences, values)
             : STATUS_ERROR)
 
-FORWARD(GetBoolean, BOTH_KINDS, READABLE, (VARIABLES, fmi3Boolean values[], size_t nValues),
+FORWARD(GetBoolean, BOTH_KINDS, EVALUATED, (VARIABLES, fmi3Boolean values[], size_t nValues),
         check_counts(self, nValueReferences, nValues) == STATUS_OK
             ? instance_get_booleans(self, valueReferences, nValueReferences, values)
             : STATUS_ERROR)
@@ -346,8 +267,8 @@ static void put_bool(fmi3Boolean *to, bool value)
     }
 }
 
-FORWARD(EnterEventMode, BOTH_KINDS, CONTINUOUS_TIME_MODE | STEP_MODE, (fmi3Instance instance),
-        instance_enter_event_mode(self))
+FORWARD(EnterEventMode, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE, (fmi3Instance instance),
+        instance_enter(self, EVENT_MODE))
 FORWARD(EvaluateDiscreteStates, BOTH_KINDS, AT_EVENTS, (fmi3Instance instance),
         instance_fail(self, "providesEvaluateDiscreteStates is false"))
 
@@ -359,12 +280,12 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
     bool changed = false;
     Status status;
 
-    BEGIN(UpdateDiscreteStates, BOTH_KINDS, EVENT_MODE)
+    BEGIN(UpdateDiscreteStates, MODEL_EXCHANGE, EVENT_MODE)
     status = instance_event(self, &changed);
     put_bool(discreteStatesNeedUpdate, false);
     put_bool(terminateSimulation, false);
     put_bool(nominalsOfContinuousStatesChanged, false);
-    put_bool(valuesOfContinuousStatesChanged, changed && self->kind == MODEL_EXCHANGE);
+    put_bool(valuesOfContinuousStatesChanged, changed);
     put_bool(nextEventTimeDefined, false);
     if (nextEventTime != NULL) {
         *nextEventTime = 0.0;
@@ -394,13 +315,13 @@ FORWARD(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE,
         instance_set_states(self, continuousStates, nContinuousStates))
 FORWARD(GetContinuousStateDerivatives, MODEL_EXCHANGE, EVALUATED,
         (fmi3Instance instance, fmi3Float64 derivatives[], size_t nContinuousStates),
-        instance_get_rates(self, derivatives, nContinuousStates))
+        instance_get_all(self, CAUSALITY_RATE, derivatives, nContinuousStates))
 FORWARD(GetEventIndicators, MODEL_EXCHANGE, EVALUATED,
         (fmi3Instance instance, fmi3Float64 eventIndicators[], size_t nEventIndicators),
-        instance_get_indicators(self, eventIndicators, nEventIndicators))
+        instance_get_all(self, CAUSALITY_INDICATOR, eventIndicators, nEventIndicators))
 FORWARD(GetContinuousStates, MODEL_EXCHANGE, EVALUATED,
         (fmi3Instance instance, fmi3Float64 continuousStates[], size_t nContinuousStates),
-        instance_get_states(self, continuousStates, nContinuousStates))
+        instance_get_all(self, CAUSALITY_STATE, continuousStates, nContinuousStates))
 FORWARD(GetNominalsOfContinuousStates, MODEL_EXCHANGE, EVALUATED,
         (fmi3Instance instance, fmi3Float64 nominals[], size_t nContinuousStates),
         instance_get_nominals(self, nominals, nContinuousStates))
@@ -421,7 +342,8 @@ FORWARD(GetNumberOfContinuousStates, MODEL_EXCHANGE, ANY_STATE, (fmi3Instance in
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
-FORWARD(EnterStepMode, CO_SIMULATION, EVENT_MODE, (fmi3Instance instance), instance_enter(self, STEP_MODE))
+/* no event mode to leave */
+FORWARD(EnterStepMode, CO_SIMULATION, 0U, (fmi3Instance instance), STATUS_ERROR)
 FORWARD(GetOutputDerivatives, CO_SIMULATION, STEP_MODE | TERMINATED | FAILED,
         (VARIABLES, const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues),
         ((void)valueReferences, (void)nValueReferences, (void)orders, (void)values, (void)nValues,
@@ -431,22 +353,14 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
                       fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded,
                       fmi3Boolean *terminateSimulation, fmi3Boolean *earlyReturn, fmi3Float64 *lastSuccessfulTime)
 {
-    StepEnd end = {false, false};
     Status status;
 
     BEGIN(DoStep, CO_SIMULATION, STEP_MODE)
     (void)noSetFMUStatePriorToCurrentPoint;
-#if MODEL_PARTS
-    if (self->event_mode || self->update != NULL) {
-        status = instance_step_in_parts(self, currentCommunicationPoint, communicationStepSize, &end);
-    } else
-#endif
-    {
-        status = instance_step(self, currentCommunicationPoint, communicationStepSize, false, true);
-    }
-    put_bool(eventHandlingNeeded, end.event);
+    status = instance_step(self, currentCommunicationPoint, communicationStepSize, false, true);
+    put_bool(eventHandlingNeeded, false);
     put_bool(terminateSimulation, false);
-    put_bool(earlyReturn, end.early);
+    put_bool(earlyReturn, false);
     if (lastSuccessfulTime != NULL) {
         *lastSuccessfulTime = self->now.time;
     }

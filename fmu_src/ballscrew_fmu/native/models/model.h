@@ -4,7 +4,7 @@
    All state is in Model, which is plain data and is saved by copying it. A model allocates no memory and has no global
    data except constant tables. The latched values are those that the outputs belong to. A reference is the index of a
    variable in the table of variables.h, not its value reference in FMI. Every Model has map, value, latched,
-   continuous, events. */
+   continuous. */
 #ifndef BALLSCREW_MODEL_H
 #define BALLSCREW_MODEL_H
 
@@ -16,9 +16,9 @@
 
 typedef struct Model Model;
 
-#include MODEL_STATE
+#include "state.h"
 
-/* Set the start values. continuous: model exchange. events is set to this, too. */
+/* Set the start values. continuous: model exchange. */
 INTERNAL void model_reset(Model *model, const Map *map, const double start[VARIABLE_COUNT], bool continuous);
 
 /* Whether an input, a parameter or the state may have this value: finite, >= lower bound, < TOO_LARGE. */
@@ -60,16 +60,10 @@ INTERNAL bool model_possible(const Model *model);
 /* Clear the map and all fields that are computed from the others. */
 INTERNAL void model_clear_computed(Model *model);
 
-/* Models with MODEL_PARTS. Co-simulation with event mode: whether there is an event at the latched point; within a step
-   there is none. A step in parts: power of the part just made [W], 0 if the model has none; mean of all parts, which
-   replaces it. */
-#if MODEL_PARTS
-INTERNAL bool model_event_due(Model *model);
-INTERNAL double model_power(Model *model);
-INTERNAL void model_set_mean_power(Model *model, double mean);
-#endif
+/* Co-simulation: a warning about the step just made, in text. False: none. */
+INTERNAL bool model_warns_of_step(Model *model, char *text, size_t size);
 
-/* Events, at the latched point: initial mode; change of mode at an event, true if a continuous state has
+/* Events of model exchange, at the latched point: initial mode; change of mode at an event, true if a continuous state has
    changed; event indicators, which are stored in value. */
 INTERNAL void model_initial_event(Model *model);
 INTERNAL bool model_event(Model *model);
@@ -84,7 +78,7 @@ static inline void model_start(Model *model, const Map *map, const double start[
 {
     memset(model, 0, sizeof *model);
     model->map = map;
-    model->continuous = model->events = continuous;
+    model->continuous = continuous;
     memcpy(model->value, start, sizeof model->value);
 }
 

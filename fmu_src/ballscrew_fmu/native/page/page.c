@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "friction_point.h"
+#include "point.h"
 
 #include "file.c"
 #include "map.c"

@@ -11,11 +11,7 @@
 #include "fmi2Functions.h"
 
 #include <math.h>
-#include <stdarg.h>
-#include <stdbool.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #ifdef _WIN32
 #include <windows.h>
@@ -26,7 +22,6 @@
 #endif
 
 #include "text.h"
-#include "uri.h"
 
 typedef struct {
     const char *name;
@@ -67,10 +62,11 @@ typedef struct {
     fmi2CallbackFunctions callbacks; /* given to pythonfmu, which keeps their address */
     fmi2CallbackLogger logger;       /* of the importer; NULL: none */
     fmi2ComponentEnvironment environment;
-    char *folder; /* of the resources, while the instance is made */
-    unsigned logged; /* bit per status */
-    bool failed; /* state "error" of the standard: a call was refused */
-    char name[1]; /* of the instance */
+    const char *call; /* current call, for messages */
+    unsigned logged;  /* bit per status */
+    bool failed;      /* state "error" of the standard: a call was refused */
+    char reason[1200]; /* why there is no instance */
+    char name[1];     /* of the instance */
 } Entry;
 
 /* --- messages ---------------------------------------------------------------------------------------------------- */
@@ -93,18 +89,14 @@ static void log_message(fmi2ComponentEnvironment environment, fmi2String name, f
 }
 
 /* Refuses a call of an instance. */
-static fmi2Status fail(Entry *entry, const char *call, const char *format, ...)
+static fmi2Status fail(Entry *entry, const char *format, ...)
 {
     char message[512];
     va_list arguments;
-    int used;
 
     va_start(arguments, format);
-    used = vsnprintf(message, sizeof message, format, arguments);
+    write_message(message, sizeof message, entry->call, format, arguments);
     va_end(arguments);
-    if (used >= 0 && (size_t)used < sizeof message) {
-        (void)snprintf(message + used, sizeof message - (size_t)used, " (%s)", call);
-    }
     if ((entry->logged >> fmi2Error & 1U) != 0U) {
         log_message(entry, entry->name, fmi2Error, log_categories[fmi2Error], message);
     }
@@ -112,16 +104,15 @@ static fmi2Status fail(Entry *entry, const char *call, const char *format, ...)
     return fmi2Error;
 }
 
-/* Logs why there is no instance, and frees it. */
-static fmi2Component refuse(Entry *entry, const char *reason, const char *detail)
+/* False, with the reason why there is no instance. */
+static bool reject(Entry *entry, const char *format, ...)
 {
-    char message[1200];
+    va_list arguments;
 
-    (void)snprintf(message, sizeof message, "%s%.1000s", reason, detail);
-    log_message(entry, entry->name, fmi2Error, log_categories[fmi2Error], message);
-    free(entry->folder);
-    free(entry);
-    return NULL;
+    va_start(arguments, format);
+    (void)vsnprintf(entry->reason, sizeof entry->reason, format, arguments);
+    va_end(arguments);
+    return false;
 }
 
 /* --- library of pythonfmu ---------------------------------------------------------------------------------------- */
@@ -207,42 +198,39 @@ static Function function_of(void *library, const char *name)
 }
 #endif
 
-static bool load(Calls *calls, char *reason, size_t size)
+static bool load(Entry *entry)
 {
-    void *const library = open_library(reason, size);
-    bool complete = library != NULL;
+    char error[300];
+    void *const library = open_library(error, sizeof error);
+    const char *missing = library == NULL ? error : NULL;
 
-#define LOAD(name)                                                    \
-    if (complete) {                                                   \
-        calls->name = (fmi2##name##TYPE *)function_of(library, "fmi2" #name); \
-        if (calls->name == NULL) {                                    \
-            complete = false;                                         \
-            (void)snprintf(reason, size, "fmi2" #name " not found");  \
-        }                                                             \
+#define LOAD(name)                                                                   \
+    if (missing == NULL) {                                                           \
+        entry->calls.name = (fmi2##name##TYPE *)function_of(library, "fmi2" #name);  \
+        missing = entry->calls.name == NULL ? "fmi2" #name " not found" : NULL;      \
     }
     OWN(LOAD)
     FORWARDED(LOAD)
-    return complete; /* never closed: it stays loaded until the process ends */
+    /* never closed: it stays loaded until the process ends */
+    return missing == NULL
+           || reject(entry,
+                     "needs a host that runs Python, see documentation/externalDependencies.txt; elsewhere use the "
+                     "native FMU. " LIBRARY ": %s", missing);
 }
 
 /* --- folder of the resources ------------------------------------------------------------------------------------- */
 
 static bool is_utf8(const char *text)
 {
-    const unsigned char *at = (const unsigned char *)text;
+    int more = 0; /* bytes of a character that has begun */
 
-    while (*at != 0) {
-        const int more = *at < 0x80 ? 0 : *at >= 0xC2 && *at < 0xE0 ? 1 : *at >= 0xE0 && *at < 0xF0 ? 2
-                                      : *at >= 0xF0 && *at < 0xF5   ? 3 : -1;
-        if (more < 0) {
+    for (; *text != '\0' || more > 0; ++text) {
+        const unsigned char byte = (unsigned char)*text;
+
+        if (more > 0 ? (byte & 0xC0) != 0x80 : (byte >= 0x80 && byte < 0xC2) || byte >= 0xF5) {
             return false;
         }
-        ++at;
-        for (int i = 0; i < more; ++i, ++at) {
-            if ((*at & 0xC0) != 0x80) {
-                return false;
-            }
-        }
+        more = more > 0 ? more - 1 : byte >= 0xF0 ? 3 : byte >= 0xE0 ? 2 : byte >= 0xC2 ? 1 : 0;
     }
     return true;
 }
@@ -317,13 +305,62 @@ const char *fmi2GetVersion(void)
     return fmi2Version;
 }
 
+/* Path of the resources for Python, in place of theirs, whose GUID must be this one. False, with the reason. */
+static bool find_resources(Entry *entry, char *folder, const char *guid, const char *uri)
+{
+    char token[LONGEST_TOKEN + 1];
+    size_t length = strlen(folder);
+
+    while (length > 1 && (folder[length - 1] == '/' || folder[length - 1] == '\\')) {
+        folder[--length] = '\0';
+    }
+    if (!is_utf8(folder) || readable_path(folder) == NULL || contains(folder, "%20") || contains(folder, "file://")) {
+        return reject(entry,
+                      "Python cannot be given this folder of resources; unpack the FMU below a path without %%20 and "
+                      "with characters that the system can name in UTF-8: %.900s", uri);
+    }
+    if (!first_line(folder, SCRIPT_FILE, token, (int)sizeof token)
+        || !first_line(folder, TOKEN_FILE, token, (int)sizeof token)) {
+        return reject(entry, "no resources of this FMU in %.1000s", uri);
+    }
+    return (guid != NULL && strcmp(guid, token) == 0)
+           || reject(entry, "GUID is %.100s, the resources have %s: they belong to different FMUs",
+                     guid != NULL ? guid : "NULL", token);
+}
+
+/* Makes the slave of pythonfmu. False, with the reason, which is empty if pythonfmu has logged it. */
+static bool make_slave(Entry *entry, fmi2Type type, fmi2String guid, fmi2String uri, fmi2Boolean visible,
+                       fmi2Boolean logging)
+{
+    char *folder;
+
+    if (is_blank(entry->name)) {
+        return reject(entry, "instance name is empty; needs a name");
+    }
+    if (type != fmi2CoSimulation) {
+        return reject(entry, "this FMU is for co-simulation only");
+    }
+    if (uri == NULL) {
+        return reject(entry, "location of the resources is NULL");
+    }
+    folder = calloc(1, strlen(uri) + 1);
+    if (folder == NULL) {
+        return reject(entry, "not enough memory");
+    }
+    path_of_uri(uri, folder);
+    if (find_resources(entry, folder, guid, uri) && load(entry)) {
+        entry->slave =
+            entry->calls.Instantiate(entry->name, type, guid, folder, &entry->callbacks, visible, logging);
+    }
+    free(folder);
+    return entry->slave != NULL;
+}
+
 fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
                               fmi2Boolean visible, fmi2Boolean loggingOn)
 {
     Entry *entry = calloc(1, sizeof *entry + (instanceName != NULL ? strlen(instanceName) : 0));
-    char token[LONGEST_TOKEN + 1], reason[900], *folder;
-    size_t length;
 
     if (entry == NULL) {
         return NULL;
@@ -335,57 +372,16 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         entry->logger = functions->logger;
         entry->environment = functions->componentEnvironment;
     }
-    if (entry->name[strspn(entry->name, " \t\r\n\f\v")] == '\0') {
-        return refuse(entry, "instance name is empty; needs a name", "");
-    }
-    if (fmuType != fmi2CoSimulation) {
-        return refuse(entry, "this FMU is for co-simulation only", "");
-    }
-    if (fmuResourceLocation == NULL) {
-        return refuse(entry, "location of the resources is NULL", "");
-    }
-    entry->folder = folder = calloc(1, strlen(fmuResourceLocation) + 1);
-    if (folder == NULL) {
-        return refuse(entry, "not enough memory", "");
-    }
-    path_of_uri(fmuResourceLocation, folder);
-    length = strlen(folder);
-    while (length > 1 && (folder[length - 1] == '/' || folder[length - 1] == '\\')) {
-        folder[--length] = '\0';
-    }
-    if (!is_utf8(folder) || readable_path(folder) == NULL || contains(folder, "%20")
-        || contains(folder, "file://")) {
-        return refuse(entry,
-                      "Python cannot be given this folder of resources; unpack the FMU below a path without %20 and "
-                      "with characters that the system can name in UTF-8: ",
-                      fmuResourceLocation);
-    }
-    if (!first_line(folder, SCRIPT_FILE, token, (int)sizeof token)
-        || !first_line(folder, TOKEN_FILE, token, (int)sizeof token)) {
-        return refuse(entry, "no resources of this FMU in ", fmuResourceLocation);
-    }
-    if (fmuGUID == NULL || strcmp(fmuGUID, token) != 0) {
-        (void)snprintf(reason, sizeof reason, "%.100s, the resources have %s: they belong to different FMUs",
-                       fmuGUID != NULL ? fmuGUID : "NULL", token);
-        return refuse(entry, "GUID is ", reason);
-    }
-    if (!load(&entry->calls, reason, sizeof reason)) {
-        return refuse(entry,
-                      "needs a host that runs Python, see documentation/externalDependencies.txt; "
-                      "elsewhere use the native FMU. " LIBRARY ": ",
-                      reason);
-    }
     entry->callbacks.logger = log_message;
     entry->callbacks.componentEnvironment = entry;
-    entry->slave = entry->calls.Instantiate(instanceName, fmuType, fmuGUID, folder, &entry->callbacks, visible,
-                                            loggingOn);
-    free(folder);
-    entry->folder = NULL;
-    if (entry->slave == NULL) { /* logged by pythonfmu */
-        free(entry);
-        return NULL;
+    if (make_slave(entry, fmuType, fmuGUID, fmuResourceLocation, visible, loggingOn)) {
+        return entry;
     }
-    return entry;
+    if (entry->reason[0] != '\0') {
+        log_message(entry, entry->name, fmi2Error, log_categories[fmi2Error], entry->reason);
+    }
+    free(entry);
+    return NULL;
 }
 
 void fmi2FreeInstance(fmi2Component c)
@@ -400,31 +396,32 @@ void fmi2FreeInstance(fmi2Component c)
 
 /* --- calls that are passed on ------------------------------------------------------------------------------------ */
 
-#define BEGIN                \
-    Entry *const entry = c;  \
-    if (entry == NULL) {     \
-        return fmi2Error;    \
-    }
+#define BEGIN(name)             \
+    Entry *const entry = c;     \
+    if (entry == NULL) {        \
+        return fmi2Error;       \
+    }                           \
+    entry->call = "fmi2" #name;
 /* After an error: until it is reset, or a state is restored. */
-#define BEGIN_GOOD(call)                                                                               \
-    BEGIN                                                                                              \
-    if (entry->failed) {                                                                               \
-        return fail(entry, call, "called in Error; legal after fmi2Reset or when an FMU state is restored"); \
+#define BEGIN_GOOD(name)                                                                                 \
+    BEGIN(name)                                                                                          \
+    if (entry->failed) {                                                                                 \
+        return fail(entry, "called in Error; legal after fmi2Reset or when an FMU state is restored");   \
     }
 #define FORWARD(begin, name, parameters, ...)                \
     fmi2Status fmi2##name parameters                         \
     {                                                        \
-        begin                                                \
+        begin(name)                                          \
         return entry->calls.name(entry->slave, __VA_ARGS__); \
     }
 #define FORWARD_PLAIN(name)                     \
     fmi2Status fmi2##name(fmi2Component c)      \
     {                                           \
-        BEGIN_GOOD("fmi2" #name)                \
+        BEGIN_GOOD(name)                        \
         return entry->calls.name(entry->slave); \
     }
 
-FORWARD(BEGIN_GOOD("fmi2SetupExperiment"), SetupExperiment,
+FORWARD(BEGIN_GOOD, SetupExperiment,
         (fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
          fmi2Boolean stopTimeDefined, fmi2Real stopTime),
         toleranceDefined, tolerance, startTime, stopTimeDefined, stopTime)
@@ -449,13 +446,13 @@ fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nC
     const char *unknown_name;
     unsigned mask;
 
-    BEGIN
+    BEGIN(SetDebugLogging)
     if (nCategories > 0 && chosen == NULL) {
-        return fail(entry, "fmi2SetDebugLogging", "an array is a NULL pointer");
+        return fail(entry, "an array is a NULL pointer");
     }
     unknown_name = categories_mask(nCategories, chosen, &mask);
     if (unknown_name != NULL) {
-        return fail(entry, "fmi2SetDebugLogging", "log category %.80s is unknown", unknown_name);
+        return fail(entry, "log category %.80s is unknown", unknown_name);
     }
     entry->logged = loggingOn != fmi2False ? mask : 0U;
     /* pythonfmu compares names: to it "logAll" is a category that no message has, and no category at all is all */
@@ -467,10 +464,9 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real step, fmi2Boolea
 {
     char text[32], other[32];
 
-    BEGIN_GOOD("fmi2DoStep")
+    BEGIN_GOOD(DoStep)
     if (!(fabs(point) < TOO_LARGE && step >= 0.0 && step < TOO_LARGE)) {
-        return fail(entry, "fmi2DoStep",
-                    "communication point = %s s, step size = %s s; needs finite numbers, step size >= 0",
+        return fail(entry, "communication point = %s s, step size = %s s; needs finite numbers, step size >= 0",
                     number_text(point, text), number_text(step, other));
     }
     return entry->calls.DoStep(entry->slave, point, step, noSetFMUStatePriorToCurrentPoint);
@@ -478,7 +474,7 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real step, fmi2Boolea
 
 fmi2Status fmi2Reset(fmi2Component c)
 {
-    BEGIN
+    BEGIN(Reset)
     entry->failed = false;
     return entry->calls.Reset(entry->slave);
 }
@@ -508,22 +504,22 @@ static bool can_be_set(const Entry *entry, const Variable *variable, fmi2ValueRe
 
 /* Whether all references are those of variables that the call may get or set. A Boolean may be read as Real, as in the
    native FMU. */
-static fmi2Status check(Entry *entry, const char *call, const char *type, bool sets, const fmi2ValueReference vr[],
+static fmi2Status check(Entry *entry, const char *type, bool sets, const fmi2ValueReference vr[],
                         size_t nvr, const void *value)
 {
     const bool real = strcmp(type, "Real") == 0, boolean = strcmp(type, "Boolean") == 0;
 
     if (nvr > 0 && (vr == NULL || value == NULL)) {
-        return fail(entry, call, "an array is a NULL pointer");
+        return fail(entry, "an array is a NULL pointer");
     }
     for (size_t i = 0; i < nvr; ++i) {
         const size_t index = vr[i] - FIRST_REFERENCE; /* wraps around below the first */
         const Variable *variable = index < VARIABLE_COUNT ? &variables[index] : NULL;
         if (variable == NULL || !(variable->boolean ? boolean || (real && !sets) : real)) {
-            return fail(entry, call, "no %s%s variable has value reference %u", sets ? "settable " : "", type, vr[i]);
+            return fail(entry, "no %s%s variable has value reference %u", sets ? "settable " : "", type, vr[i]);
         }
         if (sets && !can_be_set(entry, variable, vr[i], real ? ((const fmi2Real *)value)[i] : 0.0)) {
-            return fail(entry, call, "%s cannot be set in %s", variable->name, phases[phase_of(entry)]);
+            return fail(entry, "%s cannot be set in %s", variable->name, phases[phase_of(entry)]);
         }
     }
     return fmi2OK;
@@ -532,8 +528,8 @@ static fmi2Status check(Entry *entry, const char *call, const char *type, bool s
 #define VALUES(name, begin, type, sets, modifier)                                                                     \
     fmi2Status fmi2##name(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, modifier fmi2##type value[])    \
     {                                                                                                                 \
-        begin                                                                                                         \
-        if (check(entry, "fmi2" #name, #type, sets, vr, nvr, (const void *)value) != fmi2OK) {                        \
+        begin(name)                                                                                                   \
+        if (check(entry, #type, sets, vr, nvr, (const void *)value) != fmi2OK) {                        \
             return fmi2Error;                                                                                         \
         }                                                                                                             \
         return nvr == 0 ? fmi2OK : entry->calls.name(entry->slave, vr, nvr, value);                                   \
@@ -542,33 +538,39 @@ VALUES(GetReal, BEGIN, Real, false, )
 VALUES(GetInteger, BEGIN, Integer, false, )
 VALUES(GetBoolean, BEGIN, Boolean, false, )
 VALUES(GetString, BEGIN, String, false, )
-VALUES(SetReal, BEGIN_GOOD("fmi2SetReal"), Real, true, const)
-VALUES(SetInteger, BEGIN_GOOD("fmi2SetInteger"), Integer, true, const)
-VALUES(SetBoolean, BEGIN_GOOD("fmi2SetBoolean"), Boolean, true, const)
-VALUES(SetString, BEGIN_GOOD("fmi2SetString"), String, true, const)
+VALUES(SetReal, BEGIN_GOOD, Real, true, const)
+VALUES(SetInteger, BEGIN_GOOD, Integer, true, const)
+VALUES(SetBoolean, BEGIN_GOOD, Boolean, true, const)
+VALUES(SetString, BEGIN_GOOD, String, true, const)
 
 /* --- saved states ------------------------------------------------------------------------------------------------ */
 
-#define BEGIN_STATE(call, missing)                                                      \
-    BEGIN                                                                               \
+#define BEGIN_STATE(name, missing)                                                      \
+    BEGIN(name)                                                                         \
     if (missing) {                                                                      \
-        return fail(entry, call, "FMU state or an argument is a NULL pointer");         \
+        return fail(entry, "FMU state or an argument is a NULL pointer");         \
     }
 
-FORWARD(BEGIN_STATE("fmi2GetFMUstate", FMUstate == NULL), GetFMUstate, (fmi2Component c, fmi2FMUstate *FMUstate),
-        FMUstate)
-FORWARD(BEGIN_STATE("fmi2SerializedFMUstateSize", FMUstate == NULL || size == NULL), SerializedFMUstateSize,
-        (fmi2Component c, fmi2FMUstate FMUstate, size_t *size), FMUstate, size)
+fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
+{
+    BEGIN_STATE(GetFMUstate, FMUstate == NULL)
+    return entry->calls.GetFMUstate(entry->slave, FMUstate);
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate FMUstate, size_t *size)
+{
+    BEGIN_STATE(SerializedFMUstateSize, FMUstate == NULL || size == NULL)
+    return entry->calls.SerializedFMUstateSize(entry->slave, FMUstate, size);
+}
 
 /* pythonfmu fills the whole length, whatever room there is. */
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate FMUstate, fmi2Byte bytes[], size_t size)
 {
-    const char *const call = "fmi2SerializeFMUstate";
     size_t length = 0;
 
-    BEGIN_STATE(call, FMUstate == NULL || bytes == NULL)
+    BEGIN_STATE(SerializeFMUstate, FMUstate == NULL || bytes == NULL)
     if (entry->calls.SerializedFMUstateSize(entry->slave, FMUstate, &length) != fmi2OK || size != length) {
-        return fail(entry, call, "room for %lu bytes; the state has another size", (unsigned long)size);
+        return fail(entry, "room for %lu bytes; the state has another size", (unsigned long)size);
     }
     return entry->calls.SerializeFMUstate(entry->slave, FMUstate, bytes, size);
 }
@@ -577,7 +579,7 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *FMUstate)
 {
     fmi2Status status = fmi2OK;
 
-    BEGIN
+    BEGIN(FreeFMUstate)
     if (FMUstate != NULL && *FMUstate != NULL) {
         status = entry->calls.FreeFMUstate(entry->slave, FMUstate);
         *FMUstate = NULL;
@@ -590,7 +592,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
 {
     fmi2Status status;
 
-    BEGIN_STATE("fmi2SetFMUstate", FMUstate == NULL)
+    BEGIN_STATE(SetFMUstate, FMUstate == NULL)
     status = entry->calls.SetFMUstate(entry->slave, FMUstate);
     entry->failed = status != fmi2OK || phase_of(entry) == UNUSABLE;
     return entry->failed ? fmi2Error : fmi2OK;
@@ -599,17 +601,16 @@ fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate FMUstate)
 /* What the slave cannot read is a state of no bytes. */
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *FMUstate)
 {
-    const char *const call = "fmi2DeSerializeFMUstate";
     fmi2FMUstate state = NULL;
     size_t length = 0;
 
-    BEGIN_STATE(call, bytes == NULL || FMUstate == NULL)
+    BEGIN_STATE(DeSerializeFMUstate, bytes == NULL || FMUstate == NULL)
     if (entry->calls.DeSerializeFMUstate(entry->slave, bytes, size, &state) != fmi2OK
         || entry->calls.SerializedFMUstateSize(entry->slave, state, &length) != fmi2OK || length == 0) {
         if (state != NULL) {
             (void)entry->calls.FreeFMUstate(entry->slave, &state);
         }
-        return fail(entry, call, "serialized FMU state of %lu bytes is damaged or not of this FMU",
+        return fail(entry, "serialized FMU state of %lu bytes is damaged or not of this FMU",
                     (unsigned long)size);
     }
     *FMUstate = state;

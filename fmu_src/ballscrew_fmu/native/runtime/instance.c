@@ -27,7 +27,6 @@ INTERNAL Status instance_reset(Instance *instance)
 
     memset(now, 0, sizeof *now);
     model_reset(&now->model, instance->map, instance->screw.start, instance->kind == MODEL_EXCHANGE);
-    now->model.events = instance->kind == MODEL_EXCHANGE || instance->event_mode;
     now->stop = HUGE_VAL;
     now->state = INSTANTIATED;
     now->stale = true;
@@ -42,7 +41,7 @@ INTERNAL Instance *instance_create(const Importer *importer, unsigned kind, cons
     Screw screw;
     Map *map;
 
-    if (name == NULL || name[strspn(name, " \t\r\n\f\v")] == '\0') {
+    if (is_blank(name)) {
         importer_error(importer, name, "instance name is empty; needs a name");
         return NULL;
     }
@@ -75,7 +74,8 @@ INTERNAL void instance_free(Instance *instance)
     if (instance != NULL) {
         /* the standards require that freeInstance frees all memory, including saved states */
         while (instance->saved.next != &instance->saved) {
-            saved_release(instance->saved.next, &instance->importer);
+            void *state = instance->saved.next;
+            (void)instance_free_state(instance, &state);
         }
         map_free(instance->map);
         instance->importer.release(instance);
@@ -115,39 +115,7 @@ INTERNAL Instance *instance_begin(void *handle, const Call *call)
     return NULL;
 }
 
-/* --- after values were set ---------------------------------------------------------------------------------------- */
-
-/* End of the initialization with valid values that was postponed. */
-static void initialize_now(Instance *instance)
-{
-    Model *model = &instance->now.model;
-
-    instance->now.postponed = false;
-    model_latch(model);
-    if (model->events) {
-        model_initial_event(model);
-    }
-}
-
-/* An event, in co-simulation with the last valid value in place of each that is not valid: steps are discarded for
-   those. True: a continuous state has changed. */
-static bool event(Instance *instance)
-{
-    Model *model = &instance->now.model;
-    double set[VARIABLE_COUNT];
-    bool invalid[VARIABLE_COUNT] = {false}, changed;
-
-    memcpy(set, model->value, sizeof set);
-    for (int i = 0; instance->now.unchecked && i < VARIABLE_COUNT; ++i) {
-        invalid[i] = model_is_set(&model_variables[i]) && !model_accepts(i, set[i]);
-        model->value[i] = invalid[i] ? model->latched[i] : set[i];
-    }
-    changed = model_event(model);
-    for (int i = 0; i < VARIABLE_COUNT; ++i) {
-        model->value[i] = invalid[i] ? set[i] : model->value[i];
-    }
-    return changed;
-}
+/* --- warnings ----------------------------------------------------------------------------------------------------- */
 
 /* Whether a warning that is logged once has not been logged. */
 static bool may_warn(const Instance *instance, unsigned warning)
@@ -173,56 +141,6 @@ static void warn_of_clamping(Instance *instance)
         }
     }
 }
-
-#ifdef MODEL_WARNS_OF_STEPS
-static void warn_of_step(Instance *instance, double step)
-{
-    double stiffness, damping;
-    char texts[4][32];
-
-    if (may_warn(instance, WARNED_STEP) && model_step_too_long(&instance->now.model, step, &stiffness, &damping)) {
-        instance->now.warned |= WARNED_STEP;
-        instance_warn(instance,
-             "step = %s s; an inertia coupled with the values of the last step comes to rest for steps below damping "
-             "over presliding stiffness only, %s N.m.s/rad over %s N.m/rad = %s s (logged once)",
-             number_text(step, texts[0]), number_text(damping, texts[1]), number_text(stiffness, texts[2]),
-             number_text(damping / stiffness, texts[3]));
-    }
-}
-#endif
-
-#ifdef MODEL_COUPLING
-static void warn_of_coupling(Instance *instance, double step)
-{
-    CouplingLimit limit;
-    char texts[3][32];
-
-    if (may_warn(instance, WARNED_COUPLING) && model_coupling_unstable(&instance->now.model, step, &limit)) {
-        instance->now.warned |= WARNED_COUPLING;
-        instance_warn(instance,
-             "step = %s s; the exchange of motion and force with the masses of table and shaft (together %s kg at the nut, "
-             "%s, with values of %s) is stable for steps below %s s only; BallScrewAxis has the masses inside (logged once)",
-             number_text(step, texts[0]), number_text(limit.mass, texts[1]),
-             limit.trapezoidal ? "trapezoidal rule" : "semi-implicit", limit.parallel ? "the last step" : "this step",
-             number_text(limit.step, texts[2]));
-    }
-}
-#endif
-
-#ifdef MODEL_CUTS_STEPS
-static void warn_of_cut(Instance *instance, double step)
-{
-    char text[32];
-
-    if (may_warn(instance, WARNED_STEP) && model_step_cut(&instance->now.model)) {
-        instance->now.warned |= WARNED_STEP;
-        instance_warn(instance,
-             "step = %s s; its motion is too fast for error_bound, the error of the step is larger: take a shorter step, "
-             "a larger bound or check inertias, masses and stiffness (logged once)",
-             number_text(step, text));
-    }
-}
-#endif
 
 /* --- life cycle -------------------------------------------------------------------------------------------------- */
 
@@ -257,10 +175,11 @@ INTERNAL Status instance_exit_initialization(Instance *instance)
 
     instance_follow(instance);
     now->postponed = now->unchecked; /* a value is not valid: the elements begin with the good one in its place */
-    if (now->model.events && !now->postponed) {
+    now->state = STEP_MODE;
+    if (instance->kind == MODEL_EXCHANGE) {
         model_initial_event(&now->model);
+        now->state = EVENT_MODE;
     }
-    now->state = now->model.events ? EVENT_MODE : STEP_MODE;
     warn_of_clamping(instance);
     return STATUS_OK;
 }
@@ -270,7 +189,7 @@ INTERNAL Status instance_exit_initialization(Instance *instance)
 #define TIME_SHARE 1e-3 /* of a step: allowed difference of communication points, in addition to rounding */
 
 /* Before a step: arguments and values are checked. */
-INTERNAL Status instance_begin_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
+static Status begin_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
     Situation *now = &instance->now;
     const double tolerance = TIME_SHARE * step + 4.0 * DBL_EPSILON * fabs(time);
@@ -289,7 +208,8 @@ INTERNAL Status instance_begin_step(Instance *instance, double time, double step
         return STATUS_DISCARD;
     }
     if (now->postponed) {
-        initialize_now(instance);
+        now->postponed = false;
+        model_latch(&now->model);
     }
     /* a warning is enough: the model depends on the length of a step only */
     if (check_time && fabs(time - now->time) > tolerance && may_warn(instance, WARNED_TIME)) {
@@ -300,33 +220,24 @@ INTERNAL Status instance_begin_step(Instance *instance, double time, double step
     return STATUS_OK;
 }
 
-/* longest: [s] for which the inputs were constant */
-INTERNAL void instance_end_step(Instance *instance, double time, double longest)
-{
-    instance->now.stale = false;
-    instance->now.time = time;
-    warn_of_clamping(instance);
-#ifdef MODEL_WARNS_OF_STEPS
-    warn_of_step(instance, longest);
-#ifdef MODEL_COUPLING
-    warn_of_coupling(instance, longest);
-#endif
-#elif defined MODEL_CUTS_STEPS
-    warn_of_cut(instance, longest);
-#else
-    (void)longest;
-#endif
-}
-
 INTERNAL Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
-    const Status status = instance_begin_step(instance, time, step, zero_allowed, check_time);
+    const Status status = begin_step(instance, time, step, zero_allowed, check_time);
+    Situation *now = &instance->now;
+    char text[MESSAGE_SIZE / 2];
 
-    if (status == STATUS_OK) {
-        model_step(&instance->now.model, step);
-        instance_end_step(instance, time + step, step);
+    if (status != STATUS_OK) {
+        return status;
     }
-    return status;
+    model_step(&now->model, step);
+    now->stale = false;
+    now->time = time + step;
+    warn_of_clamping(instance);
+    if (may_warn(instance, WARNED_STEP) && model_warns_of_step(&now->model, text, sizeof text)) {
+        now->warned |= WARNED_STEP;
+        instance_warn(instance, "%s", text);
+    }
+    return STATUS_OK;
 }
 
 /* --- events and model exchange ----------------------------------------------------------------------------------- */
@@ -343,128 +254,10 @@ INTERNAL Status instance_set_time(Instance *instance, double time)
     return STATUS_OK;
 }
 
-INTERNAL Status instance_enter_event_mode(Instance *instance)
-{
-    if (!instance->now.model.events) {
-        return instance_fail(instance, "called in Step Mode without event mode; legal in instances with eventModeUsed = true");
-    }
-    instance->now.reported = false;
-    return instance_enter(instance, EVENT_MODE);
-}
-
 INTERNAL Status instance_event(Instance *instance, bool *state_changed)
 {
     instance_follow(instance);
-    if (instance->now.postponed && !instance->now.unchecked) {
-        initialize_now(instance);
-    }
-    *state_changed = !instance->now.postponed && event(instance);
+    *state_changed = model_event(&instance->now.model);
     warn_of_clamping(instance);
-    return STATUS_OK;
-}
-
-/* --- saved states ------------------------------------------------------------------------------------------------ */
-
-static Status missing(Instance *instance)
-{
-    return instance_fail(instance, "FMU state or an argument is a NULL pointer");
-}
-
-/* Stores in an existing state of the importer or in a new one. */
-static Status store(Instance *instance, const Situation *situation, void **state)
-{
-    Saved *saved = *state != NULL ? *state : saved_new(&instance->saved, &instance->importer);
-
-    if (saved == NULL) {
-        return instance_fail(instance, "not enough memory for an FMU state");
-    }
-    saved->situation = *situation;
-    *state = saved;
-    return STATUS_OK;
-}
-
-INTERNAL Status instance_save(Instance *instance, void **state)
-{
-    return state == NULL ? missing(instance) : store(instance, &instance->now, state);
-}
-
-INTERNAL Status instance_restore(Instance *instance, const void *state)
-{
-    const Saved *saved = state;
-
-    if (saved == NULL) {
-        return missing(instance);
-    }
-    if (saved->situation.model.continuous != (instance->kind == MODEL_EXCHANGE)) {
-        return instance_fail(instance, "FMU state is of the other kind, %s: not restored",
-                             saved->situation.model.continuous ? "model exchange" : "co-simulation");
-    }
-    if (saved->situation.model.events != instance->now.model.events) {
-        return instance_fail(instance, "FMU state is of an instance %s event mode: not restored",
-                             saved->situation.model.events ? "with" : "without");
-    }
-    instance->now = saved->situation;
-    instance->now.model.map = instance->map;
-    return STATUS_OK;
-}
-
-INTERNAL Status instance_free_state(Instance *instance, void **state)
-{
-    if (state != NULL && *state != NULL) {
-        saved_release(*state, &instance->importer);
-        *state = NULL;
-    }
-    return STATUS_OK;
-}
-
-/* What a saved state must belong to. */
-static Owner owner_of(const Instance *instance)
-{
-    const Owner owner = {instance->screw.token, instance->map->identity.content_hash};
-    return owner;
-}
-
-INTERNAL Status instance_serialized_size(Instance *instance, const void *state, size_t *size)
-{
-    if (state == NULL || size == NULL) {
-        return missing(instance);
-    }
-    *size = situation_size(&((const Saved *)state)->situation, owner_of(instance));
-    return STATUS_OK;
-}
-
-INTERNAL Status instance_serialize(Instance *instance, const void *state, unsigned char *bytes, size_t size)
-{
-    const Saved *saved = state;
-    size_t needed;
-
-    if (saved == NULL || bytes == NULL) {
-        return missing(instance);
-    }
-    needed = situation_size(&saved->situation, owner_of(instance));
-    if (size != needed) {
-        return instance_fail(instance, "room for %lu bytes; an FMU state has %lu", (unsigned long)size,
-                             (unsigned long)needed);
-    }
-    situation_write(&saved->situation, owner_of(instance), bytes);
-    return STATUS_OK;
-}
-
-INTERNAL Status instance_deserialize(Instance *instance, const unsigned char *bytes, size_t size, void **state)
-{
-    Situation situation;
-    char reason[MESSAGE_SIZE / 2];
-    void *fresh = NULL;
-
-    if (bytes == NULL || state == NULL) {
-        return missing(instance);
-    }
-    if (!situation_read(&situation, owner_of(instance), bytes, size, reason, sizeof reason)) {
-        return instance_fail(instance, "serialized FMU state %s", reason);
-    }
-    if (store(instance, &situation, &fresh) != STATUS_OK) {
-        return STATUS_ERROR;
-    }
-    *state = fresh;
     return STATUS_OK;
 }

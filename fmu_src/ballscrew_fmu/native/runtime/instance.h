@@ -31,6 +31,7 @@ struct Importer {
     void *environment;
     void *(*allocate)(size_t count, size_t size); /* zeroed, as calloc */
     void (*release)(void *memory);
+    bool time_variable; /* FMI 3: time has a value reference */
 };
 
 /* States of the state machines of the standards, as bits of a set. FAILED is "error" of FMI 2 and Terminated of FMI 3,
@@ -43,8 +44,7 @@ enum {
     STEP_MODE = 16,
     TERMINATED = 32,
     FAILED = 64,
-    ANY_STATE = 127,
-    INTERMEDIATE_UPDATE_MODE = 128 /* within a step: is never saved, and only a few calls are allowed */
+    ANY_STATE = 127
 };
 
 /* Content of a saved state. */
@@ -57,24 +57,17 @@ typedef struct {
     bool stale;      /* a value was set after the outputs were computed */
     bool unchecked;  /* co-simulation: a value that was set may be invalid */
     bool postponed;  /* co-simulation: initialization ended with an invalid value; the first good step does it */
-    bool reported;   /* event mode of co-simulation: the last step ended at an event, which is not handled yet */
 } Situation;
 
 /* beyond the bits of model_clamped */
 #define WARNED_TIME (1U << 29)
 #define WARNED_STEP (1U << 30)
-#define WARNED_COUPLING (1U << 31)
 
 typedef struct Saved Saved;
 struct Saved {
     Saved *next, *previous; /* ring, with a head that has no state */
     Situation situation;
 };
-
-/* FMU and map of an instance; a state of another one is rejected. */
-typedef struct {
-    const char *token, *map;
-} Owner;
 
 enum { CO_SIMULATION = 1, MODEL_EXCHANGE = 2, BOTH_KINDS = 3 };
 
@@ -87,12 +80,6 @@ typedef struct Instance Instance;
 struct Instance {
     Situation now;
     unsigned kind;
-    bool time_variable; /* FMI 3: time has a value reference */
-    bool event_mode;    /* co-simulation with event mode */
-    bool early_return;  /* a step may end early */
-    /* Intermediate update: calls the importer, NULL: none. True: it requests to return at *until [s]. */
-    bool (*update)(const Instance *instance, double time, bool settable, bool may_return, double *until);
-    void (*callback)(void); /* of the importer, cast back by update */
     bool logging;
     unsigned categories; /* bit per status */
     const char *call;    /* current call, for messages */
@@ -115,11 +102,5 @@ static inline Status instance_end(Instance *instance, Status status)
 #define instance_fail(instance, ...) instance_log(instance, STATUS_ERROR, __VA_ARGS__)
 #define instance_discard(instance, ...) instance_log(instance, STATUS_DISCARD, __VA_ARGS__)
 #define instance_warn(instance, ...) (void)instance_log(instance, STATUS_WARNING, __VA_ARGS__)
-
-/* Co-simulation with event mode or intermediate updates (step_in_parts.c). */
-typedef struct {
-    bool event; /* due at the end */
-    bool early; /* before the end of the communication step */
-} StepEnd;
 
 #endif

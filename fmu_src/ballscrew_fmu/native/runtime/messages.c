@@ -1,10 +1,8 @@
 /* Messages, and which of them are logged. */
-#include <stdarg.h>
-
 #include "instance.h"
 
 static const char *const state_names[] = {"Instantiated", "Initialization Mode", "Event Mode", "Continuous-Time Mode",
-                                          "Step Mode",    "Terminated",          "Error",      "Intermediate Update Mode"};
+                                          "Step Mode",    "Terminated",          "Error"};
 #define STATE_NAMES (sizeof state_names / sizeof state_names[0])
 
 INTERNAL bool instance_logs(const Instance *instance, Status status)
@@ -20,7 +18,7 @@ INTERNAL void importer_error(const Importer *importer, const char *name, const c
 
     if (importer->logger != NULL) {
         va_start(arguments, format);
-        (void)vsnprintf(message, sizeof message, format, arguments);
+        write_message(message, sizeof message, NULL, format, arguments);
         va_end(arguments);
         importer->emit(importer, name != NULL ? name : "", STATUS_ERROR, log_categories[STATUS_ERROR], message);
     }
@@ -33,13 +31,9 @@ INTERNAL Status instance_log(Instance *instance, Status status, const char *form
     va_list arguments;
 
     if (instance_logs(instance, status)) {
-        int used;
         va_start(arguments, format);
-        used = vsnprintf(message, sizeof message, format, arguments);
+        write_message(message, sizeof message, status > STATUS_WARNING ? instance->call : NULL, format, arguments);
         va_end(arguments);
-        if (status > STATUS_WARNING && used >= 0 && (size_t)used < sizeof message) {
-            (void)snprintf(message + used, sizeof message - (size_t)used, " (%s)", instance->call);
-        }
         instance->importer.emit(&instance->importer, instance->name, status, log_categories[status], message);
     }
     return status;

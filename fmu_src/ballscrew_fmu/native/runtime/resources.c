@@ -2,7 +2,6 @@
 #include <stdlib.h>
 
 #include "instance.h"
-#include "uri.h"
 
 /* --- the screw: layout in native_fmu/resource_files.py ---------------------------------------------------------------- */
 

@@ -1,219 +1,177 @@
-/* Saved states of an instance, in memory and as bytes that are the same on every platform. */
+/* Saved states of an instance, in memory of the importer, and as bytes that are the same on every platform: a file of
+   file.c with token and map of the FMU, then the fields in the order of pass_situation, each as a double. */
 #include <math.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <string.h>
 
 #include "instance.h"
 
-/* Layout, little-endian: magic, checksum of all that follows, layout version, total size, then token and map of the
-   FMU, each with its length, then the fields in the order of pass_situation. */
-#define STATE_MAGIC "BSFSTATE"
-#define STATE_MAGIC_SIZE 8
-#define CHECKED_FROM (STATE_MAGIC_SIZE + 8)
-#define LAYOUT_VERSION 4U
+#define STATE_MAGIC "BSFSTA05" /* ends with the version of the layout */
+#define OWNER_SIZE (2 * HASH_SIZE)
+#define FIELDS_FROM (FILE_HEAD_SIZE + OWNER_SIZE)
 
 /* --- in memory --------------------------------------------------------------------------------------------------- */
 
-/* New state in the ring of this head. NULL: no memory. */
-INTERNAL Saved *saved_new(Saved *head, const Importer *importer)
+static Status missing(Instance *instance)
 {
-    Saved *saved = importer->allocate(1, sizeof *saved);
-
-    if (saved != NULL) {
-        saved->next = head;
-        saved->previous = head->previous;
-        saved->previous->next = saved->next->previous = saved;
-    }
-    return saved;
+    return instance_fail(instance, "FMU state or an argument is a NULL pointer");
 }
 
-INTERNAL void saved_release(Saved *saved, const Importer *importer)
+/* Stores in an existing state of the importer or in a new one. */
+static Status store(Instance *instance, const Situation *situation, void **state)
 {
-    saved->previous->next = saved->next;
-    saved->next->previous = saved->previous;
-    importer->release(saved);
+    Saved *saved = *state;
+
+    if (saved == NULL) {
+        saved = instance->importer.allocate(1, sizeof *saved);
+        if (saved == NULL) {
+            return instance_fail(instance, "not enough memory for an FMU state");
+        }
+        saved->next = &instance->saved;
+        saved->previous = instance->saved.previous;
+        saved->previous->next = saved->next->previous = saved;
+    }
+    saved->situation = *situation;
+    *state = saved;
+    return STATUS_OK;
+}
+
+INTERNAL Status instance_save(Instance *instance, void **state)
+{
+    return state == NULL ? missing(instance) : store(instance, &instance->now, state);
+}
+
+INTERNAL Status instance_restore(Instance *instance, const void *state)
+{
+    const Saved *saved = state;
+
+    if (saved == NULL) {
+        return missing(instance);
+    }
+    if (saved->situation.model.continuous != (instance->kind == MODEL_EXCHANGE)) {
+        return instance_fail(instance, "FMU state is of the other kind, %s: not restored",
+                             saved->situation.model.continuous ? "model exchange" : "co-simulation");
+    }
+    instance->now = saved->situation;
+    instance->now.model.map = instance->map;
+    return STATUS_OK;
+}
+
+INTERNAL Status instance_free_state(Instance *instance, void **state)
+{
+    if (state != NULL && *state != NULL) {
+        Saved *saved = *state;
+
+        saved->previous->next = saved->next;
+        saved->next->previous = saved->previous;
+        instance->importer.release(saved);
+        *state = NULL;
+    }
+    return STATUS_OK;
 }
 
 /* --- as bytes ---------------------------------------------------------------------------------------------------- */
 
-/* One function per field type measures, writes and reads, so that the three cannot differ. */
+/* The same functions measure, write and read, so that the three cannot differ. */
 typedef struct {
     const unsigned char *from; /* NULL: it writes */
     unsigned char *to;         /* NULL, and no from: it measures */
-    Owner owner;
     size_t at;
-    size_t size; /* of the bytes that are read */
-    bool good;   /* what is read is complete and valid so far */
+    bool good; /* what has been read is valid so far */
 } Walk;
 
-static void pass_bytes(Walk *walk, uint64_t *value, size_t count)
+static void pass_numbers(Walk *walk, double numbers[], size_t count)
 {
-    if (walk->from != NULL) {
-        *value = 0;
-        walk->good = walk->good && count <= walk->size - walk->at;
-        if (count > walk->size - walk->at) {
-            return;
-        }
-        for (size_t i = count; i-- > 0;) {
-            *value = *value << 8 | walk->from[walk->at + i];
-        }
-    } else if (walk->to != NULL) {
-        for (size_t i = 0; i < count; ++i) {
-            walk->to[walk->at + i] = (unsigned char)(*value >> (8 * i) & 0xFFU);
+    for (size_t i = 0; i < count; ++i, walk->at += 8) {
+        uint64_t bits;
+
+        if (walk->from != NULL) {
+            bits = little_endian(walk->from + walk->at);
+            memcpy(&numbers[i], &bits, sizeof bits);
+        } else if (walk->to != NULL) {
+            memcpy(&bits, &numbers[i], sizeof bits);
+            put_little_endian(bits, walk->to + walk->at);
         }
     }
-    walk->at += count;
 }
 
-static void pass_double(Walk *walk, double *value)
+/* A whole number from 0 to most. */
+static unsigned pass_whole(Walk *walk, unsigned value, unsigned most)
 {
-    uint64_t bits;
+    double number = value;
 
-    memcpy(&bits, value, sizeof bits);
-    pass_bytes(walk, &bits, 8);
-    memcpy(value, &bits, sizeof bits);
+    pass_numbers(walk, &number, 1);
+    walk->good = walk->good && number >= 0.0 && number <= most && floor(number) == number;
+    return walk->good ? (unsigned)number : 0U;
 }
-
-static void pass_unsigned(Walk *walk, unsigned *value, unsigned most)
-{
-    uint64_t bits = *value;
-
-    pass_bytes(walk, &bits, 4);
-    walk->good = walk->good && bits <= most;
-    *value = (unsigned)(bits & 0xFFFFFFFFU);
-}
-
-static void pass_bool(Walk *walk, bool *value)
-{
-    unsigned number = *value ? 1U : 0U;
-
-    pass_unsigned(walk, &number, 1U);
-    *value = number != 0U;
-}
-
-/* When read, the text must be equal to this one. */
-static void pass_text(Walk *walk, const char *text)
-{
-    const size_t length = strlen(text);
-    unsigned found = (unsigned)length;
-
-    pass_unsigned(walk, &found, 0xFFFFFFFFU);
-    walk->good = walk->good && found == length;
-    for (size_t i = 0; i < length && walk->good; ++i) {
-        uint64_t byte = (unsigned char)text[i];
-        pass_bytes(walk, &byte, 1);
-        walk->good = walk->good && byte == (unsigned char)text[i];
-    }
-}
-
-#ifndef MODEL_ARRAYS
-#define MODEL_ARRAYS(X)
-#endif
-#ifndef MODEL_MASKS
-#define MODEL_MASKS(X)
-#endif
 
 /* All fields of the model except the map, which belongs to the instance, and those computed from the latched point. */
 static void pass_model(Walk *walk, Model *model)
 {
-    for (int i = 0; i < VARIABLE_COUNT; ++i) {
-        pass_double(walk, &model->value[i]);
-        pass_double(walk, &model->latched[i]);
-    }
-#define PASS_NUMBER(field) pass_double(walk, &model->field);
-#define PASS_FLAG(field) pass_bool(walk, &model->field);
-#define PASS_SIGN(field) /* -1, 0 or 1 */            \
-    {                                                \
-        unsigned number = (unsigned)(model->field + 1); \
-        pass_unsigned(walk, &number, 2U);            \
-        model->field = (int)number - 1;              \
-    }
-#define PASS_ARRAY(field, count)           \
-    for (int i = 0; i < (count); ++i) {    \
-        pass_double(walk, &model->field[i]); \
-    }
-#define PASS_MASK(field, bits) pass_unsigned(walk, &model->field, (1U << (bits)) - 1U);
-    MODEL_NUMBERS(PASS_NUMBER)
-    MODEL_ARRAYS(PASS_ARRAY)
+    pass_numbers(walk, model->value, VARIABLE_COUNT);
+    pass_numbers(walk, model->latched, VARIABLE_COUNT);
+#define PASS_NUMBERS(field) pass_numbers(walk, (double *)&model->field, sizeof model->field / sizeof(double));
+#define PASS_FLAG(field) model->field = pass_whole(walk, model->field, 1U) != 0U;
+#define PASS_MASK(field, bits) model->field = pass_whole(walk, model->field, (1U << (bits)) - 1U);
+#define PASS_SIGN(field) model->field = (int)pass_whole(walk, (unsigned)(model->field + 1), 2U) - 1;
+    MODEL_NUMBERS(PASS_NUMBERS)
     MODEL_FLAGS(PASS_FLAG)
     MODEL_MASKS(PASS_MASK)
     MODEL_SIGNS(PASS_SIGN)
-    if (walk->from != NULL) {
-        model_clear_computed(model);
-    }
 }
 
-static void pass_situation(Walk *walk, Situation *situation)
+/* from and to: as in Walk. Number of bytes; 0: what has been read is not valid. */
+static size_t pass_situation(Situation *situation, const unsigned char *from, unsigned char *to)
 {
-    pass_double(walk, &situation->time);
-    pass_double(walk, &situation->stop);
-    pass_unsigned(walk, &situation->state, FAILED);
-    pass_unsigned(walk, &situation->warned, 2U * WARNED_COUPLING - 1U);
-    pass_bool(walk, &situation->stale);
-    pass_bool(walk, &situation->unchecked);
-    pass_bool(walk, &situation->reported);
-    pass_bool(walk, &situation->postponed);
-    pass_model(walk, &situation->model);
+    Walk walk = {from, to, FIELDS_FROM, true};
+
+    pass_numbers(&walk, &situation->time, 1);
+    pass_numbers(&walk, &situation->stop, 1);
+    situation->state = pass_whole(&walk, situation->state, FAILED);
+    situation->warned = pass_whole(&walk, situation->warned, 2U * WARNED_STEP - 1U);
+    situation->stale = pass_whole(&walk, situation->stale, 1U) != 0U;
+    situation->unchecked = pass_whole(&walk, situation->unchecked, 1U) != 0U;
+    situation->postponed = pass_whole(&walk, situation->postponed, 1U) != 0U;
+    pass_model(&walk, &situation->model);
+    return walk.good ? walk.at : 0;
 }
 
-/* Head and fields. *sum and *size are not checked here. */
-static void pass_all(Walk *walk, Situation *situation, uint64_t *sum, unsigned *version, unsigned *size)
+/* What a state must belong to: token and map. */
+static void owner_of(const Instance *instance, unsigned char owner[OWNER_SIZE])
 {
-    const char *const magic = STATE_MAGIC;
-
-    for (size_t i = 0; i < STATE_MAGIC_SIZE; ++i) {
-        uint64_t byte = (unsigned char)magic[i];
-        pass_bytes(walk, &byte, 1);
-        walk->good = walk->good && byte == (unsigned char)magic[i];
-    }
-    pass_bytes(walk, sum, 8);
-    pass_unsigned(walk, version, 0xFFFFFFFFU);
-    pass_unsigned(walk, size, 0xFFFFFFFFU);
-    if (!walk->good || *version != LAYOUT_VERSION) {
-        return;
-    }
-    pass_text(walk, walk->owner.token);
-    pass_text(walk, walk->owner.map);
-    if (walk->good) {
-        pass_situation(walk, situation);
-    }
+    memset(owner, 0, OWNER_SIZE);
+    memcpy(owner, instance->screw.token, strlen(instance->screw.token));
+    memcpy(owner + HASH_SIZE, instance->map->identity.content_hash, strlen(instance->map->identity.content_hash));
 }
 
-/* 64-bit hash of Fowler, Noll and Vo, variant 1a. */
-static uint64_t hash_of_bytes(const unsigned char *bytes, size_t size)
+INTERNAL Status instance_serialized_size(Instance *instance, const void *state, size_t *size)
 {
-    uint64_t sum = UINT64_C(14695981039346656037);
+    Situation copy;
 
-    for (size_t i = 0; i < size; ++i) {
-        sum = (sum ^ bytes[i]) * UINT64_C(1099511628211);
+    if (state == NULL || size == NULL) {
+        return missing(instance);
     }
-    return sum;
+    copy = ((const Saved *)state)->situation;
+    *size = pass_situation(&copy, NULL, NULL);
+    return STATUS_OK;
 }
 
-/* Number of bytes; write that many bytes; read. False: the bytes are rejected, with the reason. */
-INTERNAL size_t situation_size(const Situation *situation, Owner owner)
+INTERNAL Status instance_serialize(Instance *instance, const void *state, unsigned char *bytes, size_t size)
 {
-    Walk walk = {NULL, NULL, owner, 0, 0, true};
-    Situation copy = *situation;
-    unsigned version = LAYOUT_VERSION, size = 0;
-    uint64_t sum = 0;
+    Situation copy;
+    size_t needed;
 
-    pass_all(&walk, &copy, &sum, &version, &size);
-    return walk.at;
-}
-
-INTERNAL void situation_write(const Situation *situation, Owner owner, unsigned char *bytes)
-{
-    Walk walk = {NULL, bytes, owner, 0, 0, true};
-    Situation copy = *situation;
-    unsigned version = LAYOUT_VERSION, size = (unsigned)situation_size(situation, owner);
-    uint64_t sum = 0;
-
-    pass_all(&walk, &copy, &sum, &version, &size);
-    sum = hash_of_bytes(bytes + CHECKED_FROM, size - CHECKED_FROM);
-    walk.at = STATE_MAGIC_SIZE;
-    pass_bytes(&walk, &sum, 8);
+    if (state == NULL || bytes == NULL) {
+        return missing(instance);
+    }
+    copy = ((const Saved *)state)->situation;
+    needed = pass_situation(&copy, NULL, NULL);
+    if (size != needed) {
+        return instance_fail(instance, "room for %lu bytes; an FMU state has %lu", (unsigned long)size,
+                             (unsigned long)needed);
+    }
+    owner_of(instance, bytes + FILE_HEAD_SIZE);
+    (void)pass_situation(&copy, NULL, bytes);
+    file_seal(bytes, size, STATE_MAGIC);
+    return STATUS_OK;
 }
 
 /* Whether an instance can be in this situation. */
@@ -236,25 +194,29 @@ static bool possible(const Situation *situation)
     return true;
 }
 
-INTERNAL bool situation_read(Situation *situation, Owner owner, const unsigned char *bytes, size_t size, char *reason,
-                             size_t reason_size)
+INTERNAL Status instance_deserialize(Instance *instance, const unsigned char *bytes, size_t size, void **state)
 {
-    Walk walk = {bytes, NULL, owner, 0, size, true};
-    unsigned version = 0, written = 0;
-    uint64_t sum = 0;
+    unsigned char owner[OWNER_SIZE];
+    char reason[MESSAGE_SIZE / 2];
+    void *fresh = NULL;
+    Situation situation;
 
-    memset(situation, 0, sizeof *situation);
-    pass_all(&walk, situation, &sum, &version, &written);
-    if (size <= CHECKED_FROM || memcmp(bytes, STATE_MAGIC, STATE_MAGIC_SIZE) != 0 || written != size
-        || sum != hash_of_bytes(bytes + CHECKED_FROM, size - CHECKED_FROM)) {
-        (void)snprintf(reason, reason_size, "of %lu bytes is damaged or not of this FMU", (unsigned long)size);
-    } else if (version != LAYOUT_VERSION) {
-        (void)snprintf(reason, reason_size, "has layout %u, this FMU reads layout %u", version, LAYOUT_VERSION);
-    } else if (!walk.good || walk.at != size || !possible(situation)) {
-        (void)snprintf(reason, reason_size, "is of another version or map; this FMU has %s and map %.12s", owner.token,
-                       owner.map);
-    } else {
-        return true;
+    if (bytes == NULL || state == NULL) {
+        return missing(instance);
     }
-    return false;
+    memset(&situation, 0, sizeof situation);
+    owner_of(instance, owner);
+    if (file_fails(bytes, size, STATE_MAGIC, "serialized FMU state", "state", reason, sizeof reason)) {
+        return instance_fail(instance, "%s", reason);
+    }
+    if (size != pass_situation(&situation, NULL, NULL) || memcmp(bytes + FILE_HEAD_SIZE, owner, OWNER_SIZE) != 0
+        || pass_situation(&situation, bytes, NULL) != size || !possible(&situation)) {
+        return instance_fail(instance, "serialized FMU state is of another version or map; this FMU has %s and map %.12s",
+                             instance->screw.token, instance->map->identity.content_hash);
+    }
+    if (store(instance, &situation, &fresh) != STATUS_OK) {
+        return STATUS_ERROR;
+    }
+    *state = fresh;
+    return STATUS_OK;
 }

@@ -8,8 +8,7 @@ static unsigned settable_in(const Variable *variable)
 {
     switch (variable->causality) {
     case CAUSALITY_INPUT:
-        return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE
-               | INTERMEDIATE_UPDATE_MODE;
+        return INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE;
     case CAUSALITY_PARAMETER:
         return INSTANTIATED | INITIALIZATION_MODE | (variable->fixed ? 0U : STEP_MODE | EVENT_MODE);
     case CAUSALITY_STATE:
@@ -24,11 +23,6 @@ INTERNAL unsigned instance_index(unsigned reference)
     const unsigned index = reference - FIRST_REFERENCE; /* wraps around below the first */
 
     return index < (unsigned)VARIABLE_COUNT ? index : (unsigned)VARIABLE_COUNT;
-}
-
-static bool is_real(unsigned index)
-{
-    return index < (unsigned)VARIABLE_COUNT && !model_variables[index].boolean;
 }
 
 INTERNAL Status instance_missing_array(Instance *instance)
@@ -70,8 +64,7 @@ INTERNAL bool instance_is_valid(Instance *instance)
 INTERNAL void instance_follow(Instance *instance)
 {
     if (instance->now.stale
-        && (instance->kind == MODEL_EXCHANGE
-            || (instance->now.state & (INITIALIZATION_MODE | EVENT_MODE)) != 0U)) {
+        && (instance->kind == MODEL_EXCHANGE || instance->now.state == INITIALIZATION_MODE)) {
         instance->now.stale = false;
         if (instance_is_valid(instance)) {
             model_latch(&instance->now.model);
@@ -117,7 +110,7 @@ INTERNAL Status instance_get_reals(Instance *instance, const unsigned references
         const unsigned index = instance_index(references[i]);
         if (index < (unsigned)VARIABLE_COUNT) { /* a Boolean too, as 0 or 1: some importers read all outputs as Real */
             values[i] = model_get(&instance->now.model, (int)index);
-        } else if (instance->time_variable && references[i] == (unsigned)TIME_REFERENCE) {
+        } else if (instance->importer.time_variable && references[i] == (unsigned)TIME_REFERENCE) {
             values[i] = instance->now.time;
         } else {
             return unknown(instance, "Real", references[i]);
@@ -126,17 +119,31 @@ INTERNAL Status instance_get_reals(Instance *instance, const unsigned references
     return STATUS_OK;
 }
 
-INTERNAL Status instance_set_reals(Instance *instance, const unsigned references[], size_t count, const double values[])
+/* Whether a call has its arrays, and its references are of Boolean variables, or of others. type: for the message */
+static bool check_references(Instance *instance, const unsigned references[], const void *values, size_t count,
+                             bool boolean, const char *type)
 {
     if (count > 0 && (references == NULL || values == NULL)) {
-        return instance_missing_array(instance);
+        (void)instance_missing_array(instance);
+        return false;
     }
     for (size_t i = 0; i < count; ++i) {
         const unsigned index = instance_index(references[i]);
-        if (!is_real(index)) {
-            return unknown(instance, "settable Real", references[i]);
+        if (index == (unsigned)VARIABLE_COUNT || model_variables[index].boolean != boolean) {
+            (void)unknown(instance, type, references[i]);
+            return false;
         }
-        if (!can_be_set(instance, index, values[i])) {
+    }
+    return true;
+}
+
+INTERNAL Status instance_set_reals(Instance *instance, const unsigned references[], size_t count, const double values[])
+{
+    if (!check_references(instance, references, values, count, false, "settable Real")) {
+        return STATUS_ERROR;
+    }
+    for (size_t i = 0; i < count; ++i) {
+        if (!can_be_set(instance, instance_index(references[i]), values[i])) {
             return STATUS_ERROR;
         }
     }
@@ -155,21 +162,13 @@ INTERNAL Status instance_set_reals(Instance *instance, const unsigned references
     return STATUS_OK;
 }
 
-static bool is_boolean(unsigned index)
-{
-    return index < (unsigned)VARIABLE_COUNT && model_variables[index].boolean;
-}
-
 INTERNAL Status instance_get_booleans(Instance *instance, const unsigned references[], size_t count, bool values[])
 {
-    if (count > 0 && (references == NULL || values == NULL)) {
-        return instance_missing_array(instance);
+    if (!check_references(instance, references, values, count, true, "Boolean")) {
+        return STATUS_ERROR;
     }
     instance_follow(instance);
     for (size_t i = 0; i < count; ++i) {
-        if (!is_boolean(instance_index(references[i]))) {
-            return unknown(instance, "Boolean", references[i]);
-        }
         values[i] = model_get(&instance->now.model, (int)instance_index(references[i])) != 0.0;
     }
     return STATUS_OK;
@@ -177,13 +176,10 @@ INTERNAL Status instance_get_booleans(Instance *instance, const unsigned referen
 
 INTERNAL Status instance_set_booleans(Instance *instance, const unsigned references[], size_t count, const bool values[])
 {
-    if (count > 0 && (references == NULL || values == NULL)) {
-        return instance_missing_array(instance);
+    if (!check_references(instance, references, values, count, true, "settable Boolean")) {
+        return STATUS_ERROR;
     }
     for (size_t i = 0; i < count; ++i) {
-        if (!is_boolean(instance_index(references[i]))) {
-            return unknown(instance, "settable Boolean", references[i]);
-        }
         if (!can_be_set(instance, instance_index(references[i]), values[i])) {
             return STATUS_ERROR;
         }
@@ -225,14 +221,21 @@ INTERNAL size_t instance_count(enum Causality causality)
     return count;
 }
 
-/* Values of the variables of a causality, in the order of the table. */
-static Status get_all(Instance *instance, enum Causality causality, double values[], size_t length)
+/* Values of the states, rates or event indicators, in the order of the table. */
+INTERNAL Status instance_get_all(Instance *instance, enum Causality causality, double values[], size_t length)
 {
     const Status status = check_length(instance, values, length, instance_count(causality));
+    Model *model = &instance->now.model;
 
+    if (status == STATUS_OK && causality != CAUSALITY_STATE) {
+        instance_follow(instance);
+    }
+    if (status == STATUS_OK && causality == CAUSALITY_INDICATOR) {
+        model_indicators(model);
+    }
     for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
         if (model_variables[i].causality == causality) {
-            *values++ = model_get(&instance->now.model, i);
+            *values++ = causality == CAUSALITY_RATE ? model_get(model, i) : model->value[i];
         }
     }
     return status;
@@ -257,17 +260,6 @@ INTERNAL Status instance_set_states(Instance *instance, const double states[], s
     return status;
 }
 
-INTERNAL Status instance_get_states(Instance *instance, double states[], size_t length)
-{
-    return get_all(instance, CAUSALITY_STATE, states, length);
-}
-
-INTERNAL Status instance_get_rates(Instance *instance, double rates[], size_t length)
-{
-    instance_follow(instance);
-    return get_all(instance, CAUSALITY_RATE, rates, length);
-}
-
 INTERNAL Status instance_get_nominals(Instance *instance, double nominals[], size_t length)
 {
     Status status;
@@ -284,19 +276,73 @@ INTERNAL Status instance_get_nominals(Instance *instance, double nominals[], siz
     return status;
 }
 
-INTERNAL Status instance_get_indicators(Instance *instance, double indicators[], size_t length)
-{
-    const Status status = check_length(instance, indicators, length, instance_count(CAUSALITY_INDICATOR));
-    Model *model = &instance->now.model;
+/* --- derivatives ------------------------------------------------------------------------------------------------- */
 
-    if (status == STATUS_OK) {
-        instance_follow(instance);
-        model_indicators(model);
+static bool is_known(const Instance *instance, unsigned reference)
+{
+    const unsigned index = instance_index(reference);
+    const Variable *variable = &model_variables[index < (unsigned)VARIABLE_COUNT ? index : 0];
+
+    return index < (unsigned)VARIABLE_COUNT && !variable->boolean
+           && (variable->causality == CAUSALITY_INPUT || variable->causality == CAUSALITY_STATE
+               || (variable->causality == CAUSALITY_PARAMETER && instance->now.state == INITIALIZATION_MODE));
+}
+
+/* Of a Boolean output the derivative is 0: some importers ask for those of all outputs. */
+static bool is_unknown(unsigned reference)
+{
+    const unsigned index = instance_index(reference);
+
+    return index < (unsigned)VARIABLE_COUNT
+           && (model_variables[index].causality == CAUSALITY_OUTPUT || model_variables[index].shown
+               || model_variables[index].causality == CAUSALITY_RATE);
+}
+
+/* Derivatives of outputs and rates with respect to inputs, continuous states and, in initialization mode, parameters.
+   Forward: sensitivity of each unknown for the seed of the knowns. Adjoint: sensitivity of each known
+   for the seed of the unknowns. */
+INTERNAL Status instance_derivative(Instance *instance, const unsigned unknowns[], size_t unknown_count,
+                                    const unsigned knowns[], size_t known_count, const double seed[],
+                                    double sensitivity[], bool adjoint)
+{
+    Model *model = &instance->now.model;
+    double direction[VARIABLE_COUNT] = {0.0}, slopes[VARIABLE_COUNT] = {0.0};
+
+    if ((unknown_count > 0 && unknowns == NULL) || (known_count > 0 && knowns == NULL)
+        || ((adjoint ? unknown_count : known_count) > 0 && seed == NULL)
+        || ((adjoint ? known_count : unknown_count) > 0 && sensitivity == NULL)) {
+        return instance_missing_array(instance);
     }
-    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
-        if (model_variables[i].causality == CAUSALITY_INDICATOR) {
-            *indicators++ = model->value[i];
+    for (size_t i = 0; i < unknown_count; ++i) {
+        if (!is_unknown(unknowns[i])) {
+            return instance_fail(instance, "value reference %u has no derivatives; unknowns are outputs and "
+                                 "derivatives of states", unknowns[i]);
         }
     }
-    return status;
+    for (size_t k = 0; k < known_count; ++k) {
+        if (!is_known(instance, knowns[k])) {
+            return instance_fail(instance, "no derivatives along value reference %u; knowns are inputs and states",
+                                 knowns[k]);
+        }
+    }
+    instance_follow(instance);
+    for (size_t k = 0; adjoint && k < known_count; ++k) {
+        const unsigned along = instance_index(knowns[k]);
+        direction[along] = 1.0;
+        model_derivatives(model, direction, slopes);
+        direction[along] = sensitivity[k] = 0.0;
+        for (size_t i = 0; i < unknown_count; ++i) {
+            sensitivity[k] += seed[i] * slopes[instance_index(unknowns[i])];
+        }
+    }
+    for (size_t k = 0; !adjoint && k < known_count; ++k) {
+        direction[instance_index(knowns[k])] += seed[k];
+    }
+    if (!adjoint) {
+        model_derivatives(model, direction, slopes);
+        for (size_t i = 0; i < unknown_count; ++i) {
+            sensitivity[i] = slopes[instance_index(unknowns[i])];
+        }
+    }
+    return STATUS_OK;
 }

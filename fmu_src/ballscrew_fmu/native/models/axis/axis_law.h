@@ -1,5 +1,5 @@
 /* The axis at an instant: forces, rates of the states, outputs by name. Numbers: number.h. The equations are in
-   variables/axis.py, the integration over a step is in axis_step.c. */
+   variables/axis.py, the integration over a step is in axis_part.c. */
 #ifndef BALLSCREW_AXIS_LAW_H
 #define BALLSCREW_AXIS_LAW_H
 
@@ -23,7 +23,7 @@ typedef struct {
     double supplied; /* [J] of all steps */
 } Moment;
 
-/* Derivatives of outputs and rates along one direction (axis_tangent.c). at: inputs, parameters and states, at an instant */
+/* Derivatives of outputs and rates along one direction (tangent.c). at: inputs, parameters and states, at an instant */
 #define slopes_along BALLSCREW_NAMED(BALLSCREW_PREFIX, slopes_along)
 void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
                   const Moment *moment, double slopes[VARIABLE_COUNT]);
@@ -113,21 +113,10 @@ static inline void friction_at(const Map *map, const Number at[], Number speed, 
     point->level = level_of(map, at, held, &point->loads, &friction, &point->parts);
 }
 
-/* deflection [m], drift [m/s]: way and rate by which the screw leads the nut */
-static inline void contacts_of(const Mechanics *mechanics, Number deflection, Number drift, Contacts *out)
-{
-    out->stiffness = mechanics->contact;
-    out->preloaded = mechanics->approach;
-    out->drift = drift;
-    out->first = out->last = deflection;
-    out->a = contact_law(out->stiffness, add(out->preloaded, deflection));
-    out->b = contact_law(out->stiffness, subtract(out->preloaded, deflection));
-}
-
 static inline void point_locate(const Map *map, const Number at[], double held, Point *point)
 {
     Mechanics *mechanics = &point->mechanics;
-    Number drift, deflection;
+    Number drift, deflection; /* rate and way by which the screw leads the nut */
 
     mechanics_of(at, mechanics);
     deflection = add(subtract(multiply(mechanics->lever[SHAFT], at[ANGLE]), at[POSITION]), at[SCREW_DISPLACEMENT]);
@@ -135,7 +124,7 @@ static inline void point_locate(const Map *map, const Number at[], double held, 
     if (is_supported(mechanics)) {
         drift = add(drift, at[SCREW_VELOCITY]);
     }
-    contacts_of(mechanics, deflection, drift, &point->contacts);
+    contacts_of(mechanics->contact, mechanics->approach, deflection, deflection, drift, &point->contacts);
     friction_at(map, at, at[SPEED], held, point);
 }
 
@@ -170,14 +159,13 @@ static inline Number half_square(Number factor, Number a) { return times(0.5, mu
 static inline void energy_outputs(const Point *point, const Number at[], Number out[])
 {
     const Mechanics *mechanics = &point->mechanics;
-    const Contacts *contacts = &point->contacts;
     const Number one = constant(1.0);
 
     out[KINETIC_ENERGY] = add(half_square(mechanics->mass[SHAFT], at[SPEED]),
                               half_square(mechanics->mass[TABLE], at[VELOCITY]));
     out[POTENTIAL_ENERGY] = negative(multiply(mechanics->weight[TABLE], at[POSITION]));
     out[STORED_ENERGY] =
-        add(multiply(contacts->last, mean_elastic_force(contacts, constant(0.0), contacts->last)),
+        add(contact_energy(&point->contacts),
             add(energy_of_elements(&at[PRESLIDING_ELEMENT_1]), half_square(one, at[GUIDE_ELEMENT])));
     if (is_supported(mechanics)) {
         out[KINETIC_ENERGY] = add(out[KINETIC_ENERGY], half_square(mechanics->mass[SCREW], at[SCREW_VELOCITY]));

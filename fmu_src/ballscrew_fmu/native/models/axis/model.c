@@ -1,14 +1,15 @@
 /* Life cycle, outputs, events and derivatives of BallScrewAxis. */
 #include "screw_model.h"
-
-#include <string.h>
+#include "text.h"
 
 /* --- from the latched point to outputs --- */
 
 /* [N.m/rad] of the elements; 0 at the start: that of the loads */
 static double held_stiffness(const Model *model)
 {
-    return model->began ? ELEMENTS * model->level.elements.root * model->level.elements.root : 0.0;
+    const double of_one = model->last.level.elements.root;
+
+    return model->began ? ELEMENTS * of_one * of_one : 0.0;
 }
 
 static inline const Point *locate(Model *model)
@@ -22,8 +23,8 @@ static inline const Point *locate(Model *model)
 
 static Moment moment_of(const Model *model)
 {
-    const Moment moment = {model->slips,      model->slip, held_stiffness(model),
-                           model->guide_slip, model->heat, model->supplied};
+    const Moment moment = {model->last.slips,      model->last.slip, held_stiffness(model),
+                           model->last.guide_slip, model->heat,      model->supplied};
 
     return moment;
 }
@@ -34,7 +35,7 @@ static void compute_outputs(Model *model)
 
     axis_outputs(locate(model), model->latched, &moment, model->value);
     if (model->step > 0.0) {
-        model->value[POWER_LOSS] = model->lost / model->step;
+        model->value[POWER_LOSS] = model->last.heat / model->step;
     }
     model->outputs_known = true;
 }
@@ -72,53 +73,50 @@ void model_latch(Model *model)
     latch(model, 0.0);
 }
 
+/* Where places and speeds of the motion are in the table. */
+static const int places[FREEDOMS] = {ANGLE, POSITION, SCREW_DISPLACEMENT};
+static const int speeds[FREEDOMS] = {SPEED, VELOCITY, SCREW_VELOCITY};
+
 void model_step(Model *model, double step)
 {
-    Advance state;
+    Advance *last = &model->last;
     double *value = model->value;
 
-    if (!(step > 0.0)) {
+    if (!model->began || !(step > 0.0)) { /* before the first one, inputs may have changed the friction */
         model_latch(model);
         model->began = true;
+    }
+    if (!(step > 0.0)) {
         return;
     }
-    if (!model->began) { /* inputs may have changed the friction */
-        model_latch(model);
-        model->began = true;
+    for (int i = 0; i < FREEDOMS; ++i) {
+        last->motion.place[i] = value[places[i]];
+        last->motion.speed[i] = value[speeds[i]];
     }
-    memcpy(state.motion.place, (double[]){value[ANGLE], value[POSITION], value[SCREW_DISPLACEMENT]},
-           sizeof state.motion.place);
-    memcpy(state.motion.speed, (double[]){value[SPEED], value[VELOCITY], value[SCREW_VELOCITY]},
-           sizeof state.motion.speed);
-    memcpy(state.motion.element, &value[PRESLIDING_ELEMENT_1], sizeof state.motion.element);
-    state.motion.guide = value[GUIDE_ELEMENT];
-    state.level = model->level;
-    state.proposal = model->proposal;
-    state.slips = 0U;
-    state.slip = state.guide_slip = 0;
-    state.cut = false;
-    axis_advance(model->map, value, step, &state);
-    value[ANGLE] = state.motion.place[SHAFT];
-    value[POSITION] = state.motion.place[TABLE];
-    value[SCREW_DISPLACEMENT] = state.motion.place[SCREW];
-    value[SPEED] = state.motion.speed[SHAFT];
-    value[VELOCITY] = state.motion.speed[TABLE];
-    value[SCREW_VELOCITY] = state.motion.speed[SCREW];
-    memcpy(&value[PRESLIDING_ELEMENT_1], state.motion.element, sizeof state.motion.element);
-    value[GUIDE_ELEMENT] = state.motion.guide;
-    model->level = state.level;
-    model->proposal = state.proposal;
-    model->slips = state.slips;
-    model->slip = state.slip;
-    model->guide_slip = state.guide_slip;
-    model->cut = state.cut;
-    model->lost = state.heat;
-    model->heat += state.heat;
-    model->supplied += state.supplied;
+    memcpy(last->motion.element, &value[PRESLIDING_ELEMENT_1], sizeof last->motion.element);
+    last->motion.guide = value[GUIDE_ELEMENT];
+    axis_advance(model->map, value, step, last);
+    for (int i = 0; i < FREEDOMS; ++i) {
+        value[places[i]] = last->motion.place[i];
+        value[speeds[i]] = last->motion.speed[i];
+    }
+    memcpy(&value[PRESLIDING_ELEMENT_1], last->motion.element, sizeof last->motion.element);
+    value[GUIDE_ELEMENT] = last->motion.guide;
+    model->heat += last->heat;
+    model->supplied += last->supplied;
     latch(model, step);
 }
 
-bool model_step_cut(const Model *model) { return model->cut; }
+bool model_warns_of_step(Model *model, char *text, size_t size)
+{
+    char number[32];
+
+    (void)snprintf(text, size,
+                   "step = %s s; its motion is too fast for error_bound, the error of the step is larger: take a shorter "
+                   "step, a larger bound or check inertias, masses and stiffness (logged once)",
+                   number_text(model->step, number));
+    return model->last.cut;
+}
 
 unsigned model_clamped(Model *model)
 {
@@ -129,15 +127,16 @@ unsigned model_clamped(Model *model)
 
 bool model_possible(const Model *model)
 {
-    const PreslidingLevel *level = &model->level.elements;
+    const Advance *last = &model->last;
+    const PreslidingLevel *level = &last->level.elements;
 
     /* comparisons that NaN and infinity fail */
-    return model->step >= 0.0 && model->proposal >= 0.0 && level->coulomb >= 0.0 && level->root >= 0.0
-           && level->damping >= 0.0 && model->level.viscous >= 0.0
-           && model->step + model->proposal + level->coulomb + level->root + level->damping + model->level.viscous
-                      + fabs(model->lost) + fabs(model->heat) + fabs(model->supplied)
+    return model->step >= 0.0 && last->proposal >= 0.0 && level->coulomb >= 0.0 && level->root >= 0.0
+           && level->damping >= 0.0 && last->level.viscous >= 0.0
+           && model->step + last->proposal + level->coulomb + level->root + level->damping + last->level.viscous
+                      + fabs(last->heat) + fabs(model->heat) + fabs(model->supplied)
                   < HUGE_VAL
-           && model->slips < 1U << ELEMENTS && (model->slip != 0 || model->slips == 0U);
+           && (last->slip != 0 || last->slips == 0U);
 }
 
 void model_clear_computed(Model *model)
@@ -182,10 +181,10 @@ void model_indicators(Model *model)
                                    : 1.0;
     for (int i = 0; i < ELEMENTS; ++i) {
         out[SLIP_INDICATOR_1 + i] =
-            indicator_of(at[PRESLIDING_ELEMENT_1 + i], at[SPEED], limit_of(model, i), slip_of_element(model, i));
+            indicator_of(at[PRESLIDING_ELEMENT_1 + i], at[SPEED], limit_of(model, i), slip_of_element(model->last.slips, model->last.slip, i));
     }
     out[GUIDE_SLIP_INDICATOR] =
-        indicator_of(at[GUIDE_ELEMENT], at[VELOCITY], model->point.mechanics.guide_limit, model->guide_slip);
+        indicator_of(at[GUIDE_ELEMENT], at[VELOCITY], model->point.mechanics.guide_limit, model->last.guide_slip);
 }
 
 /* Direction of slip of an element after an event, and its state. */
@@ -214,46 +213,43 @@ bool model_event(Model *model)
 {
     double *value = model->value;
     const double *at = model->latched;
-    double stored, lost;
+    Advance *last = &model->last;
+    double present, stored, lost;
     unsigned slips = 0U;
     int slip = 0;
-    bool changed;
 
     model_indicators(model);
-    if (!model->continuous) {
-        return false;
-    }
     model->in_range = range_after_event(model);
-    if (stiffness_follows(model->slips == (1U << ELEMENTS) - 1U
+    present = present_stiffness(model);
+    if (stiffness_follows(last->slips == (1U << ELEMENTS) - 1U
                               || elements_free(&value[PRESLIDING_ELEMENT_1], locate(model)->level.unit),
-                          held_stiffness(model), present_stiffness(model))) {
-        model->level.elements.root = root(present_stiffness(model) / ELEMENTS);
+                          held_stiffness(model), present)) {
+        last->level.elements.root = root(present / ELEMENTS);
         model->located = false;
     }
     stored = energy_of_elements(&value[PRESLIDING_ELEMENT_1]) + 0.5 * value[GUIDE_ELEMENT] * value[GUIDE_ELEMENT];
     for (int i = 0; i < ELEMENTS; ++i) {
-        const int one =
-            slip_after_event(&value[PRESLIDING_ELEMENT_1 + i], at[SPEED], limit_of(model, i), slip_of_element(model, i));
+        const int one = slip_after_event(&value[PRESLIDING_ELEMENT_1 + i], at[SPEED], limit_of(model, i),
+                                         slip_of_element(last->slips, last->slip, i));
         slips |= one != 0 ? 1U << i : 0U;
         slip = one != 0 ? one : slip;
     }
-    model->guide_slip =
-        slip_after_event(&value[GUIDE_ELEMENT], at[VELOCITY], model->point.mechanics.guide_limit, model->guide_slip);
-    model->slips = slips;
-    model->slip = slip;
+    last->guide_slip =
+        slip_after_event(&value[GUIDE_ELEMENT], at[VELOCITY], model->point.mechanics.guide_limit, last->guide_slip);
+    last->slips = slips;
+    last->slip = slip;
     lost = stored - energy_of_elements(&value[PRESLIDING_ELEMENT_1])
            - 0.5 * value[GUIDE_ELEMENT] * value[GUIDE_ELEMENT];
     model->heat += lost;
-    changed = lost != 0.0;
     latch(model, 0.0);
-    return changed;
+    return lost != 0.0;
 }
 
 void model_initial_event(Model *model)
 {
     model_latch(model);
     model->in_range = model_clamped(model) == 0U;
-    model->level.elements = locate(model)->level;
+    model->last.level.elements = locate(model)->level;
     model->began = true;
     (void)model_event(model);
 }

@@ -16,7 +16,7 @@ typedef struct {
     double heat;     /* [J] dissipated before the step; model exchange: at events */
 } Moment;
 
-/* Derivatives of outputs and rates along one direction (tangent_law.h). at: inputs, parameters and the elements at the start
+/* Derivatives of outputs and rates along one direction (tangent.c). at: inputs, parameters and the elements at the start
    of the step */
 #define slopes_along BALLSCREW_NAMED(BALLSCREW_PREFIX, slopes_along)
 void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],

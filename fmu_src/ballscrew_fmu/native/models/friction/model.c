@@ -1,8 +1,7 @@
-/* Life cycle, elasto-slip elements, events and derivatives of a screw with friction: of BallScrewFriction and BallScrewTransmission.
-   What they compute at a point is in friction_point.h and transmission_point.h. */
+/* Life cycle, elasto-slip elements, events and derivatives of a screw with friction: of BallScrewFriction and
+   BallScrewTransmission. What each computes at a point is in its point.h. */
 #include "screw_model.h"
-
-#include <string.h>
+#include "text.h"
 
 /* --- from the latched point to outputs --- */
 
@@ -52,15 +51,14 @@ static Moment moment_of(const Model *model)
     return moment;
 }
 
-static void store_elements(Model *model, const Presliding *now)
+/* The elements become those of the latched point. */
+static void store_elements(Model *model)
 {
-    for (int i = 0; i < ELEMENTS; ++i) {
-        model->value[PRESLIDING_ELEMENT_1 + i] = model->latched[PRESLIDING_ELEMENT_1 + i] = now->element[i];
-        model->value[PRESLIDING_ELEMENT_1_RATE + i] = now->rate[i];
-    }
-    model->element_torque = now->torque;
-    model->element_power = now->power;
-    model->element_supply = now->supply;
+    const Presliding *now = &model->elements;
+
+    memcpy(&model->value[PRESLIDING_ELEMENT_1], now->element, sizeof now->element);
+    memcpy(&model->latched[PRESLIDING_ELEMENT_1], now->element, sizeof now->element);
+    memcpy(&model->value[PRESLIDING_ELEMENT_1_RATE], now->rate, sizeof now->rate);
 }
 
 /* The elements at the latched point. */
@@ -68,27 +66,25 @@ static void compute_presliding(Model *model)
 {
     const double coulomb = coulomb_magnitude(friction_parts(model)), present = present_stiffness(model);
     Moment moment;
-    Presliding now;
 
     /* in model exchange it changes at events */
     model->follows = !model->began || (!model->continuous && stiffness_follows(model->free, model->stiffness, present));
     model->stiffness_here = model->follows ? present : model->stiffness;
     moment = moment_of(model);
-    presliding_at(model->latched, coulomb, model->stiffness_here, &moment, &now);
+    presliding_at(model->latched, coulomb, model->stiffness_here, &moment, &model->elements);
     if (moment.from_side) {
-        memcpy(model->initial, now.element, sizeof model->initial);
+        memcpy(model->initial, model->elements.element, sizeof model->initial);
     }
-    store_elements(model, &now);
+    store_elements(model);
     if (!model->began || model->step > 0.0) {
         model->stiffness = model->stiffness_here;
-        model->free = elements_free(now.element, presliding_level(coulomb, model->stiffness, 0.0).unit);
+        model->free = elements_free(model->elements.element, presliding_level(coulomb, model->stiffness, 0.0).unit);
     }
 }
 
 static void compute_outputs(Model *model)
 {
     const Moment moment = moment_of(model);
-    Presliding now;
 
     if (model->continuous) {
         if (presliding(model)) {
@@ -97,13 +93,8 @@ static void compute_outputs(Model *model)
             memset(&model->value[PRESLIDING_ELEMENT_1_RATE], 0, ELEMENTS * sizeof *model->value);
         }
     }
-    memcpy(now.element, &model->latched[PRESLIDING_ELEMENT_1], sizeof now.element);
-    now.torque = model->element_torque;
-    now.power = model->element_power;
-    now.supply = model->element_supply;
-    point_outputs(&model->point, friction_parts(model), &now, model->latched, model->step, model->value);
+    point_outputs(&model->point, friction_parts(model), &model->elements, model->latched, model->step, model->value);
     heat_output(&moment, model->value);
-    model->value[POWER_LOSS] += model->power_of_parts;
     model->outputs_known = true;
 }
 
@@ -116,12 +107,12 @@ static void latch(Model *model, double step)
     }
     memcpy(model->latched, model->value, sizeof model->latched);
     model->step = step;
-    model->power_of_parts = 0.0;
     memcpy(model->before, &model->value[PRESLIDING_ELEMENT_1], sizeof model->before);
+    memcpy(model->elements.element, model->before, sizeof model->before);
     model->from_side = !model->began && memcmp(model->before, model->initial, sizeof model->before) == 0;
     model->located = model->parts_known = model->outputs_known = model->films_known = false;
     if (!presliding(model)) {
-        model->element_torque = model->element_power = model->element_supply = 0.0;
+        model->elements.torque = model->elements.power = model->elements.supply = 0.0;
     }
 }
 
@@ -135,52 +126,34 @@ void model_latch(Model *model)
 
 void model_step(Model *model, double step)
 {
-#ifdef MODEL_COUPLING
-    const double last_step = model->step, last_force = last_step > 0.0 ? model_get(model, NUT_FORCE) : 0.0;
-#endif
-
     latch(model, step);
     model->began = true;
-#ifdef MODEL_COUPLING
-    if (last_step > 0.0 && step > 0.0) {
-        const Contacts *contacts = &locate(model)->contacts;
-        coupling_step(&model->coupling, contacts->first, contacts->drift, last_step, last_force);
-    }
-#endif
     if (presliding(model)) {
         compute_presliding(model);
     } else if (step > 0.0) {
-        Presliding off;
-
-        presliding_off(model->latched, step, &off);
-        store_elements(model, &off);
+        presliding_off(model->latched, step, &model->elements);
+        store_elements(model);
         model->free = true;
     }
 }
 
 #define ROUNDING_SHARE 1e-9 /* of the Coulomb torque */
 
-#ifdef MODEL_COUPLING
-bool model_coupling_unstable(Model *model, double step, CouplingLimit *limit)
+bool model_warns_of_step(Model *model, char *text, size_t size)
 {
-    const Contacts *contacts = &locate(model)->contacts;
+    const double *at = model->latched, stiffness = model->stiffness_here, damping = damping_at(at, stiffness);
+    char numbers[4][32];
 
-    return coupling_unstable(&model->coupling, 2.0 * contact_law(contacts->stiffness, contacts->preloaded).slope,
-                             model->latched[CONTACT_DAMPING_TIME], step, limit);
-}
-#endif
-
-bool model_step_too_long(Model *model, double step, double *stiffness, double *damping)
-{
-    const double *at = model->latched;
-
-    if (!presliding(model) || at[SPEED] == 0.0) {
+    if (!presliding(model) || at[SPEED] == 0.0 || !(model->step * stiffness >= damping)
+        || !(fabs(model->elements.torque) < (1.0 - ROUNDING_SHARE) * coulomb_magnitude(friction_parts(model)))) {
         return false;
     }
-    *stiffness = model->stiffness_here;
-    *damping = damping_at(at, *stiffness);
-    return step * *stiffness >= *damping
-           && fabs(model->element_torque) < (1.0 - ROUNDING_SHARE) * coulomb_magnitude(friction_parts(model));
+    (void)snprintf(text, size,
+                   "step = %s s; an inertia coupled with the values of the last step comes to rest for steps below "
+                   "damping over presliding stiffness only, %s N.m.s/rad over %s N.m/rad = %s s (logged once)",
+                   number_text(model->step, numbers[0]), number_text(damping, numbers[1]),
+                   number_text(stiffness, numbers[2]), number_text(damping / stiffness, numbers[3]));
+    return true;
 }
 
 unsigned model_clamped(Model *model)
@@ -190,11 +163,12 @@ unsigned model_clamped(Model *model)
 
 bool model_possible(const Model *model)
 {
-    double sum = fabs(model->element_torque) + fabs(model->element_power) + fabs(model->element_supply)
-                 + fabs(model->power_of_parts) + fabs(model->event_heat) + model->heat;
+    const Presliding *elements = &model->elements;
+    double sum = fabs(elements->torque) + fabs(elements->power) + fabs(elements->supply) + fabs(model->event_heat)
+                 + model->heat;
 
     for (int i = 0; i < ELEMENTS; ++i) {
-        sum += fabs(model->before[i]) + fabs(model->initial[i]);
+        sum += fabs(model->before[i]) + fabs(model->initial[i]) + fabs(elements->element[i]) + fabs(elements->rate[i]);
     }
     /* comparisons that NaN and infinity fail */
     return model->step >= 0.0 && model->heat >= 0.0 && model->stiffness >= 0.0 && model->stiffness_here >= 0.0
@@ -230,7 +204,7 @@ void model_indicators(Model *model)
     unit = modes ? present_limit(model) : 0.0;
     for (int i = 0; i < ELEMENTS; ++i) {
         const double element = at[PRESLIDING_ELEMENT_1 + i];
-        const int slip = slip_of_element(model, i);
+        const int slip = slip_of_element(model->slips, model->slip, i);
         const bool decides = modes && (slip != 0 || unit > 0.0); /* without a limit, an element that is loaded slips */
 
         out[SLIP_INDICATOR_1 + i] = decides ? slip_indicator(element, at[SPEED], (2.0 * i + 1.0) * unit, slip)
@@ -273,7 +247,7 @@ void model_initial_event(Model *model)
     if (presliding(model)) {
         compute_presliding(model);
     }
-    model->moved = model->continuous && model->initial[ELEMENTS - 1] != 0.0;
+    model->moved = model->initial[ELEMENTS - 1] != 0.0;
     model->began = true;
     model_latch(model);
     model->moved = model_event(model) || model->moved;
@@ -281,54 +255,33 @@ void model_initial_event(Model *model)
 
 bool model_event(Model *model)
 {
+    double *elements = &model->value[PRESLIDING_ELEMENT_1];
+    double stored;
     bool changed = model->moved;
 
     model_indicators(model);
+    stored = energy_of_elements(elements);
     model->in_range = range_after_event(model);
     model->moved = false;
-    if (model->continuous) {
-        double *elements = &model->value[PRESLIDING_ELEMENT_1];
-        const double stored = energy_of_elements(elements);
+    if (presliding(model)) {
+        const double present = present_stiffness(model);
 
-        if (presliding(model)) {
-            const bool free = model->free || model->slips == (1U << ELEMENTS) - 1U;
-
-            if (stiffness_follows(free, model->stiffness, present_stiffness(model))) {
-                model->stiffness = present_stiffness(model);
-            }
-            changed = elements_after_event(model) || changed;
-            model->free = elements_free(elements, present_limit(model));
-        } else { /* those that are switched off are relaxed; in co-simulation by the next step, which makes heat of it */
-            changed = changed || stored > 0.0;
-            memset(elements, 0, ELEMENTS * sizeof *elements);
-            model->free = true;
-            model->slips = 0U;
-            model->slip = 0;
+        if (stiffness_follows(model->free || model->slips == (1U << ELEMENTS) - 1U, model->stiffness, present)) {
+            model->stiffness = present;
         }
-        model->event_heat += stored - energy_of_elements(elements);
+        changed = elements_after_event(model) || changed;
+        model->free = elements_free(elements, present_limit(model));
+    } else { /* those that are switched off are relaxed */
+        changed = changed || stored > 0.0;
+        memset(elements, 0, ELEMENTS * sizeof *elements);
+        model->free = true;
+        model->slips = 0U;
+        model->slip = 0;
     }
+    model->event_heat += stored - energy_of_elements(elements);
     model_latch(model);
     return changed;
 }
-
-#if MODEL_PARTS
-
-/* The elements slide within a step, exactly: only in_range has events. */
-bool model_event_due(Model *model)
-{
-    model_indicators(model);
-    return range_after_event(model) != model->in_range;
-}
-
-double model_power(Model *model) { return model_get(model, POWER_LOSS); }
-
-void model_set_mean_power(Model *model, double mean)
-{
-    model->power_of_parts += mean - model_get(model, POWER_LOSS);
-    model->outputs_known = false;
-}
-
-#endif
 
 /* --- derivatives --- */
 

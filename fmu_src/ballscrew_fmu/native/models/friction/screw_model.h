@@ -35,10 +35,10 @@ static inline double range_margin(Model *model)
     return point_margin(model->map, locate(model), model->latched);
 }
 
-/* with events it changes, after the initial one, at events only */
+/* in model exchange it changes, after the initial event, at events only */
 static bool in_range(Model *model)
 {
-    return model->events && model->began ? model->in_range : model_clamped(model) == 0U;
+    return model->continuous && model->began ? model->in_range : model_clamped(model) == 0U;
 }
 
 static inline double range_indicator(Model *model)
@@ -86,9 +86,9 @@ static inline double slip_indicator(double element, double speed, double limit, 
 }
 
 /* Direction in which an element of the screw slides after the last event; 0: it sticks. */
-static inline int slip_of_element(const Model *model, int element)
+static inline int slip_of_element(unsigned slips, int slip, int element)
 {
-    return (model->slips >> element & 1U) != 0U ? model->slip : 0;
+    return (slips >> element & 1U) != 0U ? slip : 0;
 }
 
 #endif

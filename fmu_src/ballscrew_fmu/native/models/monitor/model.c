@@ -14,7 +14,7 @@ static bool at_rest(const Model *model)
 {
     const double speed = fabs(model->latched[SPEED]);
 
-    if (model->events_began) {
+    if (model->began) {
         return model->rests;
     }
     return !(speed >= model->latched[SPEED_MIN] && speed > 0.0);
@@ -76,14 +76,14 @@ static void compute(Model *model)
     if (model->solved) {
         return;
     }
-    if (!rests || model->events) { /* event indicators depend on the torque at rest too */
+    if (!rests || model->continuous) { /* event indicators depend on the torque at rest too */
         estimate(model, &found);
     }
     out[PRELOAD] = model->estimate;
     if (rests) {
         out[PRELOAD] = model->holds ? model->held : at[INITIAL_PRELOAD];
         torque_of_preload(model->map, at, motion(model), lesser(out[PRELOAD], model->map->force.hi), &found);
-        if (!model->events) {
+        if (!model->continuous) {
             model->clamped = clamped_inputs(&found);
         }
     }
@@ -98,16 +98,12 @@ static void compute(Model *model)
 
 static void compute_lambda_ratio(Model *model)
 {
-    const double *at = model->latched;
-    Conditions conditions;
-    Loads loads;
-    Films films;
+    static const double constants[VARIABLE_COUNT] = {0.0};
+    Along preload = {0.0, 0.0};
 
     compute(model);
-    nut_conditions(model->map, at[SPEED], at[TEMPERATURE], &conditions);
-    nut_loads(model->map, model->value[PRELOAD], at[AXIAL_LOAD], &loads);
-    nut_films(model->map, &loads, &conditions, &films);
-    model->value[LAMBDA_RATIO] = lambda_ratio(films.minimum, at[ROUGHNESS_HEIGHT]);
+    preload.value = model->value[PRELOAD];
+    model->value[LAMBDA_RATIO] = lambda_ratio_along(model->map, model->latched, constants, preload).value;
     model->films_known = true;
 }
 
@@ -145,7 +141,7 @@ double model_get(Model *model, int reference)
     const Variable *variable = &model_variables[reference];
 
     if (reference == IN_RANGE) {
-        return model->events_began ? model->in_range && !model->rests : determined(model);
+        return model->began ? model->in_range && !model->rests : determined(model);
     }
     if (variable->causality == CAUSALITY_INDICATOR) {
         model_indicators(model);
@@ -163,6 +159,12 @@ unsigned model_clamped(Model *model)
 {
     compute(model);
     return model->clamped;
+}
+
+bool model_warns_of_step(Model *model, char *text, size_t size)
+{
+    (void)model, (void)text, (void)size;
+    return false;
 }
 
 bool model_possible(const Model *model)
@@ -214,9 +216,9 @@ void model_indicators(Model *model)
     bool within;
 
     compute(model);
-    within = model->events_began ? model->in_range : model->clamped == 0U;
+    within = model->began ? model->in_range : model->clamped == 0U;
     out[IN_RANGE_INDICATOR] =
-        model->events ? margin_of_estimate(model) + (within ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS) : 0.0;
+        model->continuous ? margin_of_estimate(model) + (within ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS) : 0.0;
     out[MOTION_INDICATOR] =
         fabs(model->latched[SPEED]) - model->latched[SPEED_MIN] + (rests ? -SPEED_HYSTERESIS : SPEED_HYSTERESIS);
 }
@@ -228,52 +230,24 @@ void model_initial_event(Model *model)
     compute(model);
     model->in_range = model->clamped == 0U;
     model->rests = rests;
-    model->events_began = true;
+    model->began = true;
     (void)model_event(model);
-}
-
-/* Modes that an event at the latched point leads to. */
-static void modes_after_event(Model *model, bool *range, bool *rests)
-{
-    const double *out = model->value;
-
-    model_indicators(model);
-    *range = model->in_range ? !(out[IN_RANGE_INDICATOR] < 0.0) : out[IN_RANGE_INDICATOR] > 0.0;
-    *rests = model->rests ? !(out[MOTION_INDICATOR] > 0.0) : out[MOTION_INDICATOR] < 0.0;
 }
 
 bool model_event(Model *model)
 {
     const bool was_determined = model->in_range && !model->rests;
+    const double *out = model->value;
 
-    modes_after_event(model, &model->in_range, &model->rests);
-    /* last instant at which the torque determined it; in co-simulation that is the end of the last step */
-    if (model->continuous && was_determined && (model->rests || !model->in_range)) {
+    model_indicators(model);
+    model->in_range = model->in_range ? !(out[IN_RANGE_INDICATOR] < 0.0) : out[IN_RANGE_INDICATOR] > 0.0;
+    model->rests = model->rests ? !(out[MOTION_INDICATOR] > 0.0) : out[MOTION_INDICATOR] < 0.0;
+    if (was_determined && (model->rests || !model->in_range)) { /* last instant at which the torque determined it */
         model->held = model->estimate;
         model->holds = true;
     }
     model_latch(model);
     return false;
-}
-
-bool model_event_due(Model *model)
-{
-    bool range, rests;
-
-    modes_after_event(model, &range, &rests);
-    return range != model->in_range || rests != model->rests;
-}
-
-double model_power(Model *model)
-{
-    (void)model;
-    return 0.0;
-}
-
-void model_set_mean_power(Model *model, double mean)
-{
-    (void)model;
-    (void)mean;
 }
 
 /* --- derivatives ------------------------------------------------------------------------------------------------- */

@@ -15,16 +15,29 @@ typedef struct {
     double sign; /* factor of the Coulomb parts at this speed */
 } Search;
 
+static Number variable_of(const double at[], const double direction[], int reference)
+{
+    return number(at[reference], direction[reference]);
+}
+
+/* Of the balls: that of the seals is apart. */
+static Friction friction_along(const double at[], const double direction[])
+{
+    const Friction out = {variable_of(at, direction, APPARENT_VISCOSITY_RATIO),
+                          variable_of(at, direction, NET_SLIDING_COEFFICIENT),
+                          variable_of(at, direction, ROUGHNESS_HEIGHT), variable_of(at, direction, BREAKAWAY_FACTOR),
+                          constant(0.0)};
+    return out;
+}
+
 static void begin_search(Search *search, const Map *map, const double at[], double speed, Estimate *out)
 {
+    static const double constants[VARIABLE_COUNT] = {0.0};
+
     search->map = map;
     search->at = at;
     search->columns[0].cell = search->columns[1].cell = -1;
-    search->friction.viscosity_ratio = constant(at[APPARENT_VISCOSITY_RATIO]);
-    search->friction.net_sliding = constant(at[NET_SLIDING_COEFFICIENT]);
-    search->friction.roughness = constant(at[ROUGHNESS_HEIGHT]);
-    search->friction.breakaway = constant(at[BREAKAWAY_FACTOR]);
-    search->friction.seal = constant(0.0);
+    search->friction = friction_along(at, constants);
     search->sign = value_of(regularised_sign(constant(speed), constant(at[REGULARIZATION_SPEED])));
     nut_conditions(map, constant(speed), constant(at[TEMPERATURE]), &search->conditions);
     out->speed_clamped = search->conditions.speed_clamped;
@@ -145,17 +158,10 @@ static Along pair_of(Number a)
     return out;
 }
 
-static Number variable_of(const double at[], const double direction[], int reference)
-{
-    return number(at[reference], direction[reference]);
-}
-
 Along torque_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Along speed,
                    Along preload)
 {
-    const Friction friction = {
-        variable_of(at, direction, APPARENT_VISCOSITY_RATIO), variable_of(at, direction, NET_SLIDING_COEFFICIENT),
-        variable_of(at, direction, ROUGHNESS_HEIGHT), variable_of(at, direction, BREAKAWAY_FACTOR), constant(0.0)};
+    const Friction friction = friction_along(at, direction);
     const Number sign = regularised_sign(dual_of(speed), variable_of(at, direction, REGULARIZATION_SPEED));
     Conditions conditions;
     Loads loads;

@@ -82,27 +82,30 @@ static inline Number mean_contact_force(Number stiffness, Number first, Number l
     return divide(times(0.4, multiply(stiffness, work)), way);
 }
 
-/* approach: of preload_approach, stiffness: of contact_stiffness; step: [s], 0: an instant */
-static inline void contacts_at(const Number at[], Number stiffness, Number approach, double step, Contacts *out)
+/* stiffness: of contact_stiffness, approach: of preload_approach; first, last, drift: as in Contacts */
+static inline void contacts_of(Number stiffness, Number approach, Number first, Number last, Number drift, Contacts *out)
 {
-    const Number ratio = screw_ratio(at);
-
     out->stiffness = stiffness;
     out->preloaded = approach;
-    out->drift = subtract(multiply(ratio, at[SPEED]), at[VELOCITY]);
-    out->first = subtract(multiply(ratio, at[ANGLE]), at[POSITION]);
-    out->last = add(out->first, times(step, out->drift));
-    out->a = contact_law(stiffness, add(approach, out->last));
-    out->b = contact_law(stiffness, subtract(approach, out->last));
+    out->drift = drift;
+    out->first = first;
+    out->last = last;
+    out->a = contact_law(stiffness, add(approach, last));
+    out->b = contact_law(stiffness, subtract(approach, last));
 }
 
-/* Mean of the nut force, without damping, while the deflection moves from first to last. */
-static inline Number mean_elastic_force(const Contacts *contacts, Number first, Number last)
+/* Mean of the nut force, without damping, while the deflection moves from first to last. stiffness, approach: as above */
+static inline Number mean_elastic_force(Number stiffness, Number approach, Number first, Number last)
 {
-    const Number k = contacts->stiffness, d_0 = contacts->preloaded;
+    return subtract(mean_contact_force(stiffness, add(approach, first), add(approach, last)),
+                    mean_contact_force(stiffness, subtract(approach, first), subtract(approach, last)));
+}
 
-    return subtract(mean_contact_force(k, add(d_0, first), add(d_0, last)),
-                    mean_contact_force(k, subtract(d_0, first), subtract(d_0, last)));
+/* [J] stored in both contacts, without load 0 */
+static inline Number contact_energy(const Contacts *contacts)
+{
+    return multiply(contacts->last, mean_elastic_force(contacts->stiffness, contacts->preloaded, constant(0.0),
+                                                       contacts->last));
 }
 
 static inline bool loads_nut_a(const Contacts *contacts)

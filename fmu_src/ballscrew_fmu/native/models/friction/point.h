@@ -1,6 +1,6 @@
 /* What BallScrewFriction computes at a point of its inputs: loads, outputs, range. Numbers: number.h. */
-#ifndef BALLSCREW_FRICTION_POINT_H
-#define BALLSCREW_FRICTION_POINT_H
+#ifndef BALLSCREW_POINT_H
+#define BALLSCREW_POINT_H
 
 #include "friction_law.h"
 

@@ -1,7 +1,6 @@
-/* Outputs of a screw with friction in dual numbers, at a Point of the file that includes this. Tests compare the
-   derivatives with differences of model.c. */
-#ifndef BALLSCREW_TANGENT_LAW_H
-#define BALLSCREW_TANGENT_LAW_H
+/* Outputs of a screw with friction in dual numbers. Tests compare them with differences of model.c. */
+#define DUAL_NUMBERS
+#include "point.h"
 
 void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
                   const Moment *moment, double slopes[VARIABLE_COUNT])
@@ -39,5 +38,3 @@ void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double 
         slopes[i] = slope_of(out[i]);
     }
 }
-
-#endif

@@ -1,0 +1,55 @@
+/* State of BallScrewAxis, and of the integration over a step. */
+#ifndef BALLSCREW_STATE_H
+#define BALLSCREW_STATE_H
+
+#include "axis_law.h"
+
+typedef struct {
+    double place[FREEDOMS], speed[FREEDOMS];
+    double element[ELEMENTS]; /* of the screw, as in presliding_law.h */
+    double guide;             /* of the guide, the same */
+} Motion;
+
+/* Friction of the screw that a part of a step is made with. */
+typedef struct {
+    PreslidingLevel elements;
+    double viscous; /* [N.m.s/rad] torque over speed */
+} Level;
+
+/* What a step starts from and ends with. Model exchange: modes, and friction of the elements, at the last event. */
+typedef struct {
+    Motion motion;
+    Level level;     /* of the last part */
+    double proposal; /* [s] length of the next part; 0: none yet */
+    double heat;     /* [J] of the step */
+    double supplied; /* [J] of the step, by motor torque and external force */
+    unsigned slips;  /* bit per element that slides */
+    int slip;        /* direction of those */
+    int guide_slip;  /* 0 the guide follows, +1 or -1 direction of slip */
+    bool cut;        /* the step needed too many parts, or ended where numbers become too large */
+} Advance;
+
+struct Model {
+    const Map *map;
+    double value[VARIABLE_COUNT];   /* inputs, parameters and states; outputs when computed */
+    double latched[VARIABLE_COUNT]; /* inputs, parameters and states that the outputs belong to */
+    double step;                    /* [s] that the outputs belong to; 0: an instant */
+    double heat, supplied;          /* [J] of all steps; model exchange: heat of events */
+    Advance last;                   /* step */
+    bool continuous;                /* model exchange: the states are those of the importer, modes change at events */
+    bool in_range;                  /* model exchange: at the last event */
+    bool began;                     /* the first step or, in model exchange, the initial event is done */
+    bool located, outputs_known, films_known;
+    Point point; /* the latched one */
+};
+
+/* Fields of a saved state, as in friction/state.h. The motion is that of the values. */
+#define MODEL_NUMBERS(X) X(step) X(heat) X(supplied) X(last.level) X(last.proposal) X(last.heat)
+#define MODEL_FLAGS(X) X(continuous) X(in_range) X(began) X(last.cut)
+#define MODEL_MASKS(X) X(last.slips, ELEMENTS)
+#define MODEL_SIGNS(X) X(last.slip) X(last.guide_slip)
+
+/* Integration over a step > 0 of co-simulation with constant inputs. at: inputs and parameters */
+INTERNAL void axis_advance(const Map *map, const double at[VARIABLE_COUNT], double step, Advance *state);
+
+#endif

@@ -1,4 +1,0 @@
-/* Outputs of the friction FMU in dual numbers. */
-#define DUAL_NUMBERS
-#include "friction_point.h"
-#include "tangent_law.h"
