@@ -55,14 +55,6 @@ def test_uncertainties_become_weights(csv_file):
         assert [m.uncertainty for m in found.measurements] == pytest.approx([0.004, 0.01, 0.04])
 
 
-def test_duplicates_are_named(csv_file):
-    found = read_measurement_file(
-        csv_file(HEAD + "1000,60,30,0.4\n2000,60,30,0.7\n" * 2 + "1000,60,30,0.41\n"), 300.0
-    )
-    (note,) = found.notes
-    assert note.startswith("duplicates, the same point and torque: row 1 = 3, 2 = 4; ")
-
-
 def test_the_tables_of_the_paper_are_read_unchanged():
     found = read_measurement_file(PACKAGED_TORQUE, 303.0)
     assert found.measurements == packaged_measurements(303.0)
@@ -95,22 +87,3 @@ def test_impossible_rows_are_named_with_the_reason(csv_file):
         (problem,) = found.problems
         assert str(problem).startswith(f"row 2 (line 4): {reason}")
         assert len(found.measurements) == 1
-
-
-def test_ambiguous_files_are_refused_with_the_place(csv_file):
-    for text, message in [
-        (HEAD, "no rows; allowed: a line of headings and one line per point"),
-        (
-            HEAD + GOOD + "1,0,60,30,0,4\n",
-            "row 2 (line 3): 6 fields between commas; 4 expected, as in the headings; "
-            "numbers with decimal commas need semicolons",
-        ),
-        (HEAD + '1000,60,30,"0,4"\n', "torque [N.m] = '0,4'; numbers with decimal commas need semicolons"),
-        (
-            HEAD.replace(",", ";") + "1.000,5;60;30;0,4\n",
-            "preload [N] = '1.000,5'; allowed in a file with decimal",
-        ),
-    ]:
-        with pytest.raises(ValueError, match=r"measured\.csv: ") as caught:
-            read_measurement_file(csv_file(text), 300.0)
-        assert message in str(caught.value)

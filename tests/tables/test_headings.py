@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from ballscrew_tehl.calibration.measurement_file import measured_columns
-from ballscrew_tehl.tables.headings import MEASURED, quantity_of, si
+from ballscrew_tehl.calibration.measurement_file import read_measurement_file
+from ballscrew_tehl.tables.headings import MEASURED, TORQUES, quantity_of, si
 
 #: heading, value as written, quantity, SI; conversion factors of NIST SP 811
 CASES = """
@@ -40,6 +40,7 @@ preload; speed [r/min]; torque [N.m] => column 'preload': unit missing; write pr
 preload [N]; speed_hz; torque [N.m] => column 'speed_hz': unit 'hz'; write speed [UNIT] with one of r/min
 preload [N]; speed [r/min]; torque [N.m]; temprature_c => column 'temprature_c' unknown; is temperature meant?
 preload [N]; speed [r/min] => column torque missing (found: preload [N], speed [r/min]); allowed:
+preload [N]; speed [r/min]; torque [N.m]; uncertainty => column 'uncertainty': unit missing; write uncertainty [UNIT]
 preload [N]; speed [r/min]; torque [N.m]; measured_Nm => columns 'torque [N.m]' and 'measured_Nm' both are torque
 preload [N]; speed [r/min]; torque [N.m]; weight; torque_uncertainty [%] => columns weight and torque_uncertainty
 """
@@ -48,14 +49,16 @@ preload [N]; speed [r/min]; torque [N.m]; weight; torque_uncertainty [%] => colu
 def test_a_heading_gives_quantity_and_factor():
     for line in CASES.strip().splitlines():
         heading, value, key, expected = line.split("; ")
-        found, unit = quantity_of(heading, MEASURED)
+        found, unit = quantity_of(heading, TORQUES)
         assert found == key
         assert math.isclose(si(float(value), MEASURED[key], unit), float(expected), rel_tol=1e-12), line
 
 
-def test_ambiguous_headings_are_refused():
+def test_ambiguous_headings_are_refused(tmp_path):
     for line in REFUSED.strip().splitlines():
         headings, message = line.split(" => ")
+        path = tmp_path / "x.csv"
+        path.write_text(f"{headings}\n{'1;' * headings.count(';')}1\n")
         with pytest.raises(ValueError, match=r"allowed|write|meant") as caught:
-            measured_columns(headings.split("; "))
+            read_measurement_file(path, 300.0)
         assert message in str(caught.value)

@@ -11,8 +11,8 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
 from ..physics.ball_law import Array
-from ..tables.headings import ANGLE, SPEED
-from .log_file import EFFORT, MOTION, Log
+from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED
+from .log_file import Log
 
 #: a step of time longer than this many usual ones is a gap; jumps of a position that are whole periods within this
 #: share are those of an encoder that starts again; most of the jumps that may be none
