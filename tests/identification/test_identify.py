@@ -30,7 +30,7 @@ from ballscrew_tehl.identification.preload import (
     change_of_preload,
     found_preload,
     screw_friction,
-    told_apart,
+    separated_parts,
     without,
 )
 from ballscrew_tehl.identification.signals import Drive, Section, Signals, signals_of
@@ -151,10 +151,10 @@ def jittered(time, position, voltage):
         (EMPS, lambda t, x, u: (t, (x - x.min()) % 0.02, u), "every 0.02 m: joined"),
         (EMPS, lambda t, x, u: missing_at_wraps(t, x, u), "every 0.02 m: joined"),
         (EMPS, lambda t, x, u: jittered(t, x, u), "uneven sampling"),
-        (EMPS, lambda t, x, u: [np.delete(s, np.s_[9000:9300]) for s in (t, x, u)], "1 gap in time"),
+        (EMPS, lambda t, x, u: [np.delete(s, np.s_[9000:9300]) for s in (t, x, u)], "1 gap(s) in time"),
         (EMPS, lambda t, x, u: (t, x, np.where(np.arange(len(t)) % 97, u, np.nan)), "uneven sampling"),
         (EMPS, lambda t, x, u: (np.round(t, 2), x, u), "taken as evenly sampled"),
-        (EMPS, lambda t, x, u: (t, x + 0.05 * (t > 9.0), u), "1 jump of the position"),
+        (EMPS, lambda t, x, u: (t, x + 0.05 * (t > 9.0), u), "1 jump(s) of the position"),
         (EMPS, lambda t, x, u: (t, x + (np.arange(len(t)) == 4000), u), ""),
         (EMPS, lambda t, x, u: (t, x, u + 5e3 * (np.arange(len(t)) == 4000)), ""),
         (
@@ -233,24 +233,25 @@ def test_preload_and_its_change_with_known_guides(law):
         assert one.offset_limits[0] <= TILT <= one.offset_limits[1]
         friction = without(screw_friction(one, None), GUIDES * LEAD)
         logs.append(screw_friction(one, None))
-        found.append((friction, found_preload(friction, law, 303.15)))
-        assert found[-1][1].low < preload < found[-1][1].high
-        assert found[-1][1].log_low < preload < found[-1][1].log_high
-        assert found[-1][1].within
+        found.append((friction, found_preload(friction, law, 303.15), 303.15))
+        assert found[-1][1].preload_low_n < preload < found[-1][1].preload_high_n
+        assert found[-1][1].preload_log_low_n < preload < found[-1][1].preload_log_high_n
+        assert found[-1][1].shape_fits
     change = change_of_preload(*found, law)
-    assert change.low <= 0.9 <= change.high < 1.0
+    assert change.preload_ratio_low <= 0.9 <= change.preload_ratio_high < 1.0
     # the law's interval is common to both
-    assert change.high - change.low < 0.2 * (found[0][1].high - found[0][1].low) / 1800.0
+    wide = found[0][1].preload_high_n - found[0][1].preload_low_n
+    assert change.preload_ratio_high - change.preload_ratio_low < 0.2 * wide / 1800.0
     light = screw_friction(screw(law, 1000.0, 3), None)
-    apart = told_apart([(logs[1], 2000.0, 303.15), (light, 1000.0, 303.15)], law)
-    assert apart.rest_low <= GUIDES * LEAD <= apart.rest_high
-    assert apart.factor_low <= 1.0 <= apart.factor_high
+    apart = separated_parts([(logs[1], 2000.0, 303.15), (light, 1000.0, 303.15)], law)
+    assert apart.without_nut_low_nm <= GUIDES * LEAD <= apart.without_nut_high_nm
+    assert apart.law_factor_low <= 1.0 <= apart.law_factor_high
 
 
 def test_a_log_without_the_nut_takes_the_guides_away(law):
     whole = screw_friction(screw(law, 2000.0, 4), None)
     bare = whole._replace(torque=np.full_like(whole.torque, GUIDES * LEAD))
     alone = without(whole, 0.0, bare)
-    assert found_preload(alone, law, 303.15).preload == pytest.approx(2000.0, rel=0.01)
+    assert found_preload(alone, law, 303.15).preload_n == pytest.approx(2000.0, rel=0.01)
     with pytest.raises(ValueError, match="smaller than the whole"):
         without(whole, 0.0, whole)

@@ -163,28 +163,22 @@ def identify(
                 "in each direction: both directions separate offset and friction; remedy: a log that moves both "
                 "ways, with longer strokes, and a column with its sign, no magnitude"
             )
-    user, later = (
-        _User(inertia, offset, 0.0 if delay is None else delay, delay is not None),
-        effort_later(signals, samples),
-    )
+    inside, known = True, delay is not None
     if delay is None:
         delay, inside = estimated_delay(signals, samples.cutoff, travel)
-        user = user._replace(delay=delay)
-        if not inside:
-            notes.append(
-                f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: check that both signals are of "
-                "one log"
-            )
-    samples = replace(samples, effort=later(user.delay))
+    user = _User(inertia, offset, delay, known)
+    if not inside:
+        notes.append(
+            f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: check that both signals are of one log"
+        )
     edges = Bins.of(samples, bins_wanted)
-    bins = edges.place(samples.speed)
-    count = edges.tally(bins)
+    count = edges.tally(edges.place(samples.speed))
     farther = filtered(signals, FARTHER * travel, samples.cutoff)
     others = [_other(signals, filtered(signals, travel, 0.5 * samples.cutoff), edges, user)]
     if len(farther.speed) >= FARTHER_LEFT * len(samples.speed):
         others.append(_other(signals, farther, edges, user))
     enough = (count * samples.each >= MIN_SAMPLES) & (count * samples.each * samples.rate >= MIN_INDEPENDENT)
-    use = enough[bins]
+    use = enough[edges.place(samples.speed)]
     left_out = signals.left_out | samples.left_out
     left_out[
         f"bins of speed with fewer than {MIN_SAMPLES} samples, {MIN_INDEPENDENT:g} of them independent"
@@ -194,9 +188,9 @@ def identify(
             f"no bin of speed with {MIN_SAMPLES} samples in both directions; allowed: a longer log, or fewer bins "
             "(--bins)"
         )
-    if not use.all():
-        samples = replace(samples, **{name: getattr(samples, name)[use] for name in OF_SAMPLES})
-    bins = np.cumsum(enough)[bins[use]] - 1
+    samples = replace(samples, effort=effort_later(signals, samples)(delay))
+    samples = replace(samples, **{name: getattr(samples, name)[use] for name in OF_SAMPLES})
+    bins = np.cumsum(enough)[edges.place(samples.speed)] - 1
     others = [other._replace(total=other.total[enough]) for other in others]
     return _result(signals, samples, _fit(signals, samples, bins, user), others, user, left_out, notes)
 
@@ -276,14 +270,12 @@ def _fit(signals: Signals, samples: Samples, bins: np.ndarray, user: _User) -> _
     clusters, of_bin = clusters_of(samples, signals.step, bins)
     # sums of what each cluster moves: bins alone, the inertia, the values reported
     size = int(clusters.max()) + 1
-    alone_moved = (
-        np.bincount(clusters * len(count) + bins, residual, size * len(count)).reshape(size, -1) / count
-    )
+    moved = np.bincount(clusters * len(count) + bins, residual, size * len(count)).reshape(size, -1) / count
     independent = count * samples.each * samples.rate
     freedom = max(1.0 - 2.0 * (len(count) + 1.0) / float(independent.sum()), 0.1)
     by_inertia, inertia_half = slope_moves(acceleration, residual, clusters, squares, freedom)
     by_jerk = max(abs(inertia) * float(jerk @ jerk), 1e-300)
-    moved = alone_moved - np.outer(by_inertia * (user.inertia is None), mean_acceleration)
+    moved -= np.outer(by_inertia * (user.inertia is None), mean_acceleration)
     of_offset = moved @ weights
     few = size / max(size - 1.0, 1.0)
     plain = float(np.mean(residual**2)) / independent
@@ -415,9 +407,8 @@ def _within_a_bin(speed: Array, friction: Array) -> Array:
     bend = np.zeros(len(speed))
     for side in (speed < 0.0, speed > 0.0):
         if side.sum() >= 3:
-            second = np.abs(np.diff(friction[side], 2))
-            bend[side] = np.maximum(np.r_[second, second[-1:], 0.0], np.r_[0.0, second[:1], second])
-            bend[side] = np.maximum(bend[side], np.r_[second[:1], second, second[-1:]]) / 8.0
+            second = np.pad(np.abs(np.diff(friction[side], 2)), 2, mode="edge")
+            bend[side] = np.max([second[:-2], second[1:-1], second[2:]], axis=0) / 8.0
     return bend
 
 
