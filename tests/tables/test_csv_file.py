@@ -2,7 +2,7 @@
 
 import pytest
 
-from ballscrew_tehl.tables.csv_file import Marks, open_table, read_columns, read_rows
+from ballscrew_tehl.tables.csv_file import open_table, read_columns, read_rows
 from ballscrew_tehl.tables.headings import TORQUES, one_column
 
 HEAD = "preload [N];speed [r/min];torque [Nm]\n"
@@ -54,6 +54,10 @@ REFUSED = [
     (HEAD + "1.500;100;0.4\n800;100;0.4\n", "line 2: preload [N] = '1.500' can be read in two ways"),
     (HEAD + "1.234.567;100;0.4\n", "'1.234.567'; allowed: a number without marks of thousands"),
     (HEAD + "1 500;100;0.4\n", "'1 500'; allowed: a number without marks of thousands"),
+    (
+        HEAD + "1;2;3\n" * 3 + "2,5;-;3\n1;1;0.5\n",
+        "line 6: torque [Nm] = '0.5'; allowed in a file with decimal commas",
+    ),
     (HEAD + "1.000,5;60;0,4\n", "preload [N] = '1.000,5'; allowed in a file with decimal"),
     (
         HEAD + "1500;100;0.4\n1500;100;0,4\n",
@@ -88,16 +92,3 @@ def test_a_first_row_that_is_no_measurement_is_a_row(tmp_path):
         table = open_table(write(tmp_path / "x.csv", f"{HEAD}{first}\n1000;60;0.4\n"), TORQUES)
         rows = read_columns(table, {key: column for key, (column,) in table.columns.items()}, TORQUES)
         assert rows.lines == [2, 3]
-
-
-def test_marks_of_all_pieces_of_a_column_count(tmp_path):
-    """Whole numbers in the first piece, decimal commas later, points last."""
-    marks = Marks(open_table(write(tmp_path / "x.csv", HEAD + "1;2;3\n"), TORQUES))
-    assert list(marks.numbers(0, [2, 3], ["1", "2"])[0]) == [1.0, 2.0]
-    assert list(marks.numbers(0, [4, 5], ["2,5", "-"])[0][:1]) == [2.5]
-    marks.check()
-    marks.numbers(2, [6], ["0.5"])
-    with pytest.raises(
-        ValueError, match=r"line 6: torque \[Nm\] = '0\.5'; allowed in a file with decimal commas"
-    ):
-        marks.check()

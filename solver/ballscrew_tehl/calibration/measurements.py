@@ -119,14 +119,12 @@ def spread_advice(spread: float, scatter: float | None) -> str:
 
     Parameters   spread : root of the weighted mean square error;  scatter : see repeat_scatter
     """
-    low, high = EXPECTED
-    if low <= spread <= high:
+    if EXPECTED[0] <= spread <= EXPECTED[1]:
         return ""
-    if spread < low:
-        return f"the stated uncertainties are too large by a factor of {1.0 / max(spread, 1e-9):.2g}"
-    small = f"the stated uncertainties are too small by that factor: state {spread:.2g} times as much"
+    if spread < EXPECTED[0]:
+        return "the stated uncertainties are too large by its inverse"
+    small = "the stated uncertainties are too small by that factor"
     shape = "the law does not fit in shape: subtract guides and seals, check oil and temperature, fit fewer speeds"
     if scatter is None:
         return f"{small}, or {shape}; repeats of a point tell which"
-    cause = small if scatter > CAUSE * spread else shape
-    return f"repeats scatter by {scatter:.2g}: {cause}"
+    return f"repeats scatter by {scatter:.2g}: {small if scatter > CAUSE * spread else shape}"

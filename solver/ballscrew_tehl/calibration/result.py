@@ -68,11 +68,6 @@ def number_notes(found: FrictionSet, parameters: Parameters) -> list[str]:
     return notes
 
 
-def _sliding_name(basis: TorqueBasis) -> str:
-    """Name of the part of the torque that the net sliding coefficient carries."""
-    return "sliding share" if basis.names[0] == FITTED[0] else "share of ball on ball"
-
-
 def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
     """Parameters, or SPLIT, that the data do not determine to PRECISION and SPLIT_WIDTH -> their intervals."""
     reasons = {}
@@ -84,8 +79,8 @@ def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
     per_net = float(np.mean(basis.sliding / basis.measured))
     low_share, high_share = (min(per_net * bound, 1.0) for bound in found.limits[FITTED[1]].values())
     if not high_share - low_share <= SPLIT_WIDTH:
-        ends = f"{100.0 * low_share:.0f} to {100.0 * high_share:.0f} %"
-        reasons[SPLIT] = f"{_sliding_name(basis)} of the torque {ends}"
+        part = "sliding share" if basis.names[0] == FITTED[0] else "share of ball on ball"
+        reasons[SPLIT] = f"{part} of the torque {100.0 * low_share:.0f} to {100.0 * high_share:.0f} %"
     return reasons
 
 
@@ -160,10 +155,5 @@ def calibration_text(result: Calibration, data: dict[str, Any]) -> str:
     if found.not_identified:
         lines.append("Not identified by these data:")
         lines += [f"    {name}: {why}" for name, why in found.not_identified.items()]
-    else:
-        lines.append(
-            f"Identified by these data: every parameter to {100.0 * PRECISION:.0f} %, the "
-            f"{_sliding_name(result.basis)} to {100.0 * SPLIT_WIDTH:.0f} points of per cent"
-        )
     lines += [f"dropped: {problem}" for problem in result.dropped]
     return "\n".join([*lines, *(f"note: {note}" for note in result.notes)])

@@ -27,8 +27,8 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
 from ..physics.ball_law import Array
+from ..tables.csv_file import Progress
 from .directions import LIMIT, LINEAR, ROTARY, Bidirectional, Friction, Units, bidirectional_friction, varies
-from .log_file import Progress
 from .motion import MAX_NOISE, OF_SAMPLES, Samples, effort_later, filtered
 from .regression import CONFIDENCE, MIN_BINS, Bins, alone, clusters_of, power, slope_moves, within
 from .signals import Signals

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.ball_law import Array
-from ..tables.csv_file import SCOPE, Progress, Table, open_table, read_columns
+from ..tables.csv_file import SCOPE, Table, open_table, read_columns
 from ..tables.headings import EFFORT, LOG, MOTION, Column, one_column
 
 #: may be logged more slowly
@@ -33,12 +33,7 @@ class Log(NamedTuple):
     notes: list[str]
 
 
-def read_log(
-    path: Path | str,
-    progress: Progress = lambda finished, total, what: None,
-    wanted: Sequence[str] = (),
-    stated: Mapping[str, str] = {},
-) -> Log:
+def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, str] = {}) -> Log:
     """Signals of a log.
 
     Parameters   wanted : signals of the drive that are used if the log has them, before the order of EFFORT
@@ -50,7 +45,7 @@ def read_log(
         columns = _selected(table, stated, wanted)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    found = read_columns(table, columns, LOG, MAX_DAMAGED, progress)
+    found = read_columns(table, columns, LOG, MAX_DAMAGED)
     signals, (damaged, first), notes = found.values, found.damaged, []
     if count := table.above:
         lines = "lines" if count > 1 else "line"
@@ -58,10 +53,7 @@ def read_log(
     if count := table.between:
         notes.append(f"{count} line{'s' * (count > 1)} between headings and rows: no samples")
     for name, values in signals.items():
-        beyond = np.abs(values) > MAX_VALUE
-        if beyond.any():
-            values[beyond] = np.nan
-            notes.append(f"{beyond.sum()} values of {name} beyond {MAX_VALUE:g} (SI) left out")
+        values[np.abs(values) > MAX_VALUE] = np.nan
         if not np.isfinite(values).any():
             raise ValueError(
                 f"{path}: column {columns[name].heading!r} has no numbers; allowed: a number in each row"

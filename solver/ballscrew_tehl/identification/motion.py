@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, freqz_sos, sosfiltfilt, welch
 
 from ..physics.ball_law import Array
-from .log_file import Progress
+from ..tables.csv_file import Progress
 from .signals import Section, Signals, integral
 
 ORDER = 2

@@ -24,8 +24,6 @@ from .headings import Column, HeadingError, Kind, columns_of, named_places, si
 SEPARATORS = (";", "\t", ",")
 #: lines looked at for headings and first row;  lines without comments that headings are searched in
 HEAD, MAX_LINES = 2000, 100
-#: rows that are converted at once
-PIECE = 100_000
 #: what stands for a missing value, in lower case; EOF: last line of exports
 MISSING = frozenset(["", "nan", "null", "-", "n/a", "inf", "+inf", "-inf", "1.#qnan", "-1.#ind", "eof"])
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
@@ -77,9 +75,9 @@ class Table(NamedTuple):
 class Rows(NamedTuple):
     """Rows of the columns that are used.
 
-    lines : in the file, from 1, and texts : fields by quantity, of a table whose rows may not be damaged
-    values : by quantity [SI], NaN where there is no number
-    damaged : number of rows left out, and the first of them
+    lines : in the file, from 1, and texts : fields by quantity, both with damaged rows
+    values : by quantity [SI], without damaged rows, NaN where there is no number
+    damaged : number of these rows, and the first of them
     """
 
     lines: list[int]
@@ -227,65 +225,46 @@ def _heading(
     return (names or above[-1:] or [numeric])[0], numeric
 
 
-def read_columns(
-    table: Table,
-    columns: Mapping[str, Column],
-    kind: Kind,
-    max_damaged: float = 0.0,
-    progress: Progress = lambda finished, total, what: None,
-) -> Rows:
+def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_damaged: float = 0.0) -> Rows:
     """Rows of the columns that are used.
 
     Parameters   max_damaged : fraction of the rows that may be left out, with more fields than headings or with text
                  for a number; 0: each row has as many fields as the headings, and text is NaN
     Raises       ValueError: too many damaged rows, numbers that can be read in two ways, no rows
     """
-    fields, marks = len(table.headings), Marks(table)
-    rows = table.rows(table.start if max_damaged else table.below)
-    quantities = {key: kind.quantities[key] for key in columns if key in kind.quantities}
+    fields, strict = len(table.headings), not max_damaged
     lines: list[int] = []
+    damaged: dict[int, str] = {}
     texts: dict[str, list[str]] = {key: [] for key in columns}
-    parts: dict[str, list[NDArray[np.float64]]] = {key: [] for key in quantities}
-    total, damaged, first = 0, 0, ""
-    while piece := list(islice(rows, PIECE)):
-        if len(piece) == PIECE:
-            progress(piece[-1][0], len(table.lines), "lines of the file read")
-        numbers = [line for line, _ in piece]
-        wrong = {
-            k: f"{len(row)} fields under {fields} headings"
-            for k, (_, row) in enumerate(piece)
-            if len(row) > fields or (not max_damaged and len(row) < fields)
-        }
+    for line, row in table.rows(table.below if strict else table.start):
+        if len(row) > fields or (strict and len(row) < fields):
+            damaged[len(lines)] = f"{len(row)} fields under {fields} headings"
+        lines.append(line)
         for key, column in columns.items():
-            written = [row[column.place] if column.place < len(row) else "" for _, row in piece]
-            if key in parts:
-                values, text = marks.numbers(column.place, numbers, written)
-                parts[key].append(values)
-                for k in np.flatnonzero(text) if max_damaged else ():
-                    wrong.setdefault(int(k), f"{column.heading} = {written[k][:20]!r}")
-            if not max_damaged:
-                texts[key] += written
-        lines += numbers if not max_damaged else []
-        if wrong:
-            kept = np.delete(np.arange(len(piece)), list(wrong))
-            parts = {key: [*found[:-1], found[-1][kept]] for key, found in parts.items()}
-            first = first or f"line {numbers[min(wrong)]}: {wrong[min(wrong)]}"
-        total, damaged = total + len(piece), damaged + len(wrong)
-    if damaged > max_damaged * total:
+            texts[key].append(row[column.place] if column.place < len(row) else "")
+    if not lines:
+        raise ValueError(f"{table.path}: no rows; allowed: a line of headings and one line per row")
+    values: dict[str, NDArray[np.float64]] = {}
+    for key in kind.quantities.keys() & columns.keys():
+        values[key], is_text = _numbers(texts[key])
+        for k in () if strict else np.flatnonzero(is_text):
+            damaged.setdefault(int(k), f"{columns[key].heading} = {texts[key][k][:20]!r}")
+    first = f"line {lines[min(damaged)]}: {damaged[min(damaged)]}" if damaged else ""
+    if len(damaged) > max_damaged * len(lines):
         commas = "; numbers with decimal commas need semicolons between the fields" * (table.separator == ",")
-        few = f" ({damaged} of {total} rows are damaged, at most {100.0 * max_damaged:g} % are left out)"
+        few = f" ({len(damaged)} of {len(lines)} rows are damaged, at most {100.0 * max_damaged:g} % are left out)"
         raise ValueError(
             f"{table.path}: {first}; allowed: a number, or an empty field for one that is missing, under each heading"
-            f"{few if max_damaged else ''}{commas}"
+            f"{'' if strict else few}{commas}"
         )
-    if not total:
-        raise ValueError(f"{table.path}: no rows; allowed: a line of headings and one line per row")
-    marks.check()
+    _check_marks(table, {columns[key].heading: texts[key] for key in columns if key in values}, lines)
+    kept = np.delete(np.arange(len(lines)), list(damaged))
     values = {
-        key: si(np.concatenate(parts[key]), quantity, columns[key].unit)
-        for key, quantity in quantities.items()
+        key: si(values[key][kept], kind.quantities[key], column.unit)
+        for key, column in columns.items()
+        if key in values
     }
-    return Rows(lines, texts, values, (damaged, first))
+    return Rows(lines, texts, values, (len(damaged), first))
 
 
 def read_rows(path: Path | str) -> list[dict[str, str]]:
@@ -297,13 +276,25 @@ def read_rows(path: Path | str) -> list[dict[str, str]]:
     columns = {text: Column(place, text, "") for place, text in enumerate(table.headings)}
     if len(columns) < len(table.headings):
         raise ValueError(f"{path}: columns given twice; allowed: each heading once")
-    rows, marks = read_columns(table, columns, ANY), Marks(table)
-    for key, texts in rows.texts.items():
-        if _numeric(texts):
-            marks.numbers(columns[key].place, rows.lines, texts)
-            rows.texts[key] = [text.replace(",", ".") for text in texts]
-    marks.check()
-    return [dict(zip(columns, row, strict=True)) for row in zip(*rows.texts.values(), strict=True)]
+    lines, texts, *_ = read_columns(table, columns, ANY)
+    numbers = {key: found for key, found in texts.items() if _numeric(found)}
+    _check_marks(table, numbers, lines)
+    texts |= {key: [text.replace(",", ".") for text in found] for key, found in numbers.items()}
+    return [dict(zip(texts, row, strict=True)) for row in zip(*texts.values(), strict=True)]
+
+
+def _numbers(texts: Sequence[str]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Values of fields, NaN where one is missing or text, and where it is text."""
+    points = "\n".join(texts).replace(",", ".").split("\n")
+    try:
+        # float() takes 1_000 for a number
+        values = np.array(points if not any("_" in text for text in texts) else [""], dtype=np.float64)
+        is_text = np.zeros(len(points), dtype=bool)
+    except ValueError:
+        good = [NUMBER.fullmatch(point) is not None for point in points]
+        values = np.array([float(x) if number else np.nan for x, number in zip(points, good, strict=True)])
+        is_text = ~np.array(good) & [point.lower() not in MISSING for point in points]
+    return np.where(np.isfinite(values), values, np.nan), is_text
 
 
 _EXPONENT = r"(?:[eE][+-]?\d+)?"
@@ -311,11 +302,11 @@ _EXPONENT = r"(?:[eE][+-]?\d+)?"
 _FORMS = {
     form: re.compile(rf"\n([+-]?(?:{pattern}))(?=\n)")
     for form, pattern in {
+        "thousands": "\\d{1,3}(?:[ '\u2019\u00a0\u202f]\\d{3})+(?:[.,]\\d*)?|\\d{1,3}(?:[.,]\\d{3})+[.,]\\d+",
         ".group": r"[1-9]\d{0,2}\.\d{3}",
         ",group": r"[1-9]\d{0,2},\d{3}",
         ".": rf"(?![1-9]\d{{0,2}}\.\d{{3}}\n)(?=\.?\d)\d*\.\d*{_EXPONENT}",
         ",": rf"(?![1-9]\d{{0,2}},\d{{3}}\n)(?=,?\d)\d*,\d*{_EXPONENT}",
-        "thousands": "\\d{1,3}(?:[ '\u2019\u00a0\u202f]\\d{3})+(?:[.,]\\d*)?|\\d{1,3}(?:[.,]\\d{3})+[.,]\\d+",
         "hundreds": r"[1-9]\d\d",
         "many": r"[1-9]\d{3,}",
     }.items()
@@ -323,69 +314,47 @@ _FORMS = {
 _NAMES = {".": "point", ",": "comma"}
 
 
-class Marks:
-    """Numbers of the columns of a table; the first of each form with its line, by column."""
+def _check_marks(table: Table, columns: Mapping[str, Sequence[str]], lines: Sequence[int]) -> None:
+    """ValueError: a number of a column can be read in two ways, with both.
 
-    def __init__(self, table: Table) -> None:
-        self.table = table
-        self.first: dict[tuple[int, str], tuple[int, str]] = {}
-
-    def numbers(
-        self, place: int, lines: Sequence[int], texts: Sequence[str]
-    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """A piece of a column: values, NaN where a field is missing or text, and where it is text."""
-        joined = "\n".join(texts)
+    Parameters   columns : fields by heading;  lines : of the rows
+    """
+    found = {}  # first number of each form, by column
+    for heading, texts in columns.items():
+        joined = "\n".join(["", *texts, ""])
         for form, pattern in _FORMS.items():
-            possible = (place, form) not in self.first and (form[0] not in _NAMES or form[0] in joined)
-            if possible and (number := pattern.search(f"\n{joined}\n")):
-                self.first[place, form] = lines[texts.index(number[1])], number[1]
-        points = joined.replace(",", ".").split("\n")
-        try:
-            # float() takes 1_000 for a number
-            values = np.array(points if "_" not in joined else [""], dtype=np.float64)
-            text = np.zeros(len(points), dtype=bool)
-        except ValueError:
-            good = [NUMBER.fullmatch(point) is not None for point in points]
-            values = np.array(
-                [float(x) if number else np.nan for x, number in zip(points, good, strict=True)]
-            )
-            text = np.array(
-                [not number and x.lower() not in MISSING for x, number in zip(points, good, strict=True)]
-            )
-        return np.where(np.isfinite(values), values, np.nan), text
+            if (form[0] not in _NAMES or form[0] in joined) and (number := pattern.search(joined)):
+                found[heading, form] = number[1]
 
-    def check(self) -> None:
-        """ValueError: a number can be read in two ways, with both."""
-        comma = self.table.separator == ","
-        marked = {mark: self._found(mark, f"{mark}group", "thousands", holds=mark) for mark in ".,"}
-        if comma and marked[","]:
-            problem = "; numbers with decimal commas need semicolons between the fields, thousands no mark"
-            raise self._error(marked[","][0], problem)
-        if marked[","] and marked["."]:
-            decimal, other = (".", ",") if self._found(".") and not self._found(",") else (",", ".")
-            problem = f"; allowed in a file with decimal {_NAMES[decimal]}s: no {_NAMES[other]} (thousands or decimal?)"
-            raise self._error(marked[other][0], problem)
-        if found := self._found("thousands"):
-            raise self._error(found[0], "; allowed: a number without marks of thousands")
-        for mark in ".,":
-            for place in self._found(f"{mark}group"):
-                of_column = {form for column, form in self.first if column == place[0]}
-                # whole numbers below 1000 in the column, and no decimals; or no other number in the file
-                grouped = "hundreds" in of_column and not of_column & {mark, "many"}
-                if grouped or not (comma or self._found(".", ",", "many")):
-                    raise self._error(place, " can be read in two ways")
-
-    def _found(self, *forms: str, holds: str = "") -> list[tuple[int, str]]:
-        """Columns and forms that are in the file, of numbers that hold a mark."""
-        return [key for form in forms for key in self.first if key[1] == form and holds in self.first[key][1]]
-
-    def _error(self, key: tuple[int, str], problem: str) -> ValueError:
-        line, number = self.first[key]
-        readings = ""
-        if key[1].endswith("group") and "semicolons" not in problem:
+    def error(key: tuple[str, str], problem: str) -> ValueError:
+        heading, form = key
+        number, readings = found[key], ""
+        if form.endswith("group"):
             point, none = number.replace(",", "."), re.sub("[.,]", "", number)
             readings = (
                 f", {point} or {none}: export without marks of thousands, with the same decimals in each row"
             )
-        where = f"{self.table.path}: line {line}: {self.table.headings[key[0]]} = {number!r}"
-        return ValueError(f"{where}{problem}{readings}")
+        line = lines[columns[heading].index(number)]
+        return ValueError(f"{table.path}: line {line}: {heading} = {number!r}{problem}{readings}")
+
+    comma, forms = table.separator == ",", {form for _, form in found}
+    marked = {mark: [key for key, number in found.items() if mark in number] for mark in _NAMES}
+    if comma and marked[","]:
+        problem = "numbers with decimal commas need semicolons between the fields, thousands no mark"
+        raise error(marked[","][0], f"; {problem}")
+    if marked["."] and marked[","]:
+        decimal, other = (".", ",") if "." in forms and "," not in forms else (",", ".")
+        problem = (
+            f"allowed in a file with decimal {_NAMES[decimal]}s: no {_NAMES[other]} (thousands or decimal?)"
+        )
+        raise error(min(marked[other], key=lambda key: "group" not in key[1]), f"; {problem}")
+    for key in found:
+        heading, form = key
+        if form == "thousands":
+            raise error(key, "; allowed: a number without marks of thousands")
+        if form.endswith("group"):
+            others = {other for column, other in found if column == heading}
+            # whole numbers below 1000 in the column, and no decimals; or no other number in the file
+            grouped = "hundreds" in others and not others & {form[0], "many"}
+            if grouped or not (comma or forms & {".", ",", "many"}):
+                raise error(key, " can be read in two ways")
