@@ -35,10 +35,10 @@ READ = {
     "German axis": ("t (s);Weg [mm];Iststrom [mA]", "txi", (1, 8 / 360, 1e3), (), ""),
     "row of units": (
         "Trace\nSample Time,0.001,s\nTime,Position,Current\n[s],[deg],[A]", "txi", SAME, (),
-        "2 lines above the headings in line 3 skipped\n1 line between headings and rows: no samples",
+        "",
     ),
     "mapped": ("t_ms,phi,torque [Nm],Iq[0]", "txti", (1e3, 1, 0, 1), MAPPED, "columns not used: torque [Nm]"),
-    "scope": (SCOPE, "txti", (1e3, 1, 1e3, 1e3 * CONSTANT), SCOPE_AXIS, "2 lines above the headings in line 4 skipped"),
+    "scope": (SCOPE, "txti", (1e3, 1, 1e3, 1e3 * CONSTANT), SCOPE_AXIS, ""),
     "savetxt": (f"# run 3\n# {PLAIN}", "txi", SAME, (), ""),
     "stated": (axes("ms", "deg", "mA"), "txi", SAME, (*CONFIRMED, AXIS[0], "800"), ""),
 }  # fmt: skip

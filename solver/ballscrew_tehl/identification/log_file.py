@@ -47,11 +47,6 @@ def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, 
         raise ValueError(f"{path}: {error}") from error
     found = read_columns(table, columns, LOG, MAX_DAMAGED)
     signals, (damaged, first), notes = found.values, found.damaged, []
-    if count := table.above:
-        lines = "lines" if count > 1 else "line"
-        notes.append(f"{count} {lines} above the headings in line {table.heading_line} skipped")
-    if count := table.between:
-        notes.append(f"{count} line{'s' * (count > 1)} between headings and rows: no samples")
     for name, values in signals.items():
         values[np.abs(values) > MAX_VALUE] = np.nan
         if not np.isfinite(values).any():

@@ -37,9 +37,8 @@ Progress = Callable[[int, int, str], None]
 class Table(NamedTuple):
     """Where the table of a file is.
 
-    lines : all of the file;  heading_line : from 1;  below, start : index of the first line below headings and units,
-    and of the first one with numbers
-    above, between : number of lines above the headings, between them and the numbers, that are no comments
+    lines : all of the file;  below, start : index of the first line below headings and units, and of the first one with
+    numbers
     columns : by quantity;  problems : headings that were not understood
     """
 
@@ -47,11 +46,8 @@ class Table(NamedTuple):
     headings: list[str]
     separator: str
     lines: list[str]
-    heading_line: int
     below: int
     start: int
-    above: int
-    between: int
     columns: dict[str, list[Column]]
     problems: list[HeadingError]
 
@@ -164,10 +160,9 @@ def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> 
         heading, first = named[-1], heading
     if heading < 0 or first >= len(lines):
         raise ValueError(f"{path}: no rows; allowed: a line of headings and one line per point")
-    between = [k for k in content if heading < k < first]
     # a row of units may be below the headings
-    texts = [(k, fields(k)) for k in between]
-    units = [(k + 1, row) for k, row in texts if not any(map(is_number, row))]
+    texts = [(k + 1, fields(k)) for k in content if heading < k < first]
+    units = [(below, row) for below, row in texts if not any(map(is_number, row))]
     found, errors = [], []
     for below, row in [(heading + 1, []), *units]:
         try:
@@ -178,20 +173,7 @@ def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> 
         raise ValueError(f"{path}: {errors[0]}") from errors[0]
     below, columns, problems = min(found, key=lambda one: len(one[2]))
     separator = _separator(lines[heading].lstrip("\ufeff# "))
-    above = sum(k < heading for k in content)
-    return Table(
-        path,
-        fields(heading),
-        separator,
-        whole,
-        heading + 1,
-        below,
-        first,
-        above,
-        len(between),
-        columns,
-        problems,
-    )
+    return Table(path, fields(heading), separator, whole, below, first, columns, problems)
 
 
 def _heading(
