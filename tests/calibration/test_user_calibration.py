@@ -96,14 +96,18 @@ def test_torque_basis_under_axial_load_is_the_double_nut(films):
     np.testing.assert_allclose(basis.jacobian(values)[:, 2], numeric, rtol=1e-6)
 
 
-@pytest.mark.parametrize("name", ["two_parameter", "three_parameter"])
-def test_films_of_a_map_give_its_torques(films, name):
+def test_films_of_a_map_give_its_torques(films):
     """Balls around the mean one of a nut: the square of the spread of their loads is left out."""
-    parameters = with_set(GD4008, name)
-    nut_map, friction = load_map(None, parameters), default_friction_set(parameters)
-    for point in ((200.0, 1.0, 290.0, 0.0), (2000.0, 50.0, 303.0, 3000.0), (9000.0, 300.0, 330.0, -1500.0)):
-        found = double_nut_torque(parameters, friction, films[friction.film_model], *point)
-        assert found.viscous == pytest.approx(float(nut_map.evaluate(*point).viscous_torque), rel=1e-3)
+    for name in ("two_parameter", "three_parameter"):
+        parameters = with_set(GD4008, name)
+        nut_map, friction = load_map(None, parameters), default_friction_set(parameters)
+        for point in (
+            (200.0, 1.0, 290.0, 0.0),
+            (2000.0, 50.0, 303.0, 3000.0),
+            (9000.0, 300.0, 330.0, -1500.0),
+        ):
+            found = double_nut_torque(parameters, friction, films[friction.film_model], *point)
+            assert found.viscous == pytest.approx(float(nut_map.evaluate(*point).viscous_torque), rel=1e-3)
 
 
 def test_known_parameters_lie_in_their_limits(capsys, measured):
@@ -117,11 +121,8 @@ def test_known_parameters_lie_in_their_limits(capsys, measured):
     calibration = entry["calibration"]
     assert entry["not_identified"] == calibration["not_identified"] == {}
     assert calibration["dropped"] == calibration["outliers"] == []
-    assert len(calibration["points"]) == len(POINTS)
     assert calibration["points"][9]["axial_load_n"] == 600.0
-    assert calibration["points"][9]["speed_rpm"] == pytest.approx(30.0)
     assert "24 points of 24 rows" in entry["provenance"]
-    assert entry["screw"] == "GD4008-3"
 
 
 #: least squares on the directly solved films, printed by examples/paper/packaged_fit.py: values, half-widths of their
@@ -142,10 +143,7 @@ def test_the_tables_of_the_paper_give_the_packaged_set(capsys, name):
         assert entry["intervals"].get(parameter, 0.0) == pytest.approx(half, rel=0.1), parameter
     assert entry["errors"]["mean"] == pytest.approx(mean, abs=1e-3)
     assert entry["errors"]["leave_one_out_mean"] == pytest.approx(left_out, abs=1e-3)
-    unknown = entry["not_identified"]
-    assert ("roughness_height" in unknown) == (name == "three_parameter")
-    if name == "three_parameter":
-        assert "95 % interval" in unknown["roughness_height"]
+    assert ("roughness_height" in entry["not_identified"]) == (name == "three_parameter")
     # with a roughness height the first point lies at the limit: 4.4 of 4.1, 4.0 with earlier films
     outliers = entry["calibration"]["outliers"]
     assert outliers == [[1, 7]] or (name == "three_parameter" and outliers == [])
@@ -191,14 +189,14 @@ def test_repeats_are_named_left_out_together_and_tell_why_a_fit_is_poor(capsys, 
         assert cause in text
 
 
-def test_few_points_are_one_line(capsys, tmp_path, measured):
-    lines, path = (tmp_path / measured()).read_text().splitlines(), tmp_path / "few.csv"
-    path.write_text("\n".join([HEAD, lines[1], lines[3], lines[5]]))
-    line = refused(capsys, "calibrate", str(path), "--map", MAP)
-    assert (
-        "usable rows: 3, different operating points: 3; the 3 parameters of three_parameter need at least 4"
-        in line
-    )
+def test_a_wrong_unit_of_all_torques_is_named_before_single_rows(capsys, measured, torques):
+    """N.cm under [N.m]: the largest are impossible for the screw as well."""
+    rows = {
+        n: f"{p},{rpm},{c},{100.0 * torque!r},{axial}"
+        for n, ((p, rpm, c, axial), torque) in enumerate(zip(POINTS, torques.tolist(), strict=True), start=1)
+    }
+    path = measured(rows | {3: "1,30,20,9000,0"})
+    assert "N.cm = " in refused(capsys, "calibrate", path, "--map", MAP)
 
 
 @pytest.mark.slow

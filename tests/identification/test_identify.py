@@ -144,33 +144,25 @@ def jittered(time, position, voltage):
     return seen, CubicSpline(time, position)(seen), np.interp(seen, time, voltage)
 
 
-@pytest.mark.parametrize(
-    ("headings", "change", "note"),
-    [
-        ("time [ms],position [mm],voltage [V]", lambda t, x, u: (1e3 * t, 1e3 * x, u), ""),
-        (EMPS, lambda t, x, u: (t, (x - x.min()) % 0.02, u), "every 0.02 m: joined"),
-        (EMPS, lambda t, x, u: missing_at_wraps(t, x, u), "every 0.02 m: joined"),
-        (EMPS, lambda t, x, u: jittered(t, x, u), "uneven sampling"),
-        (EMPS, lambda t, x, u: [np.delete(s, np.s_[9000:9300]) for s in (t, x, u)], "1 gap(s) in time"),
-        (EMPS, lambda t, x, u: (t, x, np.where(np.arange(len(t)) % 97, u, np.nan)), "uneven sampling"),
-        (EMPS, lambda t, x, u: (np.round(t, 2), x, u), "taken as evenly sampled"),
-        (EMPS, lambda t, x, u: (t, x + 0.05 * (t > 9.0), u), "1 jump(s) of the position"),
-        (EMPS, lambda t, x, u: (t, x + (np.arange(len(t)) == 4000), u), ""),
-        (EMPS, lambda t, x, u: (t, x, u + 5e3 * (np.arange(len(t)) == 4000)), ""),
-        (
-            EMPS,
-            lambda t, x, u: (t, x, np.where(np.arange(len(t)) == 4000, 1e300, u)),
-            "1 values of voltage beyond",
-        ),
-        (
-            EMPS,
-            lambda t, x, u: (t, x[np.arange(len(x)) // 5 * 5], u),
-            "position repeats each value in 5 rows",
-        ),
-        (EMPS, lambda t, x, u: (t, x, u[np.arange(len(u)) // 4 * 4]), "voltage repeats each value in 4 rows"),
-        ("time [s],velocity [mm/min],force [N]", lambda t, x, u: (t, 6e4 * np.gradient(x, t), GAIN * u), ""),
-    ],
-)
+CASES = [
+    ("time [ms],position [mm],voltage [V]", lambda t, x, u: (1e3 * t, 1e3 * x, u), ""),
+    (EMPS, lambda t, x, u: (t, (x - x.min()) % 0.02, u), "every 0.02 m: joined"),
+    (EMPS, lambda t, x, u: missing_at_wraps(t, x, u), "every 0.02 m: joined"),
+    (EMPS, lambda t, x, u: jittered(t, x, u), "uneven sampling"),
+    (EMPS, lambda t, x, u: [np.delete(s, np.s_[9000:9300]) for s in (t, x, u)], "1 gap(s) in time"),
+    (EMPS, lambda t, x, u: (t, x, np.where(np.arange(len(t)) % 97, u, np.nan)), "uneven sampling"),
+    (EMPS, lambda t, x, u: (np.round(t, 2), x, u), "taken as evenly sampled"),
+    (EMPS, lambda t, x, u: (t, x + 0.05 * (t > 9.0), u), "1 jump(s) of the position"),
+    (EMPS, lambda t, x, u: (t, x + (np.arange(len(t)) == 4000), u), ""),
+    (EMPS, lambda t, x, u: (t, x, u + 5e3 * (np.arange(len(t)) == 4000)), ""),
+    (EMPS, lambda t, x, u: (t, x, np.where(np.arange(len(t)) == 4000, 1e300, u)), ""),
+    (EMPS, lambda t, x, u: (t, x[np.arange(len(x)) // 5 * 5], u), "position repeats each value in 5 rows"),
+    (EMPS, lambda t, x, u: (t, x, u[np.arange(len(u)) // 4 * 4]), "voltage repeats each value in 4 rows"),
+    ("time [s],velocity [mm/min],force [N]", lambda t, x, u: (t, 6e4 * np.gradient(x, t), GAIN * u), ""),
+]
+
+
+@pytest.mark.parametrize(("headings", "change", "note"), CASES)
 def test_units_wraps_gaps_missing_samples_and_jumps(emps, tmp_path, headings, change, note):
     log = read_log(write_log(tmp_path / "log.csv", headings, *change(*emps)))
     found = identify(signals_of(log, Drive(gain=GAIN)), travel=5e-5)
@@ -183,45 +175,45 @@ def test_a_given_mass_that_explains_nothing_is_refused(emps):
         of_emps(*emps, inertia=1e6 * 95.0)
 
 
+def of_signals(motion, effort, units, drive):
+    """A log without a file: time [s], position and current."""
+    signals = dict(zip(("time", "position", "current"), motion + effort, strict=True))
+    columns = {name: Column(k, "", unit) for k, (name, unit) in enumerate(zip(signals, units, strict=True))}
+    return signals_of(Log("log.csv", signals, columns, {}, []), drive)
+
+
 def test_sides_of_a_gear_and_a_lead_give_one_result(emps):
     """Motor with 3 turns of the screw each, lead 6 mm: the same axis by angle and torque of the motor."""
     time, position, voltage = emps
     lead, ratio = 6e-3 / (2.0 * math.pi), 3.0
     drive = Drive(torque_constant=0.5, ratio=ratio, lead=lead)
-    signals = {
-        "time": time, "position": position / lead * ratio, "current": GAIN * voltage * lead / ratio / 0.5,
-    }  # fmt: skip
-    columns = {
-        "time": Column(0, "", "s"),
-        "position": Column(1, "", "rad"),
-        "current": Column(2, "", "A"),
-    }
-    motor = signals_of(Log("log.csv", signals, columns, {}, []), drive)
+    current = GAIN * voltage * lead / ratio / 0.5
+    motor = of_signals((time, position / lead * ratio), (current,), ("s", "rad", "A"), drive)
     assert motor.rotary
     assert identify(motor, travel=5e-5 / lead).inertia == pytest.approx(MASS * lead**2, rel=2e-3)
-    signals, columns = signals | {"position": position}, columns | {"position": Column(1, "", "m")}
-    linear = signals_of(Log("log.csv", signals, columns, {}, []), drive)
+    linear = of_signals((time, position), (current,), ("s", "m", "A"), drive)
     assert np.allclose(linear.sections[0].motion, motor.sections[0].motion, rtol=1e-12)
 
 
 def test_a_left_hand_thread_and_signs_of_the_drive(emps):
     """The other sense of turning: angles and torques change their sign, inertia, offset and friction do not."""
     time, position, voltage = emps
-    columns = {"time": Column(0, "", "s"), "position": Column(1, "", "m"), "current": Column(2, "", "A")}
-    results = []
-    for sign, drive in (
-        (1.0, Drive(torque_constant=0.5, lead=1e-3)),
-        (-1.0, Drive(torque_constant=0.5, lead=-1e-3)),
-        (-1.0, Drive(torque_constant=-0.5, lead=1e-3)),
-    ):
-        signals = {"time": time, "position": position, "current": sign * GAIN * voltage * 1e-3 / 0.5}
-        log = Log("log.csv", signals, columns, {}, [])
-        results.append(identify(signals_of(log, drive), travel=5e-2))
-    for left in results[1:]:
-        assert left.inertia == pytest.approx(results[0].inertia, rel=1e-6)
-        assert abs(left.offset) == pytest.approx(abs(results[0].offset), rel=1e-6)
-    assert results[1].friction.value == pytest.approx(-results[0].friction.value[::-1], rel=1e-6)
-    assert results[2].friction.value == pytest.approx(results[0].friction.value, rel=1e-6)
+    right, left, reverse = (
+        identify(
+            of_signals((time, position), (sign * GAIN * voltage * 1e-3 / 0.5,), ("s", "m", "A"), drive),
+            travel=0.05,
+        )
+        for sign, drive in (
+            (1.0, Drive(torque_constant=0.5, lead=1e-3)),
+            (-1.0, Drive(torque_constant=0.5, lead=-1e-3)),
+            (-1.0, Drive(torque_constant=-0.5, lead=1e-3)),
+        )
+    )
+    for found in (left, reverse):
+        assert found.inertia == pytest.approx(right.inertia, rel=1e-6)
+        assert abs(found.offset) == pytest.approx(abs(right.offset), rel=1e-6)
+    assert left.friction.value == pytest.approx(-right.friction.value[::-1], rel=1e-6)
+    assert reverse.friction.value == pytest.approx(right.friction.value, rel=1e-6)
 
 
 def test_preload_and_its_change_with_known_guides(law):
