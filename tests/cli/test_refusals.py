@@ -235,8 +235,11 @@ POINTS = (
         "preload_n;speed_rpm;temperature_c\n1,500;500;30\n",
         "preload_n = '1,500' can be read in two ways, 1.500 or 1500",
     ),
-    ("preload_n,speed_rpm,preload_n\n1,2,3\n", "columns given twice: preload_n, also as preload_n"),
-    ("preload [kN],preload_n,speed_rpm\n2,100,3\n", "columns given twice: preload_n, also as preload_n"),
+    (
+        "preload_n,speed_rpm,preload_n\n1,2,3\n",
+        "columns 'preload_n' and 'preload_n' both are preload_n; allowed: one",
+    ),
+    ("preload [kN],preload_n,speed_rpm\n2,100,3\n", "columns given twice: preload_n, also as preload [kN]"),
     ("preload_n;speed_rpm;temperature_c\n1.500;2,5;3\n", "no point (thousands or decimal?), 1.500 or 1500"),
     ("moes,radius_ratio,lore\n20 5,1,barus\n", "row 1: lore: unknown"),
 )

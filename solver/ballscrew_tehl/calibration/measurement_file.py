@@ -13,7 +13,7 @@ from statistics import median
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, COLDEST, RPM
 from ..tables.csv_file import open_table, read_columns
-from ..tables.headings import PERCENT, TORQUES, Column, UnknownUnitError, one_column
+from ..tables.headings import PERCENT, TORQUES, Column
 from .measurements import Measurement, merged
 
 #: highest oil temperature [K], far above that of any ball screw
@@ -73,16 +73,9 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
     Raises       ValueError: cannot be read, no rows, headings not understood, numbers that can be read in two ways
     """
     table = open_table(path, TORQUES)
-    try:
-        columns = {key: one_column(table.columns, key) for key in table.columns}
-        for error in table.problems:
-            # next to its quantity, a heading such as torque_low_nm is another one
-            if isinstance(error, UnknownUnitError) or error.key not in columns:
-                raise error
-        if {"weight", "torque_uncertainty"} <= columns.keys():
-            raise ValueError("columns weight and torque_uncertainty; allowed: one of them")
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+    columns = table.single_columns()
+    if {"weight", "torque_uncertainty"} <= columns.keys():
+        raise ValueError(f"{path}: columns weight and torque_uncertainty; allowed: one of them")
     rows = read_columns(table, columns, TORQUES)
     usable: list[Measurement] = []
     problems: list[RowProblem] = []

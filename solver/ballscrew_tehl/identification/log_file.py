@@ -95,11 +95,11 @@ def _selected(table: Table, stated: Mapping[str, str], wanted: Sequence[str]) ->
     used = {
         name: one_column(table.columns, name, f'one, or --column "{name}=HEADING [UNIT]"') for name in names
     }
-    clocks = [0, *(place for place, heading in enumerate(table.headings) if heading == SCOPE)]
-    if len(clocks) > 1:
+    clocks = [place for place, heading in enumerate(table.headings) if heading == SCOPE]
+    if clocks and clocks[0] > 0:
         # the time of a channel is left of it
         first, second = (
-            max(place for place in clocks if place <= used[name].place) for name in (motion, effort)
+            max(place for place in (0, *clocks) if place <= used[name].place) for name in (motion, effort)
         )
         rows = (
             row for _, row in islice(table.rows(table.start), MIN_ROWS) if len(row) == len(table.headings)

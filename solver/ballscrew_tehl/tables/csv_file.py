@@ -11,7 +11,7 @@ file, and no marks of thousands: a file whose numbers can be read in two ways is
 
 import csv
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .headings import Column, HeadingError, Kind, columns_of, named_places, si
+from .headings import Column, HeadingError, Kind, UnknownUnitError, columns_of, named_places, one_column, si
 
 SEPARATORS = (";", "\t", ",")
 #: lines looked at for headings and first row;  lines without comments that headings are searched in
@@ -60,6 +60,22 @@ class Table(NamedTuple):
                 while len(row) > fields and not row[-1]:
                     row.pop()
                 yield number, row
+
+    def single_columns(self, known: Collection[str] = ()) -> dict[str, Column]:
+        """The column of each quantity.
+
+        Parameters   known : quantities that are given otherwise
+        Raises       ValueError: a quantity twice, a heading that may mean one that is missing
+        """
+        try:
+            columns = {key: one_column(self.columns, key) for key in self.columns}
+            for error in self.problems:
+                # next to its quantity, a heading such as torque_low_nm is another one
+                if isinstance(error, UnknownUnitError) or error.key not in (*columns, *known):
+                    raise error
+        except ValueError as error:
+            raise ValueError(f"{self.path}: {error}") from error
+        return columns
 
     def unused(self, used: Mapping[str, Column]) -> str:
         """Headings of the other columns; "" if there are none."""
@@ -227,13 +243,14 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
     if not lines:
         raise ValueError(f"{table.path}: no rows; allowed: a line of headings and one line per row")
     values: dict[str, NDArray[np.float64]] = {}
-    for key in kind.quantities.keys() & columns.keys():
+    for key in (key for key in columns if key in kind.quantities):
         values[key], is_text = _numbers(texts[key])
         for k in () if strict else np.flatnonzero(is_text):
             damaged.setdefault(int(k), f"{columns[key].heading} = {texts[key][k][:20]!r}")
     first = f"line {lines[min(damaged)]}: {damaged[min(damaged)]}" if damaged else ""
     if len(damaged) > max_damaged * len(lines):
-        commas = "; numbers with decimal commas need semicolons between the fields" * (table.separator == ",")
+        commas = "; numbers with decimal commas need semicolons between the fields"
+        commas *= table.separator == "," and "fields under" in first
         few = f" ({len(damaged)} of {len(lines)} rows are damaged, at most {100.0 * max_damaged:g} % are left out)"
         raise ValueError(
             f"{table.path}: {first}; allowed: a number, or an empty field for one that is missing, under each heading"

@@ -217,7 +217,7 @@ def _unit_of(heading: str, stem: str, unit: str | None, name: str, key: str, kin
     problem = f"unit {written!r}" if written else "unit missing"
     remedy = f"write {name} [UNIT] with one of" if unit is None else "allowed:"
     error = HeadingError if unit is None else UnknownUnitError
-    raise error(key, f"column {heading!r}: {problem}; {remedy} {', '.join(units)}")
+    raise error(key, f"column {heading!r}: {problem}; {remedy} {', '.join(units) or 'no unit'}")
 
 
 def named_places(headings: Sequence[str], kind: Kind, stated: Mapping[str, str]) -> list[int]:
@@ -263,10 +263,12 @@ def columns_of(
             columns.setdefault(found[0], []).append(Column(place, heading, found[1]))
     for what, keys in kind.needed.items():
         if not columns.keys() & set(keys):
+            for error in problems:
+                if error.key in keys:
+                    raise error
             raise ValueError(
-                f"column {what} missing (found: {', '.join(filter(None, headings))})"
-                f"{''.join(f'; {error}' for error in problems[:2])}; allowed: headings with units between commas, "
-                f"semicolons or tabs, such as {kind.example}"
+                f"column {what} missing (found: {', '.join(filter(None, headings))}); allowed: headings with units "
+                f"between commas, semicolons or tabs, such as {kind.example}"
             )
     return columns, problems
 

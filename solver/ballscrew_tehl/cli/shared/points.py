@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from ...parameters.units import SHOWN
 from ...tables.csv_file import open_table, read_columns
-from ...tables.headings import MEASURED, NO_UNIT, Column, Kind, UnknownUnitError
+from ...tables.headings import MEASURED, NO_UNIT, Kind
 from ...tables.headings import Quantity as Heading
 from .files import check_output
 from .quantities import Quantity
@@ -62,20 +62,11 @@ def _read(path: str, quantities: Sequence[Quantity], common: Mapping[str, float]
     headings |= {q.axis: MEASURED[q.axis] for q in quantities if q.axis in MEASURED}
     kind = Kind(headings, {"of the point": tuple(headings)}, ", ".join(q.name for q in quantities))
     table = open_table(path, kind)
-    known = {name.rpartition("_")[0] for name in (*table.columns, *common)} | table.columns.keys()
-    for error in table.problems:
-        # next to its quantity, a heading such as torque_low_nm is another one
-        if isinstance(error, UnknownUnitError) or error.key not in known:
-            raise ValueError(f"{path}: {error}")
-    used: dict[str, Column] = {}
+    used = table.single_columns([name.rpartition("_")[0] for name in (*table.columns, *common)])
     for quantity in quantities:
-        found = [
-            (key, column) for key in (quantity.name, quantity.axis) for column in table.columns.get(key, [])
-        ]
-        if len(found) > 1:
-            twice = f"{quantity.name}, also as {found[-1][1].heading}"
+        if {quantity.name, quantity.axis} <= used.keys():
+            twice = f"{quantity.name}, also as {used[quantity.axis].heading}"
             raise ValueError(f"{path}: columns given twice: {twice}; remedy: remove one")
-        used |= dict(found)
     if unused := table.unused(used):
         say(f"{path}: {unused}")
     rows, texts = read_columns(table, used, kind), {}
