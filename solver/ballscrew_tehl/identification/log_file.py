@@ -46,14 +46,14 @@ def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, 
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
     found = read_columns(table, columns, LOG, MAX_DAMAGED)
-    signals, (damaged, first), notes = found.values, found.damaged, []
+    signals, (damaged, first) = found.values, found.damaged
     for name, values in signals.items():
         values[np.abs(values) > MAX_VALUE] = np.nan
         if not np.isfinite(values).any():
             raise ValueError(
                 f"{path}: column {columns[name].heading!r} has no numbers; allowed: a number in each row"
             )
-    notes += filter(None, [table.unused(columns)])
+    notes = list(filter(None, [table.unused(columns)]))
     if damaged:
         notes.append(f"{damaged} damaged row{'s' * (damaged > 1)} left out, the first: {first}")
     rows = len(signals["time"]) + damaged

@@ -263,9 +263,9 @@ def columns_of(
             columns.setdefault(found[0], []).append(Column(place, heading, found[1]))
     for what, keys in kind.needed.items():
         if not columns.keys() & set(keys):
-            for error in problems:
-                if error.key in keys:
-                    raise error
+            for problem in problems:
+                if problem.key in keys:
+                    raise problem
             raise ValueError(
                 f"column {what} missing (found: {', '.join(filter(None, headings))}); allowed: headings with units "
                 f"between commas, semicolons or tabs, such as {kind.example}"
