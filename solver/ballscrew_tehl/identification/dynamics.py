@@ -18,6 +18,7 @@ cutoff allows.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -39,8 +40,6 @@ MIN_SAMPLES, MIN_INDEPENDENT = 10, 2.0
 POOLED = 4.0
 #: most delay looked for [s], and in samples
 MAX_DELAY, MAX_DELAY_SAMPLES = 5e-3, 4.0
-#: samples that the delay is estimated from
-FOR_DELAY = 60_000
 #: change of a bin, of the inertia and of the delay by half the cutoff, as it counts in their intervals; the noise of an
 #: encoder that comes back through the controller moves the delay as the cutoff or more, all of it at most twice that,
 #: a bias, which adds to the random half
@@ -101,37 +100,31 @@ class Identified:
         return bidirectional_friction(self.friction, self.offset_error or 0.0)
 
 
-def estimated_delay(signals: Signals, cutoff: float, travel: float) -> tuple[float, bool]:
-    """Delay of the effort behind the motion [s] with the least residual on a part of the log; whether it is inside."""
-    sections, left = [], FOR_DELAY
-    for section in sorted(signals.sections, key=lambda section: -len(section.motion)):
-        if left > 0:
-            sections.append(section._replace(motion=section.motion[:left], effort=section.effort[:left]))
-            left -= len(section.motion)
-    part = signals._replace(sections=sections)
-    samples = filtered(part, travel, cutoff)
-    if len(samples.speed) < MIN_SAMPLES:
-        return 0.0, True
+def estimated_delay(samples: Samples, later: Callable[[float], Array], step: float) -> tuple[float, bool]:
+    """Delay of the effort behind the motion [s] with the least residual; whether it is inside the range.
+
+    Parameters   later : effort at the samples by delay;  step : of the log [s]
+    """
     edges = Bins.of(samples)
     bins = edges.place(samples.speed)
     count = edges.tally(bins)
     acceleration = within(samples.acceleration, samples.speed, bins, count)
-    squares, later = float(acceleration @ acceleration), effort_later(part, samples)
+    squares = float(acceleration @ acceleration)
 
     def residual(delay: float) -> float:
         effort = within(later(delay), samples.speed, bins, count)
         slope = float(acceleration @ effort) / squares
         return float(np.sum((effort - slope * acceleration) ** 2))
 
-    most = max(MAX_DELAY, MAX_DELAY_SAMPLES * signals.step)
-    coarse = np.linspace(-most, most, 21)
+    limit = max(MAX_DELAY, MAX_DELAY_SAMPLES * step)
+    coarse = np.linspace(-limit, limit, 21)
     best = float(coarse[int(np.argmin([residual(delay) for delay in coarse]))])
-    near = 2.0 * most / 20.0
+    near = 2.0 * limit / 20.0
     found = minimize_scalar(
-        residual, bounds=(max(best - near, -most), min(best + near, most)), method="bounded",
-        options={"xatol": 0.005 * signals.step},
+        residual, bounds=(max(best - near, -limit), min(best + near, limit)), method="bounded",
+        options={"xatol": 0.005 * step},
     )  # fmt: skip
-    return float(found.x), abs(found.x) < 0.98 * most
+    return float(found.x), abs(found.x) < 0.98 * limit
 
 
 def identify(
@@ -164,8 +157,9 @@ def identify(
                 "ways, with longer strokes, and a column with its sign, no magnitude"
             )
     inside, known = True, delay is not None
+    later = effort_later(signals, samples)
     if delay is None:
-        delay, inside = estimated_delay(signals, samples.cutoff, travel)
+        delay, inside = estimated_delay(samples, later, signals.step)
     user = _User(inertia, offset, delay, known)
     if not inside:
         notes.append(
@@ -188,7 +182,7 @@ def identify(
             f"no bin of speed with {MIN_SAMPLES} samples in both directions; allowed: a longer log, or fewer bins "
             "(--bins)"
         )
-    samples = replace(samples, effort=effort_later(signals, samples)(delay))
+    samples = replace(samples, effort=later(delay))
     samples = replace(samples, **{name: getattr(samples, name)[use] for name in OF_SAMPLES})
     bins = np.cumsum(enough)[edges.place(samples.speed)] - 1
     others = [other._replace(total=other.total[enough]) for other in others]
