@@ -3,7 +3,7 @@
 import pytest
 
 from ballscrew_tehl.tables.csv_file import open_table, read_columns, read_rows
-from ballscrew_tehl.tables.headings import TORQUES, one_column
+from ballscrew_tehl.tables.headings import TORQUES
 
 HEAD = "preload [N];speed [r/min];torque [Nm]\n"
 
@@ -13,22 +13,22 @@ def write(path, text):
     return path
 
 
-@pytest.mark.parametrize(
-    ("text", "first"),
-    [
-        ("# preload_n,speed_rpm\n1000,100\n2000,500\n", {"preload_n": "1000", "speed_rpm": "100"}),
-        ("# bench 3\n# preload_n;speed_rpm\n1,5;100\n2;500\n", {"preload_n": "1.5", "speed_rpm": "100"}),
-        # the line of headings, not the comment that has as many fields
-        ("# 7, 8\npreload_n,speed_rpm\n1000,100\n", {"preload_n": "1000", "speed_rpm": "100"}),
-        # three decimals everywhere, but 0.500 is no group of thousands
-        ("a;b\n1.234;0.500\n", {"a": "1.234", "b": "0.500"}),
-        # 1500 shows that thousands have no mark
-        ("a;b\n1.234;1500\n", {"a": "1.234", "b": "1500"}),
-        ('a,b\n" 1.5 ",x\n', {"a": "1.5", "b": "x"}),
-    ],
-)
+#: text, fields of the first row
+READ = [
+    ("# bench 3\n# preload_n;speed_rpm\n1,5;100\n2;500\n", ["1.5", "100"]),
+    # the line of headings, not the comment that has as many fields
+    ("# 7, 8\npreload_n,speed_rpm\n1000,100\n", ["1000", "100"]),
+    # three decimals everywhere, but 0.500 is no group of thousands
+    ("a;b\n1.234;0.500\n", ["1.234", "0.500"]),
+    # 1500 shows that thousands have no mark
+    ("a;b\n1.234;1500\n", ["1.234", "1500"]),
+    ('a,b\n" 1.5 ",x\n', ["1.5", "x"]),
+]
+
+
+@pytest.mark.parametrize(("text", "first"), READ)
 def test_is_read(tmp_path, text, first):
-    assert read_rows(write(tmp_path / "x.csv", text))[0] == first
+    assert [*read_rows(write(tmp_path / "x.csv", text))[0].values()] == first
 
 
 @pytest.mark.parametrize(
@@ -40,7 +40,7 @@ def test_is_read(tmp_path, text, first):
 )
 def test_units_below_other_lines_above_and_comments_in_a_file_of_torques(tmp_path, text):
     table = open_table(write(tmp_path / "x.csv", text), TORQUES)
-    columns = {key: one_column(table.columns, key) for key in table.columns}
+    columns = table.single_columns()
     rows = read_columns(table, columns, TORQUES)
     assert [rows.values[key][0] for key in ("preload", "torque")] == pytest.approx([1500.0, 0.42])
     assert table.unused(columns) == "columns not used: note"
@@ -83,12 +83,11 @@ def test_numbers_that_can_be_read_in_two_ways_are_refused(tmp_path, text, messag
     path = write(tmp_path / "x.csv", text)
     with pytest.raises(ValueError, match=r"x\.csv: ") as caught:  # noqa: PT012
         table = open_table(path, TORQUES)
-        read_columns(table, {key: column for key, (column,) in table.columns.items()}, TORQUES)
+        read_columns(table, table.single_columns(), TORQUES)
     assert message in str(caught.value)
 
 
 def test_a_first_row_that_is_no_measurement_is_a_row(tmp_path):
     for first in ("1_000;60;0.4", "x;60;0.4"):
         table = open_table(write(tmp_path / "x.csv", f"{HEAD}{first}\n1000;60;0.4\n"), TORQUES)
-        rows = read_columns(table, {key: column for key, (column,) in table.columns.items()}, TORQUES)
-        assert rows.lines == [2, 3]
+        assert read_columns(table, table.single_columns(), TORQUES).lines == [2, 3]
