@@ -13,7 +13,7 @@ from section7 import MEASURED
 
 from ballscrew_tehl.calibration.fit import torque_basis
 from ballscrew_tehl.calibration.measured import MapFilm
-from ballscrew_tehl.calibration.measurements import Measurement
+from ballscrew_tehl.calibration.measurements import Measurement, spread_advice
 from ballscrew_tehl.friction.sets import (
     default_friction_set,
     friction_set_of_file,
@@ -58,14 +58,14 @@ def torques(films):
 def measured(tmp_path, torques):
     """Writes the file; rows: number from 1 -> line to put instead."""
 
-    def write(rows=None, name="measured.csv"):
+    def write(rows=None):
         lines = [
             f"{preload},{rpm},{celsius},{torque!r},{axial}"
             for (preload, rpm, celsius, axial), torque in zip(POINTS, torques.tolist(), strict=True)
         ]
         for number, line in (rows or {}).items():
             lines[number - 1] = line
-        path = tmp_path / name
+        path = tmp_path / "measured.csv"
         path.write_text("\n".join([HEAD, *lines]) + "\n")
         return str(path)
 
@@ -103,19 +103,28 @@ def test_films_of_a_map_give_its_torques(films):
             assert found.viscous == pytest.approx(float(nut_map.evaluate(*point).viscous_torque), rel=1e-3)
 
 
-def test_known_parameters_lie_in_their_limits(capsys, measured):
-    found, _ = run(capsys, measured(), "--map", MAP)
-    entry = found["published.three_parameter"]
-    for name, value in zip(("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height"), TRUTH,
-                           strict=True):  # fmt: skip
-        ends = entry["limits"][name]
+def test_known_parameters_lie_in_their_limits_and_in_the_file_of_their_screw(capsys, measured, tmp_path):
+    output, picture = tmp_path / "friction.toml", tmp_path / "p.png"
+    found, _ = run(capsys, measured(), "--map", MAP, "--output", str(output), "--plot", str(picture))
+    assert picture.read_bytes()[:4] == b"\x89PNG"
+    entry, read = found["published.three_parameter"], friction_set_of_file(output, GD4008)
+    assert len(entry["limits"]) == len(TRUTH)
+    for (name, ends), value in zip(entry["limits"].items(), TRUTH, strict=True):
         assert ends["low"] < value < ends["high"], name
         assert ends["high"] - ends["low"] < 0.1 * value, name
+        assert read.limits[name] == pytest.approx(ends, rel=1e-5)
     calibration = entry["calibration"]
     assert entry["not_identified"] == calibration["not_identified"] == {}
     assert calibration["dropped"] == calibration["outliers"] == []
     assert calibration["points"][9]["axial_load_n"] == 600.0
     assert "24 points of 24 rows" in entry["provenance"]
+    assert tuple(load_map(None, GD4008, read).defaults) == (*read.values, 1.0)
+    with pytest.raises(
+        ValueError, match="kinematics = published with set three_parameter; allowed: rolling_frame"
+    ):
+        friction_set_of_file(output, changed(GD4008, friction={"kinematics": "rolling_frame"}))
+    with pytest.raises(MapError, match=r"the screw GD4008-3 \(000000000000\); expected GD4008-3 .*calibrate"):
+        load_map(None, GD4008, replace(read, parameters_hash="000000000000"))
 
 
 def test_impossible_rows_stop_the_fit_unless_dropped(capsys, measured):
@@ -135,6 +144,7 @@ def test_impossible_rows_stop_the_fit_unless_dropped(capsys, measured):
 
 def test_repeats_are_named_left_out_together_and_tell_why_a_fit_is_poor(capsys, tmp_path, torques):
     """Noise 0.5 %, stated 0.1 %: repeats show it. A law of another shape: repeats that agree show that."""
+    path = tmp_path / "repeats.csv"
     for slope, apart, cause in (
         (0.0, 0.005, "too small by that factor"),
         (0.1, 1e-4, "does not fit in shape"),
@@ -144,16 +154,14 @@ def test_repeats_are_named_left_out_together_and_tell_why_a_fit_is_poor(capsys, 
             value = torque * rpm**slope
             twice = (1.0 - apart, 1.0 + apart) if (rpm, celsius) == (100.0, 20.0) else (1.0,)
             rows += [f"{preload},{rpm},{celsius},{value * x!r},{axial},{1e-3 * value}" for x in twice]
-        path = tmp_path / "repeats.csv"
         path.write_text("\n".join([f"{HEAD},torque error [N.m]", *rows]) + "\n")
-        found, _ = run(capsys, str(path), "--map", MAP)
-        calibration = found["published.three_parameter"]["calibration"]
+        calibration = run(capsys, str(path), "--map", MAP)[0]["published.three_parameter"]["calibration"]
         assert any("100 r/min: rows 3, 4 (lines 4, 5): " in note for note in calibration["notes"])
         predicted = [(1.0 + p["left_out_deviation"]) * p["measured_nm"] for p in calibration["points"]]
         assert predicted[2] == pytest.approx(predicted[3], rel=1e-9)
-        assert calibration["repeat_over_uncertainty"] == pytest.approx(1e3 * apart * 2.0**0.5, rel=1e-3)
-        _, text, _ = command_line.run(capsys, "calibrate", str(path), "--map", MAP)
-        assert cause in text
+        scatter = calibration["repeat_over_uncertainty"]
+        assert scatter == pytest.approx(1e3 * apart * 2.0**0.5, rel=1e-3)
+        assert cause in spread_advice(calibration["error_over_uncertainty"], scatter)
 
 
 def test_a_wrong_unit_of_all_torques_is_named_before_single_rows(capsys, measured, torques):
@@ -164,21 +172,3 @@ def test_a_wrong_unit_of_all_torques_is_named_before_single_rows(capsys, measure
     }
     path = measured(rows | {3: "1,30,20,9000,0"})
     assert "N.cm = " in refused(capsys, "calibrate", path, "--map", MAP)
-
-
-@pytest.mark.slow
-def test_friction_file_is_that_of_its_screw(capsys, measured, tmp_path):
-    output, picture = tmp_path / "friction.toml", tmp_path / "p.png"
-    found, _ = run(capsys, measured(), "--map", MAP, "--output", str(output), "--plot", str(picture))
-    assert picture.read_bytes()[:4] == b"\x89PNG"
-    entry, limits = friction_set_of_file(output, GD4008), found["published.three_parameter"]["limits"]
-    for name, ends in limits.items():
-        assert entry.limits[name] == pytest.approx(ends, rel=1e-5)
-    nut_map = load_map(None, GD4008, entry)
-    assert tuple(nut_map.defaults) == (*entry.values, 1.0)
-    with pytest.raises(
-        ValueError, match="kinematics = published with set three_parameter; allowed: rolling_frame"
-    ):
-        friction_set_of_file(output, changed(GD4008, friction={"kinematics": "rolling_frame"}))
-    with pytest.raises(MapError, match=r"the screw GD4008-3 \(000000000000\); expected GD4008-3 .*calibrate"):
-        load_map(None, GD4008, replace(entry, parameters_hash="000000000000"))
