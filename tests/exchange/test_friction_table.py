@@ -123,3 +123,6 @@ def test_friction_of_an_axis_is_read_back_in_each_direction(tmp_path, rotary):
         assert np.allclose(both.speed, SPEED[1:-1])
         assert np.allclose(both.mean, 0.5 + 0.01 * both.speed**0.5, rtol=1e-6)
         assert np.allclose(both.difference, 0.05, rtol=1e-6)
+    else:
+        with pytest.raises(ValueError, match="--lead-mm"):
+            _ = found.mean

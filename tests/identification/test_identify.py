@@ -156,6 +156,7 @@ CASES = [
     (EMPS, lambda t, x, u: (t, x, u + 5e3 * (np.arange(len(t)) == 4000)), ""),
     (EMPS, lambda t, x, u: (t, x, np.where(np.arange(len(t)) == 4000, 1e300, u)), ""),
     (EMPS, lambda t, x, u: (t, x[np.arange(len(x)) // 5 * 5], u), "position repeats each value in 5 rows"),
+    (EMPS, lambda t, x, u: (t, x, u[np.arange(len(u)) // 4 * 4]), "voltage repeats each value in 4 rows"),
     ("time [s],velocity [mm/min],force [N]", lambda t, x, u: (t, 6e4 * np.gradient(x, t), GAIN * u), ""),
 ]
 
