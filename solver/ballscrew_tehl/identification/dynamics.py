@@ -28,7 +28,6 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
 from ..physics.ball_law import Array
-from ..tables.csv_file import Progress
 from .directions import LIMIT, LINEAR, ROTARY, Bidirectional, Friction, Units, bidirectional_friction, varies
 from .motion import MAX_NOISE, OF_SAMPLES, Samples, effort_later, filtered
 from .regression import CONFIDENCE, MIN_BINS, Bins, alone, clusters_of, power, slope_moves, within
@@ -134,7 +133,6 @@ def identify(
     delay: float | None = None,
     cutoff: float | None = None,
     bins_wanted: int | None = None,
-    progress: Progress = lambda finished, total, what: None,
     offset: tuple[float, float] | None = None,
 ) -> Identified:
     """Fit to the signals.
@@ -146,7 +144,7 @@ def identify(
     Raises       ValueError: motion in one direction only, too few samples, inertia not determined
     Source       head of this module
     """
-    samples = filtered(signals, travel, cutoff, progress)
+    samples = filtered(signals, travel, cutoff)
     notes = list(signals.notes)
     for sign, name in ((1.0, "positive"), (-1.0, "negative")):
         usable = int((samples.speed * sign > 0.0).sum()) * samples.each

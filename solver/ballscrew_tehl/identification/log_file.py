@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.ball_law import Array
-from ..tables.csv_file import SCOPE, Table, open_table, read_columns
+from ..tables.csv_file import SCOPE, Progress, Table, open_table, read_columns
 from ..tables.headings import EFFORT, LOG, MOTION, Column, one_column
 
 #: may be logged more slowly
@@ -33,7 +33,12 @@ class Log(NamedTuple):
     notes: list[str]
 
 
-def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, str] = {}) -> Log:
+def read_log(
+    path: Path | str,
+    progress: Progress = lambda finished, total, what: None,
+    wanted: Sequence[str] = (),
+    stated: Mapping[str, str] = {},
+) -> Log:
     """Signals of a log.
 
     Parameters   wanted : signals of the drive that are used if the log has them, before the order of EFFORT
@@ -45,7 +50,7 @@ def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, 
         columns = _selected(table, stated, wanted)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    found = read_columns(table, columns, LOG, MAX_DAMAGED)
+    found = read_columns(table, columns, LOG, MAX_DAMAGED, progress)
     signals, (damaged, first) = found.values, found.damaged
     for name, values in signals.items():
         values[np.abs(values) > MAX_VALUE] = np.nan

@@ -24,6 +24,8 @@ from .headings import Column, HeadingError, Kind, UnknownUnitError, columns_of, 
 SEPARATORS = (";", "\t", ",")
 #: lines looked at for headings and first row;  lines without comments that headings are searched in
 HEAD, MAX_LINES = 2000, 100
+#: rows between two steps of the progress
+PIECE = 100_000
 #: what stands for a missing value, in lower case; EOF: last line of exports
 MISSING = frozenset(["", "nan", "null", "-", "n/a", "inf", "+inf", "-inf", "1.#qnan", "-1.#ind", "eof"])
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
@@ -223,7 +225,13 @@ def _heading(
     return (names or above[-1:] or [numeric])[0], numeric
 
 
-def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_damaged: float = 0.0) -> Rows:
+def read_columns(
+    table: Table,
+    columns: Mapping[str, Column],
+    kind: Kind,
+    max_damaged: float = 0.0,
+    progress: Progress = lambda finished, total, what: None,
+) -> Rows:
     """Rows of the columns that are used.
 
     Parameters   max_damaged : fraction of the rows that may be left out, with more fields than headings or with text
@@ -238,6 +246,8 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
         if len(row) > fields or (strict and len(row) < fields):
             damaged[len(lines)] = f"{len(row)} fields under {fields} headings"
         lines.append(line)
+        if len(lines) % PIECE == 0:
+            progress(line, len(table.lines), "lines of the file read")
         for key, column in columns.items():
             texts[key].append(row[column.place] if column.place < len(row) else "")
     if not lines:

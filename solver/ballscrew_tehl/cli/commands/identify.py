@@ -194,7 +194,7 @@ def _identified(path: str, axis: _Axis) -> Identified:
     # a log may have both: the one whose option is given is meant
     options = {"current": drive.torque_constant, "voltage": drive.gain}
     requested = [name for name, value in options.items() if value is not None]
-    log = read_log(path, requested, axis.columns)
+    log = read_log(path, axis.progress, requested, axis.columns)
     signals = signals_of(log, drive)
     check_units(log, signals, None if axis.law is None else axis.law.nut_map)
     inertia, offset = axis.stated(signals.rotary, INERTIAS, 2), axis.stated(signals.rotary, OFFSETS, 1)
@@ -204,9 +204,7 @@ def _identified(path: str, axis: _Axis) -> Identified:
     delay = None if given["delay_ms"] is None else 1e-3 * given["delay_ms"]
     bins = None if given["bins"] is None else int(given["bins"])
     try:
-        return identify(
-            signals, inertia and inertia[0], travel, delay, given["cutoff_hz"], bins, axis.progress, offset
-        )
+        return identify(signals, inertia and inertia[0], travel, delay, given["cutoff_hz"], bins, offset)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 
