@@ -32,13 +32,12 @@ CONFIRMED = column("time=time [s]", "current=current [mA]")
 READ = {
     "German": ("Zeit in s;Lage-Istwert (\u00b0);Strom / A", "txi", SAME, (), ""),
     "German torque": ("Zeit [ms];Winkel [Grad];Moment (Ncm)", "txi", (1e3, 1, 100 * CONSTANT), (), ""),
-    "German axis": ("t (s);Weg [mm];Iststrom [mA]", "txi", (1, 8 / 360, 1e3), (), ""),
     "row of units": (
         "Trace\nSample Time,0.001,s\nTime,Position,Current\n[s],[deg],[A]", "txi", SAME, (),
-        "2 lines above the headings in line 3 skipped\n1 line between headings and rows: no samples",
+        "",
     ),
     "mapped": ("t_ms,phi,torque [Nm],Iq[0]", "txti", (1e3, 1, 0, 1), MAPPED, "columns not used: torque [Nm]"),
-    "scope": (SCOPE, "txti", (1e3, 1, 1e3, 1e3 * CONSTANT), SCOPE_AXIS, "2 lines above the headings in line 4 skipped"),
+    "scope": (SCOPE, "txti", (1e3, 1, 1e3, 1e3 * CONSTANT), SCOPE_AXIS, ""),
     "savetxt": (f"# run 3\n# {PLAIN}", "txi", SAME, (), ""),
     "stated": (axes("ms", "deg", "mA"), "txi", SAME, (*CONFIRMED, AXIS[0], "800"), ""),
 }  # fmt: skip
@@ -46,11 +45,9 @@ READ = {
 REFUSED = {
     "ms for s": (axes("ms", "deg", "A"), "txi", SAME, (), 'time in s, 1000 times: --column "time=time [s]"'),
     "mm for m": (axes("s", "mm", "A"), "txi", (1, 2e-5, 1), (), "position in m, 1000 times"),
-    "mA for A": (axes("s", "deg", "mA"), "txi", SAME, (), "current in A, 1000 times"),
     "A for mA": (PLAIN, "txi", (1, 1, 500), MAP, "); likely current in mA, 0.001 times"),
     "rad for deg": (axes("s", "rad", "A"), "txi", (1, 0.25, 1), MAP, "(plausible: 5 to 18000); likely position in deg"),
     "constant": (PLAIN, "txi", SAME, (*MAP, AXIS[0], "800"), "'current [A]' and --torque-constant"),
-    "not mapped": ("t_ms,phi,Iq", "txi", SAME, (), 'or --column "QUANTITY=HEADING [UNIT]" for others'),
     "no column": (PLAIN, "txi", SAME, column("force=F [N]"), "force=F [N]: no such columns"),
     "no signal": (PLAIN, "txi", SAME, column("M=M [Nm]"), "--column = M=M [Nm]; allowed: QUANTITY="),
     "unit": ("time [s],position [deg],Moment (Nx)", "txi", SAME, (), "'Moment (Nx)': unit 'Nx'; allowed: N.m, N.cm"),

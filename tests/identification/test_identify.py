@@ -1,7 +1,5 @@
 """Inertia, offset, friction and preload from logs of axes whose truth is known."""
 
-import math
-
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -30,7 +28,7 @@ from ballscrew_tehl.identification.preload import (
     change_of_preload,
     found_preload,
     screw_friction,
-    told_apart,
+    separated_parts,
     without,
 )
 from ballscrew_tehl.identification.signals import Drive, Section, Signals, signals_of
@@ -129,6 +127,8 @@ def test_given_mass_fewer_bins_and_a_given_cutoff(emps):
     found = of_emps(*emps, inertia=MASS, bins_wanted=12, cutoff=50.0)
     assert (found.inertia, found.inertia_limits, found.cutoff) == (MASS, None, 50.0)
     assert len(found.friction.speed) == 24
+    with pytest.raises(ValueError, match=r"inertia given = 9.5e\+07 kg; the log shows about 95"):
+        of_emps(*emps, inertia=1e6 * 95.0)
 
 
 def missing_at_wraps(time, position, voltage):
@@ -144,33 +144,24 @@ def jittered(time, position, voltage):
     return seen, CubicSpline(time, position)(seen), np.interp(seen, time, voltage)
 
 
-@pytest.mark.parametrize(
-    ("headings", "change", "note"),
-    [
-        ("time [ms],position [mm],voltage [V]", lambda t, x, u: (1e3 * t, 1e3 * x, u), ""),
-        (EMPS, lambda t, x, u: (t, (x - x.min()) % 0.02, u), "every 0.02 m: joined"),
-        (EMPS, lambda t, x, u: missing_at_wraps(t, x, u), "every 0.02 m: joined"),
-        (EMPS, lambda t, x, u: jittered(t, x, u), "uneven sampling"),
-        (EMPS, lambda t, x, u: [np.delete(s, np.s_[9000:9300]) for s in (t, x, u)], "1 gap in time"),
-        (EMPS, lambda t, x, u: (t, x, np.where(np.arange(len(t)) % 97, u, np.nan)), "uneven sampling"),
-        (EMPS, lambda t, x, u: (np.round(t, 2), x, u), "taken as evenly sampled"),
-        (EMPS, lambda t, x, u: (t, x + 0.05 * (t > 9.0), u), "1 jump of the position"),
-        (EMPS, lambda t, x, u: (t, x + (np.arange(len(t)) == 4000), u), ""),
-        (EMPS, lambda t, x, u: (t, x, u + 5e3 * (np.arange(len(t)) == 4000)), ""),
-        (
-            EMPS,
-            lambda t, x, u: (t, x, np.where(np.arange(len(t)) == 4000, 1e300, u)),
-            "1 values of voltage beyond",
-        ),
-        (
-            EMPS,
-            lambda t, x, u: (t, x[np.arange(len(x)) // 5 * 5], u),
-            "position repeats each value in 5 rows",
-        ),
-        (EMPS, lambda t, x, u: (t, x, u[np.arange(len(u)) // 4 * 4]), "voltage repeats each value in 4 rows"),
-        ("time [s],velocity [mm/min],force [N]", lambda t, x, u: (t, 6e4 * np.gradient(x, t), GAIN * u), ""),
-    ],
-)
+CASES = [
+    ("time [ms],position [mm],voltage [V]", lambda t, x, u: (1e3 * t, 1e3 * x, u), ""),
+    (EMPS, lambda t, x, u: missing_at_wraps(t, x, u), "every 0.02 m: joined"),
+    (EMPS, lambda t, x, u: jittered(t, x, u), "uneven sampling"),
+    (EMPS, lambda t, x, u: [np.delete(s, np.s_[9000:9300]) for s in (t, x, u)], "1 gap(s) in time"),
+    (EMPS, lambda t, x, u: (t, x, np.where(np.arange(len(t)) % 97, u, np.nan)), "uneven sampling"),
+    (EMPS, lambda t, x, u: (np.round(t, 2), x, u), "taken as evenly sampled"),
+    (EMPS, lambda t, x, u: (t, x + 0.05 * (t > 9.0), u), "1 jump(s) of the position"),
+    (EMPS, lambda t, x, u: (t, x + (np.arange(len(t)) == 4000), u), ""),
+    (EMPS, lambda t, x, u: (t, x, u + 5e3 * (np.arange(len(t)) == 4000)), ""),
+    (EMPS, lambda t, x, u: (t, x, np.where(np.arange(len(t)) == 4000, 1e300, u)), ""),
+    (EMPS, lambda t, x, u: (t, x[np.arange(len(x)) // 5 * 5], u), "position repeats each value in 5 rows"),
+    (EMPS, lambda t, x, u: (t, x, u[np.arange(len(u)) // 4 * 4]), "voltage repeats each value in 4 rows"),
+    ("time [s],velocity [mm/min],force [N]", lambda t, x, u: (t, 6e4 * np.gradient(x, t), GAIN * u), ""),
+]
+
+
+@pytest.mark.parametrize(("headings", "change", "note"), CASES)
 def test_units_wraps_gaps_missing_samples_and_jumps(emps, tmp_path, headings, change, note):
     log = read_log(write_log(tmp_path / "log.csv", headings, *change(*emps)))
     found = identify(signals_of(log, Drive(gain=GAIN)), travel=5e-5)
@@ -178,50 +169,34 @@ def test_units_wraps_gaps_missing_samples_and_jumps(emps, tmp_path, headings, ch
     assert note in "\n".join(found.notes)
 
 
-def test_a_given_mass_that_explains_nothing_is_refused(emps):
-    with pytest.raises(ValueError, match=r"inertia given = 9.5e\+07 kg; the log shows about 95"):
-        of_emps(*emps, inertia=1e6 * 95.0)
+def of_signals(motion, effort, units, drive):
+    """A log without a file: time [s], position and current."""
+    signals = dict(zip(("time", "position", "current"), motion + effort, strict=True))
+    columns = {name: Column(k, "", unit) for k, (name, unit) in enumerate(zip(signals, units, strict=True))}
+    return signals_of(Log("log.csv", signals, columns, {}, []), drive)
 
 
-def test_sides_of_a_gear_and_a_lead_give_one_result(emps):
-    """Motor with 3 turns of the screw each, lead 6 mm: the same axis by angle and torque of the motor."""
+def test_sides_of_a_gear_a_lead_a_left_hand_thread_and_signs_of_the_drive(emps):
+    """Motor with 3 turns of the screw each: the same axis by angle and torque of the motor, or with other signs."""
     time, position, voltage = emps
-    lead, ratio = 6e-3 / (2.0 * math.pi), 3.0
-    drive = Drive(torque_constant=0.5, ratio=ratio, lead=lead)
-    signals = {
-        "time": time, "position": position / lead * ratio, "current": GAIN * voltage * lead / ratio / 0.5,
-    }  # fmt: skip
-    columns = {
-        "time": Column(0, "", "s"),
-        "position": Column(1, "", "rad"),
-        "current": Column(2, "", "A"),
-    }
-    motor = signals_of(Log("log.csv", signals, columns, {}, []), drive)
-    assert motor.rotary
-    assert identify(motor, travel=5e-5 / lead).inertia == pytest.approx(MASS * lead**2, rel=2e-3)
-    signals, columns = signals | {"position": position}, columns | {"position": Column(1, "", "m")}
-    linear = signals_of(Log("log.csv", signals, columns, {}, []), drive)
-    assert np.allclose(linear.sections[0].motion, motor.sections[0].motion, rtol=1e-12)
-
-
-def test_a_left_hand_thread_and_signs_of_the_drive(emps):
-    """The other sense of turning: angles and torques change their sign, inertia, offset and friction do not."""
-    time, position, voltage = emps
-    columns = {"time": Column(0, "", "s"), "position": Column(1, "", "m"), "current": Column(2, "", "A")}
-    results = []
-    for sign, drive in (
-        (1.0, Drive(torque_constant=0.5, lead=1e-3)),
-        (-1.0, Drive(torque_constant=0.5, lead=-1e-3)),
-        (-1.0, Drive(torque_constant=-0.5, lead=1e-3)),
+    lead, ratio = 1e-3, 3.0
+    current = (GAIN * voltage * lead / 0.5,)
+    right = of_signals((time, position), current, ("s", "m", "A"), Drive(torque_constant=0.5, lead=lead))
+    gear = Drive(torque_constant=0.5, ratio=ratio, lead=lead)
+    motor = of_signals((time, position / lead * ratio), (current[0] / ratio,), ("s", "rad", "A"), gear)
+    assert np.allclose(motor.sections[0].motion, right.sections[0].motion, rtol=1e-12)
+    assert np.allclose(motor.sections[0].effort, right.sections[0].effort, rtol=1e-12)
+    found = identify(right, travel=0.05)
+    assert right.rotary
+    assert found.inertia == pytest.approx(MASS * lead**2, rel=2e-3)
+    for drive, sign in (
+        (Drive(torque_constant=0.5, lead=-lead), -1),
+        (Drive(torque_constant=-0.5, lead=lead), 1),
     ):
-        signals = {"time": time, "position": position, "current": sign * GAIN * voltage * 1e-3 / 0.5}
-        log = Log("log.csv", signals, columns, {}, [])
-        results.append(identify(signals_of(log, drive), travel=5e-2))
-    for left in results[1:]:
-        assert left.inertia == pytest.approx(results[0].inertia, rel=1e-6)
-        assert abs(left.offset) == pytest.approx(abs(results[0].offset), rel=1e-6)
-    assert results[1].friction.value == pytest.approx(-results[0].friction.value[::-1], rel=1e-6)
-    assert results[2].friction.value == pytest.approx(results[0].friction.value, rel=1e-6)
+        other = identify(of_signals((time, position), (-current[0],), ("s", "m", "A"), drive), travel=0.05)
+        assert other.inertia == pytest.approx(found.inertia, rel=1e-6)
+        assert other.offset == pytest.approx(sign * found.offset, rel=1e-6)
+        assert other.friction.value == pytest.approx(sign * found.friction.value[::sign], rel=1e-6)
 
 
 def test_preload_and_its_change_with_known_guides(law):
@@ -233,24 +208,25 @@ def test_preload_and_its_change_with_known_guides(law):
         assert one.offset_limits[0] <= TILT <= one.offset_limits[1]
         friction = without(screw_friction(one, None), GUIDES * LEAD)
         logs.append(screw_friction(one, None))
-        found.append((friction, found_preload(friction, law, 303.15)))
-        assert found[-1][1].low < preload < found[-1][1].high
-        assert found[-1][1].log_low < preload < found[-1][1].log_high
-        assert found[-1][1].within
+        found.append((friction, found_preload(friction, law, 303.15), 303.15))
+        assert found[-1][1].preload_low_n < preload < found[-1][1].preload_high_n
+        assert found[-1][1].preload_log_low_n < preload < found[-1][1].preload_log_high_n
+        assert found[-1][1].shape_fits
     change = change_of_preload(*found, law)
-    assert change.low <= 0.9 <= change.high < 1.0
+    assert change.preload_ratio_low <= 0.9 <= change.preload_ratio_high < 1.0
     # the law's interval is common to both
-    assert change.high - change.low < 0.2 * (found[0][1].high - found[0][1].low) / 1800.0
+    wide = found[0][1].preload_high_n - found[0][1].preload_low_n
+    assert change.preload_ratio_high - change.preload_ratio_low < 0.2 * wide / 1800.0
     light = screw_friction(screw(law, 1000.0, 3), None)
-    apart = told_apart([(logs[1], 2000.0, 303.15), (light, 1000.0, 303.15)], law)
-    assert apart.rest_low <= GUIDES * LEAD <= apart.rest_high
-    assert apart.factor_low <= 1.0 <= apart.factor_high
+    apart = separated_parts([(logs[1], 2000.0, 303.15), (light, 1000.0, 303.15)], law)
+    assert apart.without_nut_low_nm <= GUIDES * LEAD <= apart.without_nut_high_nm
+    assert apart.law_factor_low <= 1.0 <= apart.law_factor_high
 
 
 def test_a_log_without_the_nut_takes_the_guides_away(law):
     whole = screw_friction(screw(law, 2000.0, 4), None)
     bare = whole._replace(torque=np.full_like(whole.torque, GUIDES * LEAD))
     alone = without(whole, 0.0, bare)
-    assert found_preload(alone, law, 303.15).preload == pytest.approx(2000.0, rel=0.01)
+    assert found_preload(alone, law, 303.15).preload_n == pytest.approx(2000.0, rel=0.01)
     with pytest.raises(ValueError, match="smaller than the whole"):
         without(whole, 0.0, whole)

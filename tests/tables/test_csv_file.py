@@ -1,8 +1,9 @@
-"""One CSV dialect: headings in a comment, marks of thousands, decimal commas that begin late."""
+"""One CSV dialect: headings in a comment or below other lines, marks of thousands, decimal commas that begin late."""
 
 import pytest
 
-from ballscrew_tehl.tables.csv_file import Numbers, open_table, read_rows
+from ballscrew_tehl.tables.csv_file import open_table, read_columns, read_rows
+from ballscrew_tehl.tables.headings import TORQUES
 
 HEAD = "preload [N];speed [r/min];torque [Nm]\n"
 
@@ -12,22 +13,37 @@ def write(path, text):
     return path
 
 
+#: text, fields of the first row
+READ = [
+    ("# bench 3\n# preload_n;speed_rpm\n1,5;100\n2;500\n", ["1.5", "100"]),
+    # the line of headings, not the comment that has as many fields
+    ("# 7, 8\npreload_n,speed_rpm\n1000,100\n", ["1000", "100"]),
+    # three decimals everywhere, but 0.500 is no group of thousands
+    ("a;b\n1.234;0.500\n", ["1.234", "0.500"]),
+    # 1500 shows that thousands have no mark
+    ("a;b\n1.234;1500\n", ["1.234", "1500"]),
+    ('a,b\n" 1.5 ",x\n', ["1.5", "x"]),
+]
+
+
+@pytest.mark.parametrize(("text", "first"), READ)
+def test_is_read(tmp_path, text, first):
+    assert [*read_rows(write(tmp_path / "x.csv", text))[0].values()] == first
+
+
 @pytest.mark.parametrize(
-    ("text", "first"),
+    "text",
     [
-        ("# preload_n,speed_rpm\n1000,100\n2000,500\n", {"preload_n": "1000", "speed_rpm": "100"}),
-        ("# bench 3\n# preload_n;speed_rpm\n1,5;100\n2;500\n", {"preload_n": "1.5", "speed_rpm": "100"}),
-        # the line of headings, not the comment that has as many fields
-        ("# 7, 8\npreload_n,speed_rpm\n1000,100\n", {"preload_n": "1000", "speed_rpm": "100"}),
-        # three decimals everywhere, but 0.500 is no group of thousands
-        ("a;b\n1.234;0.500\n", {"a": "1.234", "b": "0.500"}),
-        # 1500 shows that thousands have no mark
-        ("a;b\n1.234;1500\n", {"a": "1.234", "b": "1500"}),
-        ('a,b\n" 1.5 ",x\n', {"a": "1.5", "b": "x"}),
+        "Bench 3;12.5.\nOperator;X\nVorspannung;Drehzahl;Moment;note\nkN;1/min;Ncm;\n1,5;100;42;a\n2;200;50;\n",
+        "# preload [kN]\tspeed_rpm\ttorque [N.cm]\tnote\n1.5\t100\t42\t\n",
     ],
 )
-def test_is_read(tmp_path, text, first):
-    assert read_rows(write(tmp_path / "x.csv", text))[0] == first
+def test_units_below_other_lines_above_and_comments_in_a_file_of_torques(tmp_path, text):
+    table = open_table(write(tmp_path / "x.csv", text), TORQUES)
+    columns = table.single_columns()
+    rows = read_columns(table, columns, TORQUES)
+    assert [rows.values[key][0] for key in ("preload", "torque")] == pytest.approx([1500.0, 0.42])
+    assert table.unused(columns) == "columns not used: note"
 
 
 REFUSED = [
@@ -36,34 +52,42 @@ REFUSED = [
     (HEAD + "1.500;100;1.250\n", "preload [N] = '1.500' can be read in two ways, 1.500 or 1500"),
     # whole numbers below 1000 in the column: the marks are those of thousands, though 0.4 has a point
     (HEAD + "1.500;100;0.4\n800;100;0.4\n", "line 2: preload [N] = '1.500' can be read in two ways"),
-    ("preload [um],b\n" + "1.500,100\n800,0.4\n", "can be read in two ways, 1.500 or 1500"),
     (HEAD + "1.234.567;100;0.4\n", "'1.234.567'; allowed: a number without marks of thousands"),
     (HEAD + "1 500;100;0.4\n", "'1 500'; allowed: a number without marks of thousands"),
+    (
+        HEAD + "1;2;3\n" * 3 + "2,5;-;3\n1;1;0.5\n",
+        "line 6: torque [Nm] = '0.5'; allowed in a file with decimal commas",
+    ),
+    (HEAD + "1.000,5;60;0,4\n", "preload [N] = '1.000,5'; allowed in a file with decimal"),
     (
         HEAD + "1500;100;0.4\n1500;100;0,4\n",
         "torque [Nm] = '0.4'; allowed in a file with decimal commas: no point",
     ),
-    ('a,b\n"0,4",1\n', "numbers with decimal commas need semicolons between the fields"),
-    ("1000,100\n2000,500\n", "no line of headings, the first line is '1000,100'"),
+    (
+        HEAD.replace(";", ",") + '1,60,"0,4"\n',
+        "numbers with decimal commas need semicolons between the fields",
+    ),
+    (
+        HEAD.replace(";", ",") + "1,60,4\n1,0,60,0,4\n",
+        "line 3: 5 fields under 3 headings; allowed: a number, or an empty field",
+    ),
+    (HEAD + "1;60\n", "line 2: 2 fields under 3 headings"),
+    ("1000,100,3\n2000,500,3\n", "no line of headings, the first line is '1000,100,3'"),
     ("\n# only\n", "no rows; allowed: a line of headings"),
+    (HEAD, "no rows; allowed: a line of headings"),
 ]
 
 
 @pytest.mark.parametrize(("text", "message"), REFUSED)
 def test_numbers_that_can_be_read_in_two_ways_are_refused(tmp_path, text, message):
-    with pytest.raises(ValueError, match=r"x\.csv") as caught:
-        read_rows(write(tmp_path / "x.csv", text), lambda heading: True)
+    path = write(tmp_path / "x.csv", text)
+    with pytest.raises(ValueError, match=r"x\.csv: ") as caught:  # noqa: PT012
+        table = open_table(path, TORQUES)
+        read_columns(table, table.single_columns(), TORQUES)
     assert message in str(caught.value)
 
 
-def test_marks_of_all_pieces_of_a_column_count(tmp_path):
-    """Whole numbers in the first piece, decimal commas later, points last."""
-    numbers = Numbers(open_table(write(tmp_path / "x.csv", HEAD + "1;2;3\n")))
-    assert list(numbers.add(0, [2, 3], ["1", "2"])[0]) == [1.0, 2.0]
-    assert list(numbers.add(0, [4, 5], ["2,5", "-"])[0][:1]) == [2.5]
-    numbers.check()
-    numbers.add(2, [6], ["0.5"])
-    with pytest.raises(
-        ValueError, match=r"line 6: torque \[Nm\] = '0\.5'; allowed in a file with decimal commas"
-    ):
-        numbers.check()
+def test_a_first_row_that_is_no_measurement_is_a_row(tmp_path):
+    for first in ("1_000;60;0.4", "x;60;0.4"):
+        table = open_table(write(tmp_path / "x.csv", f"{HEAD}{first}\n1000;60;0.4\n"), TORQUES)
+        assert read_columns(table, table.single_columns(), TORQUES).lines == [2, 3]

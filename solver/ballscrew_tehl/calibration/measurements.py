@@ -67,24 +67,16 @@ def merged(measurements: Iterable[Measurement]) -> list[Measurement]:
     return distinct
 
 
-def operating_point(m: Measurement) -> tuple[str, ...]:
-    """The same of two measurements whose preload, speed and load agree to 3 digits, temperature to 1 K."""
-    return f"{m.preload:.3g}", f"{m.speed:.3g}", f"{m.axial_load:.3g}", f"{m.temperature:.0f}"
-
-
 def repeats_of(measurements: Sequence[Measurement]) -> list[list[int]]:
-    """Numbers of the measurements at each operating point, in order of the first."""
+    """Numbers of the measurements at each operating point, in order of the first.
+
+    Points are the same whose preload, speed and load agree to 3 digits, temperature to 1 K.
+    """
     groups: dict[tuple[str, ...], list[int]] = {}
     for number, m in enumerate(measurements):
-        groups.setdefault(operating_point(m), []).append(number)
+        point = f"{m.preload:.3g}", f"{m.speed:.3g}", f"{m.axial_load:.3g}", f"{m.temperature:.0f}"
+        groups.setdefault(point, []).append(number)
     return list(groups.values())
-
-
-def _unlike(measurements: Sequence[Measurement]) -> list[list[Measurement]]:
-    """Repeats that differ in torque; copies are named by the reader of the file."""
-    groups = [[measurements[i] for i in group] for group in repeats_of(measurements)]
-    unlike = [list({m.torque: m for m in group}.values()) for group in groups]
-    return [group for group in unlike if len(group) > 1]
 
 
 def repeat_notes(measurements: Sequence[Measurement], lines: Sequence[int]) -> list[str]:
@@ -93,25 +85,32 @@ def repeat_notes(measurements: Sequence[Measurement], lines: Sequence[int]) -> l
     Parameters   lines : of the file, by row
     """
     notes = []
-    for group in _unlike(measurements):
-        rows = [row for m in group for row in m.rows]
-        torques = [m.torque for m in group]
-        spread = 100.0 * (max(torques) - min(torques)) / (sum(torques) / len(torques))
-        notes.append(
-            f"repeats of {group[0].preload:.4g} N, {group[0].speed / RPM:.4g} r/min: rows {', '.join(map(str, rows))} "
-            f"(lines {', '.join(str(lines[row - 1]) for row in rows)}): {min(torques):.4g} to {max(torques):.4g} N.m, "
-            f"spread {spread:.2g} %; each counts, and they are left out together"
-        )
+    for group in repeats_of(measurements):
+        rows = [row for i in group for row in measurements[i].rows]
+        torques, first = [measurements[i].torque for i in group], measurements[group[0]]
+        if len(group) > 1:
+            spread = 100.0 * (max(torques) - min(torques)) / (sum(torques) / len(torques))
+            copies = ": remove copies" if len(set(torques)) < len(torques) else ""
+            notes.append(
+                f"repeats of {first.preload:.4g} N, {first.speed / RPM:.4g} r/min: rows {', '.join(map(str, rows))} "
+                f"(lines {', '.join(str(lines[row - 1]) for row in rows)}): {min(torques):.4g} to {max(torques):.4g} "
+                f"N.m, spread {spread:.2g} %; each counts, and they are left out together{copies}"
+            )
     return notes
 
 
 def repeat_scatter(measurements: Sequence[Measurement]) -> float | None:
-    """Scatter of repeats over the stated uncertainties, root mean square; None: no repeats, or none stated."""
+    """Scatter of repeats over the stated uncertainties, root mean square; None: no repeats, or none stated.
+
+    Equal torques are copies.
+    """
     squares, freedom = 0.0, 0
-    for group in _unlike([m for m in measurements if m.uncertainty]):
-        mean = sum(m.torque for m in group) / len(group)
-        squares += sum(((m.torque - mean) / (m.uncertainty or math.inf)) ** 2 for m in group)
-        freedom += len(group) - 1
+    stated = [m for m in measurements if m.uncertainty]
+    for group in repeats_of(stated):
+        unlike = {stated[i].torque: stated[i] for i in group}
+        mean = sum(unlike) / len(unlike)
+        squares += sum(((m.torque - mean) / (m.uncertainty or math.inf)) ** 2 for m in unlike.values())
+        freedom += len(unlike) - 1
     return math.sqrt(squares / freedom) if freedom else None
 
 
@@ -120,15 +119,12 @@ def spread_advice(spread: float, scatter: float | None) -> str:
 
     Parameters   spread : root of the weighted mean square error;  scatter : see repeat_scatter
     """
-    low, high = EXPECTED
-    if low <= spread <= high:
+    if EXPECTED[0] <= spread <= EXPECTED[1]:
         return ""
-    if spread < low:
-        return f"the stated uncertainties are too large by a factor of {1.0 / max(spread, 1e-9):.2g}"
-    small = f"the stated uncertainties are too small by that factor: state {spread:.2g} times as much"
+    if spread < EXPECTED[0]:
+        return "the stated uncertainties are too large by its inverse"
+    small = "the stated uncertainties are too small by that factor"
     shape = "the law does not fit in shape: subtract guides and seals, check oil and temperature, fit fewer speeds"
     if scatter is None:
         return f"{small}, or {shape}; repeats of a point tell which"
-    if scatter > CAUSE * spread:
-        return f"repeats scatter by {scatter:.2g}: {small}"
-    return f"repeats scatter by {scatter:.2g} only: {shape}"
+    return f"repeats scatter by {scatter:.2g}: {small if scatter > CAUSE * spread else shape}"

@@ -25,25 +25,15 @@ def calibration_figure(result: Calibration) -> Figure:
     top = 1.06 * max(measured.max(), computed.max())
     left.plot([0.0, top], [0.0, top], color="0.4", linewidth=1.0, zorder=1, label="computed = measured")
     left.set(xlabel="measured friction torque [N m]", ylabel="computed friction torque [N m]")
-    left.set(xlim=(0.0, top), ylim=(0.0, top), box_aspect=1.0)
     right.axhline(0.0, color="0.4", linewidth=1.0)
-    stated = [m.uncertainty for m in basis.measurements]
-    if all(stated):
-        error = 100.0 * np.array(stated, dtype=float) / measured
-        right.errorbar(speed, deviation, yerr=error, fmt="none", ecolor="0.55", linewidth=1.0, capsize=3.0, zorder=1,
-                       label="standard uncertainty")  # fmt: skip
     right.vlines(speed, deviation, left_out, color="0.75", linewidth=1.0, zorder=1)
     right.scatter(speed, left_out, marker="_", color="0.35", s=60, zorder=2, label="fitted without the point")
     right.set(xlabel="screw speed [r/min]", ylabel="model/measured - 1 [%]", xscale="log")
     right.xaxis.set_major_formatter("{x:g}")
-    for axes, x, y, label in (
-        (left, measured, computed, ""),
-        (right, speed, deviation, "fitted to all points"),
-    ):
-        points = axes.scatter(
-            x, y, c=[1e-3 * m.preload for m in basis.measurements], cmap=PRELOAD_COLOURS, edgecolors="black",
-            linewidths=0.5, s=42, zorder=3, label=label,
-        )  # fmt: skip
+    for axes, x, y in (left, measured, computed), (right, speed, deviation):
+        preload = [1e-3 * m.preload for m in basis.measurements]
+        points = axes.scatter(x, y, c=preload, cmap=PRELOAD_COLOURS, edgecolors="black", linewidths=0.5, s=42, zorder=3,
+                              label="fitted to all points")  # fmt: skip
         if outliers := fit.outliers:
             axes.scatter(x[outliers], y[outliers], facecolors="none", edgecolors=CAUTION, linewidths=2.0, s=170,
                          zorder=4, label="outlier")  # fmt: skip

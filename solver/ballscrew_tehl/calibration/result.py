@@ -6,8 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ..friction.interval import implied_thrust
 from ..friction.sets import FITTED, FrictionSet, friction_set_lines
+from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
+from ..runtime.packed import MECHANISTIC
 from .fit import Fit, TorqueBasis
 from .measurement_file import RowProblem
 from .measurements import repeat_scatter, spread_advice
@@ -17,6 +20,11 @@ PRECISION = 0.25
 #: the split counts as identified if the 95 % interval of the sliding fraction of the torque is at most this wide
 SPLIT_WIDTH = 0.10
 SPLIT = "split into viscous and sliding torque"
+TRANSFER = (
+    "for other screws of the same maker: net_sliding_coefficient, the friction between balls, carries over to screws "
+    "with the same kind of balls, returns and finish; the torque of seals, which is not modelled, and the supply of "
+    "oil or grease do not"
+)
 
 
 @dataclass(frozen=True)
@@ -25,7 +33,6 @@ class Calibration:
 
     friction_set  with limits and what is not identified;  basis, fit: the points of the fit and its statistics
     dropped       rows left out of the fit, with the reason;  notes  assumptions and warnings, one sentence each
-    spread        root of the weighted mean square error over the stated uncertainties, None without these
     """
 
     friction_set: FrictionSet
@@ -33,12 +40,32 @@ class Calibration:
     fit: Fit
     dropped: list[RowProblem]
     notes: list[str]
-    spread: float | None
+
+    @property
+    def spread(self) -> float | None:
+        """Root of the weighted mean square error over the stated uncertainties, None without these."""
+        stated = [m.uncertainty for m in self.basis.measurements]
+        if not all(stated):
+            return None
+        over = self.fit.deviation * self.basis.measured / np.array(stated, dtype=float)
+        return math.sqrt(float(over @ over) / (len(self.basis) - len(self.basis.names)))
 
 
-def sliding_name(basis: TorqueBasis) -> str:
-    """Name of the part of the torque that the net sliding coefficient carries."""
-    return "sliding share" if basis.names[0] == FITTED[0] else "share of ball on ball"
+def number_notes(found: FrictionSet, parameters: Parameters) -> list[str]:
+    """What the fitted number of the mechanistic law is in terms of the other keys of the screw file."""
+    if found.name != MECHANISTIC:
+        return []
+    thrust = implied_thrust(found.net_sliding_coefficient, parameters)
+    notes = [
+        "net_sliding_coefficient = 2 boundary_friction limiting_shear_coefficient ball_thrust; with the first two of "
+        f"this screw file ball_thrust = {thrust:.3g}. A screw file has one of these two numbers, not both"
+    ]
+    if not found.net_sliding_coefficient > 0.0:
+        notes.append(
+            "net_sliding_coefficient = 0: the computed rolling loss and shear alone exceed the measured torque: check "
+            "unit and sign of the torque, preload, oil (viscosity, temperature) and its supply (supply_length)"
+        )
+    return notes
 
 
 def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
@@ -50,9 +77,10 @@ def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
             low, high = (_shown(name, bounds[end]) for end in ("low", "high"))
             reasons[name] = f"95 % interval {low} to {high} around {_shown(name, value)}"
     per_net = float(np.mean(basis.sliding / basis.measured))
-    least, most = (min(per_net * bound, 1.0) for bound in found.limits[FITTED[1]].values())
-    if not most - least <= SPLIT_WIDTH:
-        reasons[SPLIT] = f"{sliding_name(basis)} of the torque {100.0 * least:.0f} to {100.0 * most:.0f} %"
+    low_share, high_share = (min(per_net * bound, 1.0) for bound in found.limits[FITTED[1]].values())
+    if not high_share - low_share <= SPLIT_WIDTH:
+        part = "sliding share" if basis.names[0] == FITTED[0] else "share of ball on ball"
+        reasons[SPLIT] = f"{part} of the torque {100.0 * low_share:.0f} to {100.0 * high_share:.0f} %"
     return reasons
 
 
@@ -70,11 +98,11 @@ def outlier_text(basis: TorqueBasis, found: Fit, i: int) -> str:
     )
 
 
-def point_rows(result: Calibration) -> list[dict[str, Any]]:
-    """One row per point of the fit, units in the keys."""
-    found, outliers = result.fit, set(result.fit.outliers)
+def calibration_data(result: Calibration) -> dict[str, Any]:
+    """What --json adds to the friction set; one row per point of the fit."""
+    found, points, outliers = result.fit, result.basis.measurements, result.fit.outliers
     computed = result.basis.torque(found.values)
-    return [
+    rows = [
         {
             "rows": list(m.rows),
             "preload_n": m.preload,
@@ -90,31 +118,27 @@ def point_rows(result: Calibration) -> list[dict[str, Any]]:
             "studentised": float(found.studentised[i]),
             "outlier": i in outliers,
         }
-        for i, m in enumerate(result.basis.measurements)
+        for i, m in enumerate(points)
     ]
-
-
-def calibration_data(result: Calibration) -> dict[str, Any]:
-    """What --json adds to the friction set."""
     return {
-        "points": point_rows(result),
+        "points": rows,
         "dropped": [{"row": problem.row, "reason": problem.reason} for problem in result.dropped],
-        "outliers": [list(result.basis.measurements[i].rows) for i in result.fit.outliers],
+        "outliers": [list(points[i].rows) for i in outliers],
         "notes": result.notes,
         "not_identified": result.friction_set.not_identified,
         "error_over_uncertainty": result.spread,
-        "repeat_over_uncertainty": repeat_scatter(result.basis.measurements),
+        "repeat_over_uncertainty": repeat_scatter(points),
     }
 
 
-def calibration_text(result: Calibration) -> str:
+def calibration_text(result: Calibration, data: dict[str, Any]) -> str:
     """The result as text: points, parameters, errors, what is not identified, dropped rows."""
     lines = [
         f"{'row':>9}{'preload':>10}{'speed':>9}{'oil':>7}{'axial':>9}{'measured':>10}{'computed':>10}{'model':>8}"
         f"{'left out':>10}",
         f"{'':>9}{'N':>10}{'r/min':>9}{'C':>7}{'N':>9}{'N m':>10}{'N m':>10}{'%':>8}{'%':>10}",
     ]
-    for row in point_rows(result):
+    for row in data["points"]:
         lines.append(
             f"{'='.join(str(number) for number in row['rows']):>9}{row['preload_n']:>10.4g}{row['speed_rpm']:>9.4g}"
             f"{row['temperature_k'] - CELSIUS:>7.1f}{row['axial_load_n']:>9.4g}{row['measured_nm']:>10.4g}"
@@ -124,18 +148,12 @@ def calibration_text(result: Calibration) -> str:
     found = result.friction_set
     lines += ["", "Fitted (value +- half-width of the 95 % interval)", *friction_set_lines(found)]
     if result.spread is not None:
-        advice = spread_advice(result.spread, repeat_scatter(result.basis.measurements))
+        advice = spread_advice(result.spread, data["repeat_over_uncertainty"])
         lines.append(
             f"    errors over stated uncertainties: {result.spread:.2g} (about 1 expected){advice and f': {advice}'}"
         )
     if found.not_identified:
         lines.append("Not identified by these data:")
         lines += [f"    {name}: {why}" for name, why in found.not_identified.items()]
-    else:
-        lines.append(
-            f"Identified by these data: every parameter to {100.0 * PRECISION:.0f} %, the "
-            f"{sliding_name(result.basis)} to {100.0 * SPLIT_WIDTH:.0f} points of per cent"
-        )
     lines += [f"dropped: {problem}" for problem in result.dropped]
-    lines += [f"note: {note}" for note in result.notes]
-    return "\n".join(lines)
+    return "\n".join([*lines, *(f"note: {note}" for note in result.notes)])

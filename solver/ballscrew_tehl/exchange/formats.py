@@ -14,9 +14,10 @@ from .friction_table import FrictionTable
 from .piecewise import Points
 
 
-def _comment(head: Iterable[str], about: dict[str, str], mark: str) -> list[str]:
+def _comment(table: FrictionTable, mark: str) -> list[str]:
     """Lines of comment at the head of a file."""
-    return [f"{mark} {line}" for line in (*head, *(f"{name}: {text}" for name, text in about.items()))]
+    about = (f"{name}: {text}" for name, text in table.about.items())
+    return [f"{mark} {line}" for line in (*table.head, *about)]
 
 
 def _numbers(values: Iterable[float], separator: str = " ") -> str:
@@ -31,17 +32,15 @@ def point_text(point: Iterable[float]) -> str:
 def csv_text(table: FrictionTable, _: str = "") -> str:
     """One row for each preload, temperature and speed, both directions."""
     units, (_, speed, name), (_, effort) = table.units, table.units.names, table.units.si
-    headings = [] if table.preload is None else ["preload [N]", "temperature [degC]"]
-    headings += [
-        f"{speed} [{units.shown[2]}]",
-        *(f"{name} {key}".strip() + f" [{effort}]" for key in table.values),
-    ]
+    headings = ["preload [N]", "temperature [degC]"] * (table.preload is not None)
+    headings += [f"{speed} [{units.shown[2]}]"]
+    headings += [f"{name} {key}".strip() + f" [{effort}]" for key in table.values]
     rows = [
         _numbers((*point, row[0] / units.one, *row[1:]), ",")
         for point, curve in table.curves()
         for row in curve
     ]
-    return "\n".join([*_comment(table.head, table.about, "#"), ",".join(headings), *rows]) + "\n"
+    return "\n".join([*_comment(table, "#"), ",".join(headings), *rows]) + "\n"
 
 
 def json_text(table: FrictionTable, _: str = "") -> str:
@@ -52,16 +51,15 @@ def json_text(table: FrictionTable, _: str = "") -> str:
         about["order"] = "torque_nm[speed][preload][temperature]"
         arrays |= {"preload_n": table.preload, "temperature_c": table.temperature - CELSIUS}
     arrays |= {table.units.effort_key(key): values for key, values in table.values.items()}
-    return (
-        json.dumps({"about": about} | {key: array.tolist() for key, array in arrays.items()}, indent=1) + "\n"
-    )
+    lists = {key: array.tolist() for key, array in arrays.items()}
+    return json.dumps({"about": about} | lists, indent=1) + "\n"
 
 
 def modelica_text(table: FrictionTable, _: str = "") -> str:
     """A table for each preload and temperature over the signed speed: columns speed, torque, low, high; 0 at rest."""
     (_, speed, name), (per_second, effort) = table.units.names, table.units.si
     columns = f"{speed} [{per_second}], " + ", ".join(f"{key or name} [{effort}]" for key in table.values)
-    lines = ["#1", *_comment(table.head, table.about, "#")]
+    lines = ["#1", *_comment(table, "#")]
     lines.append(f"# columns: {columns}. At rest 0; between the lowest speeds straight through 0")
     for number, (point, curve) in enumerate(table.curves(at_rest=True), start=1):
         lines += [f"# {point_text(point)}"] if point else []
@@ -76,27 +74,26 @@ def matlab_text(table: FrictionTable, function: str) -> str:
         (_, curve), *_ = table.curves(at_rest=True)
         axes, used = {"speed": curve[:, 0]}, ["speed"]
         arrays = {key or "value": values for key, values in zip(table.values, curve[:, 1:].T, strict=True)}
-        call, usage = "speed", f"{speed} [{per_second}]"
+        usage = f"{speed} [{per_second}]"
         look_up = "interp1(t.speed, t.value, max(min(speed, t.speed(end)), t.speed(1)))"
     else:
         axes = {"speed": table.speed, "preload": table.preload, "temperature": table.temperature - CELSIUS}
         arrays = {f"{name}_{key}".rstrip("_"): values for key, values in table.values.items()}
-        call, usage = ", ".join(axes), "speed [rad/s], preload [N], temperature [degC]"
+        usage = "speed [rad/s], preload [N], temperature [degC]"
         used = [key for key, values in axes.items() if len(values) > 1]
         grid = ", ".join(f"t.{key}" for key in used)
-        inside = ", ".join(
-            f"max(min({'abs(speed)' if key == 'speed' else key}, t.{key}(end)), t.{key}(1))" for key in used
-        )
+        inside = ", ".join(f"max(min({key}, t.{key}(end)), t.{key}(1))" for key in used)
+        inside = inside.replace("min(speed,", "min(abs(speed),")
         rule = "interp1" if len(used) == 1 else "interpn"
         look_up = (
             f"sign(speed) .* min(abs(speed) / t.speed(1), 1) .* {rule}({grid}, squeeze(t.{name}), {inside})"
         )
     lines = [
-        f"function [{name}, t] = {function}({call})",
-        *_comment(table.head, table.about, "%"),
+        f"function [{name}, t] = {function}({', '.join(axes)})",
+        *_comment(table, "%"),
         f"% {name} [{effort}] = {function}({usage}); [~, t] = {function}() gives the breakpoints, for a Simulink "
         f"{len(axes)}-D Lookup Table",
-        *(["% Below the lowest speed straight to 0"] if len(axes) > 1 else []),
+        *["% Below the lowest speed straight to 0"] * (len(axes) > 1),
         *(f"t.{key} = [{_numbers(values)}];" for key, values in axes.items()),
     ]
     for key, values in arrays.items():
@@ -131,7 +128,7 @@ def twincat_text(
     """
     per_turn = 1e6 * lead / (2.0 * math.pi)  # um for one radian
     lines = [
-        *_comment(table.head, table.about, "#"),
+        *_comment(table, "#"),
         f"# {where}",
         f"# in: velocity of the axis [um/s]; out: motor current, 1 = {unit:.6g} A (the unit of the drive, "
         "P-COMP-00047)",
@@ -143,7 +140,7 @@ def twincat_text(
         f"{'frict_comp.table_entries':<32}{len(points.x) + 1}",
     ]
     entries = [(0.0, 0.0), *zip(points.x * per_turn, points.y * current_per_torque / unit, strict=True)]
-    for number, entry in enumerate(entries):
-        for key, value in zip(("in", "out"), entry, strict=True):
-            lines.append(f"{f'frict_comp.table[{number}].{key}':<32}{value:.10g}")
+    for number, (velocity, current) in enumerate(entries):
+        lines.append(f"{f'frict_comp.table[{number}].in':<32}{velocity:.10g}")
+        lines.append(f"{f'frict_comp.table[{number}].out':<32}{current:.10g}")
     return "\n".join(lines) + "\n"

@@ -41,17 +41,16 @@ def line_error(x: Array, y: Array) -> float:
     return 0.5 * float(width.min())
 
 
-def _starts(x: Array, y: Array, error: float, most: int) -> list[int] | None:
-    """First samples of the longest pieces with at most an error; None: more than `most` are needed."""
+def _starts(x: Array, y: Array, error: float) -> list[int]:
+    """First samples of the longest pieces with at most an error."""
     starts = [0]
-    while len(starts) <= most:
+    while True:
         first = starts[-1]
         ends = range(first + 1, len(x))
         last = first + bisect_right(ends, error, key=lambda k: line_error(x[first : k + 1], y[first : k + 1]))
         if last >= len(x) - 1:
             return starts
         starts.append(last + 1)
-    return None
 
 
 def few_points(x: Array, y: Array, count: int) -> Points:
@@ -67,8 +66,8 @@ def few_points(x: Array, y: Array, count: int) -> Points:
     low, high, starts = 0.0, line_error(x, y), [0]
     while high - low > ACCURACY * high and high > 1e-12 * float(np.max(np.abs(y))):
         middle = 0.5 * (low + high)
-        pieces = _starts(x, y, middle, count - 1)
-        if pieces is None:
+        pieces = _starts(x, y, middle)
+        if len(pieces) >= count:
             low = middle
         else:
             high, starts = middle, pieces

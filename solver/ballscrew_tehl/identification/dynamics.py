@@ -18,6 +18,7 @@ cutoff allows.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -28,7 +29,6 @@ from scipy.stats import t as student
 
 from ..physics.ball_law import Array
 from .directions import LIMIT, LINEAR, ROTARY, Bidirectional, Friction, Units, bidirectional_friction, varies
-from .log_file import Progress
 from .motion import MAX_NOISE, OF_SAMPLES, Samples, effort_later, filtered
 from .regression import CONFIDENCE, MIN_BINS, Bins, alone, clusters_of, power, slope_moves, within
 from .signals import Signals
@@ -39,8 +39,6 @@ MIN_SAMPLES, MIN_INDEPENDENT = 10, 2.0
 POOLED = 4.0
 #: most delay looked for [s], and in samples
 MAX_DELAY, MAX_DELAY_SAMPLES = 5e-3, 4.0
-#: samples that the delay is estimated from
-FOR_DELAY = 60_000
 #: change of a bin, of the inertia and of the delay by half the cutoff, as it counts in their intervals; the noise of an
 #: encoder that comes back through the controller moves the delay as the cutoff or more, all of it at most twice that,
 #: a bias, which adds to the random half
@@ -101,37 +99,31 @@ class Identified:
         return bidirectional_friction(self.friction, self.offset_error or 0.0)
 
 
-def estimated_delay(signals: Signals, cutoff: float, travel: float) -> tuple[float, bool]:
-    """Delay of the effort behind the motion [s] with the least residual on a part of the log; whether it is inside."""
-    sections, left = [], FOR_DELAY
-    for section in sorted(signals.sections, key=lambda section: -len(section.motion)):
-        if left > 0:
-            sections.append(section._replace(motion=section.motion[:left], effort=section.effort[:left]))
-            left -= len(section.motion)
-    part = signals._replace(sections=sections)
-    samples = filtered(part, travel, cutoff)
-    if len(samples.speed) < MIN_SAMPLES:
-        return 0.0, True
+def estimated_delay(samples: Samples, later: Callable[[float], Array], step: float) -> tuple[float, bool]:
+    """Delay of the effort behind the motion [s] with the least residual; whether it is inside the range.
+
+    Parameters   later : effort at the samples by delay;  step : of the log [s]
+    """
     edges = Bins.of(samples)
     bins = edges.place(samples.speed)
     count = edges.tally(bins)
     acceleration = within(samples.acceleration, samples.speed, bins, count)
-    squares, later = float(acceleration @ acceleration), effort_later(part, samples)
+    squares = float(acceleration @ acceleration)
 
     def residual(delay: float) -> float:
         effort = within(later(delay), samples.speed, bins, count)
         slope = float(acceleration @ effort) / squares
         return float(np.sum((effort - slope * acceleration) ** 2))
 
-    most = max(MAX_DELAY, MAX_DELAY_SAMPLES * signals.step)
-    coarse = np.linspace(-most, most, 21)
+    limit = max(MAX_DELAY, MAX_DELAY_SAMPLES * step)
+    coarse = np.linspace(-limit, limit, 21)
     best = float(coarse[int(np.argmin([residual(delay) for delay in coarse]))])
-    near = 2.0 * most / 20.0
+    near = 2.0 * limit / 20.0
     found = minimize_scalar(
-        residual, bounds=(max(best - near, -most), min(best + near, most)), method="bounded",
-        options={"xatol": 0.005 * signals.step},
+        residual, bounds=(max(best - near, -limit), min(best + near, limit)), method="bounded",
+        options={"xatol": 0.005 * step},
     )  # fmt: skip
-    return float(found.x), abs(found.x) < 0.98 * most
+    return float(found.x), abs(found.x) < 0.98 * limit
 
 
 def identify(
@@ -141,7 +133,6 @@ def identify(
     delay: float | None = None,
     cutoff: float | None = None,
     bins_wanted: int | None = None,
-    progress: Progress = lambda finished, total, what: None,
     offset: tuple[float, float] | None = None,
 ) -> Identified:
     """Fit to the signals.
@@ -153,7 +144,7 @@ def identify(
     Raises       ValueError: motion in one direction only, too few samples, inertia not determined
     Source       head of this module
     """
-    samples = filtered(signals, travel, cutoff, progress)
+    samples = filtered(signals, travel, cutoff)
     notes = list(signals.notes)
     for sign, name in ((1.0, "positive"), (-1.0, "negative")):
         usable = int((samples.speed * sign > 0.0).sum()) * samples.each
@@ -163,28 +154,23 @@ def identify(
                 "in each direction: both directions separate offset and friction; remedy: a log that moves both "
                 "ways, with longer strokes, and a column with its sign, no magnitude"
             )
-    user, later = (
-        _User(inertia, offset, 0.0 if delay is None else delay, delay is not None),
-        effort_later(signals, samples),
-    )
+    inside, known = True, delay is not None
+    later = effort_later(signals, samples)
     if delay is None:
-        delay, inside = estimated_delay(signals, samples.cutoff, travel)
-        user = user._replace(delay=delay)
-        if not inside:
-            notes.append(
-                f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: check that both signals are of "
-                "one log"
-            )
-    samples = replace(samples, effort=later(user.delay))
+        delay, inside = estimated_delay(samples, later, signals.step)
+    user = _User(inertia, offset, delay, known)
+    if not inside:
+        notes.append(
+            f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: check that both signals are of one log"
+        )
     edges = Bins.of(samples, bins_wanted)
-    bins = edges.place(samples.speed)
-    count = edges.tally(bins)
+    count = edges.tally(edges.place(samples.speed))
     farther = filtered(signals, FARTHER * travel, samples.cutoff)
     others = [_other(signals, filtered(signals, travel, 0.5 * samples.cutoff), edges, user)]
     if len(farther.speed) >= FARTHER_LEFT * len(samples.speed):
         others.append(_other(signals, farther, edges, user))
     enough = (count * samples.each >= MIN_SAMPLES) & (count * samples.each * samples.rate >= MIN_INDEPENDENT)
-    use = enough[bins]
+    use = enough[edges.place(samples.speed)]
     left_out = signals.left_out | samples.left_out
     left_out[
         f"bins of speed with fewer than {MIN_SAMPLES} samples, {MIN_INDEPENDENT:g} of them independent"
@@ -194,9 +180,9 @@ def identify(
             f"no bin of speed with {MIN_SAMPLES} samples in both directions; allowed: a longer log, or fewer bins "
             "(--bins)"
         )
-    if not use.all():
-        samples = replace(samples, **{name: getattr(samples, name)[use] for name in OF_SAMPLES})
-    bins = np.cumsum(enough)[bins[use]] - 1
+    samples = replace(samples, effort=later(delay))
+    samples = replace(samples, **{name: getattr(samples, name)[use] for name in OF_SAMPLES})
+    bins = np.cumsum(enough)[edges.place(samples.speed)] - 1
     others = [other._replace(total=other.total[enough]) for other in others]
     return _result(signals, samples, _fit(signals, samples, bins, user), others, user, left_out, notes)
 
@@ -276,14 +262,12 @@ def _fit(signals: Signals, samples: Samples, bins: np.ndarray, user: _User) -> _
     clusters, of_bin = clusters_of(samples, signals.step, bins)
     # sums of what each cluster moves: bins alone, the inertia, the values reported
     size = int(clusters.max()) + 1
-    alone_moved = (
-        np.bincount(clusters * len(count) + bins, residual, size * len(count)).reshape(size, -1) / count
-    )
+    moved = np.bincount(clusters * len(count) + bins, residual, size * len(count)).reshape(size, -1) / count
     independent = count * samples.each * samples.rate
     freedom = max(1.0 - 2.0 * (len(count) + 1.0) / float(independent.sum()), 0.1)
     by_inertia, inertia_half = slope_moves(acceleration, residual, clusters, squares, freedom)
     by_jerk = max(abs(inertia) * float(jerk @ jerk), 1e-300)
-    moved = alone_moved - np.outer(by_inertia * (user.inertia is None), mean_acceleration)
+    moved -= np.outer(by_inertia * (user.inertia is None), mean_acceleration)
     of_offset = moved @ weights
     few = size / max(size - 1.0, 1.0)
     plain = float(np.mean(residual**2)) / independent
@@ -415,9 +399,8 @@ def _within_a_bin(speed: Array, friction: Array) -> Array:
     bend = np.zeros(len(speed))
     for side in (speed < 0.0, speed > 0.0):
         if side.sum() >= 3:
-            second = np.abs(np.diff(friction[side], 2))
-            bend[side] = np.maximum(np.r_[second, second[-1:], 0.0], np.r_[0.0, second[:1], second])
-            bend[side] = np.maximum(bend[side], np.r_[second[:1], second, second[-1:]]) / 8.0
+            second = np.pad(np.abs(np.diff(friction[side], 2)), 2, mode="edge")
+            bend[side] = np.max([second[:-2], second[1:-1], second[2:]], axis=0) / 8.0
     return bend
 
 

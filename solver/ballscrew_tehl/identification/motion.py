@@ -16,7 +16,6 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, freqz_sos, sosfiltfilt, welch
 
 from ..physics.ball_law import Array
-from .log_file import Progress
 from .signals import Section, Signals, integral
 
 ORDER = 2
@@ -124,12 +123,7 @@ def _differences(
     return motion[1:-1], slope, (motion[2:] - 2.0 * motion[1:-1] + motion[:-2]) / step**2, effort
 
 
-def filtered(
-    signals: Signals,
-    travel: float,
-    cutoff: float | None = None,
-    progress: Progress = lambda finished, total, what: None,
-) -> Samples:
+def filtered(signals: Signals, travel: float, cutoff: float | None = None) -> Samples:
     """Samples that take part in the fit.
 
     Parameters   travel : after a reversal that is left out, as the position;  cutoff : [Hz], None = chosen
@@ -139,10 +133,7 @@ def filtered(
     cutoff = chosen if cutoff is None else cutoff
     each = max(int(1.0 / (PER_PERIOD * cutoff * signals.step)), 1)
     reach = math.ceil(RESPONSE / (cutoff * signals.step))
-    pieces = []
-    for number, section in enumerate(signals.sections):
-        progress(number, len(signals.sections), "pieces filtered")
-        pieces.append(_differences(section, cutoff, signals))
+    pieces = [_differences(section, cutoff, signals) for section in signals.sections]
     slow = SLOW * max(float(np.quantile(np.abs(piece[1]), 0.999)) for piece in pieces)
     runs, ends, near, slower, parts = 0, 0, 0, 0, []
     for number, (position, speed, acceleration, effort) in enumerate(pieces):
@@ -195,12 +186,11 @@ def _away_from_reversals(
     """Samples farther from a reversal than the filter's response and behind it than a travel; number of the run."""
     count = len(speed)
     index = np.arange(count)
-    # direction of the last motion that was not slow
-    direction = np.where(np.abs(speed) >= slow, np.sign(speed), 0.0)
-    last = np.maximum.accumulate(np.where(direction != 0.0, index, 0))
-    held = direction[last]
-    # motion begins anew behind a standstill as well
     moving = np.abs(speed) >= slow
+    # direction of the last motion that was not slow
+    last = np.maximum.accumulate(np.where(moving, index, 0))
+    held = np.where(moving, np.sign(speed), 0.0)[last]
+    # motion begins anew behind a standstill as well
     start = np.flatnonzero(moving & ~np.r_[False, moving[:-1] & (held[1:] == held[:-1])])
     run = np.cumsum(np.isin(index, start))
     begin = np.r_[0, start][run]

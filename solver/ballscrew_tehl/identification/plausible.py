@@ -7,8 +7,8 @@ import numpy as np
 from ..parameters.units import RPM
 from ..physics.ball_law import Array
 from ..runtime.evaluate import NutMap
-from ..tables.headings import ANGLE, LENGTH, LOG, SPEED, VELOCITY, Units, parted
-from .log_file import EFFORT, MOTION, Log
+from ..tables.headings import ANGLE, EFFORT, LENGTH, LOG, MOTION, SPEED, VELOCITY, Units, parted
+from .log_file import Log
 from .signals import Signals
 
 #: what, value, its limits, the unit that both are in, its factor
@@ -56,7 +56,7 @@ def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> No
         ]
 
     def of_drive(ratio: float = 1.0) -> list[Finding]:
-        name, si = effort.removeprefix("screw_"), next(iter(LOG[effort].units))
+        name, si = effort.removeprefix("screw_"), next(iter(LOG.quantities[effort].units))
         return [
             (f"{name} up to", value * ratio, DRIVE[name], si, 1.0),
             ("torque at the screw up to", torque * ratio, torques, "N.m", 1.0),
@@ -122,4 +122,6 @@ def _largest(signals: Signals) -> tuple[float, float]:
 
 def _family(name: str, unit: str) -> Units:
     """Units that a unit may be mistaken for: an angle is no length."""
-    return next(units for units in (LENGTH, ANGLE, SPEED, VELOCITY, LOG[name].units) if unit in units)
+    return next(
+        units for units in (LENGTH, ANGLE, SPEED, VELOCITY, LOG.quantities[name].units) if unit in units
+    )

@@ -1,12 +1,11 @@
-"""Preload behind the friction that a log gives, by the law of a map, and what is told apart from it.
+"""Preload behind the friction that a log gives, by the law of a map, and what is separated from it.
 
 The friction torque at the screw is the mean of both directions at one speed: gravity and tilt fall out. Known parts, or
 a log without the nut, are subtracted. One preload is fitted to all speeds, each weighted by its standard error and a
-shape error SHAPE of the law.
+shape error SHAPE of the law. Results have the names of the keys of --json.
 """
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +26,8 @@ SHAPE = 0.01
 MIN_SPEEDS = 3
 #: share of a torque that it has to have left without known parts
 LEFT = 0.05
+#: relative distance of a preload from the ends of a map
+INSIDE = 1e-3
 
 
 class ScrewFriction(NamedTuple):
@@ -36,6 +37,15 @@ class ScrewFriction(NamedTuple):
     torque: Array
     error: Array
     samples: Array
+
+    def where(self, keep: np.ndarray) -> "ScrewFriction":
+        """A part of the speeds."""
+        return ScrewFriction(*(values[keep] for values in self))
+
+    @property
+    def span(self) -> str:
+        """Range of the speeds."""
+        return f"{self.speed.min() / RPM:.4g} to {self.speed.max() / RPM:.4g} r/min"
 
 
 class Law(NamedTuple):
@@ -55,34 +65,55 @@ class Law(NamedTuple):
         axes = self.nut_map.header["axes"]
         return float(axes["preload"][0]), min(float(axes[name][1]) for name in ("force", "preload"))
 
+    def holds(self, preload: float) -> bool:
+        """Whether a preload is inside, not at an end where a fit stops."""
+        low, high = self.preloads
+        return low * (1.0 + INSIDE) < preload < high * (1.0 - INSIDE)
 
-@dataclass(frozen=True)
-class FoundPreload:
+
+class FoundPreload(NamedTuple):
     """Preload [N] with its interval; meaning of that; by the log alone (95 %).
 
-    deviation : root mean square of ln(torque/law) over the speeds;  slope : of it over ln(speed);  within : the errors
-    factor : ends of the law's interval over its torque, at `speed`
+    shape_deviation : root mean square of ln(torque/law) over the speeds;  shape_exponent_difference : its slope over
+    ln(speed);  shape_fits : within the errors
     """
 
-    preload: float
-    low: float
-    high: float
-    log_low: float
-    log_high: float
-    meaning: str
-    deviation: float
-    slope: float
-    within: bool
-    factor: tuple[float, float]
-    speed: float
-    temperature: float
+    preload_n: float
+    preload_low_n: float
+    preload_high_n: float
+    preload_interval: str
+    preload_log_low_n: float
+    preload_log_high_n: float
+    shape_deviation: float
+    shape_exponent_difference: float
+    shape_fits: bool
+
+
+class Change(NamedTuple):
+    """Preload of the log before, that of this one over it with a 95 % interval: both logs, the law's interval."""
+
+    preload_before_n: float
+    preload_ratio: float
+    preload_ratio_low: float
+    preload_ratio_high: float
+
+
+class Apart(NamedTuple):
+    """Torque that does not depend on the preload [N.m] and factor on the law, with 95 % limits."""
+
+    without_nut_nm: float
+    without_nut_low_nm: float
+    without_nut_high_nm: float
+    law_factor: float
+    law_factor_low: float
+    law_factor_high: float
 
 
 def screw_friction(found: Identified, lead: float | None) -> ScrewFriction:
-    """Mean of both directions at the speeds of the positive one.
+    """Mean of both directions at their common speeds, at the screw.
 
-    Parameters   lead : [m/rad], needed of a linear axis
-    Raises       ValueError: no lead, speeds of both directions apart
+    Parameters   lead : of the screw [m/rad], needed of a linear axis
+    Raises       ValueError: no lead, no common speed
     """
     if not found.rotary and lead is None:
         raise ValueError(
@@ -105,24 +136,18 @@ def without(friction: ScrewFriction, known: float, other: ScrewFriction | None =
     if other is not None:
         if friction.speed.min() > other.speed.max() or friction.speed.max() < other.speed.min():
             raise ValueError(
-                f"speeds of the log without the nut = {_range(other.speed)}; allowed: those of the log, "
-                f"{_range(friction.speed)}"
+                f"speeds of the log without the nut = {other.span}; allowed: those of the log, {friction.span}"
             )
         torque = torque - np.interp(friction.speed, other.speed, other.torque)
         error = np.hypot(error, np.interp(friction.speed, other.speed, other.error))
-    mean = float(np.mean(torque))
-    if not mean > LEFT * float(np.mean(friction.torque)):
+    mean, whole = float(np.mean(torque)), float(np.mean(friction.torque))
+    if not mean > LEFT * whole:
         raise ValueError(
-            f"friction of the axis = {np.mean(friction.torque):.4g} N.m, without the known parts {mean:.4g} N.m; "
-            "allowed: known parts smaller than the whole: check --guide-force-n, --seal-torque-nm, the log without the "
-            "nut, and the torque constant or gain"
+            f"friction of the axis = {whole:.4g} N.m, without the known parts {mean:.4g} N.m; allowed: known parts "
+            "smaller than the whole: check --guide-force-n, --seal-torque-nm, the log without the nut, and the torque "
+            "constant or gain"
         )
-    keep = torque > 0.0
-    return ScrewFriction(friction.speed[keep], torque[keep], error[keep], friction.samples[keep])
-
-
-def _range(speed: Array) -> str:
-    return f"{speed.min() / RPM:.4g} to {speed.max() / RPM:.4g} r/min"
+    return friction._replace(torque=torque, error=error).where(torque > 0.0)
 
 
 def _inside(friction: ScrewFriction, law: Law) -> ScrewFriction:
@@ -134,10 +159,10 @@ def _inside(friction: ScrewFriction, law: Law) -> ScrewFriction:
     keep = (friction.speed >= low) & (friction.speed <= high)
     if not keep.sum() >= MIN_SPEEDS:
         raise ValueError(
-            f"speeds of the log within the map = {int(keep.sum())} of {len(keep)}, {_range(friction.speed)}; allowed: "
-            f"at least {MIN_SPEEDS} in {_range(np.array([low, high]))}: check --ratio and --lead-mm"
+            f"speeds of the log within the map = {int(keep.sum())} of {len(keep)}, {friction.span}; allowed: at least "
+            f"{MIN_SPEEDS} in {low / RPM:.4g} to {high / RPM:.4g} r/min: check --ratio and --lead-mm"
         )
-    return ScrewFriction(*(values[keep] for values in friction))
+    return friction.where(keep)
 
 
 def _fitted(friction: ScrewFriction, law: Law, temperature: float, factor: float = 1.0) -> float:
@@ -160,7 +185,7 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
 
     Raises       ValueError: speeds, temperature or torque outside the map;  ArithmeticError: as preload_interval
     """
-    from ..nut_map.interval import map_interval, preload_interval
+    from ..nut_map.interval import preload_interval
 
     coldest, hottest = law.nut_map.header["axes"]["temperature"][:2]
     if not coldest <= temperature <= hottest:
@@ -170,9 +195,9 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
             "--temperature-c"
         )
     friction = _inside(friction, law)
-    lowest, highest = law.preloads
     preload = _fitted(friction, law, temperature)
-    if not lowest * 1.001 < preload < highest * 0.999:
+    if not law.holds(preload):
+        lowest, highest = law.preloads
         least, most = (np.mean(law.torque(end, friction.speed, temperature)) for end in (lowest, highest))
         raise ValueError(
             f"torque of the nut = {np.mean(friction.torque):.4g} N.m in the mean; allowed: {least:.4g} to {most:.4g} "
@@ -186,10 +211,10 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
     rise = np.log(above / below) / (2.0 * step)
     excess = float(np.sum((residual / relative) ** 2)) / max(len(residual) - 1, 1)
     of_log = math.sqrt(max(excess, 1.0) / float(np.sum((rise / relative) ** 2))) * LIMIT
-    speed = float(np.exp(np.average(np.log(friction.speed), weights=1.0 / relative**2)))
     low = high = preload
-    meaning, factor = "95 %, of the log alone: this friction set has no interval", (1.0, 1.0)
+    meaning = "95 %, of the log alone: this friction set has no interval"
     if law.nut_map.law == MECHANISTIC:
+        speed = _typical_speed(friction)
         torque = float(law.torque(preload, speed, temperature))
         ends = preload_interval(
             law.parameters, law.nut_map, law.friction_set, torque, preload, speed, temperature
@@ -197,60 +222,48 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
         low, high, meaning = ends.low, ends.high, f"law {ends.meaning}; 95 % of the log added in quadrature"
         if ends.at_edge:
             meaning += f"; the {' and '.join(ends.at_edge)} end is that of the map"
-        axes = law.nut_map.header["axes"]
-        factor = map_interval(law.parameters, axes, law.friction_set, preload, speed, temperature).relative
     low, high = (
         preload * math.exp(math.copysign(math.hypot(math.log(end / preload), of_log), sign))
         for end, sign in ((low, -1.0), (high, 1.0))
     )
     slope = float(np.polyfit(np.log(friction.speed), residual, 1)[0]) if np.ptp(friction.speed) > 0.0 else 0.0
     return FoundPreload(
-        preload, low, high, preload * math.exp(-of_log), preload * math.exp(of_log), meaning,
-        float(np.sqrt(np.mean(residual**2))), slope, excess <= 2.0, factor, speed, temperature,
+        preload, low, high, meaning, preload * math.exp(-of_log), preload * math.exp(of_log),
+        float(np.sqrt(np.mean(residual**2))), slope, excess <= 2.0,
     )  # fmt: skip
 
 
-class Change(NamedTuple):
-    """Preload of the log before, that of this one over it with a 95 % interval: both logs, the law's interval."""
-
-    before: float
-    ratio: float
-    low: float
-    high: float
+def _typical_speed(friction: ScrewFriction) -> float:
+    """Mean of ln(speed), weighted as the fit."""
+    relative = np.hypot(friction.error / friction.torque, SHAPE)
+    return float(np.exp(np.average(np.log(friction.speed), weights=1.0 / relative**2)))
 
 
-def change_of_preload(
-    now: tuple[ScrewFriction, FoundPreload], before: tuple[ScrewFriction, FoundPreload], law: Law
-) -> Change:
+#: friction of the nut, the preload behind it, oil temperature [K]
+PreloadedLog = tuple[ScrewFriction, FoundPreload, float]
+
+
+def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: Law) -> Change:
     """The law's error is common to both: it moves the ratio only as far as the law is no power of the preload."""
-    ratio = now[1].preload / before[1].preload
-    own = math.hypot(*(math.log(found.log_high / found.preload) for _, found in (now, before)))
+    from ..nut_map.interval import map_interval
+
+    ratio = now[1].preload_n / before[1].preload_n
+    own = math.hypot(*(math.log(found.preload_log_high_n / found.preload_n) for _, found, _ in (now, before)))
     moved = [0.0]
-    for factor in now[1].factor:
-        ends = [
-            _fitted(_inside(friction, law), law, found.temperature, factor)
-            for friction, found in (now, before)
-        ]
-        lowest, highest = law.preloads
-        if all(lowest * 1.001 < end < highest * 0.999 for end in ends):
-            moved.append(math.log(ends[0] / ends[1] / ratio))
+    if law.nut_map.law == MECHANISTIC:
+        friction, found, temperature = now
+        axes, speed = law.nut_map.header["axes"], _typical_speed(_inside(friction, law))
+        point = found.preload_n, speed, temperature
+        for factor in map_interval(law.parameters, axes, law.friction_set, *point).relative:
+            ends = [_fitted(_inside(part, law), law, kelvin, factor) for part, _, kelvin in (now, before)]
+            if all(map(law.holds, ends)):
+                moved.append(math.log(ends[0] / ends[1] / ratio))
     wide = math.hypot(own, max(map(abs, moved)))
-    return Change(before[1].preload, ratio, ratio * math.exp(-wide), ratio * math.exp(wide))
+    return Change(before[1].preload_n, ratio, ratio * math.exp(-wide), ratio * math.exp(wide))
 
 
-class Apart(NamedTuple):
-    """Torque that does not depend on the preload [N.m] and factor on the law, with 95 % limits."""
-
-    rest: float
-    rest_low: float
-    rest_high: float
-    factor: float
-    factor_low: float
-    factor_high: float
-
-
-def told_apart(logs: list[tuple[ScrewFriction, float, float]], law: Law) -> Apart:
-    """Least squares of rest + factor * law over logs at known preloads [N] and temperatures [K].
+def separated_parts(logs: list[tuple[ScrewFriction, float, float]], law: Law) -> Apart:
+    """Least squares of other + factor * law over logs at known preloads [N] and temperatures [K].
 
     Errors of the speeds of one log may all have one sign: the limits hold each log moved by its mean relative error.
 
@@ -279,15 +292,13 @@ def told_apart(logs: list[tuple[ScrewFriction, float, float]], law: Law) -> Apar
     return Apart(*np.column_stack([best, best - half, best + half]).ravel().tolist())
 
 
-def measurement_rows(friction: ScrewFriction, most: int = 12) -> ScrewFriction:
+def measurement_rows(friction: ScrewFriction, max_rows: int = 12) -> ScrewFriction:
     """At most so many points, neighbouring speeds joined by their weights."""
-    count = min(most, len(friction.speed))
-    pieces = [
-        ScrewFriction(*piece) for piece in zip(*(np.array_split(x, count) for x in friction), strict=True)
-    ]
+    pieces = np.array_split(np.arange(len(friction.speed)), min(max_rows, len(friction.speed)))
     # errors of neighbours are hardly independent: their mean, not that over the root of their number
     rows = [
-        (*(np.average(x, weights=piece.error**-2) for x in piece[:3]), piece.samples.sum())
+        [*(np.average(values[piece], weights=friction.error[piece] ** -2) for values in friction[:3]),
+         friction.samples[piece].sum()]
         for piece in pieces
-    ]
+    ]  # fmt: skip
     return ScrewFriction(*np.array(rows, dtype=np.float64).T)

@@ -11,8 +11,8 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
 from ..physics.ball_law import Array
-from ..tables.headings import ANGLE, SPEED
-from .log_file import EFFORT, MOTION, Log
+from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED
+from .log_file import Log
 
 #: a step of time longer than this many usual ones is a gap; jumps of a position that are whole periods within this
 #: share are those of an encoder that starts again; most of the jumps that may be none
@@ -71,8 +71,8 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     names = [next(name for name in kind if name in log.signals) for kind in (MOTION, EFFORT)]
     motion_name, effort_name = names
     of_speed, unit = motion_name.endswith("speed"), log.columns[motion_name].unit
-    angular, rotary = unit in ANGLE or unit in SPEED, effort_name in ("torque", "screw_torque", "current")
-    _check_options(drive, effort_name, rotary, angular)
+    rotary = effort_name in ("torque", "screw_torque", "current")
+    scale, effort_scale = _scales(motion_name, effort_name, rotary, unit in ANGLE or unit in SPEED, drive)
     for name in names:
         values = log.signals[name]
         if not np.ptp(values) > 0.0:
@@ -81,7 +81,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
             )
     log = _without_repeats(log, names)
     time, left_out, notes = log.signals["time"], dict(log.left_out), list(log.notes)
-    motion, scale = log.signals[motion_name], _scale(rotary, angular, drive, motion_name)
+    motion = log.signals[motion_name]
     steps = np.diff(time)
     step, resolution = float(np.median(steps)), _resolution(time)
     if not step * MIN_RATE <= 1.0:
@@ -89,24 +89,21 @@ def signals_of(log: Log, drive: Drive) -> Signals:
             f"{log.path}: time between samples = {step:.4g} s; allowed: at most {1.0 / MIN_RATE:g} s: check the "
             f"unit of time ({log.columns['time'].unit}), or log faster"
         )
-    wraps: Array = np.empty(0)
+    jumps: Array = np.empty(0)
     if not of_speed:
         motion, left_out[f"single samples of {motion_name} that jump"] = _despiked(motion)
-        motion, wraps, wrap_note = _unwrapped(time, motion, log, motion_name, resolution)
+        motion, jumps, wrap_note = _unwrapped(time, motion, log, motion_name, resolution)
         notes += wrap_note
     effort, left_out[f"single samples of {effort_name} that jump"] = _despiked(log.signals[effort_name])
-    ends = np.flatnonzero(steps > GAP * step) + 1
-    for count, what in (
-        (ends.size, f"in time, the longest {steps.max():.3g} s"), (wraps.size, "of the position that are no wrap")
-    ):  # fmt: skip
-        if count:
-            word = "gap" if what.startswith("in") else "jump"
-            notes.append(f"{count} {word}{'s' * (count > 1)} {what}: the pieces are apart")
-    motion, effort = motion * scale, _effort(drive, effort_name, effort)
+    gaps = np.flatnonzero(steps > GAP * step) + 1
+    if gaps.size:
+        notes.append(f"{gaps.size} gap(s) in time, the longest {steps.max():.3g} s: the pieces are apart")
+    if jumps.size:
+        notes.append(f"{jumps.size} jump(s) of the position that are no wrap: the pieces are apart")
     step, even, note = _sampling(steps[steps <= GAP * step], step, resolution)
-    cuts = np.unique(np.r_[0, ends, wraps, len(time)]).astype(int)
+    cuts = np.unique(np.r_[0, gaps, jumps, len(time)]).astype(int)
     sections, left_out["samples in pieces too short"] = _sections(
-        cuts, time, motion, effort, None if even else step
+        cuts, time, motion * scale, effort * effort_scale, None if even else step
     )
     if not sections:
         raise ValueError(
@@ -119,6 +116,32 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     )
     quantum = _quantum(log.signals[motion_name]) * abs(scale)
     return Signals(rotary, of_speed, step, quantum, sections, temperature, preload, left_out, notes + note)
+
+
+def _scales(motion: str, effort: str, rotary: bool, angular: bool, drive: Drive) -> tuple[float, float]:
+    """Motion and effort on the side of the result over those of the log.
+
+    Raises       ValueError: an option that these signals need is missing
+    """
+    if effort == "current" and drive.torque_constant is None:
+        raise ValueError(
+            "--torque-constant-nm-a (missing); needed with a column current: data sheet of the motor"
+        )
+    if effort == "voltage" and drive.gain is None:
+        raise ValueError(
+            "--gain-n-v (missing); needed with a column voltage: force of the drive over its voltage"
+        )
+    if angular != rotary and drive.lead is None:
+        what = "an angle or speed with a force"
+        if rotary:
+            what = "a position or velocity along the axis with a torque or current"
+        raise ValueError(f"--lead-mm or --screw (missing); needed with {what}")
+    motion_scale = 1.0 if motion.startswith("screw") or not angular else 1.0 / drive.ratio
+    if angular != rotary:
+        lead = drive.lead or math.nan
+        motion_scale = motion_scale * lead if angular else motion_scale / lead
+    constant = {"current": drive.torque_constant, "voltage": drive.gain}.get(effort) or 1.0
+    return motion_scale, constant * (drive.ratio if effort in ("torque", "current") else 1.0)
 
 
 def _sections(
@@ -164,10 +187,9 @@ def _without_repeats(log: Log, names: Sequence[str]) -> Log:
         return log
     rate = 1.0 / float(np.median(np.diff(log.signals["time"])))
     note = f"{name} repeats each value in {held} rows: one of them is used, {rate / held:.4g} of {rate:.4g} samples/s"
-    left_out = log.left_out | {
-        f"rows that repeat the {name}": len(log.signals[name]) - len(log.signals[name][phase::held])
-    }
     signals = {key: values[phase::held] for key, values in log.signals.items()}
+    fewer = len(log.signals[name]) - len(signals[name])
+    left_out = log.left_out | {f"rows that repeat the {name}": fewer}
     return log._replace(signals=signals, left_out=left_out, notes=[*log.notes, note])
 
 
@@ -182,59 +204,18 @@ def _held_rows(values: Array) -> tuple[int, int]:
         return 1, 0
     held = int(np.median(apart))
     phase = int(np.bincount(changes % held).argmax())
-    same = float(np.mean(changes % held == phase))
-    return (
-        (held, phase) if same >= SAME_PHASE and float(np.mean(apart == held)) >= MIN_HELD_FRACTION else (1, 0)
-    )
+    in_phase, follow = np.mean(changes % held == phase), np.mean(apart == held)
+    return (held, phase) if in_phase >= SAME_PHASE and follow >= MIN_HELD_FRACTION else (1, 0)
 
 
-def _scale(rotary: bool, angular: bool, drive: Drive, name: str) -> float:
-    """Motion on the side of the result over that of the log."""
-    side = 1.0 if name.startswith("screw") or not angular else 1.0 / drive.ratio
-    if angular == rotary:
-        return side
-    assert drive.lead is not None
-    return side * drive.lead if angular else side / drive.lead
-
-
-def _check_options(drive: Drive, effort: str, rotary: bool, angular: bool) -> None:
-    """ValueError: an option that these signals need is missing."""
-    if effort == "current" and drive.torque_constant is None:
-        raise ValueError(
-            "--torque-constant-nm-a (missing); needed with a column current: data sheet of the motor"
-        )
-    if effort == "voltage" and drive.gain is None:
-        raise ValueError(
-            "--gain-n-v (missing); needed with a column voltage: force of the drive over its voltage"
-        )
-    if angular != rotary and drive.lead is None:
-        what = "an angle or speed with a force"
-        if rotary:
-            what = "a position or velocity along the axis with a torque or current"
-        raise ValueError(f"--lead-mm or --screw (missing); needed with {what}")
-
-
-def _effort(drive: Drive, name: str, values: Array) -> Array:
-    """Force, or torque at the screw."""
-    if name == "current":
-        values = values * (drive.torque_constant or math.nan)
-    elif name == "voltage":
-        values = values * (drive.gain or math.nan)
-    return values * drive.ratio if name in ("torque", "current") else values
-
-
-def _despiked(position: Array) -> tuple[Array, int]:
+def _despiked(values: Array) -> tuple[Array, int]:
     """A position or effort without single samples that jump there and back, and their number."""
-    step = np.diff(position)
-    limit = min(0.5 * float(np.ptp(position)), JUMP * float(np.quantile(np.abs(step), USUAL)))
-    there, back = step[:-1], step[1:]
-    spikes = (
-        np.flatnonzero((there * back < 0.0) & (np.minimum(np.abs(there), np.abs(back)) > max(limit, 0.0))) + 1
-    )
-    if not limit > 0.0 or not spikes.size or spikes.size > 0.01 * len(position):
-        return position, 0
-    mended = position.copy()
-    mended[spikes] = 0.5 * (position[spikes - 1] + position[spikes + 1])
+    limit = min(0.5 * float(np.ptp(values)), JUMP * float(np.quantile(np.abs(np.diff(values)), USUAL)))
+    spikes = np.flatnonzero(np.abs(values - median_filter(values, 3)) > max(limit, 0.0))
+    if not limit > 0.0 or not spikes.size or spikes.size > 0.01 * len(values):
+        return values, 0
+    mended = values.copy()
+    mended[spikes] = 0.5 * (values[spikes - 1] + values[spikes + 1])
     return mended, int(spikes.size)
 
 

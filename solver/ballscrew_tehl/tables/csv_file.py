@@ -1,9 +1,9 @@
-"""The CSV dialect of logs, measured torques, operating points and packaged values.
+"""The one reader of tables of numbers: logs, measured torques, operating points and packaged values.
 
 A line of headings, then a row a line. Fields are separated by semicolons, tabs or commas: the first of these marks that
 the line of headings has. Text is UTF-8, UTF-16 with a byte order mark, or Windows-1252. Blank lines, lines that begin
 with # and Excel's first line `sep=;` are skipped; if no other line has headings, a comment directly above the rows
-is taken for them, as np.savetxt writes it.
+is taken for them, as np.savetxt writes it. Lines above the headings are skipped, a row of units may be below them.
 
 Numbers have a decimal point, or a decimal comma where semicolons or tabs separate the fields, the same in the whole
 file, and no marks of thousands: a file whose numbers can be read in two ways is refused.
@@ -11,14 +11,17 @@ file, and no marks of thousands: a file whose numbers can be read in two ways is
 
 import csv
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
+from .headings import Column, HeadingError, Kind, UnknownUnitError, columns_of, named_places, one_column, si
+
+SEPARATORS = (";", "\t", ",")
 #: lines looked at for headings and first row;  lines without comments that headings are searched in
 HEAD, MAX_LINES = 2000, 100
 #: rows between two steps of the progress
@@ -26,67 +29,87 @@ PIECE = 100_000
 #: what stands for a missing value, in lower case; EOF: last line of exports
 MISSING = frozenset(["", "nan", "null", "-", "n/a", "inf", "+inf", "-inf", "1.#qnan", "-1.#ind", "eof"])
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-_EXPONENT = r"(?:[eE][+-]?\d+)?"
-#: numbers, a line each, by what their marks can be: groups of thousands or decimals, decimals, thousands, none
-_KINDS = {
-    kind: re.compile(rf"\n([+-]?(?:{pattern}))(?=\n)")
-    for kind, pattern in {
-        ".group": r"[1-9]\d{0,2}\.\d{3}",
-        ",group": r"[1-9]\d{0,2},\d{3}",
-        ".": rf"(?![1-9]\d{{0,2}}\.\d{{3}}\n)(?=\.?\d)\d*\.\d*{_EXPONENT}",
-        ",": rf"(?![1-9]\d{{0,2}},\d{{3}}\n)(?=,?\d)\d*,\d*{_EXPONENT}",
-        "thousands": "\\d{1,3}(?:[ '\u2019\u00a0\u202f]\\d{3})+(?:[.,]\\d*)?|\\d{1,3}(?:[.,]\\d{3})+[.,]\\d+",
-        "hundreds": r"[1-9]\d\d",
-        "many": r"[1-9]\d{3,}",
-    }.items()
-}
-_NAMES = {".": "point", ",": "comma"}
-_DIGITS = frozenset("0123456789+-.")
+#: TwinCAT Scope heads each channel with a column of time [ms] of this name
+SCOPE = "Name"
+#: table whose columns are all texts
+ANY = Kind({}, {}, "")
 Progress = Callable[[int, int, str], None]
 
 
 class Table(NamedTuple):
-    """Where the table of a file is: headings, their line, lines between them and the rows, lines above the first row.
+    """Where the table of a file is.
 
-    lines : of the whole file;  above : lines above the headings that are no comments
+    lines : all of the file;  below, start : index of the first line below headings and units, and of the first one with
+    numbers
+    columns : by quantity;  problems : headings that were not understood
     """
 
     path: Path
     headings: list[str]
-    heading_line: int
-    between: list[list[str]]
-    start: int
     separator: str
     lines: list[str]
-    above: int = 0
+    below: int
+    start: int
+    columns: dict[str, list[Column]]
+    problems: list[HeadingError]
 
-    def rows(
-        self, progress: Progress = lambda finished, total, what: None
-    ) -> Iterator[tuple[int, list[str]]]:
+    def rows(self, start: int) -> Iterator[tuple[int, list[str]]]:
         """Line in the file, from 1, and fields of each row; separators at its end are dropped."""
-        fields, total = len(self.headings), len(self.lines)
-        for number in range(self.start + 1, total + 1):
-            line = self.lines[number - 1]
-            if number % PIECE == 0:
-                progress(number, total, "lines of the file read")
-            if line[:1] in _DIGITS or not _is_comment(line):
-                row = split_fields(line, self.separator)
+        fields = len(self.headings)
+        for number, line in enumerate(islice(self.lines, start, None), start=start + 1):
+            if not _is_comment(line):
+                row = _split(line, self.separator)
                 while len(row) > fields and not row[-1]:
                     row.pop()
                 yield number, row
 
+    def single_columns(self, known: Collection[str] = ()) -> dict[str, Column]:
+        """The column of each quantity.
 
-def split_fields(line: str, separator: str) -> list[str]:
+        Parameters   known : quantities that are given otherwise
+        Raises       ValueError: a quantity twice, a heading that may mean one that is missing
+        """
+        try:
+            columns = {key: one_column(self.columns, key) for key in self.columns}
+            for error in self.problems:
+                # next to its quantity, a heading such as torque_low_nm is another one
+                if isinstance(error, UnknownUnitError) or error.key not in (*columns, *known):
+                    raise error
+        except ValueError as error:
+            raise ValueError(f"{self.path}: {error}") from error
+        return columns
+
+    def unused(self, used: Mapping[str, Column]) -> str:
+        """Headings of the other columns; "" if there are none."""
+        places = {column.place for column in used.values()}
+        others = [text for k, text in enumerate(self.headings) if k not in places and text not in ("", SCOPE)]
+        return f"columns not used: {', '.join(others)}" if others else ""
+
+
+class Rows(NamedTuple):
+    """Rows of the columns that are used.
+
+    lines : in the file, from 1, and texts : fields by quantity, both with damaged rows
+    values : by quantity [SI], without damaged rows, NaN where there is no number
+    damaged : number of these rows, and the first of them
+    """
+
+    lines: list[int]
+    texts: dict[str, list[str]]
+    values: dict[str, NDArray[np.float64]]
+    damaged: tuple[int, str]
+
+
+def _split(line: str, separator: str) -> list[str]:
     """Fields of a line, which may be in quotes."""
     if '"' in line:
-        line_fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
-        return [text.strip() for text in line_fields]
+        fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+        return [text.strip() for text in fields]
     line = line.rstrip("\r\n")
     return [text.strip() for text in line.split(separator)] if " " in line else line.split(separator)
 
 
-def separator_of(line: str) -> str:
-    """Mark between the fields of a line."""
+def _separator(line: str) -> str:
     return next((mark for mark in SEPARATORS if mark in line), ",")
 
 
@@ -95,72 +118,12 @@ def is_number(text: str) -> bool:
     return NUMBER.fullmatch(text.replace(",", ".")) is not None
 
 
+def _numeric(fields: Sequence[str]) -> bool:
+    return all(is_number(text) for text in fields if text)
+
+
 def _is_comment(line: str) -> bool:
     return not line.strip(" \t;,\r\n") or line.lstrip().startswith("#") or line.startswith("sep=")
-
-
-def open_table(path: Path | str, places: Callable[[list[str]], Sequence[int] | None] | None = None) -> Table:
-    """Find headings and rows.
-
-    Parameters   places : of the fields that make a line one of headings, and are numbers in the first row; None for any
-                 other line. Not given: the first line has the headings
-    Raises       ValueError: cannot be read, no text, no headings, no rows
-    """
-    path = Path(path)
-    whole = _lines(path)
-    lines = whole[:HEAD]
-    content = [number for number, line in enumerate(lines) if not _is_comment(line)]
-    comments = [number for number, line in enumerate(lines) if line.lstrip().startswith("#")]
-
-    def fields(number: int) -> list[str]:
-        line = lines[number].lstrip("\ufeff# ") if number in comments else lines[number]
-        return split_fields(line, separator_of(line))
-
-    if places is None:
-        heading, first = (content or [-1])[0], (content[1:] or [len(lines)])[0]
-    else:
-        heading, first = _named(content[:MAX_LINES], fields, places)
-    if content and heading in content and all(is_number(text) for text in fields(heading) if text):
-        # rows without headings, unless a comment has them
-        named = [k for k in comments if k < heading and len(fields(k)) == len(fields(heading))
-                 and (places is None or places(fields(k)))]  # fmt: skip
-        if not named:
-            raise ValueError(
-                f"{path}: no line of headings, the first line is {lines[heading][:40]!r}; allowed: headings with units"
-            )
-        heading, first = named[-1], heading
-    if heading < 0 or first >= len(lines):
-        raise ValueError(f"{path}: no rows; allowed: a line of headings and one line per point")
-    line = lines[heading].lstrip("\ufeff# ") if heading in comments else lines[heading]
-    separator = separator_of(line)
-    between = [split_fields(lines[k], separator) for k in content if heading < k < first]
-    above = sum(k < heading for k in content)
-    return Table(path, split_fields(line, separator), heading + 1, between, first, separator, whole, above)
-
-
-def _named(
-    content: Sequence[int], fields: Callable[[int], list[str]], places: Callable[[list[str]], Sequence[int] | None]
-) -> tuple[int, int]:  # fmt: skip
-    """The last line with known headings above its first row; else the one that stands where headings would."""
-    heading, needed = -1, [0]
-    numeric = None
-    for number in content:
-        texts = fields(number)
-        if found := places(texts):
-            heading, needed = number, list(found)
-        elif heading >= 0 and max(needed) < len(texts):
-            time, *others = (texts[place] for place in needed)
-            if is_number(time) and all(is_number(text) or text.lower() in MISSING for text in others):
-                return heading, number
-        if numeric is None and all(is_number(text) for text in texts if text):
-            numeric = number
-    if heading >= 0:
-        return heading, heading + 1
-    if numeric is None:
-        return (content or [-1])[0], (content[1:] or [1 << 30])[0]
-    names = [k for k in content if k < numeric and len(fields(k)) == len(fields(numeric))
-             and not any(is_number(text) for text in fields(k))]  # fmt: skip
-    return (names or [k for k in content if k < numeric][-1:] or [numeric])[0], numeric
 
 
 def _lines(path: Path) -> list[str]:
@@ -182,111 +145,225 @@ def _lines(path: Path) -> list[str]:
     return text.replace("\r\n", "\n").rstrip("\r").replace("\r", "\n").split("\n")
 
 
-def read_table(path: Path | str) -> tuple[Table, list[tuple[int, list[str]]]]:
-    """Table of a file, and the fields of each row as they are written, with its line.
+def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> Table:
+    """Find headings, rows and columns.
 
-    Raises       ValueError: as open_table; a row with more or fewer fields than the headings, a heading twice
+    Parameters   stated : headings with units by quantity, from an option
+    Raises       ValueError: cannot be read, no text, no headings, no rows, a needed column missing
     """
-    table = open_table(path)
-    rows, count = list(table.rows()), len(table.headings)
-    hint = (
-        "; numbers with decimal commas need semicolons between the fields" if table.separator == "," else ""
-    )
-    for index, (line, row) in enumerate(rows, start=1):
-        if len(row) != count:
+    path = Path(path)
+    whole = _lines(path)
+    lines = whole[:HEAD]
+    content = [number for number, line in enumerate(lines) if not _is_comment(line)]
+    comments = [number for number, line in enumerate(lines) if line.lstrip().startswith("#")]
+
+    def fields(number: int) -> list[str]:
+        line = lines[number].lstrip("\ufeff# ") if number in comments else lines[number]
+        texts = _split(line, _separator(line))
+        return ["time [ms]", *texts[1:]] if texts.count(SCOPE) > 1 and texts[0] == SCOPE else texts
+
+    def places(number: int) -> list[int]:
+        return named_places(fields(number), kind, stated)
+
+    heading, first = _heading(content[:MAX_LINES], fields, places)
+    first = len(lines) if first < 0 else first
+    if content and heading in content and _numeric(fields(heading)):
+        # rows without headings, unless a comment has them
+        alike = [k for k in comments if k < heading and len(fields(k)) == len(fields(heading))]
+        named = [k for k in alike if places(k) or not kind.needed]
+        if not named:
             raise ValueError(
-                f"{path}: row {index} (line {line}): {len(row)} fields between {SEPARATORS[table.separator]}; "
-                f"{count} expected, as in the headings{hint}"
+                f"{path}: no line of headings, the first line is {lines[heading][:40]!r}; allowed: headings with units"
             )
-    if twice := sorted({text for text in table.headings if text and table.headings.count(text) > 1}):
-        raise ValueError(f"{path}: columns given twice: {', '.join(twice)}; allowed: each heading once")
-    return table, rows
-
-
-def read_rows(path: Path | str, numeric: Callable[[str], bool] | None = None) -> list[dict[str, str]]:
-    """Rows by heading; numbers with decimal points.
-
-    Parameters   numeric : whether the column of a heading has numbers; None: columns whose fields are all numbers
-    Raises       ValueError: as read_table and Numbers.check
-    """
-    table, rows = read_table(path)
-    numbers, lines = Numbers(table), [line for line, _ in rows]
-    columns = list(zip(*(row for _, row in rows), strict=True))
-    for place, texts in enumerate(columns):
-        if numeric(table.headings[place]) if numeric else all(is_number(text) for text in texts if text):
-            numbers.add(place, lines, texts)
-            columns[place] = tuple(text.replace(",", ".") for text in texts)
-    numbers.check()
-    return [dict(zip(table.headings, row, strict=True)) for row in zip(*columns, strict=True)]
-
-
-class Numbers:
-    """Numbers of the columns of a table; the first of each kind of marks with its line, by column."""
-
-    def __init__(self, table: Table) -> None:
-        self.table = table
-        self.first: dict[tuple[int, str], tuple[int, str]] = {}
-
-    def add(
-        self, place: int, lines: Sequence[int], texts: Sequence[str]
-    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """A piece of a column: values, NaN where a field is missing or text, and where it is text."""
-        joined = "\n".join(texts)
-        for kind, pattern in _KINDS.items():
-            possible = (place, kind) not in self.first and (kind[0] not in _NAMES or kind[0] in joined)
-            if possible and (number := pattern.search(f"\n{joined}\n")):
-                self.first[place, kind] = lines[texts.index(number[1])], number[1]
-        texts = joined.replace(",", ".").split("\n")
-        bad = np.zeros(len(texts), dtype=bool)
+        heading, first = named[-1], heading
+    if heading < 0 or first >= len(lines):
+        raise ValueError(f"{path}: no rows; allowed: a line of headings and one line per point")
+    # a row of units may be below the headings
+    texts = [(k + 1, fields(k)) for k in content if heading < k < first]
+    units = [(below, row) for below, row in texts if not any(map(is_number, row))]
+    found, errors = [], []
+    for below, row in [(heading + 1, []), *units]:
         try:
-            values = np.array(texts if "_" not in joined else ["_"], dtype=np.float64)
-        except ValueError:
-            known = [NUMBER.fullmatch(text) is not None for text in texts]
-            values = np.array(
-                [float(text) if good else np.nan for text, good in zip(texts, known, strict=True)]
+            found.append((below, *columns_of(fields(heading), kind, stated, row)))
+        except ValueError as error:
+            errors.append(error)
+    if not found:
+        raise ValueError(f"{path}: {errors[0]}") from errors[0]
+    below, columns, problems = min(found, key=lambda one: len(one[2]))
+    separator = _separator(lines[heading].lstrip("\ufeff# "))
+    return Table(path, fields(heading), separator, whole, below, first, columns, problems)
+
+
+def _heading(
+    content: Sequence[int], fields: Callable[[int], list[str]], places: Callable[[int], list[int]]
+) -> tuple[int, int]:
+    """The last line with the needed headings above its first row, and that; else the one where headings would be.
+
+    -1: there is no line.
+    """
+    heading, needed = -1, [0]
+    numeric = -1
+    for number in content:
+        texts = fields(number)
+        if found := places(number):
+            heading, needed = number, found
+        elif heading >= 0 and max(needed) < len(texts):
+            time, *others = (texts[place] for place in needed)
+            if is_number(time) and all(is_number(text) or text.lower() in MISSING for text in others):
+                return heading, number
+        if numeric < 0 and _numeric(texts):
+            numeric = number
+    if heading >= 0:
+        return heading, heading + 1
+    if numeric < 0:
+        heading, numeric, *_ = *content[:2], -1, -1
+        return heading, numeric
+    above = [k for k in content if k < numeric]
+    names = [
+        k for k in above if len(fields(k)) == len(fields(numeric)) and not any(map(is_number, fields(k)))
+    ]
+    return (names or above[-1:] or [numeric])[0], numeric
+
+
+def read_columns(
+    table: Table,
+    columns: Mapping[str, Column],
+    kind: Kind,
+    max_damaged: float = 0.0,
+    progress: Progress = lambda finished, total, what: None,
+) -> Rows:
+    """Rows of the columns that are used.
+
+    Parameters   max_damaged : fraction of the rows that may be left out, with more fields than headings or with text
+                 for a number; 0: each row has as many fields as the headings, and text is NaN
+    Raises       ValueError: too many damaged rows, numbers that can be read in two ways, no rows
+    """
+    fields, strict = len(table.headings), not max_damaged
+    lines: list[int] = []
+    damaged: dict[int, str] = {}
+    texts: dict[str, list[str]] = {key: [] for key in columns}
+    for line, row in table.rows(table.below if strict else table.start):
+        if len(row) > fields or (strict and len(row) < fields):
+            damaged[len(lines)] = f"{len(row)} fields under {fields} headings"
+        lines.append(line)
+        if len(lines) % PIECE == 0:
+            progress(line, len(table.lines), "lines of the file read")
+        for key, column in columns.items():
+            texts[key].append(row[column.place] if column.place < len(row) else "")
+    if not lines:
+        raise ValueError(f"{table.path}: no rows; allowed: a line of headings and one line per row")
+    values: dict[str, NDArray[np.float64]] = {}
+    for key in (key for key in columns if key in kind.quantities):
+        values[key], is_text = _numbers(texts[key])
+        for k in () if strict else np.flatnonzero(is_text):
+            damaged.setdefault(int(k), f"{columns[key].heading} = {texts[key][k][:20]!r}")
+    first = f"line {lines[min(damaged)]}: {damaged[min(damaged)]}" if damaged else ""
+    if len(damaged) > max_damaged * len(lines):
+        commas = "; numbers with decimal commas need semicolons between the fields"
+        commas *= table.separator == "," and "fields under" in first
+        few = f" ({len(damaged)} of {len(lines)} rows are damaged, at most {100.0 * max_damaged:g} % are left out)"
+        raise ValueError(
+            f"{table.path}: {first}; allowed: a number, or an empty field for one that is missing, under each heading"
+            f"{'' if strict else few}{commas}"
+        )
+    _check_marks(table, {columns[key].heading: texts[key] for key in columns if key in values}, lines)
+    kept = np.delete(np.arange(len(lines)), list(damaged))
+    values = {
+        key: si(values[key][kept], kind.quantities[key], column.unit)
+        for key, column in columns.items()
+        if key in values
+    }
+    return Rows(lines, texts, values, (len(damaged), first))
+
+
+def read_rows(path: Path | str) -> list[dict[str, str]]:
+    """Rows by heading, as texts; columns of numbers with decimal points.
+
+    Raises       ValueError: as open_table and read_columns, a heading twice
+    """
+    table = open_table(path, ANY)
+    columns = {text: Column(place, text, "") for place, text in enumerate(table.headings)}
+    if len(columns) < len(table.headings):
+        raise ValueError(f"{path}: columns given twice; allowed: each heading once")
+    lines, texts, *_ = read_columns(table, columns, ANY)
+    numbers = {key: found for key, found in texts.items() if _numeric(found)}
+    _check_marks(table, numbers, lines)
+    texts |= {key: [text.replace(",", ".") for text in found] for key, found in numbers.items()}
+    return [dict(zip(texts, row, strict=True)) for row in zip(*texts.values(), strict=True)]
+
+
+def _numbers(texts: Sequence[str]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Values of fields, NaN where one is missing or text, and where it is text."""
+    points = "\n".join(texts).replace(",", ".").split("\n")
+    try:
+        # float() takes 1_000 for a number
+        values = np.array(points if not any("_" in text for text in texts) else [""], dtype=np.float64)
+        is_text = np.zeros(len(points), dtype=bool)
+    except ValueError:
+        good = [NUMBER.fullmatch(point) is not None for point in points]
+        values = np.array([float(x) if number else np.nan for x, number in zip(points, good, strict=True)])
+        is_text = ~np.array(good) & [point.lower() not in MISSING for point in points]
+    return np.where(np.isfinite(values), values, np.nan), is_text
+
+
+_EXPONENT = r"(?:[eE][+-]?\d+)?"
+#: numbers by what their marks can be: a group of thousands or decimals, decimals, thousands, none
+_FORMS = {
+    form: re.compile(rf"\n([+-]?(?:{pattern}))(?=\n)")
+    for form, pattern in {
+        "thousands": "\\d{1,3}(?:[ '\u2019\u00a0\u202f]\\d{3})+(?:[.,]\\d*)?|\\d{1,3}(?:[.,]\\d{3})+[.,]\\d+",
+        ".group": r"[1-9]\d{0,2}\.\d{3}",
+        ",group": r"[1-9]\d{0,2},\d{3}",
+        ".": rf"(?![1-9]\d{{0,2}}\.\d{{3}}\n)(?=\.?\d)\d*\.\d*{_EXPONENT}",
+        ",": rf"(?![1-9]\d{{0,2}},\d{{3}}\n)(?=,?\d)\d*,\d*{_EXPONENT}",
+        "hundreds": r"[1-9]\d\d",
+        "many": r"[1-9]\d{3,}",
+    }.items()
+}
+_NAMES = {".": "point", ",": "comma"}
+
+
+def _check_marks(table: Table, columns: Mapping[str, Sequence[str]], lines: Sequence[int]) -> None:
+    """ValueError: a number of a column can be read in two ways, with both.
+
+    Parameters   columns : fields by heading;  lines : of the rows
+    """
+    found = {}  # first number of each form, by column
+    for heading, texts in columns.items():
+        joined = "\n".join(["", *texts, ""])
+        for form, pattern in _FORMS.items():
+            if (form[0] not in _NAMES or form[0] in joined) and (number := pattern.search(joined)):
+                found[heading, form] = number[1]
+
+    def error(key: tuple[str, str], problem: str) -> ValueError:
+        heading, form = key
+        number, readings = found[key], ""
+        if form.endswith("group"):
+            point, none = number.replace(",", "."), re.sub("[.,]", "", number)
+            readings = (
+                f", {point} or {none}: export without marks of thousands, with the same decimals in each row"
             )
-            bad[:] = [
-                not good and text.lower() not in MISSING for text, good in zip(texts, known, strict=True)
-            ]
-        return np.where(np.isfinite(values), values, np.nan), bad
+        line = lines[columns[heading].index(number)]
+        return ValueError(f"{table.path}: line {line}: {heading} = {number!r}{problem}{readings}")
 
-    def check(self) -> None:
-        """ValueError: a number can be read in two ways, with both."""
-
-        def numbers(*kinds: str) -> list[tuple[int, tuple[int, str]]]:
-            return [(place, number) for (place, kind), number in self.first.items() if kind in kinds]
-
-        def error(place: int, number: tuple[int, str], problem: str, remedy: str = "") -> ValueError:
-            readings = ""
-            if remedy and re.fullmatch(r"[+-]?\d{1,3}[.,]\d{3}", number[1]):
-                readings = f", {number[1].replace(',', '.')} or {re.sub('[.,]', '', number[1])}"
-            where = f"{self.table.path}: line {number[0]}: {self.table.headings[place]} = {number[1]!r}"
-            return ValueError(f"{where}{problem}{readings}{remedy}")
-
-        remedy, comma = ": export without marks of thousands", self.table.separator == ","
-        of = {mark: numbers(mark, f"{mark}group") for mark in ".,"}
-        for mark, found in of.items():
-            found += [(place, number) for place, number in numbers("thousands") if mark in number[1]]
-        if comma and of[","]:
-            problem = "; numbers with decimal commas need semicolons between the fields, thousands no mark"
-            raise error(*of[","][0], problem)
-        if of[","] and of["."]:
-            decimal, other = (".", ",") if numbers(".") and not numbers(",") else (",", ".")
-            problem = f"; allowed in a file with decimal {_NAMES[decimal]}s: no {_NAMES[other]} (thousands or decimal?)"
-            raise error(*of[other][0], problem, remedy)
-        if found := numbers("thousands"):
-            raise error(*found[0], "; allowed: a number without marks of thousands")
-        for mark in ".,":
-            for place, number in numbers(f"{mark}group"):
-                # whole numbers below 1000 beside it, and no decimals in the column; or nothing else in the file
-                grouped = (place, "hundreds") in self.first and not {
-                    (place, mark),
-                    (place, "many"),
-                } & self.first.keys()
-                if grouped or not (comma or numbers(".", ",", "many")):
-                    raise error(
-                        place,
-                        number,
-                        " can be read in two ways",
-                        f"{remedy}, with the same decimals in each row",
-                    )
+    comma, forms = table.separator == ",", {form for _, form in found}
+    marked = {mark: [key for key, number in found.items() if mark in number] for mark in _NAMES}
+    if comma and marked[","]:
+        problem = "numbers with decimal commas need semicolons between the fields, thousands no mark"
+        raise error(marked[","][0], f"; {problem}")
+    if marked["."] and marked[","]:
+        decimal, other = (".", ",") if "." in forms and "," not in forms else (",", ".")
+        problem = (
+            f"allowed in a file with decimal {_NAMES[decimal]}s: no {_NAMES[other]} (thousands or decimal?)"
+        )
+        raise error(min(marked[other], key=lambda key: "group" not in key[1]), f"; {problem}")
+    for key in found:
+        heading, form = key
+        if form == "thousands":
+            raise error(key, "; allowed: a number without marks of thousands")
+        if form.endswith("group"):
+            others = {other for column, other in found if column == heading}
+            # whole numbers below 1000 in the column, and no decimals; or no other number in the file
+            grouped = "hundreds" in others and not others & {form[0], "many"}
+            if grouped or not (comma or forms & {".", ",", "many"}):
+                raise error(key, " can be read in two ways")

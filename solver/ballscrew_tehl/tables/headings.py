@@ -1,4 +1,4 @@
-"""Headings of tables: which quantity in which unit. Read by `calibrate`, `identify`, `--points` and the live page.
+"""Headings of tables: which quantity in which unit, for logs, measured torques, operating points and the live page.
 
 Accepted spellings and not a unit library: 1/min as a speed is revolutions, which a library takes for a frequency (a
 factor of 2 pi), and pint reads 20 of the spellings that test benches write otherwise or not at all (r/min, U/min, Nm,
@@ -48,11 +48,22 @@ VOLTAGE = _units({"V": 1.0, "mV": 1e-3})
 
 
 class Quantity(NamedTuple):
-    """Accepted names of its column (English, German), units, whether a file of measured torques must have it."""
+    """Accepted names of its column (English, German) and units."""
 
     names: tuple[str, ...]
     units: Units
-    needed: bool = False
+
+
+class Kind(NamedTuple):
+    """What a table has: quantities by key, an example of its headings, columns of text.
+
+    needed : keys of which one must be there, by how a message names them
+    """
+
+    quantities: Mapping[str, Quantity]
+    needed: Mapping[str, Sequence[str]]
+    example: str
+    texts: Sequence[str] = ()
 
 
 def _of_the_motor(*words: str) -> tuple[str, ...]:
@@ -61,14 +72,14 @@ def _of_the_motor(*words: str) -> tuple[str, ...]:
     return tuple(form.format(word) for form in forms for word in words)
 
 
-_PRELOAD = "preload", "vorspannung"
+_PRELOAD = Quantity(("preload", "vorspannung"), FORCE)
 _OIL = Quantity(("temperature", "oil_temperature", "temperatur", "\u00f6ltemperatur"), TEMPERATURE)
 #: of measured torques and operating points
 MEASURED = {
-    "preload": Quantity(_PRELOAD, FORCE, True),
-    "speed": Quantity(("speed", "drehzahl"), SPEED, True),
+    "preload": _PRELOAD,
+    "speed": Quantity(("speed", "drehzahl"), SPEED),
     "torque": Quantity(
-        ("torque", "friction_torque", "measured_torque", "measured", "moment", "drehmoment", "reibmoment"), TORQUE, True
+        ("torque", "friction_torque", "measured_torque", "measured", "moment", "drehmoment", "reibmoment"), TORQUE
     ),
     "temperature": _OIL,
     "axial_load": Quantity(("axial_load", "axiallast"), FORCE),
@@ -76,25 +87,39 @@ MEASURED = {
         ("torque_uncertainty", "torque_error", "uncertainty"), TORQUE | {PERCENT: (1e-2, 0.0)}
     ),
 }  # fmt: skip
-#: of measured torques, without a unit
-PLAIN = ("table", "weight", "comment")
 MEASURED_EXAMPLE = "preload [N], speed [r/min], temperature [degC], torque [N.m]"
-#: of the log of a drive; a speed is one of the motor or along the axis by its unit, `screw` is behind a gear
-LOG = {
-    "time": Quantity(("time", "t", "timestamp", "zeit", "zeitstempel"), TIME),
-    "position": Quantity(_of_the_motor("position", "angle", "lage", "weg", "winkel"), LENGTH | ANGLE),
-    "screw_position": Quantity(("screw_position", "screw_angle"), ANGLE),
-    "speed": Quantity(_of_the_motor("speed", "velocity", "drehzahl", "geschwindigkeit"), SPEED | VELOCITY),
-    "screw_speed": Quantity(("screw_speed",), SPEED),
-    "current": Quantity(_of_the_motor("current", "strom"), CURRENT),
-    "torque": Quantity(_of_the_motor("torque", "moment", "drehmoment"), TORQUE),
-    "screw_torque": Quantity(("screw_torque",), TORQUE),
-    "force": Quantity(("force", "drive_force", "kraft"), FORCE),
-    "voltage": Quantity(("voltage", "drive_voltage", "spannung"), VOLTAGE),
-    "temperature": _OIL,
-    "preload": Quantity(_PRELOAD, FORCE),
-}
-LOG_EXAMPLE = "time [s], position [mm], current [A]"
+#: of a number as it is written
+NO_UNIT: Units = {"": (1.0, 0.0)}
+TORQUES = Kind(
+    MEASURED | {"weight": Quantity(("weight",), NO_UNIT)},
+    {key: (key,) for key in ("preload", "speed", "torque")},
+    MEASURED_EXAMPLE,
+    ("table", "comment"),
+)
+#: signals of the motion, the position first, and of the drive; the first that a log has is used
+MOTION = ("position", "screw_position", "speed", "screw_speed")
+EFFORT = ("force", "screw_torque", "torque", "current", "voltage")
+#: log of a drive; a speed is one of the motor or along the axis by its unit, `screw` is behind a gear
+LOG = Kind(
+    {
+        "time": Quantity(("time", "t", "timestamp", "zeit", "zeitstempel"), TIME),
+        "position": Quantity(_of_the_motor("position", "angle", "lage", "weg", "winkel"), LENGTH | ANGLE),
+        "screw_position": Quantity(("screw_position", "screw_angle"), ANGLE),
+        "speed": Quantity(
+            _of_the_motor("speed", "velocity", "drehzahl", "geschwindigkeit"), SPEED | VELOCITY
+        ),
+        "screw_speed": Quantity(("screw_speed",), SPEED),
+        "current": Quantity(_of_the_motor("current", "strom"), CURRENT),
+        "torque": Quantity(_of_the_motor("torque", "moment", "drehmoment"), TORQUE),
+        "screw_torque": Quantity(("screw_torque",), TORQUE),
+        "force": Quantity(("force", "drive_force", "kraft"), FORCE),
+        "voltage": Quantity(("voltage", "drive_voltage", "spannung"), VOLTAGE),
+        "temperature": _OIL,
+        "preload": _PRELOAD,
+    },
+    {"time": ("time",), "position or speed": MOTION, "current, torque, force or voltage": EFFORT},
+    'time [s], position [mm], current [A], or --column "QUANTITY=HEADING [UNIT]" for others',
+)
 
 
 class HeadingError(ValueError):
@@ -110,7 +135,7 @@ class UnknownUnitError(HeadingError):
 
 
 class Column(NamedTuple):
-    """A column that is used: place in the row, spelling, unit ("" for a plain one), whether an option states it."""
+    """A column that is used: place in the row, heading, unit ("": none), whether an option states it."""
 
     place: int
     heading: str
@@ -131,8 +156,8 @@ def parted(heading: str) -> tuple[str, str | None]:
     return (found[1], found[2]) if found else (heading, None)
 
 
-def lowered(stem: str) -> str:
-    """Name as the lists have it."""
+def _lowered(stem: str) -> str:
+    """Name as the tables have it."""
     return re.sub("[ -]", "_", stem.strip().lower())
 
 
@@ -146,59 +171,130 @@ def _letters(unit: str) -> str:
     return re.sub("[^a-z0-9]", "", unit.lower())
 
 
-def quantity_of(
-    heading: str, quantities: Mapping[str, Quantity], plain: Sequence[str] = (), below: str = "", example: str = ""
-) -> tuple[str, str] | None:  # fmt: skip
-    """Quantity and unit of a heading, unit "" of a plain one; None if it is not a known one.
+def quantity_of(heading: str, kind: Kind, below: str = "") -> tuple[str, str] | None:
+    """Quantity and unit of a heading, unit "" of one without; None if it is not a known one.
 
     Parameters   heading : `preload [kN]`, `preload in kN`, `preload_kN`; case matters only for a unit in brackets
                  below : unit in a row of units, for a heading without one
     Raises       HeadingError: a known quantity without unit or with an unknown one, a misspelt name
     Example
-                 >>> quantity_of("Speed [1/min]", MEASURED), quantity_of("torque_Nm", MEASURED)
+                 >>> quantity_of("Speed [1/min]", TORQUES), quantity_of("torque_Nm", TORQUES)
                  (('speed', '1/min'), ('torque', 'N.m'))
     """
-    stem, given = parted(heading)
-    if not given and below:
+    stem, unit = parted(heading)
+    if not unit and below:
         try:
-            if found := quantity_of(f"{stem} [{below}]", quantities, plain):
+            if found := quantity_of(f"{stem} [{below}]", kind):
                 return found
         except UnknownUnitError:
-            if given is not None:
+            if unit is not None:
                 raise
-    stem = lowered(stem)
-    if stem in plain:
+    stem = _lowered(stem)
+    if stem in kind.texts:
         return stem, ""
-    keys = {name: key for key, quantity in quantities.items() for name in quantity.names}
+    keys = {name: key for key, quantity in kind.quantities.items() for name in quantity.names}
     for name in sorted(keys, key=len, reverse=True):
-        if stem != name and (given is not None or not stem.startswith(f"{name}_")):
-            continue
-        written = stem[len(name) + 1 :] if given is None else given
-        spelled, units = _letters if given is None else _joined, quantities[keys[name]].units
-        for unit in units:
-            if spelled(written) and spelled(unit) == spelled(written):
-                return keys[name], unit
-        problem = f"unit {written!r}" if written else "unit missing"
-        remedy = f"write {name} [UNIT] with one of" if given is None else "allowed:"
-        kind = HeadingError if given is None else UnknownUnitError
-        raise kind(keys[name], f"column {heading!r}: {problem}; {remedy} {', '.join(units)}")
+        if stem == name or (unit is None and stem.startswith(f"{name}_")):
+            return keys[name], _unit_of(heading, stem, unit, name, keys[name], kind)
     # a misspelt name may be followed by a unit
     short = stem.rsplit("_", 1)[0]
-    names = [*keys, *plain]
+    names = [*keys, *kind.texts]
     near = [name for name in names if len(short) > 2 and name.startswith(short)]
     near += difflib.get_close_matches(short, names, n=1, cutoff=0.75)
     if near:
-        also = f" allowed: {example}, and others" if example else ""
-        raise HeadingError(
-            keys.get(near[0], near[0]), f"column {heading!r} unknown; is {near[0]} meant?{also}"
-        )
+        message = f"column {heading!r} unknown; is {near[0]} meant? allowed: {kind.example}"
+        raise HeadingError(keys.get(near[0], near[0]), message)
     return None
 
 
-def both_are(columns: Iterable[Column], key: str, remedy: str = "one") -> ValueError:
-    """Error about two columns of one quantity."""
-    first, second, *_ = (repr(column.heading) for column in columns)
-    return ValueError(f"columns {first} and {second} both are {key}; allowed: {remedy}")
+def _unit_of(heading: str, stem: str, unit: str | None, name: str, key: str, kind: Kind) -> str:
+    """Unit of a quantity as the tables have it; unit: in brackets, None: behind the name in the stem."""
+    written = stem[len(name) + 1 :] if unit is None else unit
+    spelled, units = _letters if unit is None else _joined, kind.quantities[key].units
+    for known in units:
+        if (spelled(written) or not known) and spelled(known) == spelled(written):
+            return known
+    problem = f"unit {written!r}" if written else "unit missing"
+    remedy = f"write {name} [UNIT] with one of" if unit is None else "allowed:"
+    error = HeadingError if unit is None else UnknownUnitError
+    raise error(key, f"column {heading!r}: {problem}; {remedy} {', '.join(units) or 'no unit'}")
+
+
+def named_places(headings: Sequence[str], kind: Kind, stated: Mapping[str, str]) -> list[int]:
+    """Places of the needed quantities in a line, by their names alone; empty: it is no line of headings."""
+    places: dict[str, int] = {}
+    for place, heading in enumerate(headings):
+        # a unit may follow
+        stem = _lowered(parted(heading)[0]) + "_"
+        for key, quantity in kind.quantities.items():
+            if any(stem.startswith(f"{name}_") for name in quantity.names):
+                places.setdefault(key, place)
+    places |= {key: found[-1] for key, text in stated.items() if (found := _places_of(text, headings))}
+    needed = [next((places[key] for key in keys if key in places), -1) for keys in kind.needed.values()]
+    return [] if -1 in needed else needed
+
+
+def _places_of(text: str, headings: Sequence[str]) -> list[int]:
+    """Where a stated heading is: as it is written, else without units."""
+    same = [place for place, heading in enumerate(headings) if heading == text]
+    stem = parted(text)[0]
+    return same or [k for k, heading in enumerate(headings) if stem in (heading, parted(heading)[0])]
+
+
+def columns_of(
+    headings: Sequence[str], kind: Kind, stated: Mapping[str, str], below: Sequence[str]
+) -> tuple[dict[str, list[Column]], list[HeadingError]]:
+    """Columns by key, and headings that were not understood.
+
+    Parameters   stated : headings with units by key, from an option, which come first
+                 below : row of units, may be shorter
+    Raises       ValueError: a needed quantity is missing, a stated heading is not in the table
+    """
+    units = [text.strip("[]() ") for text in below] + len(headings) * [""]
+    columns = {key: [_stated_column(key, text, headings, kind, units)] for key, text in stated.items()}
+    taken, problems = {column.place for (column,) in columns.values()}, []
+    for place, heading in enumerate(headings):
+        try:
+            found = None if place in taken else quantity_of(heading, kind, units[place])
+        except HeadingError as error:
+            problems.append(error)
+            continue
+        if found is not None and found[0] not in stated:
+            columns.setdefault(found[0], []).append(Column(place, heading, found[1]))
+    for what, keys in kind.needed.items():
+        if not columns.keys() & set(keys):
+            for problem in problems:
+                if problem.key in keys:
+                    raise problem
+            raise ValueError(
+                f"column {what} missing (found: {', '.join(filter(None, headings))}); allowed: headings with units "
+                f"between commas, semicolons or tabs, such as {kind.example}"
+            )
+    return columns, problems
+
+
+def _stated_column(key: str, text: str, headings: Sequence[str], kind: Kind, below: Sequence[str]) -> Column:
+    """Column that an option states."""
+    places = _places_of(text, headings)
+    if len(places) != 1:
+        raise ValueError(
+            f"--column {key}={text}: {len(places) or 'no'} such columns (found: {', '.join(headings)}); allowed: "
+            "one heading of the log and its unit"
+        )
+    heading, own = headings[places[0]], parted(text)[1]
+    unit = own or parted(heading)[1] or below[places[0]]
+    found = quantity_of(f"{key} [{unit}]" if unit else key, kind)
+    assert found is not None
+    return Column(places[0], heading, found[1], bool(own))
+
+
+def one_column(columns: Mapping[str, Iterable[Column]], key: str, remedy: str = "one") -> Column:
+    """The column of a quantity; ValueError: there are two."""
+    first, *others = columns[key]
+    if others:
+        both = f"columns {first.heading!r} and {others[0].heading!r}"
+        raise ValueError(f"{both} both are {key}; allowed: {remedy}")
+    return first
 
 
 def si(value: Value, quantity: Quantity, unit: str) -> Value:

@@ -4,7 +4,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import cast
 
-from ...calibration.measured import calibrate, films_of
+from ...calibration.measured import calibrate, film_of
 from ...calibration.measurements import Measurement
 from ...calibration.one_point import OnePoint, calibrate_point, point_data, point_text
 from ...calibration.plot import calibration_figure, save_figure
@@ -44,7 +44,8 @@ def run_calibrate(args: Namespace) -> Answer:
     if isinstance(result, OnePoint):
         data, text = point_data(result), point_text(result)
     else:
-        data, text = calibration_data(result), calibration_text(result)
+        data = calibration_data(result)
+        text = calibration_text(result, data)
         if args.plot:
             figure = calibration_figure(result)
             with written("--plot", args.plot):
@@ -77,12 +78,12 @@ def _point(args: Namespace) -> Measurement:
 
 def _of_point(args: Namespace, parameters: Parameters, point: Measurement) -> OnePoint:
     with_set(parameters, MECHANISTIC)
-    films, outside = films_of(parameters, args.map)
+    contacts, outside = film_of(MECHANISTIC, parameters, args.map)
     if reason := outside(point):
         raise ValueError(f"outside the map: {reason}; remedy: a larger map, or none")
     if seals := parameters.screw.seal_torque:
         point = point.without_seals(seals)
-    return calibrate_point(point, parameters, cast(ContactValues, films(MECHANISTIC)))
+    return calibrate_point(point, parameters, cast(ContactValues, contacts))
 
 
 def _of_file(args: Namespace, parameters: Parameters) -> Calibration:

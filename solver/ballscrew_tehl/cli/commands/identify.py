@@ -23,7 +23,7 @@ from ...identification.preload import (
     change_of_preload,
     found_preload,
     screw_friction,
-    told_apart,
+    separated_parts,
     without,
 )
 from ...identification.signals import Drive, signals_of
@@ -103,7 +103,7 @@ def run_identify(args: Namespace) -> Answer:
             friction = _nut(fit, axis, other)
         if axis.law is not None and friction is not None:
             result = _with_law(args, axis, axis.law, fit, (friction, other), data)
-            curve = _curve(axis.law, axis.lead, fit, *result) if args.plot else None
+            curve = _curve(axis.law, axis.lead, fit, _temperature(fit, args), *result) if args.plot else None
         if not (other or axis.known or "without_nut_nm" in data):
             data["contains"] = output.CONTAINS
     if args.measurements and friction is not None:
@@ -200,9 +200,7 @@ def _identified(path: str, axis: _Axis) -> Identified:
     delay = None if given["delay_ms"] is None else 1e-3 * given["delay_ms"]
     bins = None if given["bins"] is None else int(given["bins"])
     try:
-        return identify(
-            signals, inertia and inertia[0], travel, delay, given["cutoff_hz"], bins, axis.progress, offset
-        )
+        return identify(signals, inertia and inertia[0], travel, delay, given["cutoff_hz"], bins, offset)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 
@@ -245,20 +243,25 @@ def _with_law(
         now = axis.user_value("preload_n", fit.preload)
         past = axis.user_value("before_preload_n", earlier.preload)
         if now is not None and past is not None:
-            apart = told_apart([(friction, now, temperature), (before, past, then)], law)
-            data |= output.apart_data(apart)
-            friction, before = (without(part, max(apart.rest, 0.0)) for part in (friction, before))
+            apart = separated_parts([(friction, now, temperature), (before, past, then)], law)
+            data |= apart._asdict()
+            friction, before = (without(part, max(apart.without_nut_nm, 0.0)) for part in (friction, before))
     result = found_preload(friction, law, temperature)
-    data |= output.preload_data(result)
+    data |= result._asdict()
     if args.before:
-        earlier_result = found_preload(before, law, then)
-        data |= output.change_data(change_of_preload((friction, result), (before, earlier_result), law))
+        past_log = before, found_preload(before, law, then), then
+        data |= change_of_preload((friction, result, temperature), past_log, law)._asdict()
     data |= {"screw": law.parameters.name, "friction_set": law.friction_set.name}
     return friction, result
 
 
 def _curve(
-    law: Law, lead: float | None, fit: Identified, friction: ScrewFriction, result: FoundPreload
+    law: Law,
+    lead: float | None,
+    fit: Identified,
+    kelvin: float,
+    friction: ScrewFriction,
+    result: FoundPreload,
 ) -> LawCurve:
     """The law over the speeds of the log, with what was subtracted from the friction."""
     whole = screw_friction(fit, lead)
@@ -267,10 +270,12 @@ def _curve(
     other = np.interp(speed, whole.speed, whole.torque) - np.interp(speed, friction.speed, friction.torque)
     table = friction_table(
         law.nut_map, law.parameters, law.friction_set, law.nut_map.law == MECHANISTIC, speed,
-        np.array([result.preload]), np.array([result.temperature]),
+        np.array([result.preload_n]), np.array([kelvin]),
     )  # fmt: skip
     scale, unit = (1.0, "N m") if fit.rotary else (abs(lead or 1.0), "N")
     known = f" and {other.mean() / scale:.3g} {unit} of other parts" if np.any(other > 1e-9) else ""
     bounds = [table.torque if values is None else values for values in (table.low, table.high)]
     value, lower, upper = ((torque[:, 0, 0] + other) / scale for torque in (table.torque, *bounds))
-    return LawCurve(speed * scale, value, lower, upper, f"law at a preload of {result.preload:.4g} N{known}")
+    return LawCurve(
+        speed * scale, value, lower, upper, f"law at a preload of {result.preload_n:.4g} N{known}"
+    )

@@ -1,30 +1,16 @@
 """Operating points from options or a CSV file."""
 
+import math
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 from ...parameters.units import SHOWN
-from ...tables.csv_file import read_rows
-from ...tables.headings import MEASURED, HeadingError, UnknownUnitError, quantity_of, si
+from ...tables.csv_file import open_table, read_columns
+from ...tables.headings import MEASURED, NO_UNIT, Kind
+from ...tables.headings import Quantity as Heading
 from .files import check_output
 from .quantities import Quantity
 from .results import say
-
-
-class _Column(NamedTuple):
-    """Quantity of a column; unit: of its heading, "" = that of the option."""
-
-    quantity: Quantity
-    unit: str = ""
-
-    def value(self, text: str) -> str:
-        """A field in the unit of the option."""
-        axis = self.quantity.axis
-        try:
-            return f"{SHOWN[axis].of(si(float(text), MEASURED[axis], self.unit)):.12g}" if self.unit else text
-        except ValueError:
-            return text
 
 
 def check_rows(args: Namespace) -> None:
@@ -50,72 +36,50 @@ def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[st
                     f"{quantity.option} (missing); allowed: {quantity.allowed}, or --points FILE.csv"
                 )
         return [{quantity.name: defaults[quantity.name] for quantity in quantities}]
-    rows, columns = _read(args.points, quantities, common)
-    for quantity in quantities:
-        filled = quantity in columns and all(row[columns[quantity][0]] for row in rows)
-        if filled and quantity.name in common:
+    texts = _read(args.points, quantities, common)
+    for name in common.keys() & texts.keys():
+        if all(texts[name]):
+            option = next(quantity.option for quantity in quantities if quantity.name == name)
             raise ValueError(
-                f"{quantity.option} = {common[quantity.name]:g}, {args.points} has this column in all rows; remedy: "
-                "remove one"
+                f"{option} = {common[name]:g}, {args.points} has this column in all rows; remedy: remove one"
             )
-    points = []
-    for index, row in enumerate(rows, start=1):
-        texts = {quantity.name: column.value(row[heading]) for quantity, (heading, column) in columns.items()}
-        points.append(_point(f"{args.points}: row {index}: ", texts, quantities, defaults))
-    return points
+    rows = zip(*texts.values(), strict=True)
+    return [
+        _point(f"{args.points}: row {index}: ", dict(zip(texts, row, strict=True)), quantities, defaults)
+        for index, row in enumerate(rows, start=1)
+    ]
 
 
-def _read(
-    path: str, quantities: Sequence[Quantity], common: Mapping[str, float]
-) -> tuple[list[dict[str, str]], dict[Quantity, tuple[str, _Column]]]:
-    """Rows of a file, and heading and column of each quantity that it has; common: values of options, by name.
+def _read(path: str, quantities: Sequence[Quantity], common: Mapping[str, float]) -> dict[str, list[str]]:
+    """Fields of each quantity that a file has, in the units of the options.
 
+    Headings are names of options, or as `calibrate` reads them, `preload [kN]`.
+
+    Parameters   common : values of options, by name
     Raises       ValueError: a column given twice or similar to a known one
     """
-    columns: dict[str, _Column | None] = {}
-    problems: list[HeadingError] = []
-
-    def is_used(heading: str) -> bool:
-        columns[heading] = None
-        try:
-            columns[heading] = _column(heading, quantities)
-        except HeadingError as error:
-            problems.append(error)
-        return columns[heading] is not None
-
-    rows = read_rows(path, is_used)
-    used: dict[Quantity, tuple[str, _Column]] = {}
-    twice = ""
-    for heading, column in columns.items():
-        if column is not None and used.setdefault(column.quantity, (heading, column))[0] != heading:
-            twice = twice or f"{column.quantity.name}, also as {heading}"
-    known = {quantity.axis for quantity in used} | {name.rpartition("_")[0] for name in common}
-    for error in problems:
-        # next to its quantity, a heading such as torque_low_nm is another one
-        if isinstance(error, UnknownUnitError) or error.key not in known:
-            raise ValueError(f"{path}: {error}")
-    if twice:
-        raise ValueError(f"{path}: columns given twice: {twice}; remedy: remove one")
-    if unused := [heading for heading, column in columns.items() if column is None]:
-        say(f"{path}: columns not used: {', '.join(unused)}")
-    return rows, used
-
-
-def _column(heading: str, quantities: Sequence[Quantity]) -> _Column | None:
-    """Column of a heading: the name of an option, or as calibrate reads it, `preload [kN]`; None for any other one.
-
-    Raises       HeadingError: as quantity_of
-    """
-    by_axis = {}
+    headings = {q.name: Heading((q.name,), NO_UNIT) for q in quantities}
+    headings |= {q.axis: MEASURED[q.axis] for q in quantities if q.axis in MEASURED}
+    kind = Kind(headings, {"of the point": tuple(headings)}, ", ".join(q.name for q in quantities))
+    table = open_table(path, kind)
+    used = table.single_columns([name.rpartition("_")[0] for name in (*table.columns, *common)])
     for quantity in quantities:
-        if heading.lower() == quantity.name:
-            return _Column(quantity)
-        by_axis[quantity.axis] = quantity
-    example = ", ".join(quantity.name for quantity in quantities)
-    match = quantity_of(
-        heading, {axis: MEASURED[axis] for axis in MEASURED if axis in by_axis}, example=example
-    )
-    return None if match is None else _Column(by_axis[match[0]], match[1])
+        if {quantity.name, quantity.axis} <= used.keys():
+            twice = f"{quantity.name}, also as {used[quantity.axis].heading}"
+            raise ValueError(f"{path}: columns given twice: {twice}; remedy: remove one")
+    if unused := table.unused(used):
+        say(f"{path}: {unused}")
+    rows, texts = read_columns(table, used, kind), {}
+    for quantity in quantities:
+        axis = quantity.axis
+        if quantity.name in used:
+            texts[quantity.name] = [text.replace(",", ".") for text in rows.texts[quantity.name]]
+        elif axis in used:
+            texts[quantity.name] = [
+                text if math.isnan(value) else f"{SHOWN[axis].of(value):.12g}"
+                for text, value in zip(rows.texts[axis], rows.values[axis].tolist(), strict=True)
+            ]
+    return texts
 
 
 def _point(
