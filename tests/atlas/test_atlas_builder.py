@@ -6,14 +6,14 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from atlas_builder import certificate as errors
-from atlas_builder import contacts as chosen
-from atlas_builder.contacts import journal_of, solve_contacts, usable
-from atlas_builder.published import FILMS, SlidingFilms, sliding_points
 from reference_screw import GD4008
 from synthetic_atlas import closed_contact, contacts, few_contacts, saved
 from synthetic_contacts import GRID, ClosedFilm
 
+from atlas_builder import certificate as errors
+from atlas_builder import contacts as chosen
+from atlas_builder.contacts import journal_of, solve_contacts, usable
+from atlas_builder.published import FILMS, SlidingFilms, sliding_points
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
 from ballscrew_tehl.friction.mechanistic import mean_load
 from ballscrew_tehl.friction.torque import nut_forces

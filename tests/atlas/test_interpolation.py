@@ -1,8 +1,8 @@
 """Universal kriging of the atlas: against a dense solve of its system, its points, and refits without a point."""
 
 import numpy as np
-from atlas_builder.fit import interpolant_of, lengths_and_noise
 
+from atlas_builder.fit import interpolant_of, lengths_and_noise
 from ballscrew_tehl.atlas.interpolation import CHUNK, correlation, trend_terms
 
 RNG = np.random.default_rng(2)

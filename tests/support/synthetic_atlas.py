@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from atlas_builder import contacts as chosen
 from atlas_builder.contacts import VALUES
 from atlas_builder.fit import FIRST, interpolant_of, save_atlas, table_of
-
 from ballscrew_tehl.atlas.contact_atlas import load_atlas
 from ballscrew_tehl.atlas.groups import (
     QUANTITIES,

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from atlas_builder.published import FILMS, published_map
 from reference_screw import GD4008
 
+from atlas_builder.published import FILMS, published_map
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
 from ballscrew_tehl.atlas.groups import QUANTITIES, closed_forms, unmodelled
 from ballscrew_tehl.friction.sets import with_set
