@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, built
-from ballscrew_fmu.description.native import build_description, native_description, terminals
+from ballscrew_fmu.description.model_description import build_description, native_description, terminals
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, build_libraries, universal_library
 from ballscrew_fmu.native_fmu.experiments import FOLDER, Reference, reference_files

@@ -17,7 +17,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, built
-from ballscrew_fmu.description.fmi2 import model_description
+from ballscrew_fmu.description.model_description import python_description
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.pages.page import documentation_files
 from ballscrew_fmu.python_fmu.entry_library import TOKEN_FILE, binaries
@@ -190,10 +190,10 @@ def fmu_files(
     documentation = documentation_files(nut_map.header, model, REDIRECTION if live_page else "")
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     tool = f"ballscrew-tehl {__version__} with pythonfmu {version('pythonfmu')}"
-    blank = model_description(nut_map.header, "", tool, model)
+    blank = python_description(nut_map.header, "", tool, model)
     guid = str(uuid.uuid5(NAMESPACE, digest({**files, "modelDescription.xml": blank})))
     files[f"resources/{TOKEN_FILE}"] = guid.encode()
-    return {"modelDescription.xml": model_description(nut_map.header, guid, tool, model), **files}
+    return {"modelDescription.xml": python_description(nut_map.header, guid, tool, model), **files}
 
 
 def build_fmu(

@@ -16,8 +16,7 @@ from native_library import CS, ME, OK
 from synthetic_map import LAWS, closed_form
 
 from ballscrew_fmu.description.about import about
-from ballscrew_fmu.description.fmi2 import model_description
-from ballscrew_fmu.description.native import native_description, terminals
+from ballscrew_fmu.description.model_description import native_description, python_description, terminals
 from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, NATIVE_MODELS
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
 from ballscrew_tehl import __date__, __version__
@@ -42,7 +41,7 @@ def described(model, kind, law=FILM_SHEAR):
     """Root of the model description of an FMU of the closed-form map."""
     header = closed_form(law).header
     if kind == "python":
-        return ElementTree.fromstring(model_description(header, "", "", model))
+        return ElementTree.fromstring(python_description(header, "", "", model))
     return ElementTree.fromstring(native_description(header, kind, "", "", ["a.c"], model))
 
 
