@@ -6,6 +6,7 @@ before it is built. Elsewhere they are compiled once and kept in the cache of th
 of sources and options, and in the cache the compiler: what other sources left behind is not found.
 """
 
+import atexit
 import contextlib
 import functools
 import hashlib
@@ -14,6 +15,7 @@ import os
 import re
 import shutil
 import sys
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -115,44 +117,45 @@ def _content(library: Library, platform: str) -> bytes:
     if shipped.is_file():
         return shipped.read_bytes()
     file = _kept(library, platform, find_compiler())
-    with contextlib.suppress(OSError):
-        file.parent.mkdir(parents=True, exist_ok=True)
-    built = functools.partial(build_libraries, library.sources, library.units, library.name, (platform,))
-    if not os.access(file.parent, os.W_OK):  # in each process again
-        if file not in _unkept:
-            _unkept[file] = built()[platform]
-        return _unkept[file]
     with FileLock(f"{file}.lock"):
         if not file.is_file():
-            write_whole(file, built()[platform])
+            made = build_libraries(library.sources, library.units, library.name, (platform,))
+            write_whole(file, made[platform])
     return file.read_bytes()
-
-
-_unkept: dict[Path, bytes] = {}  # libraries of this process where the cache cannot be written
 
 
 def _kept(library: Library, platform: str, compiler: Compiler) -> Path:
     by = re.sub(r"[^\w.]+", "_", compiler.name)
-    return user_cache() / "libraries" / f"{library.file(platform)}.{by}"
+    return _folder(user_cache() / "libraries") / f"{library.file(platform)}.{by}"
+
+
+@functools.cache
+def _folder(cache: Path) -> Path:
+    """The folder of the cache; where it cannot be written, one of this process."""
+    with contextlib.suppress(OSError):
+        cache.mkdir(parents=True, exist_ok=True)
+    if os.access(cache, os.W_OK):
+        return cache
+    own = Path(tempfile.mkdtemp(prefix="ballscrew_libraries_"))
+    atexit.register(shutil.rmtree, own, ignore_errors=True)
+    return own
 
 
 def missing(libraries: Sequence[Library], platforms: Sequence[str]) -> list[tuple[Library, str]]:
     """What of them has to be compiled for these platforms; the WebAssembly if the compiler makes it."""
-    found = [
+    wanted = [
         (one, platform)
         for one in libraries
         for platform in one.platforms
         if platform in (*platforms, WASM) and not (PREBUILT / one.file(platform)).is_file()
     ]
-    if not found:
+    if not wanted:
         return []
     compiler = find_compiler()
     return [
         (one, platform)
-        for one, platform in found
-        if (compiler.crosses or platform != WASM)
-        and (file := _kept(one, platform, compiler)) not in _unkept
-        and not file.is_file()
+        for one, platform in wanted
+        if (compiler.crosses or platform != WASM) and not _kept(one, platform, compiler).is_file()
     ]
 
 

@@ -14,7 +14,7 @@ from ballscrew_tehl.report.page import TEMPLATES as ELEMENTS
 from ballscrew_tehl.report.page import Html, page, section
 from ballscrew_tehl.report.tables import certificate_table
 from ballscrew_tehl.runtime import constants
-from ballscrew_tehl.runtime.packed import MECHANISTIC, map_hash
+from ballscrew_tehl.runtime.packed import map_hash
 
 TEMPLATES = ELEMENTS.overlay(
     loader=ChoiceLoader([PackageLoader("ballscrew_fmu.pages"), PackageLoader("ballscrew_tehl.report")])
@@ -43,12 +43,10 @@ def documentation_files(
     header: Mapping[str, Any], model: FmuModel = FRICTION, live_page: str = ""
 ) -> dict[str, bytes]:
     """Files of the documentation folder of an FMU for Python hosts, by path; live_page: "": none."""
-    from ballscrew_tehl.refinement.refine import CAPACITY  # slow to import
-
     needs = TEMPLATES.get_template("external_dependencies.txt").render(refines=model.refines)
     licence = distribution("pythonfmu").read_text("licenses/LICENSE")
     texts = {
-        "index.html": _page(model.name, model, header, model.variables(header), live_page, CAPACITY=CAPACITY),
+        "index.html": _page(model.name, model, header, model.variables(header), live_page),
         "externalDependencies.txt": needs,
         "licenses/license.txt": _licences(native=False),
         "licenses/pythonfmu.txt": licence or "MIT licence; https://github.com/NTNU-IHB/PythonFMU\n",
@@ -108,7 +106,7 @@ def _page(
 
     connected = [v.causality in ("input", "output") for v in variables]
     intro = TEMPLATES.get_template("model.html").render(
-        part=part, name=name, model=model, header=header, mechanistic=header["law"] == MECHANISTIC,
+        part=part, name=name, model=model, header=header,
         connections=[_row(v) for v, here in zip(variables, connected, strict=True) if here],
         others=[_row(v) for v, here in zip(variables, connected, strict=True) if not here],
         **{"native": False, "fmi_version": 2, **about},

@@ -113,9 +113,3 @@ def load_solver(package: Path) -> tuple[ModuleType, str]:
         raise SolverError(
             f"{missing} is missing in the Python of the host ({error}): python -m pip install {missing}"
         ) from error
-
-
-def compiled_files(module: ModuleType) -> int:
-    """Number of compiled functions stored with the sources of the solver."""
-    folder = Path(module.__file__ or "").parents[1]
-    return sum(1 for _ in folder.rglob("*.nbc"))

@@ -5,7 +5,6 @@ In a browser: pip install --editable ".[test,browser]", and a Chromium of the sy
 
 import importlib.util
 import json
-import re
 import shutil
 import zipfile
 
