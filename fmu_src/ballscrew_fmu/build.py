@@ -14,7 +14,7 @@ from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.live_page.page import live_page
 from ballscrew_fmu.models import FRICTION, MODELS, NATIVE_MODELS, FmuModel
 from ballscrew_fmu.native_fmu import libraries
-from ballscrew_fmu.native_fmu.compile import INSTALL
+from ballscrew_fmu.native_fmu.compile import INSTALL, WASM
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.calibration.measured_screw import is_measured, table_text, validation_tables
@@ -26,7 +26,7 @@ from ballscrew_tehl.report.data import OperatingPoint
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MECHANISTIC
 
-Advance = Callable[[str], None]  # called with the name of the next step
+Advance = Callable[[str, int], None]  # called with the name of the next step, and how many steps it is
 
 
 class Inputs(NamedTuple):
@@ -93,32 +93,14 @@ def kinds(
     return selected
 
 
-def to_compile(
-    inputs: Inputs, selected: Collection[Kind], embed_map: bool = False
-) -> list[tuple[libraries.Library, str]]:
-    """Libraries that a build has to compile first; none from a wheel, and once from a clone.
-
-    Raises       BuildError: there is no compiler;  SourceError: a file is missing
-    """
-    header = inputs.nut_map.header
-    native = dict.fromkeys(kind.model for kind in selected if kind.native and not embed_map)
-    needed = [
-        *(libraries.native_library(header, model) for model in native),
-        *(libraries.entry_library(header, kind.model) for kind in selected if not kind.native),
-        *([libraries.page_library(header)] if any(kind.model is FRICTION for kind in selected) else []),
-    ]
-    return libraries.missing(needed, libraries.provider(header, embed_map).platforms)
-
-
 def build(
     inputs: Inputs,
     folder: Path,
     selected: Collection[Kind],
-    advance: Advance = lambda text: None,
+    advance: Advance = lambda text, steps: None,
     embed_map: bool = False,
 ) -> tuple[dict[Path, tuple[BuiltFmu, str]], str]:
-    """Pack, check and deliver the FMUs. advance is called twice for each, before them for each
-    library that is compiled, and for the live page.
+    """Pack, check and deliver the FMUs. advance is called twice for each, and for the live page.
 
     Parameters   selected : of `kinds`;  embed_map : compile the map into the native FMUs, which then open no file
     Returns      FMUs with the results of their checks by file; what a missing compiler left out
@@ -130,14 +112,28 @@ def build(
     with tempfile.TemporaryDirectory(dir=folder, prefix=".build_") as scratch:
         built: list[tuple[BuiltFmu, str]] = []
         compiler = libraries.provider(nut_map.header, embed_map)
-        libraries.compile_all(to_compile(inputs, selected, embed_map), advance)
+        with_page = compiler.crosses and any(kind.model is FRICTION for kind in selected)
+        native = dict.fromkeys(kind.model for kind in selected if kind.native and not embed_map)
+        libraries.prepare(
+            [
+                *(libraries.native_library(nut_map.header, model) for model in native),
+                *(
+                    libraries.entry_library(nut_map.header, kind.model)
+                    for kind in selected
+                    if not kind.native
+                ),
+                *([libraries.page_library(nut_map.header)] if with_page else []),
+            ],
+            (*compiler.platforms, WASM),
+            advance,
+        )
         page = ""
-        if any(kind.model is FRICTION for kind in selected):
-            advance("live page")
-            page = inputs.live_page() if compiler.crosses else ""
+        if with_page:
+            advance("live page", 1)
+            page = inputs.live_page()
         for kind in selected:
             model, path = kind.model, Path(scratch) / kind.file_name
-            advance(f"packing {kind.file_name}")
+            advance(f"packing {kind.file_name}", 1)
             shown, page = (page, "") if model is FRICTION else ("", page)  # in one file
             if kind.native:
                 fmu = build_native_fmu(
@@ -152,7 +148,7 @@ def build(
                 )
             else:
                 fmu = build_fmu(nut_map, path, model=model, live_page=shown)
-            advance(f"checking {kind.file_name}")
+            advance(f"checking {kind.file_name}", 1)
             built.append((fmu, check(fmu.path, reference(model), model)))
         for fmu, _ in built:
             os.replace(fmu.path, folder / fmu.path.name)

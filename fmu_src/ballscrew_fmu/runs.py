@@ -50,15 +50,13 @@ def run_build(args: Namespace) -> Answer:
         written("--output", folder),
         _failing("no FMU delivered"),
     ):
-        compiled = len(build.to_compile(inputs, selected, args.embed_map))
-        pages = any(kind.model is build.FRICTION for kind in selected)
-        steps = 2 * len(selected) + pages + compiled
-        task = progress.add_task("packing", total=steps)
+        total = 2 * len(selected) + any(kind.model is build.FRICTION for kind in selected)  # and the page
+        task = progress.add_task("packing", total=total)
 
-        def advance(text: str) -> None:
-            progress.update(task, description=text, advance=1)
+        def advance(text: str, steps: int) -> None:
+            progress.update(task, description=text, advance=steps)
             if progress.disable:
-                say(f"{progress.tasks[task].completed:.0f} of {steps}: {text}")
+                say(f"{progress.tasks[task].completed:.0f} of {total}: {text}")
 
         with new_folder(folder):
             fmus, note = build.build(inputs, folder, selected, advance, args.embed_map)

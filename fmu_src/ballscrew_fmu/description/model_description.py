@@ -189,7 +189,7 @@ def terminals(model: FmuModel = FRICTION) -> bytes:
             name=terminal.name,
             kind=terminal.kind,
             description=terminal.description,
-            members="\n".join(MEMBER.format(*member) for member in terminal.members),
+            members="\n".join(MEMBER.format(*member.split()) for member in terminal.members.split(",")),
         )
         for terminal in model.terminals
     )

@@ -141,46 +141,38 @@ def _folder(cache: Path) -> Path:
     return own
 
 
-def missing(libraries: Sequence[Library], platforms: Sequence[str]) -> list[tuple[Library, str]]:
-    """What of them has to be compiled for these platforms; the WebAssembly if the compiler makes it."""
-    wanted = [
-        (one, platform)
-        for one in libraries
-        for platform in one.platforms
-        if platform in (*platforms, WASM) and not (PREBUILT / one.file(platform)).is_file()
-    ]
-    if not wanted:
-        return []
-    compiler = find_compiler()
-    return [
-        (one, platform)
-        for one, platform in wanted
-        if (compiler.crosses or platform != WASM) and not _kept(one, platform, compiler).is_file()
-    ]
+def prepare(
+    libraries: Sequence[Library], platforms: Sequence[str], advance: Callable[[str, int], None]
+) -> None:
+    """Compile those libraries that are not there for these platforms, two at a time.
 
-
-def compile_all(wanted: Sequence[tuple[Library, str]], advance: Callable[[str], None]) -> None:
-    """Compile what is wanted, two at a time.
-
-    Parameters   advance : called with what is compiled next
+    Parameters   advance : called with what is compiled next, and 0
     Raises       BuildError: as contents
     """
+    needed = [
+        (library, platform)
+        for library in libraries
+        for platform in library.platforms
+        if platform in platforms and not (PREBUILT / library.file(platform)).is_file()
+    ]
 
-    def one(library: Library, platform: str) -> None:
-        advance(f"compiling {library.name} for {platform}")
-        contents(library, (platform,))
+    def compiled(library: Library, platform: str) -> None:
+        if not _kept(library, platform, find_compiler()).is_file():
+            advance(f"compiling {library.name} for {platform}", 0)
+            _content(library, platform)
 
-    two_at_a_time([functools.partial(one, *library) for library in wanted])
+    two_at_a_time([functools.partial(compiled, *one) for one in needed])
 
 
 def main() -> int:
     """Fill the folder prebuilt of a clone, for the wheel that is built next."""
     from ballscrew_tehl.nut_map.file import load_map
 
-    folder, compiler, header = Path(str(PREBUILT)), find_compiler(), load_map(None).header
+    folder, compiler = Path(str(PREBUILT)), find_compiler()
+    libraries = all_libraries(load_map(None).header)
     shutil.rmtree(folder, ignore_errors=True)
-    compile_all(missing(all_libraries(header), compiler.platforms), lambda text: print(text, flush=True))
-    for library in all_libraries(header):
+    prepare(libraries, tuple(TARGETS), lambda text, _: print(text, flush=True))
+    for library in libraries:
         for platform, content in contents(library).items():
             write_whole(folder / library.file(platform), content)
     (folder / COMPILER_FILE).write_text(compiler.name, encoding="utf-8")
