@@ -14,12 +14,11 @@ from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION, FmuModel
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu
-from ballscrew_fmu.variables.friction import INPUTS
 from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
 from ballscrew_tehl.runtime.outputs import friction_outputs
-from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters
+from ballscrew_tehl.runtime.packed import DEFAULTS, POINT, FrictionParameters
 from ballscrew_tehl.runtime.standstill import (
     RELAXED,
     Elements,
@@ -106,7 +105,7 @@ def friction_step(
 
     Parameters   given : inputs and parameters by name;  step : [s];  before : elements at its start
     """
-    preload, speed, temperature, axial_load = (given[v.name] for v in INPUTS)
+    preload, speed, temperature, axial_load = (given[name] for name in POINT)
     friction = FrictionParameters(*(given[name] for name in DEFAULTS))
     nut = nut_map.evaluate(preload, speed, temperature, axial_load, *friction)
     nut = nut._replace(seal_torque=given["seal_torque"])

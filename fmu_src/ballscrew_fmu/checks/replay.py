@@ -1,17 +1,29 @@
 """An FMU of FMI 2.0 or 3.0 stepped in fmpy, with variables by name, for the checks and the tests."""
 
+from __future__ import annotations
+
 import contextlib
 import math
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import fmpy
 from fmpy.fmi1 import FMICallException
-from fmpy.simulation import instantiate_fmu
+from fmpy.fmi2 import (
+    FMU2Slave,
+    calloc,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+    free,
+)
+from fmpy.fmi3 import FMU3Slave
 
-from ballscrew_fmu.native_fmu.experiments import Reference
+if TYPE_CHECKING:  # this module is imported by hosts that step an FMU
+    from ballscrew_fmu.native_fmu.experiments import Reference
 
 DISCARD = 2  # status of FMI
 AGREEMENT = 1e-9  # relative difference between an FMU and its reference
@@ -46,10 +58,24 @@ class FmuInstance:
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
         self._types = {v.name: v.type for v in self.description.modelVariables}
         self.messages = [] if messages is None else messages
-        self.slave = instantiate_fmu(
-            folder, self.description, "CoSimulation", debug_logging=True, logger=self._log
-        )
+        self.slave = self._instantiated(folder)
         self.initialize(**start)
+
+    def _instantiated(self, folder: str) -> Any:
+        """By the classes of fmpy: its simulation.instantiate_fmu sends all messages to the latest instance."""
+        identifier = self.description.coSimulation.modelIdentifier
+        names = {"guid": self.description.guid, "unzipDirectory": folder, "modelIdentifier": identifier}
+        if self.description.fmiVersion != "2.0":
+            slave = FMU3Slave(**names)
+            slave.instantiate(loggingOn=True, logMessage=self._log)
+            return slave
+        callbacks = fmi2CallbackFunctions()
+        callbacks.logger = fmi2CallbackLoggerTYPE(self._log)
+        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
+        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
+        slave = FMU2Slave(**names)
+        slave.instantiate(callbacks=callbacks, loggingOn=True)
+        return slave
 
     def initialize(self, **start: float) -> None:
         """Set start values and initialize at time 0, also after a reset of `slave`."""

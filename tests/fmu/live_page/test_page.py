@@ -204,7 +204,9 @@ def test_fmus_and_other_pages_have_it(opened, tmp_path):
     report.write_text(page_around("report", [live_frame(live)], [], ""), encoding="utf-8")
     for file in (tmp_path / "documentation" / "index.html", report):
         page = opened(file, width=390)
-        frame = page.query_selector("iframe.live").content_frame()
+        element = page.query_selector("iframe.live")
+        element.scroll_into_view_if_needed()  # browsers draw what can be seen
+        frame = element.content_frame()
         frame.locator("#headline", has_text="N m").wait_for()
     # in the report all of it is visible without a second scroll bar
     page.wait_for_function(
