@@ -67,10 +67,16 @@ def reference_of(nut_map: NutMap, model: FmuModel = FRICTION) -> Reference:
     return Reference(STEP, inputs, outputs)
 
 
-def _parameters(nut_map: NutMap, model: FmuModel) -> dict[str, float]:
+def _starts(nut_map: NutMap, model: FmuModel) -> dict[str, float]:
     """Start values of the parameters."""
     table = model.variables(nut_map.header)
     return {v.name: float(v.start or 0.0) for v in table if v.causality == "parameter"}
+
+
+def _parameters(nut_map: NutMap, model: FmuModel, kind: Any) -> Any:
+    """Start values of the parameters as a NamedTuple of this kind."""
+    starts = _starts(nut_map, model)
+    return kind(*(starts[name] for name in kind._fields))
 
 
 def _outputs(nut_map: NutMap, model: FmuModel, results: Iterable[Mapping[str, Any]]) -> list[Row]:
@@ -131,7 +137,7 @@ def friction_results(
     Parameters   inputs : rows by name;  step : [s]
                  parameters : by name; the others keep their start values
     """
-    given = _parameters(nut_map, FRICTION) | parameters
+    given = _starts(nut_map, FRICTION) | parameters
     elements, heat, results = RELAXED, 0.0, []
     for row in inputs:
         outputs, elements = friction_step(nut_map, {**given, **row}, step, elements)
@@ -148,8 +154,7 @@ def monitor_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]]) -> l
 
     Parameters   inputs : torque [N.m], speed [rad/s], temperature [K], axial_load [N]
     """
-    given = _parameters(nut_map, MONITOR)
-    parameters = MonitorParameters(*(given[name] for name in MonitorParameters._fields))
+    parameters = _parameters(nut_map, MONITOR, MonitorParameters)
     held, results = None, []
     for row in inputs:
         done = monitor_step(nut_map, MonitorInputs(**row), parameters, held)
@@ -191,8 +196,7 @@ def _transmission_input(header: Mapping[str, Any], step: float) -> Iterator[dict
 
 
 def _transmission_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]], step: float) -> list[Row]:
-    given = _parameters(nut_map, TRANSMISSION)
-    parameters = TransmissionParameters(*(given[name] for name in TransmissionParameters._fields))
+    parameters = _parameters(nut_map, TRANSMISSION, TransmissionParameters)
     before, heat, results = RELAXED, 0.0, []  # at rest before the first step
     for row in inputs:
         done = transmission_step(nut_map, TransmissionInputs(**row), parameters, step, before, heat)

@@ -97,7 +97,7 @@ def _rate(
 _START = ("initial_position", "lead")
 _ACCELERATED = (*_DAMPED, *_LAW)
 
-ROWS = (
+ROWS: tuple[Variable | Shared, ...] = (
     Variable(
         "motor_torque", "input", "Torque of the motor on the screw, in the air gap", "N.m", 0.0, nominal=10.0,
     ),
@@ -216,7 +216,7 @@ ROWS = (
         for name in _LAW
     ),
 )  # fmt: skip
-LOCALS = (
+LOCALS: tuple[Variable | Shared, ...] = (
     _state(
         "screw_displacement", "Axial displacement of the screw in its support, a continuous state", "m",
         causality="local", nominal=1e-6, display_unit="um",

@@ -21,7 +21,7 @@ _PRELOAD = (*_FRICTION, "speed_min", "initial_preload")
 _INTERVAL = (*_PRELOAD, "torque_uncertainty", "law_uncertainty")
 
 
-ROWS = (
+ROWS: tuple[Variable | Shared, ...] = (
     Variable(
         "torque", "input",
         "Measured friction torque without inertia torque, positive if it opposes positive speed",

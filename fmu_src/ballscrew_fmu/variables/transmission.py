@@ -40,7 +40,7 @@ def _friction_row(
 
 _FORCE: Mapping[str, Any] = {"unit": "N", "nominal": 1000.0, "depends_on": _LOADS}
 _POWER: Mapping[str, Any] = {"unit": "W", "nominal": 100.0}
-ROWS = (
+ROWS: tuple[Variable | Shared, ...] = (
     Variable(
         "angle", "input", "Angle of the screw, at the start of a step", "rad", 0.0, nominal=1.0, display_unit="deg",
     ),
