@@ -50,8 +50,8 @@ class Pair:
     def __init__(self, fmu: Path | str, law: dict[str, float], inertia: float = INERTIA) -> None:
         self.friction = FmuInstance(fmu, preload=PRELOAD, temperature=TEMPERATURE, **law)
         self.inertia, self.speed, self.angle, self.torque = inertia, 0.0, 0.0, 0.0
-        self._speed = [self.friction._references["speed"]]
-        self._torque = [self.friction._references["friction_torque"]]
+        self._speed = [self.friction.references["speed"]]
+        self._torque = [self.friction.references["friction_torque"]]
 
     def step(self, h: float, motor_torque: float, parallel: bool) -> None:
         slave, old = self.friction.slave, self.torque

@@ -1,5 +1,6 @@
 """Builds all FMUs of a screw: reads screw, map and friction parameters, then packs, checks and delivers the FMUs."""
 
+import functools
 import os
 import tempfile
 from argparse import Namespace
@@ -8,14 +9,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ballscrew_fmu.archive import BuiltFmu
-from ballscrew_fmu.checks.check import check, recovered_preload, torque_tables
+from ballscrew_fmu.checks.check import check
 from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.live_page.page import live_page
-from ballscrew_fmu.models import FRICTION, MODELS, MONITOR, NATIVE_MODELS, FmuModel
+from ballscrew_fmu.models import FRICTION, MODELS, NATIVE_MODELS, FmuModel
 from ballscrew_fmu.native_fmu import libraries
-from ballscrew_fmu.native_fmu.compile import INSTALL
+from ballscrew_fmu.native_fmu.compile import INSTALL, WASM
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.python_fmu.package import build_fmu
+from ballscrew_tehl.calibration.measured_screw import is_measured, table_text, validation_tables
 from ballscrew_tehl.cli.shared.chosen import chosen_of
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.nut_map.interval import interval_table
@@ -24,7 +26,7 @@ from ballscrew_tehl.report.data import OperatingPoint
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MECHANISTIC
 
-Advance = Callable[[str], None]  # called with the name of the next step
+Advance = Callable[[str, int], None]  # called with the name of the next step, and how many steps it is
 
 
 class Inputs(NamedTuple):
@@ -81,84 +83,93 @@ def kinds(
     every = [Kind(model, 2, False) for model in MODELS]
     if not python_only:
         every += [Kind(model, version, True) for model in NATIVE_MODELS for version in (2, 3)]
-    found = [
+    selected = [
         kind
         for kind in every
         if (not only or kind.model.layer in only) and fmi_version in (None, kind.fmi_version)
     ]
-    if not found:
+    if not selected:
         raise ValueError("no FMU to build: those for Python hosts are friction and monitor, of FMI 2")
-    return found
-
-
-def to_compile(
-    inputs: Inputs, wanted: Collection[Kind], embed_map: bool = False
-) -> list[tuple[libraries.Library, str]]:
-    """Libraries that a build has to compile first; none from a wheel, and once from a clone.
-
-    Raises       BuildError: there is no compiler;  SourceError: a file is missing
-    """
-    header = inputs.nut_map.header
-    native = dict.fromkeys(kind.model for kind in wanted if kind.native and not embed_map)
-    needed = [
-        *(libraries.native_library(header, model) for model in native),
-        *(libraries.entry_library(header, kind.model) for kind in wanted if not kind.native),
-        *([libraries.page_library(header)] if any(kind.model is FRICTION for kind in wanted) else []),
-    ]
-    return libraries.missing(needed, libraries.provider(header, embed_map).platforms)
+    return selected
 
 
 def build(
     inputs: Inputs,
     folder: Path,
-    wanted: Collection[Kind],
-    advance: Advance = lambda text: None,
+    selected: Collection[Kind],
+    advance: Advance = lambda text, steps: None,
     embed_map: bool = False,
-) -> tuple[dict[Path, tuple[BuiltFmu, str]], str, str]:
-    """Pack, check and deliver the FMUs. advance is called twice for each, before them for each
-    library that is compiled, and for the live page.
+) -> tuple[dict[Path, tuple[BuiltFmu, str]], str]:
+    """Pack, check and deliver the FMUs. advance is called twice for each, and for the live page.
 
-    Parameters   wanted : of `kinds`;  embed_map : compile the map into the native FMUs, which then open no file
-    Returns      FMUs with the results of their checks by file; tables of torques; what a missing compiler left out
+    Parameters   selected : of `kinds`;  embed_map : compile the map into the native FMUs, which then open no file
+    Returns      FMUs with the results of their checks by file; what a missing compiler left out
     Raises       CheckError, BuildError, SourceError: no FMU is delivered; OSError: the folder cannot be written
     """
-    parameters, nut_map = inputs.parameters, inputs.nut_map
+    nut_map = inputs.nut_map
+    reference = functools.cache(lambda model: reference_of(nut_map, model))
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder, prefix=".build_") as scratch:
         built: list[tuple[BuiltFmu, str]] = []
-        tables = note = page = ""
         compiler = libraries.provider(nut_map.header, embed_map)
-        libraries.compile_all(to_compile(inputs, wanted, embed_map), advance)
-        if any(kind.model is FRICTION for kind in wanted):
-            advance("live page")
-            page = inputs.live_page() if compiler.crosses else ""
-        references = {}
-        for kind in wanted:
+        with_page = compiler.crosses and any(kind.model is FRICTION for kind in selected)
+        native = dict.fromkeys(kind.model for kind in selected if kind.native and not embed_map)
+        libraries.prepare(
+            [
+                *(libraries.native_library(nut_map.header, model) for model in native),
+                *(
+                    libraries.entry_library(nut_map.header, kind.model)
+                    for kind in selected
+                    if not kind.native
+                ),
+                *([libraries.page_library(nut_map.header)] if with_page else []),
+            ],
+            (*compiler.platforms, WASM),
+            advance,
+        )
+        page = ""
+        if with_page:
+            advance("live page", 1)
+            page = inputs.live_page()
+        for kind in selected:
             model, path = kind.model, Path(scratch) / kind.file_name
-            of_friction = model is FRICTION
-            advance(f"packing {kind.file_name}")
-            if model not in references:
-                references[model] = reference_of(nut_map, model)
-            reference = references[model]
-            shown, page = (page, "") if of_friction else ("", page)  # in one file
+            advance(f"packing {kind.file_name}", 1)
+            shown, page = (page, "") if model is FRICTION else ("", page)  # in one file
             if kind.native:
                 fmu = build_native_fmu(
-                    nut_map, kind.fmi_version, path, reference, compiler.platforms, model, embed_map, shown
+                    nut_map,
+                    kind.fmi_version,
+                    path,
+                    reference(model),
+                    compiler.platforms,
+                    model,
+                    embed_map,
+                    shown,
                 )
             else:
                 fmu = build_fmu(nut_map, path, model=model, live_page=shown)
-            advance(f"checking {kind.file_name}")
-            line = check(fmu.path, reference, model)
-            if model is MONITOR:
-                line += recovered_preload(fmu.path, parameters, nut_map)
-            built.append((fmu, line))
-            if of_friction and not tables:
-                tables = torque_tables(fmu.path, parameters, nut_map)
-        if not compiler.crosses:
-            note = (
-                f"{compiler.name}: native FMUs for {', '.join(compiler.platforms)} only, no live page; for Linux, "
-                f"Windows and macOS, and the page: {INSTALL}"
-            )
+            advance(f"checking {kind.file_name}", 1)
+            built.append((fmu, check(fmu.path, reference(model), model)))
         for fmu, _ in built:
             os.replace(fmu.path, folder / fmu.path.name)
-    return {folder / fmu.path.name: (fmu, line) for fmu, line in built}, tables, note
+    note = ""
+    if not compiler.crosses:
+        note = (
+            f"{compiler.name}: native FMUs for {', '.join(compiler.platforms)} only, no live page; for Linux, Windows "
+            f"and macOS, and the page: {INSTALL}"
+        )
+    return {folder / fmu.path.name: (fmu, line) for fmu, line in built}, note
+
+
+def torque_tables(inputs: Inputs) -> str:
+    """Torque of the map compared with measurement and published models, as text; "" for other screws."""
+    nut_map = inputs.nut_map
+    axes = nut_map.header["axes"]
+    if not is_measured(inputs.parameters.screw, axes):
+        return ""
+
+    def torque(preload: float, speed: float, temperature: float) -> float:
+        return nut_map.evaluate(preload, speed, temperature).friction_torque
+
+    tables = validation_tables(torque, preload_range=tuple(axes["force"][:2]))
+    return "\n\n".join(map(table_text, tables))

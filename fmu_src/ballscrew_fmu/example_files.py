@@ -1,11 +1,8 @@
 """The scripts of the folder `examples`, which a wheel installs beside the package."""
 
-from __future__ import annotations
-
 import shutil
 import site
 import sysconfig
-import tempfile
 from pathlib import Path
 
 INSTALLED = Path("share", "ballscrew-tehl", "examples")
@@ -15,7 +12,7 @@ INSTALLED = Path("share", "ballscrew-tehl", "examples")
 def examples_folder() -> Path:
     """The folder of the examples: of the source tree, or as installed by a wheel.
 
-    Raises   FileNotFoundError: neither is there
+    Raises       FileNotFoundError: neither is there
     """
     package = Path(__file__).resolve().parent
     prefixes = sysconfig.get_path("data"), site.getuserbase(), package.parent  # of `pip install --target`
@@ -25,22 +22,13 @@ def examples_folder() -> Path:
     raise FileNotFoundError("the examples are not installed: pip install the wheel of ballscrew-tehl")
 
 
-def copy_examples(folder: Path) -> list[Path]:
-    """Copy the examples into a new folder; all or nothing.
+def copy_examples(folder: Path) -> Path:
+    """Copy the examples into a new folder, which is returned.
 
-    Parameters   folder: must not exist, or be empty
-    Returns      the scripts, sorted
-    Raises       ValueError: the folder holds files;  FileNotFoundError: the examples are not installed
+    Raises       ValueError: the folder has files;  FileNotFoundError: the examples are not installed
     """
-    folder = folder.resolve()
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise ValueError(f"{folder} exists and is not empty: give a new folder")
-    source = examples_folder()
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}_") as temporary:
-        made = Path(temporary, folder.name)
-        shutil.copytree(source, made, ignore=shutil.ignore_patterns("__pycache__"))
-        if folder.exists():
-            folder.rmdir()
-        made.rename(folder)
-    return sorted(folder.glob("*.py"))
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(examples_folder(), folder, ignore=ignored, dirs_exist_ok=True)
+    return folder

@@ -12,7 +12,7 @@ Table = Callable[[Mapping[str, Any]], tuple[Variable, ...]]
 
 
 class Terminal(NamedTuple):
-    """Variables that are connected together. Members: variable, member name as in Modelica, kind.
+    """Variables that are connected together. Each member: variable, member name as in Modelica, kind; then a comma.
 
     A flow (torque, heat) is an inflow if positive values enter the FMU, else an outflow. The flows of a connection add
     up to 0.
@@ -21,7 +21,7 @@ class Terminal(NamedTuple):
     name: str
     kind: str
     description: str
-    members: tuple[tuple[str, str, str], ...]
+    members: str
 
 
 class FmuModel(NamedTuple):
@@ -50,7 +50,7 @@ HEAT = Terminal(
     "heat",
     "heat",
     "Heat port: temperature of the oil in, dissipated power out",
-    (("temperature", "T", "signal"), ("power_loss", "Q_flow", "outflow")),
+    "temperature T signal, power_loss Q_flow outflow",
 )
 FRICTION = FmuModel(
     "BallScrewFriction",
@@ -67,7 +67,7 @@ FRICTION = FmuModel(
             "shaft",
             "Shaft of the screw: speed in, torque that the shaft gives to friction. "
             "With a speed instead of an angle, so not a Modelica flange",
-            (("speed", "w", "signal"), ("friction_torque", "tau", "inflow")),
+            "speed w signal, friction_torque tau inflow",
         ),
         HEAT,
     ),
@@ -86,19 +86,14 @@ MONITOR = FmuModel(
             "shaft",
             "shaft_measurement",
             "Measured speed and friction torque of the shaft",
-            (("speed", "w", "signal"), ("torque", "tau", "signal")),
+            "speed w signal, torque tau signal",
         ),
         Terminal(
             "estimate",
             "preload_estimate",
             "Preload with its interval, and whether the torque determines it",
-            (
-                ("preload", "preload", "signal"),
-                ("preload_half_width", "half_width", "signal"),
-                ("preload_low", "low", "signal"),
-                ("preload_high", "high", "signal"),
-                ("in_range", "in_range", "signal"),
-            ),
+            "preload preload signal, preload_half_width half_width signal, preload_low low signal, "
+            "preload_high high signal, in_range in_range signal",
         ),
     ),
 )
@@ -117,14 +112,14 @@ TRANSMISSION = FmuModel(
             "rotational_shaft",
             "Shaft of the screw: angle and speed in, torque that the shaft gives to the screw. "
             "With a speed beside the angle, so not a Modelica flange",
-            (("angle", "phi", "signal"), ("speed", "w", "signal"), ("screw_torque", "tau", "inflow")),
+            "angle phi signal, speed w signal, screw_torque tau inflow",
         ),
         Terminal(
             "nut",
             "translational_flange",
             "Nut: position and velocity in, force that the nut gives to the axis. "
             "With a velocity beside the position, so not a Modelica flange",
-            (("position", "s", "signal"), ("velocity", "v", "signal"), ("nut_force", "f", "outflow")),
+            "position s signal, velocity v signal, nut_force f outflow",
         ),
         HEAT,
     ),
@@ -152,13 +147,13 @@ AXIS = FmuModel(
             "shaft",
             "shaft_drive",
             "Shaft of the motor: torque in, angle and speed out. The inertia is in the FMU, so not a Modelica flange",
-            (("angle", "phi", "signal"), ("speed", "w", "signal"), ("motor_torque", "tau", "inflow")),
+            "angle phi signal, speed w signal, motor_torque tau inflow",
         ),
         Terminal(
             "table",
             "table_drive",
             "Table: force in, position and velocity out. The mass is in the FMU, so not a Modelica flange",
-            (("position", "s", "signal"), ("velocity", "v", "signal"), ("external_force", "f", "inflow")),
+            "position s signal, velocity v signal, external_force f inflow",
         ),
         HEAT,
     ),

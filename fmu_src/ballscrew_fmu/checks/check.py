@@ -1,105 +1,144 @@
-"""Checks of a built FMU: validation in fmpy, replay against the map, torque compared with measurement."""
+"""Checks of FMUs: of one that was built, and of a file without the map that it was built from (`ballscrew check`)."""
 
+import tempfile
+import zipfile
+import zlib
 from pathlib import Path
+from typing import Any
 
+import fmpy
 from fmpy import validation
+from fmpy.model_description import ModelDescription
 
-from ballscrew_fmu.checks.replay import AGREEMENT, CheckError, FmuInstance, check_replay, running
-from ballscrew_fmu.models import AXIS, FRICTION, FmuModel
-from ballscrew_fmu.native_fmu.experiments import Reference
-from ballscrew_tehl.calibration.measured_screw import (
-    ASSUMED_TEMPERATURE,
-    PACKAGED_PRELOAD,
-    ValidationRow,
-    is_measured,
-    mean_deviations,
-    table_text,
-    validation_tables,
-)
-from ballscrew_tehl.friction.baselines import nsk_torque, zhou_torque
-from ballscrew_tehl.parameters.file import Parameters
-from ballscrew_tehl.parameters.units import RPM
-from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.tables.csv_file import read_rows
-
-SETTLED = 1.0  # [s] step after which all elements slide at the speeds of the tables
+from ballscrew_fmu.checks.reference import reference_of
+from ballscrew_fmu.checks.replay import AGREEMENT, CheckError, check_replay
+from ballscrew_fmu.models import AXIS, FRICTION, MODELS, FmuModel
+from ballscrew_fmu.native_fmu.experiments import Reference, validation_in
+from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, hash_in
+from ballscrew_fmu.python_fmu.shared_map import MAP_FILE as PYTHON_MAP_FILE
+from ballscrew_fmu.python_fmu.shared_map import map_in
+from ballscrew_tehl.runtime.packed import MapError
 
 
 def check(fmu: Path, reference: Reference, model: FmuModel = FRICTION) -> str:
-    """Validation and replay of one FMU. Returns one line with the results.
+    """Validation and replay of a built FMU. Returns one line with the results.
 
     Raises       CheckError
     """
-    refuse_findings(fmu)
-    source = "its recorded result is" if model is AXIS else "the map gives"
+    _refuse_findings(fmu)
+    source = "its recorded results" if model is AXIS else "the map"
     try:
-        worst = check_replay(fmu, reference, source)
+        worst = check_replay(fmu, reference, f"{source}:")
     except CheckError as error:
         raise CheckError(f"{fmu.name}: {error}") from error
-    against = "its recorded results" if model is AXIS else "the map"
-    return f"fmpy: no finding; replay against {against}: largest difference {worst:.1e} (limit {AGREEMENT:g})"
+    return f"fmpy: no finding; replay against {source}: largest difference {worst:.1e} (limit {AGREEMENT:g})"
 
 
-def refuse_findings(fmu: Path) -> None:
+def _refuse_findings(fmu: Path) -> None:
     """Raises CheckError with what the validation of fmpy finds."""
     if findings := validation.validate_fmu(str(fmu)):
         raise CheckError(f"fmpy validation of {fmu.name}: {' | '.join(findings)}")
 
 
-def torque_tables(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str:
-    """Torque of the FMU compared with measurement and published models, for other screws with NSK and Zhou only.
+def check_file(fmu: Path) -> list[str]:
+    """Checks of an FMU file, a line each: validation, map, replay of the validation or of the map that it contains.
 
-    Raises       CheckError: the FMU discards a step
+    Raises       ValueError: not an FMU; CheckError: what is wrong, one line
     """
-    with running(fmu) as instance:
+    description = read_description(fmu)
+    _refuse_findings(fmu)
+    lines = ["fmpy validation: no finding"]
+    if (note := _map_note(fmu, description.description or "")) is not None:
+        lines.append(note)
+    if fmpy.platform not in fmpy.supported_platforms(str(fmu)):
+        return [*lines, f"not run: no library for this machine ({fmpy.platform})"]
+    with tempfile.TemporaryDirectory(prefix="ballscrew_fmu_", ignore_cleanup_errors=True) as folder:
+        try:
+            fmpy.extract(str(fmu), unzipdir=folder)
+        except (zipfile.BadZipFile, zlib.error, OSError) as error:
+            raise CheckError(f"damaged archive: {error}") from error
+        name, reference = _reference_in(Path(folder), description.modelName)
+        if reference is None:
+            return [*lines, "not run: the FMU contains no reference results"]
+        try:
+            worst = check_replay(folder, reference, f"{name} in the FMU:")
+        except CheckError as error:
+            raise CheckError(f"{name}: {error}") from error
+    steps = len(reference.inputs)
+    found = f"largest difference {worst:.1e} (limit {AGREEMENT:g})"
+    return [*lines, f"replay against {name} in the FMU, {steps} steps: {found}"]
 
-        def torque(preload: float, speed: float, temperature: float) -> float:
-            if not instance.step(SETTLED, preload=preload, speed=speed, temperature=temperature):
-                raise CheckError(f"the FMU discards a step: {instance.messages[-1][1]}")
-            return float(instance.get("friction_torque"))
 
-        screw, axes = parameters.screw, nut_map.header["axes"]
-        lowest, highest = axes["force"][:2]
-        if is_measured(screw, axes):
-            tables = validation_tables(torque, preload_range=(lowest, highest))
-            return "\n\n".join(table_text(table) for table in tables)
-        lines = ["No measurement of this screw in the range of its map is packaged. Torque [N.m] at 303.15 K"]
-        lines.append(" preload     r/min  this model   Zhou      NSK")
-        for preload in (0.05 * highest, 0.1 * highest, 0.2 * highest, 0.4 * highest):
-            for rpm in (100.0, 1000.0):
-                ours = torque(preload, rpm * RPM, 303.15)
-                values = (ours, float(zhou_torque(screw, preload)), float(nsk_torque(screw, preload)))
-                lines.append(f"{preload:8.0f} N{rpm:8.0f}" + "".join(f"{value:10.4f}" for value in values))
-        return "\n".join(lines)
+def _reference_in(folder: Path, model: str) -> tuple[str, Reference | None]:
+    """Name and content of the reference of an unpacked FMU; for Python hosts, computed from its map.
 
-
-def recovered_preload(fmu: Path, parameters: Parameters, nut_map: NutMap) -> str:
-    """Mean deviation of the preload of a monitor from Table 3, as text. Empty for other screws and narrower maps.
-
-    Raises       CheckError: a torque of the table is outside the range of the map
+    Raises       CheckError: it cannot be read
     """
-    if not is_measured(parameters.screw, nut_map.header["axes"]):
-        return ""
+    slave = next((one for one in MODELS if one.name == model), None)
+    resources = folder / "resources"
     try:
-        with running(fmu) as instance:
-            deviation = mean_deviations(table3(instance))[0]
-    except CheckError as error:
-        raise CheckError(f"{fmu.name}: {error}") from error
-    return f"; preload of Table 3: {100.0 * deviation:.2f} % mean deviation"
+        if slave is not None and (resources / PYTHON_MAP_FILE).exists():
+            return "map", reference_of(map_in(str(resources)), slave)
+        return f"{model}_validation", validation_in(folder)
+    except MapError as error:
+        raise CheckError(f"made by another version of this package: {error}") from error
+    except ValueError as error:
+        raise CheckError(str(error)) from error
 
 
-def table3(instance: FmuInstance) -> list[ValidationRow]:
-    """Table 3 of Zhao et al. (2023) with an FMU: preload from the measured torque at 100 r/min.
+def fmu_info(fmu: Path) -> dict[str, Any]:
+    """Names, kinds, platforms and variables of an FMU; JSON-able.
 
-    Parameters   instance : of replay
-    Raises       CheckError: a step is discarded, or a point is not in range
+    Raises       ValueError: not an FMU that fmpy can read
     """
-    rows, speed = [], 100.0 * RPM
-    for line in read_rows(PACKAGED_PRELOAD):
-        inputs = {"torque": float(line["torque_Nm"]), "speed": speed, "temperature": ASSUMED_TEMPERATURE}
-        if not (instance.step(1e-3, **inputs) and instance.get("in_range")):
-            raise CheckError(f"no preload in range for {inputs}: {instance.messages[-1:]}")
-        others = tuple(float(line[key]) for key in ("zhao_N", "zhou_N", "nsk_N"))
-        measured = float(line["preload_N"])
-        rows.append(ValidationRow(measured, speed, measured, (instance.get("preload"), *others)))
-    return rows
+    description = read_description(fmu)
+    kinds = {"co-simulation": description.coSimulation, "model exchange": description.modelExchange}
+    with zipfile.ZipFile(fmu) as archive:
+        parts = [name.split("/") for name in archive.namelist()]
+    return {
+        "file": str(fmu),
+        "model": description.modelName,
+        "description": description.description,
+        "fmi_version": description.fmiVersion,
+        "kinds": [name for name, kind in kinds.items() if kind is not None],
+        "platforms": sorted({part[1] for part in parts if part[0] == "binaries" and len(part) > 2}),
+        "token": description.guid,
+        "map": _map_note(fmu, description.description or ""),
+        "tool": description.generationTool,
+        "variables": [
+            {
+                key: getattr(v, key)
+                for key in ("name", "causality", "unit", "start", "min", "max", "description")
+            }
+            for v in description.modelVariables
+            if v.causality in ("input", "output", "parameter")
+        ],
+    }
+
+
+def read_description(fmu: Path) -> ModelDescription:
+    """Model description of an FMU file.
+
+    Raises       ValueError: it cannot be read, with the reason
+    """
+    if not fmu.is_file():
+        raise ValueError(f"{fmu}: {'a folder; give an FMU file' if fmu.is_dir() else 'no such file'}")
+    try:
+        return fmpy.read_model_description(str(fmu))
+    except Exception as error:  # fmpy raises Exception itself on what breaks the standard
+        reason = " ".join(str(error).split())
+        raise ValueError(f"{fmu}: not an FMU of ballscrew build, or a damaged one: {reason}") from error
+
+
+def _map_note(fmu: Path, text: str) -> str | None:
+    """Which map a native FMU contains, and whether it is that of its description; None: no map in a file."""
+    with zipfile.ZipFile(fmu) as archive:
+        if f"resources/{MAP_FILE}" not in archive.namelist():
+            return None
+        found = hash_in(archive.read(f"resources/{MAP_FILE}"))
+    if not found:
+        return f"{MAP_FILE} is damaged or of another format"
+    same = f"map {found[:12]}" in text
+    return f"map {found}" + (
+        "" if same else ", not that of the description: start values belong to another map"
+    )

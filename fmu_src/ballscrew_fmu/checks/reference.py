@@ -14,14 +14,11 @@ from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION, FmuModel
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu
-from ballscrew_fmu.variables.friction import INPUTS, Variable
-from ballscrew_fmu.variables.monitor import monitor_variables
-from ballscrew_fmu.variables.transmission import transmission_variables
 from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
 from ballscrew_tehl.runtime.outputs import friction_outputs
-from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters
+from ballscrew_tehl.runtime.packed import DEFAULTS, POINT, FrictionParameters
 from ballscrew_tehl.runtime.standstill import (
     RELAXED,
     Elements,
@@ -32,7 +29,63 @@ from ballscrew_tehl.runtime.standstill import (
 from ballscrew_tehl.runtime.transmission import TransmissionInputs, TransmissionParameters, transmission_step
 
 STEP = 1e-3  # [s] communication step of the replay
+STEPS = 240
 RECOVERY = 1e-6  # relative error of the preload of the monitor for a torque computed from a known preload
+MOTION = 1e-3  # of the range of a quantity: difference of both integrations, from the error_bound of the FMU
+BALANCE = 1e-9  # of the throughput: error of the energies of the axis over its reference input
+Row = dict[str, Any]
+
+
+def reference_of(nut_map: NutMap, model: FmuModel = FRICTION) -> Reference:
+    """Reference input and the outputs of the map for it, with the start values of the parameters.
+
+    Raises       CheckError: the monitor does not recover the preload that its torque is computed from; as check_axis
+    """
+    header = nut_map.header
+    if model is AXIS:
+        rows = list(axis_input(header))
+        return Reference(STEP, rows, _axis_results(nut_map, rows))
+    if model is TRANSMISSION:
+        rows = list(_transmission_input(header, STEP))
+        return Reference(STEP, rows, _transmission_outputs(nut_map, rows, STEP))
+    rows = list(reference_input(header))
+    if model is FRICTION:
+        return Reference(STEP, rows, friction_results(nut_map, rows))
+    inputs = [
+        {"torque": result["friction_torque"]}
+        | {name: row[name] for name in ("speed", "temperature", "axial_load")}
+        for row, result in zip(rows, friction_results(nut_map, rows, presliding=False), strict=True)
+    ]
+    outputs = monitor_outputs(nut_map, inputs)
+    errors = [
+        abs(result["preload"] / row["preload"] - 1.0)
+        for row, result in zip(rows, outputs, strict=True)
+        if result["in_range"]
+    ]
+    if not (errors and all(error <= RECOVERY for error in errors)):
+        raise CheckError(f"preload from torque: relative errors {errors}; allowed {RECOVERY:g}")
+    return Reference(STEP, inputs, outputs)
+
+
+def _starts(nut_map: NutMap, model: FmuModel) -> dict[str, float]:
+    """Start values of the parameters."""
+    table = model.variables(nut_map.header)
+    return {v.name: float(v.start or 0.0) for v in table if v.causality == "parameter"}
+
+
+def _parameters(nut_map: NutMap, model: FmuModel, kind: Any) -> Any:
+    """Start values of the parameters as a NamedTuple of this kind."""
+    starts = _starts(nut_map, model)
+    return kind(*(starts[name] for name in kind._fields))
+
+
+def _outputs(nut_map: NutMap, model: FmuModel, results: Iterable[Mapping[str, Any]]) -> list[Row]:
+    """The outputs among these results, in the order of the table."""
+    names = [v.name for v in model.variables(nut_map.header) if v.causality == "output"]
+    return [{name: row[name] for name in names} for row in results]
+
+
+# of the friction
 
 
 def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
@@ -40,9 +93,8 @@ def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
     axes = header["axes"]
     force_hi, fastest = axes["force"][1], axes["speed"][1]
     cold, hot = axes["temperature"][:2]
-    steps = 240
-    for n in range(steps):
-        phase = n / steps
+    for n in range(STEPS):
+        phase = n / STEPS
         swing = math.sin(6.0 * math.pi * phase)
         yield {
             "preload": force_hi * (0.02 + 0.5 * phase),
@@ -59,7 +111,7 @@ def friction_step(
 
     Parameters   given : inputs and parameters by name;  step : [s];  before : elements at its start
     """
-    preload, speed, temperature, axial_load = (given[v.name] for v in INPUTS)
+    preload, speed, temperature, axial_load = (given[name] for name in POINT)
     friction = FrictionParameters(*(given[name] for name in DEFAULTS))
     nut = nut_map.evaluate(preload, speed, temperature, axial_load, *friction)
     nut = nut._replace(seal_torque=given["seal_torque"])
@@ -79,93 +131,43 @@ def friction_step(
 
 def friction_results(
     nut_map: NutMap, inputs: Iterable[Mapping[str, float]], step: float = STEP, **parameters: float
-) -> list[dict[str, Any]]:
+) -> list[Row]:
     """Outputs of BallScrewFriction after each step of an input sequence, from a new instance.
 
     Parameters   inputs : rows by name;  step : [s]
                  parameters : by name; the others keep their start values
     """
-    table = FRICTION.variables(nut_map.header)
-    given = {v.name: float(v.start or 0.0) for v in table if v.causality == "parameter"} | parameters
+    given = _starts(nut_map, FRICTION) | parameters
     elements, heat, results = RELAXED, 0.0, []
     for row in inputs:
         outputs, elements = friction_step(nut_map, {**given, **row}, step, elements)
         heat = outputs["heat"] = heat + step * outputs["power_loss"]
-        results.append({v.name: outputs[v.name] for v in table if v.causality == "output"})
-    return results
-
-
-def reference_of(nut_map: NutMap, model: FmuModel = FRICTION) -> Reference:
-    """Reference input and the outputs of the map for it, with the start values of the parameters.
-
-    Raises       CheckError: the preload of the monitor differs from the one its reference torque is computed from; as
-                 axis_results
-    """
-    if model is AXIS:
-        rows = list(axis_input(nut_map.header))
-        return Reference(STEP, rows, axis_results(nut_map, rows))
-    if model is TRANSMISSION:
-        motion = list(transmission_input(nut_map.header, STEP))
-        return Reference(STEP, motion, transmission_outputs(nut_map, motion, STEP))
-    rows = list(reference_input(nut_map.header))
-    if model is not MONITOR:
-        return Reference(STEP, rows, friction_results(nut_map, rows))
-    results = friction_results(nut_map, rows, presliding=False)
-    inputs = [
-        {"torque": result["friction_torque"]}
-        | {name: row[name] for name in ("speed", "temperature", "axial_load")}
-        for row, result in zip(rows, results, strict=True)
-    ]
-    outputs = monitor_outputs(nut_map, inputs)
-    error = preload_error([row["preload"] for row in rows], outputs)
-    if not error <= RECOVERY:
-        raise CheckError(f"preload from torque: relative error {error:.1e}; allowed {RECOVERY:g}")
-    return Reference(STEP, inputs, outputs)
-
-
-def _outputs_and_law(
-    table: Sequence[Variable], kind: Any, given: Mapping[str, float]
-) -> tuple[list[str], Any]:
-    """Names of the outputs of a table; its parameters, with start values except for those given."""
-    starts = {v.name: v.start for v in table if v.causality == "parameter"} | dict(given)
-    names = [v.name for v in table if v.causality == "output"]
-    return names, kind(*(float(starts[name] or 0.0) for name in kind._fields))
+        results.append(outputs)
+    return _outputs(nut_map, FRICTION, results)
 
 
 # of the monitor
 
 
-def monitor_outputs(
-    nut_map: NutMap, inputs: Iterable[Mapping[str, float]], **parameters: float
-) -> list[dict[str, Any]]:
+def monitor_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]]) -> list[Row]:
     """Outputs after each step of an input sequence, from a new instance.
 
     Parameters   inputs : torque [N.m], speed [rad/s], temperature [K], axial_load [N]
-                 parameters : by name; the others keep their start values
     """
-    names, law = _outputs_and_law(monitor_variables(nut_map.header), MonitorParameters, parameters)
+    parameters = _parameters(nut_map, MONITOR, MonitorParameters)
     held, results = None, []
     for row in inputs:
-        done = monitor_step(nut_map, MonitorInputs(**row), law, held)
-        results.append({name: done.outputs[name] for name in names})
+        done = monitor_step(nut_map, MonitorInputs(**row), parameters, held)
+        results.append(done.outputs)
         held = done.preload
-    return results
-
-
-def preload_error(true: Sequence[float], outputs: Sequence[Mapping[str, Any]]) -> float:
-    """Largest relative error of the preload, over the outputs in range. NaN if none is in range."""
-    found = [abs(o["preload"] / p - 1.0) for p, o in zip(true, outputs, strict=True) if o["in_range"]]
-    return max(found) if found else float("nan")
+    return _outputs(nut_map, MONITOR, results)
 
 
 # of the transmission
 
 
-def transmission_input(header: Mapping[str, Any], step: float) -> Iterator[dict[str, float]]:
-    """Motion from rest, in both directions, under a load that changes its sign, partly outside the map.
-
-    Parameters   header : of the map;  step : [s]
-    """
+def _transmission_input(header: Mapping[str, Any], step: float) -> Iterator[dict[str, float]]:
+    """Motion from rest, in both directions, under a load that changes its sign, partly outside the map."""
     axes = header["axes"]
     force_hi, fastest = axes["force"][1], axes["speed"][1]
     cold, hot = axes["temperature"][:2]
@@ -175,13 +177,13 @@ def transmission_input(header: Mapping[str, Any], step: float) -> Iterator[dict[
     way = (
         (0.3 * force_hi * numbers["stiffness_preload"] ** 0.5) ** (2.0 / 3.0) * 3.0 / numbers["nut_stiffness"]
     )
-    angle, steps = 0.0, 240
-    for n in range(steps):
-        phase = n / steps
+    angle = 0.0
+    for n in range(STEPS):
+        phase = n / STEPS
         # from rest: else an importer that sets the first inputs before initialization begins with other elements;
         # later nowhere at rest, where a power is a difference of equal numbers
         speed = 1.05 * fastest * math.sin(6.0 * math.pi * phase + 0.05) ** 3 if n > 0 else 0.0
-        x, x_next = (1.3 * way * math.sin(10.0 * math.pi * at + 0.1) for at in (phase, phase + 1.0 / steps))
+        x, x_next = (1.3 * way * math.sin(10.0 * math.pi * at + 0.1) for at in (phase, phase + 1.0 / STEPS))
         yield {
             "angle": angle,
             "speed": speed,
@@ -193,36 +195,25 @@ def transmission_input(header: Mapping[str, Any], step: float) -> Iterator[dict[
         angle += speed * step
 
 
-def transmission_outputs(
-    nut_map: NutMap, inputs: Iterable[Mapping[str, float]], step: float, **parameters: float
-) -> list[dict[str, Any]]:
-    """Outputs after each step of an input sequence, from a new instance.
-
-    Parameters   inputs : rows by name;  step : [s]
-                 parameters : by name; the others keep their start values
-    """
-    names, law = _outputs_and_law(transmission_variables(nut_map.header), TransmissionParameters, parameters)
+def _transmission_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]], step: float) -> list[Row]:
+    parameters = _parameters(nut_map, TRANSMISSION, TransmissionParameters)
     before, heat, results = RELAXED, 0.0, []  # at rest before the first step
     for row in inputs:
-        done = transmission_step(nut_map, TransmissionInputs(**row), law, step, before, heat)
-        results.append({name: done.outputs[name] for name in names})
+        done = transmission_step(nut_map, TransmissionInputs(**row), parameters, step, before, heat)
+        results.append(done.outputs)
         before, heat = done.elements, done.outputs["heat"]
-    return results
+    return _outputs(nut_map, TRANSMISSION, results)
 
 
 # of the axis
-
-MOTION = 1e-3  # of the range of a quantity: difference of both integrations, from the error_bound of the FMU
-BALANCE = 1e-9  # of the throughput: error of the energies of the axis over its reference input
 
 
 def axis_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
     """Motion in both directions, with a force on the table that loads the screw and drives it back."""
     ratio, force_hi = header["screw"]["lead"] / (2.0 * math.pi), header["axes"]["force"][1]
     cold, hot = header["axes"]["temperature"][:2]
-    steps = 240
-    for n in range(steps):
-        phase = n / steps
+    for n in range(STEPS):
+        phase = n / STEPS
         yield {
             "motor_torque": 0.3 * force_hi * ratio * math.sin(6.0 * math.pi * phase),
             "external_force": 0.1 * force_hi * math.sin(10.0 * math.pi * phase) if phase > 0.4 else 0.0,
@@ -231,16 +222,12 @@ def axis_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
         }
 
 
-def axis_results(nut_map: NutMap, inputs: Sequence[Mapping[str, float]]) -> list[dict[str, Any]]:
-    """Outputs of the axis, recorded from an FMU for this machine, once three checks have found them right.
-
-    Raises       CheckError: as check_axis
-    """
+def _axis_results(nut_map: NutMap, inputs: Sequence[Mapping[str, float]]) -> list[Row]:
+    """Outputs of the axis, recorded from an FMU for this machine, once three checks have found them right."""
     with tempfile.TemporaryDirectory(prefix="ballscrew_axis_") as scratch:
-        made = build_native_fmu(
-            nut_map, 2, Path(scratch) / "axis.fmu", platforms=(this_platform(),), model=AXIS
-        )
-        results = replay(made.path, inputs, STEP)
+        fmu = Path(scratch) / "axis.fmu"
+        build_native_fmu(nut_map, 2, fmu, platforms=(this_platform(),), model=AXIS)
+        results = replay(fmu, inputs, STEP)
     check_axis(nut_map, inputs, results)
     return results
 
@@ -254,28 +241,25 @@ def check_axis(
     Raises       CheckError
     """
     defaults = FrictionParameters(*nut_map.defaults)
-    for n, (row, found) in enumerate(zip(inputs, results, strict=True)):
-        kept = [found[name] for name in ("heat", "kinetic_energy", "potential_energy", "stored_energy")]
-        if not abs(found["supplied_energy"] - sum(kept)) <= BALANCE * sum(map(abs, kept)):
+    for n, (row, result) in enumerate(zip(inputs, results, strict=True)):
+        kept = [result[name] for name in ("heat", "kinetic_energy", "potential_energy", "stored_energy")]
+        if not abs(result["supplied_energy"] - sum(kept)) <= BALANCE * sum(map(abs, kept)):
             raise CheckError(
-                f"axis, step {n}: {found['supplied_energy']!r} J supplied, {sum(kept)!r} J found"
+                f"axis, step {n}: {result['supplied_energy']!r} J supplied, {sum(kept)!r} J kept"
             )
-        low, high = sorted(min(found[f"force_nut_{nut}"], nut_map.force.hi) for nut in "ab")
-        nut = nut_map.evaluate_forces(low, high, found["speed"], row["temperature"], defaults)
-        if not math.isclose(abs(found["viscous_torque"]), nut.viscous_torque, rel_tol=BALANCE):
-            raise CheckError(
-                f"axis, step {n}: viscous_torque = {found['viscous_torque']!r}; the map {nut.viscous_torque!r}"
-            )
+        low, high = sorted(min(result[f"force_nut_{nut}"], nut_map.force.hi) for nut in "ab")
+        nut = nut_map.evaluate_forces(low, high, result["speed"], row["temperature"], defaults)
+        viscous = result["viscous_torque"]
+        if not math.isclose(abs(viscous), nut.viscous_torque, rel_tol=BALANCE):
+            raise CheckError(f"axis, step {n}: viscous_torque = {viscous!r}; the map {nut.viscous_torque!r}")
     motion = list(axis_motion(nut_map, inputs, STEP))
-    differences = {
-        # np.max keeps a NaN
-        name: float(
-            np.max([abs(row[name] - found[name]) for row, found in zip(motion, results, strict=True)])
-        )
-        / (max(row[name] for row in motion) - min(row[name] for row in motion))
-        for name in motion[0]
-    }
-    name, worst = max(differences.items(), key=lambda one: (math.isnan(one[1]), one[1]))
+    names = list(motion[0])
+    integrated, recorded = (
+        np.array([[row[name] for name in names] for row in of]) for of in (motion, results)
+    )
+    differences = np.max(np.abs(integrated - recorded), axis=0) / np.ptp(integrated, axis=0)
+    n = int(np.argmax(differences))  # a NaN before all
+    name, worst = names[n], float(differences[n])
     if not worst <= MOTION:
         raise CheckError(
             f"axis: {name} differs by {worst:.1e} of its range from an integration in Python; allowed {MOTION:g}"

@@ -6,6 +6,7 @@ before it is built. Elsewhere they are compiled once and kept in the cache of th
 of sources and options, and in the cache the compiler: what other sources left behind is not found.
 """
 
+import atexit
 import contextlib
 import functools
 import hashlib
@@ -14,6 +15,7 @@ import os
 import re
 import shutil
 import sys
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -115,69 +117,62 @@ def _content(library: Library, platform: str) -> bytes:
     if shipped.is_file():
         return shipped.read_bytes()
     file = _kept(library, platform, find_compiler())
-    with contextlib.suppress(OSError):
-        file.parent.mkdir(parents=True, exist_ok=True)
-    built = functools.partial(build_libraries, library.sources, library.units, library.name, (platform,))
-    if not os.access(file.parent, os.W_OK):  # in each process again
-        if file not in _unkept:
-            _unkept[file] = built()[platform]
-        return _unkept[file]
     with FileLock(f"{file}.lock"):
         if not file.is_file():
-            write_whole(file, built()[platform])
+            made = build_libraries(library.sources, library.units, library.name, (platform,))
+            write_whole(file, made[platform])
     return file.read_bytes()
-
-
-_unkept: dict[Path, bytes] = {}  # libraries of this process where the cache cannot be written
 
 
 def _kept(library: Library, platform: str, compiler: Compiler) -> Path:
     by = re.sub(r"[^\w.]+", "_", compiler.name)
-    return user_cache() / "libraries" / f"{library.file(platform)}.{by}"
+    return _folder(user_cache() / "libraries") / f"{library.file(platform)}.{by}"
 
 
-def missing(libraries: Sequence[Library], platforms: Sequence[str]) -> list[tuple[Library, str]]:
-    """What of them has to be compiled for these platforms; the WebAssembly if the compiler makes it."""
-    found = [
-        (one, platform)
-        for one in libraries
-        for platform in one.platforms
-        if platform in (*platforms, WASM) and not (PREBUILT / one.file(platform)).is_file()
-    ]
-    if not found:
-        return []
-    compiler = find_compiler()
-    return [
-        (one, platform)
-        for one, platform in found
-        if (compiler.crosses or platform != WASM)
-        and (file := _kept(one, platform, compiler)) not in _unkept
-        and not file.is_file()
-    ]
+@functools.cache
+def _folder(cache: Path) -> Path:
+    """The folder of the cache; where it cannot be written, one of this process."""
+    with contextlib.suppress(OSError):
+        cache.mkdir(parents=True, exist_ok=True)
+    if os.access(cache, os.W_OK):
+        return cache
+    own = Path(tempfile.mkdtemp(prefix="ballscrew_libraries_"))
+    atexit.register(shutil.rmtree, own, ignore_errors=True)
+    return own
 
 
-def compile_all(wanted: Sequence[tuple[Library, str]], advance: Callable[[str], None]) -> None:
-    """Compile what is wanted, two at a time.
+def prepare(
+    libraries: Sequence[Library], platforms: Sequence[str], advance: Callable[[str, int], None]
+) -> None:
+    """Compile those libraries that are not there for these platforms, two at a time.
 
-    Parameters   advance : called with what is compiled next
+    Parameters   advance : called with what is compiled next, and 0
     Raises       BuildError: as contents
     """
+    needed = [
+        (library, platform)
+        for library in libraries
+        for platform in library.platforms
+        if platform in platforms and not (PREBUILT / library.file(platform)).is_file()
+    ]
 
-    def one(library: Library, platform: str) -> None:
-        advance(f"compiling {library.name} for {platform}")
-        contents(library, (platform,))
+    def compiled(library: Library, platform: str) -> None:
+        if not _kept(library, platform, find_compiler()).is_file():
+            advance(f"compiling {library.name} for {platform}", 0)
+            _content(library, platform)
 
-    two_at_a_time([functools.partial(one, *library) for library in wanted])
+    two_at_a_time([functools.partial(compiled, *one) for one in needed])
 
 
 def main() -> int:
     """Fill the folder prebuilt of a clone, for the wheel that is built next."""
     from ballscrew_tehl.nut_map.file import load_map
 
-    folder, compiler, header = Path(str(PREBUILT)), find_compiler(), load_map(None).header
+    folder, compiler = Path(str(PREBUILT)), find_compiler()
+    libraries = all_libraries(load_map(None).header)
     shutil.rmtree(folder, ignore_errors=True)
-    compile_all(missing(all_libraries(header), compiler.platforms), lambda text: print(text, flush=True))
-    for library in all_libraries(header):
+    prepare(libraries, tuple(TARGETS), lambda text, _: print(text, flush=True))
+    for library in libraries:
         for platform, content in contents(library).items():
             write_whole(folder / library.file(platform), content)
     (folder / COMPILER_FILE).write_text(compiler.name, encoding="utf-8")

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, built
-from ballscrew_fmu.description.native import build_description, native_description, terminals
+from ballscrew_fmu.description.model_description import build_description, native_description, terminals
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, build_libraries, universal_library
 from ballscrew_fmu.native_fmu.experiments import FOLDER, Reference, reference_files
@@ -17,7 +17,7 @@ from ballscrew_fmu.native_fmu.libraries import contents, native_library, provide
 from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, SCREW_FILE, map_bytes, screw_bytes
 from ballscrew_fmu.native_fmu.sources import NATIVE_NAME as NATIVE_NAME
 from ballscrew_fmu.native_fmu.sources import Embedded, is_fmi_header, native_sources, table_hash, units_of
-from ballscrew_fmu.pages.page import icon, native_documentation
+from ballscrew_fmu.pages.page import documentation_files, icon
 from ballscrew_fmu.python_fmu.solver_cache import digest
 from ballscrew_tehl import __version__
 from ballscrew_tehl.runtime.evaluate import NutMap
@@ -60,7 +60,7 @@ def native_files(
     if fmi_version == 2:
         files["model.png"] = icon("png")
     built_for = f"libraries for {', '.join(platforms)}"
-    documentation = native_documentation(header, fmi_version, built_for, model, embed_map, live_page)
+    documentation = documentation_files(header, model, live_page, (fmi_version, built_for))
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     if reference is not None:
         files |= {f"{FOLDER}/{name}": text for name, text in reference_files(reference, model).items()}

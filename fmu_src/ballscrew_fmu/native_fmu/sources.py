@@ -12,7 +12,6 @@ can be linked into one program.
 
 import hashlib
 import importlib.resources
-import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -239,15 +238,8 @@ def units_of(model: FmuModel) -> tuple[str, str]:
 
 
 def page_sources(header: Mapping[str, Any]) -> dict[str, bytes]:
-    """Sources of the live page: page.c and what it includes of those of the friction."""
-    files, names = (
-        {**native_sources(header, ()), "page.c": (_HERE / "page" / "page.c").read_bytes()},
-        ["page.c"],
-    )
-    for name in names:  # it grows
-        included = re.findall(r'#include "(\w+\.[ch])"', files[name].decode())
-        names += [one for one in included if one in files and one not in names]
-    return {name: files[name] for name in sorted(names)}
+    """Sources of the live page: page.c, and those of the friction, of which it includes some."""
+    return {**native_sources(header, ()), "page.c": (_HERE / "page" / "page.c").read_bytes()}
 
 
 def entry_sources(variables: Sequence[Variable]) -> dict[str, bytes]:

@@ -8,13 +8,13 @@ from typing import Any
 from jinja2 import ChoiceLoader, PackageLoader
 
 from ballscrew_fmu.description.about import licence_text
-from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.models import FmuModel
 from ballscrew_fmu.variables.friction import TIME, Variable, band_text, law_name
 from ballscrew_tehl.report.page import TEMPLATES as ELEMENTS
 from ballscrew_tehl.report.page import Html, page, section
 from ballscrew_tehl.report.tables import certificate_table
 from ballscrew_tehl.runtime import constants
-from ballscrew_tehl.runtime.packed import MECHANISTIC, map_hash
+from ballscrew_tehl.runtime.packed import map_hash
 
 TEMPLATES = ELEMENTS.overlay(
     loader=ChoiceLoader([PackageLoader("ballscrew_fmu.pages"), PackageLoader("ballscrew_tehl.report")])
@@ -40,62 +40,26 @@ def icon(kind: str) -> bytes:
 
 
 def documentation_files(
-    header: Mapping[str, Any], model: FmuModel = FRICTION, live_page: str = ""
+    header: Mapping[str, Any], model: FmuModel, live_page: str = "", native: tuple[int, str] | None = None
 ) -> dict[str, bytes]:
-    """Files of the documentation folder of an FMU for Python hosts, by path; live_page: "": none."""
-    needs = TEMPLATES.get_template("external_dependencies.txt").render(refines=model.refines)
-    licence = distribution("pythonfmu").read_text("licenses/LICENSE")
-    texts = {
-        "index.html": _page(model.name, model, header, model.variables(header), live_page),
-        "externalDependencies.txt": needs,
-        "licenses/license.txt": _licences(native=False),
-        "licenses/pythonfmu.txt": licence or "MIT licence; https://github.com/NTNU-IHB/PythonFMU\n",
-    }
-    return _with_live_page(texts, live_page)
+    """Files of the documentation folder of an FMU, by path.
 
-
-def native_documentation(
-    header: Mapping[str, Any],
-    fmi_version: int,
-    platforms: str,
-    model: FmuModel = FRICTION,
-    embed_map: bool = False,
-    live_page: str = "",
-) -> dict[str, bytes]:
-    """Files of the documentation folder of a native FMU, by path.
-
-    Parameters   platforms : platforms of the binaries, as text;  embed_map : the map is compiled in
-                 live_page : "": none
+    Parameters   live_page : a file of its own, as tools that show index.html need not read the map; "": none
+                 native : version of FMI and platforms of a native FMU, as text; None: for Python hosts
     """
-    variables = (*model.native_variables(header), *((TIME,) if fmi_version == 3 else ()))
-    texts = {
-        "index.html": _page(
-            model.native_name, model, header, variables, live_page, native=True, fmi_version=fmi_version,
-            platforms=platforms, embed_map=embed_map,
-        ),
-        "licenses/license.txt": _licences(native=True),
-    }  # fmt: skip
-    return _with_live_page(texts, live_page)
+    licence = TEMPLATES.get_template("license.txt").render(project=licence_text(), native=bool(native))
+    files = {"index.html": _page(model, header, live_page, native), "licenses/license.txt": licence}
+    if not native:
+        theirs = distribution("pythonfmu").read_text("licenses/LICENSE")
+        files["licenses/pythonfmu.txt"] = theirs or "MIT licence; https://github.com/NTNU-IHB/PythonFMU\n"
+        needs = TEMPLATES.get_template("external_dependencies.txt").render(refines=model.refines)
+        files["externalDependencies.txt"] = needs
+    if live_page:
+        files[LIVE] = live_page
+    return {name: text.encode() for name, text in files.items()}
 
 
-def _with_live_page(texts: Mapping[str, str], live_page: str) -> dict[str, bytes]:
-    """In a file of its own: tools that show index.html need not read the map."""
-    whole = {**texts, LIVE: live_page} if live_page else texts
-    return {name: text.encode() for name, text in whole.items()}
-
-
-def _licences(native: bool) -> str:
-    return TEMPLATES.get_template("license.txt").render(project=licence_text(), native=native)
-
-
-def _page(
-    name: str,
-    model: FmuModel,
-    header: Mapping[str, Any],
-    variables: tuple[Variable, ...],
-    live_page: str,
-    **about: Any,
-) -> str:
+def _page(model: FmuModel, header: Mapping[str, Any], live_page: str, native: tuple[int, str] | None) -> str:
     """The page of an FMU. Calls of part in the template make the sections, text outside of them the introduction."""
     sections: list[tuple[str, str, Html]] = []
 
@@ -104,12 +68,15 @@ def _page(
         sections.append((key, title, section(key, title, caller())))
         return ""
 
-    connected = [v.causality in ("input", "output") for v in variables]
+    name, variables, (fmi_version, platforms) = model.name, model.variables(header), native or (2, "")
+    if native:
+        name, variables = model.native_name, model.native_variables(header)
+        variables += (TIME,) if fmi_version == 3 else ()
+    outside = ("input", "output")
     intro = TEMPLATES.get_template("model.html").render(
-        part=part, name=name, model=model, header=header, mechanistic=header["law"] == MECHANISTIC,
-        connections=[_row(v) for v, here in zip(variables, connected, strict=True) if here],
-        others=[_row(v) for v, here in zip(variables, connected, strict=True) if not here],
-        **{"native": False, "fmi_version": 2, **about},
+        part=part, model=model, header=header, native=native, fmi_version=fmi_version, platforms=platforms,
+        connections=[_row(v) for v in variables if v.causality in outside],
+        others=[_row(v) for v in variables if v.causality not in outside],
     )  # fmt: skip
     if live_page:  # after what to connect
         sections.insert(1, ("live", "Live", section("live", "Torque of this screw, live", LIVE_BLOCK)))

@@ -12,13 +12,13 @@ import importlib.util
 import re
 import sys
 import uuid
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from importlib.machinery import ModuleSpec, PathFinder
 from importlib.metadata import version
 from pathlib import Path
 
 from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, built
-from ballscrew_fmu.description.fmi2 import model_description
+from ballscrew_fmu.description.model_description import python_description
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.pages.page import documentation_files
 from ballscrew_fmu.python_fmu.entry_library import TOKEN_FILE, binaries
@@ -28,8 +28,13 @@ from ballscrew_tehl import __version__
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import npz_bytes
 
-#: packages whose modules travel if the slave of a model imports them, directly or indirectly
-TRAVELLING = ("ballscrew_fmu.python_fmu", "ballscrew_fmu.variables", "ballscrew_tehl.runtime", "pythonfmu")
+#: prefixes of modules that travel if the slave of a model imports them, directly or indirectly
+TRAVELLING = (
+    "ballscrew_fmu.python_fmu.",
+    "ballscrew_fmu.variables.",
+    "ballscrew_tehl.runtime.",
+    "pythonfmu.",
+)
 #: refinement needs this module and all that it imports from its package
 SOLVER_MODULE = "ballscrew_tehl.refinement.refine"
 #: packages that it needs in the host, in addition to the standard library
@@ -60,15 +65,16 @@ def runtime_sources(model: FmuModel = FRICTION) -> dict[str, str]:
 
     Raises       PackageError: a module imports one that does not travel
     """
-    found: dict[str, str] = {}
-    wanted = [model.slave]
-    while wanted:
-        module = wanted.pop()
-        if _inner_name(module) not in found:
-            source = _file_of(module).read_text(encoding="utf-8")
-            found[_inner_name(module)], imported = _relocated(source, module)
-            wanted += imported
-    return found
+    sources = _imported_sources(model.slave, lambda name, _: name.startswith(TRAVELLING), ("numpy",))
+
+    def relocated(module: str) -> str:
+        def relative(match: re.Match[str]) -> str:
+            target = importlib.util.resolve_name(match[2], module.rpartition(".")[0])
+            return f"{match[1]}from .{_inner_name(target)} import " if target in sources else match[0]
+
+        return _IMPORT.sub(relative, sources[module])
+
+    return {_inner_name(module): relocated(module) for module in sources}
 
 
 def _inner_name(module: str) -> str:
@@ -76,8 +82,23 @@ def _inner_name(module: str) -> str:
     return module.partition(".")[2].replace(".", "_")
 
 
-def _spec_of(module: str) -> ModuleSpec | None:
-    """Spec of a module without an import of its packages: those of the solver need numba."""
+def solver_sources() -> dict[str, str]:
+    """Sources of the modules that refinement needs, by their paths below the package `ballscrew_tehl`.
+
+    Raises       PackageError: an import is neither relative, nor of the standard library, nor in SOLVER_NEEDS
+    """
+    root = f"{SOLVER_MODULE.partition('.')[0]}/"
+    sources = _imported_sources(SOLVER_MODULE, lambda _, relative: relative, SOLVER_NEEDS)
+    return {_path(module).removeprefix(root): text for module, text in sources.items()}
+
+
+def _path(module: str) -> str:
+    file = "/__init__.py" if _spec(module).submodule_search_locations else ".py"
+    return module.replace(".", "/") + file
+
+
+def _find_spec(module: str) -> ModuleSpec | None:
+    """Of a module without an import of its packages: those of the solver need numba."""
     root, *names = module.split(".")
     spec = importlib.util.find_spec(root)
     for name in names:
@@ -85,88 +106,55 @@ def _spec_of(module: str) -> ModuleSpec | None:
     return spec
 
 
-def _file_of(module: str) -> Path:
-    spec = _spec_of(module)
+def _spec(module: str) -> ModuleSpec:
+    spec = _find_spec(module)
     if spec is None or spec.origin is None:
         raise PackageError(f"module {module} not found; install the project and pythonfmu")
-    return Path(spec.origin)
+    return spec
 
 
-def _relocated(source: str, module: str) -> tuple[str, list[str]]:
-    """The source with imports of modules that travel made relative to the package of the FMU, and these modules."""
-    parent = module.rpartition(".")[0]
-    imported = []
+def _imported_sources(
+    first: str, travels: Callable[[str, bool], bool], others: Collection[str]
+) -> dict[str, str]:
+    """Sources by module: of the first one, and of those that it imports at run time, directly or indirectly.
 
-    def relative(match: re.Match[str]) -> str:
-        indent, target = match.groups()
-        absolute = f"{parent}{target}" if target.startswith(".") else target
-        if absolute.endswith(".") or not absolute.startswith(tuple(f"{name}." for name in TRAVELLING)):
-            return match.group(0)
-        imported.append(absolute)
-        return f"{indent}from .{_inner_name(absolute)} import "
-
-    moved = _IMPORT.sub(relative, source)
-    names = {_inner_name(name) for name in imported}
-    for node in ast.walk(ast.parse(moved)):
-        if isinstance(node, ast.Import):
-            targets = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            inside = node.level == 1 and node.module in names
-            targets = [] if inside else ["." * node.level + (node.module or "")]
-        else:
-            continue
-        for target in targets:
-            if target.partition(".")[0] not in {"numpy", *sys.stdlib_module_names}:
-                raise PackageError(f"{module} imports {target}, which does not travel with the FMU")
-    return moved, imported
-
-
-def solver_sources() -> dict[str, str]:
-    """Sources of the modules that refinement needs, by their paths below the package `ballscrew_tehl`.
-
-    Raises       PackageError: an import is neither relative, nor of the standard library, nor in SOLVER_NEEDS
+    Parameters   travels : whether a module is one of them, from its name and whether the import is relative
+                 others : packages that may be imported, in addition to the standard library
+    Raises       PackageError: a module imports another one
     """
-    root = SOLVER_MODULE.partition(".")[0]
-    found: dict[str, str] = {}
-    wanted = [SOLVER_MODULE]
+    sources: dict[str, str] = {}
+    wanted = [first]
     while wanted:
         module = wanted.pop()
-        file = _file_of(module)
-        package = module if file.name == "__init__.py" else module.rpartition(".")[0]
-        place = module.replace(".", "/") + ("/__init__.py" if package == module else ".py")
-        place = place.removeprefix(f"{root}/")
-        if place in found:
+        if module in sources:
             continue
-        found[place] = file.read_text(encoding="utf-8")
-        if "." in module:
-            wanted.append(module.rpartition(".")[0])
-        wanted += _imported(ast.parse(found[place]), module, package)
-    return found
+        spec = _spec(module)
+        sources[module] = Path(str(spec.origin)).read_text(encoding="utf-8")
+        parent = module.rpartition(".")[0]
+        if parent and travels(parent, True):
+            wanted.append(parent)
+        for name, relative in _imports(ast.parse(sources[module]), spec.parent or ""):
+            if travels(name, relative):
+                wanted.append(name)
+            elif name.partition(".")[0] not in {*others, *sys.stdlib_module_names}:
+                raise PackageError(f"{module} imports {name}, which does not travel with the FMU")
+    return sources
 
 
-def _imported(tree: ast.AST, module: str, package: str) -> list[str]:
-    """Modules of the same package that a module imports at run time (not under TYPE_CHECKING)."""
-    found = []
-    nodes: list[ast.AST] = [tree]
-    while nodes:
-        node = nodes.pop()
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            nodes += node.orelse
-            continue
-        nodes += ast.iter_child_nodes(node)
-        if isinstance(node, ast.ImportFrom) and node.level:
-            target = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
-            found.append(target)
-            specification = _spec_of(target)
-            if specification is not None and specification.submodule_search_locations is not None:
-                below = (f"{target}.{alias.name}" for alias in node.names)
-                found += [name for name in below if _spec_of(name)]
-        elif isinstance(node, (ast.Import, ast.ImportFrom)):
-            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else [a.name for a in node.names]
-            for name in names:
-                if name.partition(".")[0] not in {*SOLVER_NEEDS, *sys.stdlib_module_names}:
-                    raise PackageError(f"{module} imports {name}, which does not travel with the FMU")
-    return found
+def _imports(node: ast.AST, package: str) -> Iterator[tuple[str, bool]]:
+    """Modules that are imported at run time (not under TYPE_CHECKING), and whether by relative imports."""
+    if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+        return
+    if isinstance(node, ast.Import):
+        yield from ((alias.name, False) for alias in node.names)
+    elif isinstance(node, ast.ImportFrom):
+        module = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
+        yield module, node.level > 0
+        if node.level and _spec(module).submodule_search_locations:
+            below = (f"{module}.{alias.name}" for alias in node.names)
+            yield from ((name, True) for name in below if _find_spec(name))
+    for child in ast.iter_child_nodes(node):
+        yield from _imports(child, package)
 
 
 def fmu_files(
@@ -200,10 +188,10 @@ def fmu_files(
     documentation = documentation_files(nut_map.header, model, REDIRECTION if live_page else "")
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     tool = f"ballscrew-tehl {__version__} with pythonfmu {version('pythonfmu')}"
-    blank = model_description(nut_map.header, "", tool, model)
+    blank = python_description(nut_map.header, "", tool, model)
     guid = str(uuid.uuid5(NAMESPACE, digest({**files, "modelDescription.xml": blank})))
     files[f"resources/{TOKEN_FILE}"] = guid.encode()
-    return {"modelDescription.xml": model_description(nut_map.header, guid, tool, model), **files}
+    return {"modelDescription.xml": python_description(nut_map.header, guid, tool, model), **files}
 
 
 def build_fmu(

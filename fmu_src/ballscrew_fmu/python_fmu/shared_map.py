@@ -12,7 +12,6 @@ import math
 import operator
 import os
 import re
-import weakref
 import zlib
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -64,23 +63,23 @@ class SharedMap:
         self.getter = functools.cache(lambda *names: operator.itemgetter(*(place[name] for name in names)))
 
 
-_MAPS: weakref.WeakValueDictionary[tuple[str, Table], SharedMap] = weakref.WeakValueDictionary()
-_latest: list[SharedMap] = []  # kept without an instance too: a simulation is often run again and again
+_latest: dict[
+    tuple[str, Table], SharedMap
+] = {}  # kept without an instance too: a simulation is often run again
 
 
 def shared_map(resources: str, table: Table) -> SharedMap:
-    """The map in these resources.
+    """The map in these resources; the latest one is not read again.
 
     Raises       MapError: it is damaged;  OSError: it is not there
     """
-    path = os.path.join(resources, MAP_FILE)
-    with open(path, "rb") as file:
+    with open(os.path.join(resources, MAP_FILE), "rb") as file:
         key = hashlib.file_digest(file, "sha256").hexdigest(), table
-    found = _MAPS.get(key)
-    if found is None:
-        found = _MAPS[key] = SharedMap(map_in(resources), table)
-    _latest[:] = [found]
-    return found
+    if key not in _latest:
+        shared = SharedMap(map_in(resources), table)
+        _latest.clear()
+        _latest[key] = shared
+    return _latest[key]
 
 
 def map_in(resources: str) -> NutMap:

@@ -4,7 +4,6 @@ All imports are at the top (slave_base.py), except for the contact solver: with 
 cache folder (solver_cache.py).
 """
 
-import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from typing import Any
 from pythonfmu.enums import Fmi2Status
 
 from ballscrew_fmu.python_fmu.slave_base import MapSlave
-from ballscrew_fmu.python_fmu.solver_cache import SolverError, compiled_files, load_solver
+from ballscrew_fmu.python_fmu.solver_cache import SolverError, load_solver
 from ballscrew_fmu.variables.friction import fmu_variables
 from ballscrew_tehl.runtime.constants import DAMPING_TIME, LEAST_STIFFNESS
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
@@ -135,11 +134,7 @@ class BallScrewFrictionBase(MapSlave):
         if remark:
             self._log_once("cache", f"refine: {remark}", Fmi2Status.warning)
         refinement = solver.Refinement(self._map, report=self._report)
-        before, begun = compiled_files(solver), time.monotonic()
         refinement.prepare()
-        if compiled_files(solver) > before:
-            seconds = time.monotonic() - begun
-            self.log(f"refine: contact solver compiled in {seconds:.0f} s, once per machine", Fmi2Status.ok)
         if self._refinement_state is not None:
             refinement.restore(self._refinement_state)
         return refinement

@@ -7,7 +7,6 @@ sources, one for each version, and is created atomically. Standard library only.
 
 import hashlib
 import importlib
-import importlib.util
 import os
 import shutil
 import sys
@@ -91,21 +90,14 @@ def load_solver(package: Path) -> tuple[ModuleType, str]:
     folders = sorted(package.joinpath(SOLVER_FOLDER).glob("_ballscrew_solver_*"))
     if len(folders) != 1:
         raise SolverError(f"{len(folders)} solvers in {package}; needs one: build the FMU again")
-    name, remark = folders[0].name, ""
+    folder, name, remark = folders[0], folders[0].name, ""
     if name not in sys.modules:
         try:
-            folder = installed(folders[0], user_cache())
+            folder = installed(folder, user_cache())
         except (OSError, RuntimeError) as error:  # RuntimeError: no home folder
-            folder = folders[0]
             remark = f"compiled code of the solver is not kept: {error}; set XDG_CACHE_HOME to another folder"
-        specification = importlib.util.spec_from_file_location(
-            name, folder / "__init__.py", submodule_search_locations=[str(folder)]
-        )
-        if specification is None or specification.loader is None:
-            raise SolverError(f"{folder} cannot be imported")
-        module = importlib.util.module_from_spec(specification)
-        sys.modules[name] = module
-        specification.loader.exec_module(module)
+    importlib.invalidate_caches()  # the folder is new
+    sys.path.insert(0, str(folder.parent))
     try:
         return importlib.import_module(f"{name}.{ENTRY}"), remark
     except ImportError as error:
@@ -113,9 +105,5 @@ def load_solver(package: Path) -> tuple[ModuleType, str]:
         raise SolverError(
             f"{missing} is missing in the Python of the host ({error}): python -m pip install {missing}"
         ) from error
-
-
-def compiled_files(module: ModuleType) -> int:
-    """Number of compiled functions stored with the sources of the solver."""
-    folder = Path(module.__file__ or "").parents[1]
-    return sum(1 for _ in folder.rglob("*.nbc"))
+    finally:
+        sys.path.remove(str(folder.parent))

@@ -27,20 +27,18 @@ from typing import Any
 
 from ballscrew_fmu.variables.friction import (
     ELEMENT_STATES,
-    PARAMETERS,
-    STATES,
+    FRICTION_PARAMETERS,
     Header,
     Names,
+    Shared,
     Variable,
     film_rows,
-    of_map,
-    row_with,
+    states,
+    table_of,
 )
-from ballscrew_fmu.variables.transmission import ROWS as TRANSMISSION_ROWS
-from ballscrew_fmu.variables.transmission import of_screw
+from ballscrew_fmu.variables.transmission import of_screw, transmission_variables
 from ballscrew_tehl.runtime.constants import AXIS_DAMPING_TIME
 
-_ROWS = {v.name: v for v in (*TRANSMISSION_ROWS, *PARAMETERS, *STATES)}
 _ELEMENTS = ELEMENT_STATES
 _SCREW = ("screw_displacement", "screw_velocity")
 
@@ -55,17 +53,17 @@ _ALL = (*_FORCE, "temperature", *_ELEMENTS, "guide_element")
 _ELASTIC = ("lead", "nut_stiffness", "stiffness_preload", "axial_play", "initial_position")
 _DAMPED = (*_ELASTIC, "contact_damping_time", "support_stiffness")
 _LAW = tuple(
-    v.name
-    for v in PARAMETERS
-    if not v.python_only and v.name not in ("presliding", "regularization_speed")  # has no other law
+    name
+    for name in FRICTION_PARAMETERS
+    if name not in ("presliding", "regularization_speed")  # has no other law
 )
 _GUIDED = ("guide_viscous", "guide_coulomb", "guide_presliding_travel")
 _INERTIA = ("motor_inertia", "screw_inertia", "screw_diameter", "screw_length")
 _MASS = ("screw_mass", "screw_diameter", "screw_length", "support_stiffness", "inclination")
 
 
-def _shared(row: str, depends_on: Names = (), initially: Names = (), **changes: Any) -> Variable:
-    return row_with(_ROWS[row], depends_on, initially, **changes)
+def _shared(row: str, depends_on: Names = (), initially: Names = (), **changes: Any) -> Shared:
+    return Shared(row, {"depends_on": depends_on, "initially_depends_on": initially, **changes})
 
 
 def _energy(name: str, description: str, depends_on: Names, initially: Names = ()) -> Variable:
@@ -99,15 +97,15 @@ def _rate(
 _START = ("initial_position", "lead")
 _ACCELERATED = (*_DAMPED, *_LAW)
 
-ROWS = (
+ROWS: tuple[Variable | Shared, ...] = (
     Variable(
         "motor_torque", "input", "Torque of the motor on the screw, in the air gap", "N.m", 0.0, nominal=10.0,
     ),
     Variable(
         "external_force", "input", "Force of the process on the table, along the position", "N", 0.0, nominal=1000.0,
     ),
-    _ROWS["temperature"],
-    _ROWS["preload"],
+    Shared("temperature"),
+    Shared("preload"),
     _state(
         "angle", "Angle of the screw", "rad", _START, causality="output", nominal=1.0, display_unit="deg",
         depends_on=("angle",),
@@ -181,7 +179,6 @@ ROWS = (
     ),
     _parameter(
         "screw_diameter", "Diameter of the screw, for inertia and mass", "m", nominal=0.01,
-        of_map={"start": of_screw("diameter")},
     ),
     _parameter("screw_length", "Length of the screw, for inertia and mass", "m", 1.0),
     _parameter("table_mass", "Mass of the table with its load", "kg", 300.0, 100.0),
@@ -205,18 +202,21 @@ ROWS = (
     _parameter(
         "error_bound", "Allowed relative error of a part of a step of co-simulation", "1", 1e-6, 1e-6, minimum=1e-9
     ),
-    *(_ROWS[name] for name in ("lead", "nut_stiffness", "stiffness_preload", "axial_play", "contact_damping_time")),
+    *map(Shared, ("lead", "nut_stiffness", "stiffness_preload", "axial_play", "contact_damping_time")),
     *(
-        _ROWS[name]._replace(
-            description="Damping of the elasto-slip elements. "
-            f"0: stiffness times {1e3 * AXIS_DAMPING_TIME:g} ms (assumed)"
+        Shared(
+            name,
+            {
+                "description": "Damping of the elasto-slip elements. "
+                f"0: stiffness times {1e3 * AXIS_DAMPING_TIME:g} ms (assumed)"
+            }
+            if name == "presliding_damping"
+            else {},
         )
-        if name == "presliding_damping"
-        else _ROWS[name]
         for name in _LAW
     ),
 )  # fmt: skip
-LOCALS = (
+LOCALS: tuple[Variable | Shared, ...] = (
     _state(
         "screw_displacement", "Axial displacement of the screw in its support, a continuous state", "m",
         causality="local", nominal=1e-6, display_unit="um",
@@ -275,4 +275,5 @@ def _once(v: Variable) -> Variable:
 
 def axis_variables(header: Header) -> tuple[Variable, ...]:
     """The table for the map with this header: inputs, outputs, parameters, then the other states, rates, indicators."""
-    return of_map([_once(v) for v in (*ROWS, *LOCALS)], header)
+    others = (*transmission_variables(header), *states(header))
+    return tuple(map(_once, table_of((*ROWS, *LOCALS), others, of_screw(header, screw_diameter="diameter"))))

@@ -1,20 +1,18 @@
 """Table of the variables of BallScrewFriction: names, units, bounds, start values, dependencies; the types of a table.
 
 Model description, slave, documentation and C sources are generated from this table. Value references follow its order,
-from FIRST_REFERENCE. What depends on the map comes from its header (of_map): bounds, start values, descriptions
-and dependencies of its friction law. The table of BallScrewPreloadMonitor is in monitor.py.
+from FIRST_REFERENCE. The header of the map gives bounds, start values, and what depends on its friction law.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from ballscrew_tehl.runtime.constants import DAMPING_TIME, ELEMENTS
-from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
+from ballscrew_tehl.runtime.packed import DEFAULTS, FILM_SHEAR, MECHANISTIC
 
 FIRST_REFERENCE = 1  # OMSimulator 3 takes the value references of FMI 3 dependencies for indices from 1
 Header = Mapping[str, Any]  # of a map
-OfMap = Callable[[Header], Any]
 Names = tuple[str, ...]  # of variables
 
 
@@ -73,7 +71,6 @@ class Variable(NamedTuple):
     indicates: bool = False  # its change of sign is an event
     python_only: bool = False  # not in the native FMUs
     needs: str = "torque"  # evaluation of the map for an output: torque or films
-    of_map: Mapping[str, OfMap] = {}  # fields above whose values come from the header of the map
 
     @property
     def variability(self) -> str:
@@ -94,31 +91,17 @@ class Variable(NamedTuple):
 
 
 _ALL = ("preload", "speed", "temperature", "axial_load")
-_FILM_SHEAR_COULOMB = ("preload", "speed", "axial_load")
 _FORCES = ("preload", "axial_load")
 _SIGN = ("regularization_speed", "presliding", "presliding_side")
 _REFINED = ("refine", "refine_tolerance")
 _COEFFICIENTS = ("net_sliding_coefficient", "breakaway_factor")
 _SLIDING = (*_COEFFICIENTS, *_SIGN)
 _LAW_NAMES = {FILM_SHEAR: "film shear", MECHANISTIC: "mechanistic"}
-
-
-def lowest(axis: str) -> OfMap:
-    """Low end of an axis of the map."""
-    return lambda header: float(header["axes"][axis][0])
-
-
-def highest(axis: str) -> OfMap:
-    """High end of an axis of the map."""
-    return lambda header: float(header["axes"][axis][1])
-
-
-def _minus(value: OfMap) -> OfMap:
-    return lambda header: -value(header)
-
-
-def _nearest(value: float, low: OfMap, high: OfMap) -> OfMap:
-    return lambda header: min(max(value, low(header)), high(header))
+#: parameters of all friction FMUs, in their order
+FRICTION_PARAMETERS = (
+    *DEFAULTS, "regularization_speed", "presliding", "presliding_stiffness", "presliding_damping", "presliding_side",
+    "seal_torque",
+)  # fmt: skip
 
 
 def law_name(header: Header) -> str:
@@ -137,11 +120,6 @@ def band_text(header: Header) -> str:
         f"torque {band['low']:.2f} to {band['high']:.2f} times the computed one (about 80 %) at "
         f"{band['preload']:.0f} N, {rpm:.0f} r/min, {degrees:.0f} degC, {kind}"
     )
-
-
-def seal_torque(header: Header) -> float:
-    """Drag of the seals [N.m]; 0 if the screw file does not state it."""
-    return float(header.get("screw", {}).get("seal_torque", 0.0))
 
 
 def lead_text(header: Header) -> str:
@@ -169,96 +147,84 @@ def origin_text(header: Header) -> str:
 def start_preload(header: Header) -> float:
     """5 % of the dynamic rating in two digits, within the map; 2000 N where the map states no screw."""
     wanted = float(header.get("screw", {}).get("stiffness_preload", 2000.0))
-    return _nearest(wanted, lowest("preload"), highest("force"))(header)
+    return min(max(wanted, float(header["axes"]["preload"][0])), largest_force(header))
 
 
-def _by_law(film_shear: Any, mechanistic: Any) -> OfMap:
-    return lambda header: {FILM_SHEAR: film_shear, MECHANISTIC: mechanistic}[header["law"]]
+def largest_force(header: Header) -> float:
+    """End of the map [N]."""
+    return float(header["axes"]["force"][1])
 
 
-def _default(name: str) -> OfMap:
-    return lambda header: float(header["defaults"][name])
+def _coulomb(header: Header) -> Names:
+    """Inputs that hysteresis and sliding torque depend on near standstill, where both follow one sign."""
+    return ("preload", "speed", "axial_load") if header["law"] == FILM_SHEAR else _ALL
 
 
-def of_map(rows: Sequence[Variable], header: Header) -> tuple[Variable, ...]:
-    """The rows with the values of the map with this header."""
-    table = []
-    for v in rows:
-        values: dict[str, Any] = {field: value(header) for field, value in v.of_map.items()}
-        table.append(v._replace(of_map={}, **values))
-    return tuple(table)
+def inputs(header: Header) -> tuple[Variable, ...]:
+    """Rows of the inputs."""
+    force, fastest = largest_force(header), float(header["axes"]["speed"][1])
+    cold, hot = map(float, header["axes"]["temperature"][:2])
+    return (
+        Variable("preload", "input", "Preload of the screw", "N", start_preload(header), 0.0, force, 1000.0),
+        Variable(
+            "speed", "input", "Speed of the screw relative to the nut", "rad/s", 0.0, -fastest, fastest, 100.0,
+            "rev/min",
+        ),
+        Variable(
+            "temperature", "input", "Oil temperature at the contact inlet", "K", min(max(303.15, cold), hot), cold, hot,
+            300.0, "degC",
+        ),
+        Variable(
+            "axial_load", "input", "Axial load on the nut body, positive if it loads the nut at whose flange it acts",
+            "N", 0.0, -force, force, 1000.0,
+        ),
+    )  # fmt: skip
 
 
-def _coulomb(*others: str) -> OfMap:
-    """Inputs that hysteresis and sliding torque depend on near standstill, where both follow one sign; then others."""
-    return _by_law((*_FILM_SHEAR_COULOMB, *others), (*_ALL, *others))
-
-
-def _of_viscous(*others: str) -> OfMap:
-    """Parameters of the viscous or rolling torque, then others."""
-    ratio = "apparent_viscosity_ratio"
-    return _by_law((ratio, "roughness_height", *_REFINED, *others), (ratio, *_REFINED, *others))
+def _torques(header: Header) -> tuple[Variable, ...]:
+    """Rows of the torques, of both nuts together and of each."""
+    film_shear, coulomb = header["law"] == FILM_SHEAR, _coulomb(header)
+    viscous = ("apparent_viscosity_ratio", *(("roughness_height",) if film_shear else ()), *_REFINED)
+    kind, slip = (
+        ("Viscous", "") if film_shear else ("Hydrodynamic rolling", ": slip in contacts and between balls")
+    )
+    whole = Variable(
+        "friction_torque", "output",
+        "Friction torque, opposes the motion: J dw/dt = motor torque - friction_torque",
+        "N.m", nominal=1.0, depends_on=_ALL, initially_depends_on=(*viscous, *_SLIDING, "seal_torque"),
+    )  # fmt: skip
+    return (
+        whole,
+        Variable(
+            "viscous_torque", "output", f"{kind} part of friction_torque", "N.m", nominal=1.0, depends_on=_ALL,
+            initially_depends_on=viscous,
+        ),
+        Variable(
+            "hysteresis_torque", "output", "Hysteresis part of friction_torque", "N.m", nominal=0.01,
+            depends_on=coulomb, initially_depends_on=_SIGN,
+        ),
+        Variable(
+            "sliding_torque", "output", f"Sliding part of friction_torque{slip}", "N.m", nominal=1.0,
+            depends_on=coulomb, initially_depends_on=(*_SLIDING, *(() if film_shear else _REFINED)),
+        ),
+        whole._replace(
+            name="power_loss", description="Dissipated power, less than torque times speed while elements store energy",
+            unit="W", minimum=0.0, nominal=100.0,
+        ),
+        whole._replace(
+            name="friction_torque_nut_a",
+            description="Part of friction_torque of the nut that a positive axial_load loads, half of the seals "
+            "included",
+        ),
+        whole._replace(name="friction_torque_nut_b", description="Part of friction_torque of the other nut"),
+    )  # fmt: skip
 
 
 _FILM: Mapping[str, Any] = {
     "unit": "m", "minimum": 0.0, "nominal": 1e-7, "display_unit": "um",
     "depends_on": _ALL, "initially_depends_on": _REFINED, "needs": "films",
 }  # fmt: skip
-
-INPUTS = (
-    Variable(
-        "preload", "input", "Preload of the screw", "N", minimum=0.0, nominal=1000.0,
-        of_map={"start": start_preload, "maximum": highest("force")},
-    ),
-    Variable(
-        "speed", "input", "Speed of the screw relative to the nut", "rad/s", 0.0, nominal=100.0,
-        display_unit="rev/min", of_map={"minimum": _minus(highest("speed")), "maximum": highest("speed")},
-    ),
-    Variable(
-        "temperature", "input", "Oil temperature at the contact inlet", "K", nominal=300.0, display_unit="degC",
-        of_map={
-            "start": _nearest(303.15, lowest("temperature"), highest("temperature")),
-            "minimum": lowest("temperature"), "maximum": highest("temperature"),
-        },
-    ),
-    Variable(
-        "axial_load", "input", "Axial load on the nut body, positive if it loads the nut at whose flange it acts",
-        "N", 0.0, nominal=1000.0, of_map={"minimum": _minus(highest("force")), "maximum": highest("force")},
-    ),
-)  # fmt: skip
-OUTPUTS = (
-    Variable(
-        "friction_torque", "output",
-        "Friction torque, opposes the motion: J dw/dt = motor torque - friction_torque",
-        "N.m", nominal=1.0, depends_on=_ALL, of_map={"initially_depends_on": _of_viscous(*_SLIDING, "seal_torque")},
-    ),
-    Variable(
-        "viscous_torque", "output", "", "N.m", nominal=1.0, depends_on=_ALL,
-        of_map={
-            "description": _by_law("Viscous part of friction_torque", "Hydrodynamic rolling part of friction_torque"),
-            "initially_depends_on": _of_viscous(),
-        },
-    ),
-    Variable(
-        "hysteresis_torque", "output", "Hysteresis part of friction_torque", "N.m", nominal=0.01,
-        initially_depends_on=_SIGN, of_map={"depends_on": _coulomb()},
-    ),
-    Variable(
-        "sliding_torque", "output", "", "N.m", nominal=1.0,
-        of_map={
-            "description": _by_law(
-                "Sliding part of friction_torque", "Sliding part of friction_torque: slip in contacts and between balls"
-            ),
-            "depends_on": _coulomb(),
-            "initially_depends_on": _by_law(_SLIDING, (*_SLIDING, *_REFINED)),
-        },
-    ),
-    Variable(
-        "power_loss", "output",
-        "Dissipated power, less than torque times speed while elements store energy",
-        "W", minimum=0.0, nominal=100.0, depends_on=_ALL,
-        of_map={"initially_depends_on": _of_viscous(*_SLIDING, "seal_torque")},
-    ),
+_FILMS = (
     Variable("film_thickness_min", "output", "Minimum film thickness of all contacts", **_FILM),
     Variable(
         "film_thickness_central_screw", "output", "Least central film thickness on the screw raceway", **_FILM
@@ -283,6 +249,8 @@ OUTPUTS = (
         minimum=0.0, maximum=1000.0, nominal=1.0, depends_on=_ALL,
         initially_depends_on=("roughness_height", *_REFINED), needs="films",
     ),
+)  # fmt: skip
+_OTHERS = (
     Variable(
         "in_range", "output", "False while an input is outside the map and clamped", depends_on=_ALL
     ),
@@ -298,51 +266,52 @@ OUTPUTS = (
         "no time; add the integral of power_loss",
         "J", nominal=100.0, depends_on=_ALL, from_zero=True,
     ),
-    Variable(
-        "friction_torque_nut_a", "output",
-        "Part of friction_torque of the nut that a positive axial_load loads, half of the seals included",
-        "N.m", nominal=1.0, depends_on=_ALL, of_map={"initially_depends_on": _of_viscous(*_SLIDING, "seal_torque")},
-    ),
-    Variable(
-        "friction_torque_nut_b", "output", "Part of friction_torque of the other nut", "N.m", nominal=1.0,
-        depends_on=_ALL, of_map={"initially_depends_on": _of_viscous(*_SLIDING, "seal_torque")},
-    ),
 )  # fmt: skip
-PARAMETERS = (
-    Variable(
-        "apparent_viscosity_ratio", "parameter", "", "1", minimum=0.0, nominal=10.0,
-        of_map={
-            "start": _default("apparent_viscosity_ratio"),
-            "description": _by_law(
-                "Apparent shear viscosity divided by film viscosity (fitted)",
-                "Factor of the rolling part (1 = the oil's viscosity)",
-            ),
-        },
-    ),
-    Variable(
-        "net_sliding_coefficient", "parameter", "", "1", minimum=0.0, nominal=0.01,
-        of_map={
-            "start": _default("net_sliding_coefficient"),
-            "description": _by_law(
-                "Net Coulomb coefficient of the sliding part (fitted)",
-                "Ball-on-ball friction coefficient times thrust over ball load, doubled (fitted)",
-            ),
-        },
-    ),
-    Variable(
-        "roughness_height", "parameter", "", "m", minimum=0.0, nominal=1e-8, display_unit="nm",
-        of_map={
-            "start": _default("roughness_height"),
-            "description": _by_law(
-                "Film thickness at which the viscous part is halved (fitted). 0: no reduction",
-                "Roughness height that lambda_ratio refers to, without effect on torques",
-            ),
-        },
-    ),
-    Variable(
-        "breakaway_factor", "parameter", "Torque of the Coulomb part at standstill over that in a full film; 1 = off",
-        "1", minimum=0.0, nominal=1.0, of_map={"start": _default("breakaway_factor")},
-    ),
+
+
+def outputs(header: Header) -> tuple[Variable, ...]:
+    """Rows of the outputs."""
+    *torques, nut_a, nut_b = _torques(header)
+    return (*torques, *_FILMS, *_OTHERS, nut_a, nut_b)
+
+
+def parameters(header: Header) -> tuple[Variable, ...]:
+    """Rows of the parameters of the friction law, then of the law at standstill."""
+    starts, film_shear = header["defaults"], header["law"] == FILM_SHEAR
+
+    def fitted(name: str, unit: str, nominal: float, of_film_shear: str, mechanistic: str) -> Variable:
+        description = of_film_shear if film_shear else mechanistic
+        return Variable(name, "parameter", description, unit, float(starts[name]), 0.0, nominal=nominal)
+
+    return (
+        fitted(
+            "apparent_viscosity_ratio", "1", 10.0, "Apparent shear viscosity divided by film viscosity (fitted)",
+            "Factor of the rolling part (1 = the oil's viscosity)",
+        ),
+        fitted(
+            "net_sliding_coefficient", "1", 0.01, "Net Coulomb coefficient of the sliding part (fitted)",
+            "Ball-on-ball friction coefficient times thrust over ball load, doubled (fitted)",
+        ),
+        fitted(
+            "roughness_height", "m", 1e-8,
+            "Film thickness at which the viscous part is halved (fitted). 0: no reduction",
+            "Roughness height that lambda_ratio refers to, without effect on torques",
+        )._replace(display_unit="nm"),
+        Variable(
+            "breakaway_factor", "parameter",
+            "Torque of the Coulomb part at standstill over that in a full film; 1 = off", "1",
+            float(starts["breakaway_factor"]), 0.0, nominal=1.0,
+        ),
+        *_STANDSTILL,
+        Variable(
+            "seal_torque", "parameter",
+            "Drag of the seals: a constant part of friction_torque, takes part in presliding",
+            "N.m", float(header.get("screw", {}).get("seal_torque", 0.0)), 0.0, nominal=0.1,
+        ),
+    )  # fmt: skip
+
+
+_STANDSTILL = (
     Variable(
         "regularization_speed", "parameter",
         "Without presliding, Coulomb parts are multiplied by tanh(speed/regularization_speed). 0: by sign(speed)",
@@ -369,10 +338,8 @@ PARAMETERS = (
         "Travel from rest at the start over that at which all elements slide. 0: sign of the speed",
         "1", 0.0, -1.0, 1.0, nominal=1.0, fixed=True,
     ),
-    Variable(
-        "seal_torque", "parameter", "Drag of the seals: a constant part of friction_torque, takes part in presliding",
-        "N.m", minimum=0.0, nominal=0.1, of_map={"start": seal_torque},
-    ),
+)  # fmt: skip
+_REFINE = (
     Variable(
         "refine", "parameter",
         "Solve contacts at the operating point and correct the map. Needs numba, scipy, pydantic, threadpoolctl",
@@ -385,30 +352,36 @@ PARAMETERS = (
 )  # fmt: skip
 
 
-def row_with(row: Variable, depends_on: Names, initially: Names, **changes: Any) -> Variable:
-    """A row for the table of another model, with its own dependencies."""
-    fields = {field: value for field, value in row.of_map.items() if not field.endswith("depends_on")}
-    return row._replace(of_map=fields, depends_on=depends_on, initially_depends_on=initially)._replace(
-        **changes
-    )
+class Shared(NamedTuple):
+    """A row of another table with other fields."""
+
+    row: str
+    changes: Mapping[str, Any] = {}
+
+
+def table_of(
+    rows: Iterable[Variable | Shared], others: Iterable[Variable], of_header: Mapping[str, Mapping[str, Any]]
+) -> tuple[Variable, ...]:
+    """The rows, those that are shared from other tables; of_header: fields from the header of the map, by name."""
+    named = {v.name: v for v in others}
+    own = (v if isinstance(v, Variable) else named[v.row]._replace(**v.changes) for v in rows)
+    return tuple(v._replace(**of_header.get(v.name, {})) for v in own)
 
 
 def film_rows(loads: Names, loads_and_motion: Names, initially: Names) -> list[Variable]:
     """The outputs of films and contacts for the table of another model, which depend on these."""
     return [
-        row_with(
-            row,
-            loads if row.depends_on == _FORCES else loads_and_motion,
-            (*initially, *(("roughness_height",) if row.name == "lambda_ratio" else ())),
+        row._replace(
+            depends_on=loads if row.depends_on == _FORCES else loads_and_motion,
+            initially_depends_on=(*initially, *(("roughness_height",) if row.name == "lambda_ratio" else ())),
         )
-        for row in OUTPUTS
-        if row.needs == "films"
+        for row in _FILMS
     ]
 
 
 def fmu_variables(header: Header) -> tuple[Variable, ...]:
     """The table for the map with this header: inputs, then outputs, then parameters."""
-    return of_map((*INPUTS, *OUTPUTS, *PARAMETERS), header)
+    return (*inputs(header), *outputs(header), *parameters(header), *_REFINE)
 
 
 ELEMENT_STATES = tuple(f"presliding_element_{i}" for i in range(1, ELEMENTS + 1))
@@ -420,42 +393,47 @@ def other_elements(name: str) -> tuple[str, ...]:
     return tuple(other for other in ELEMENT_STATES if other != name)
 
 
-STATES = (  # native FMUs only
-    *(
+def states(header: Header) -> tuple[Variable, ...]:
+    """Rows of the elasto-slip elements, their rates and the event indicators; native FMUs only."""
+    coulomb = _coulomb(header)
+    return (
+        *(
+            Variable(
+                name, "local",
+                f"Deflection of elasto-slip element {i} times the root of its stiffness, a continuous state; half its "
+                "square is its energy in J",
+                "rad", 0.0, nominal=1e-2,
+            )
+            for i, name in enumerate(ELEMENT_STATES, 1)
+        ),
+        *(
+            Variable(
+                f"{name}_rate", "local", f"Time derivative of {name}", "rad/s", nominal=1.0,
+                initially_depends_on=(*_SLIPPING, *other_elements(name)), derivative_of=name,
+                depends_on=(*coulomb, name),
+            )
+            for name in ELEMENT_STATES
+        ),
         Variable(
-            name, "local",
-            f"Deflection of elasto-slip element {i} times the root of its stiffness, a continuous state; half its "
-            "square is its energy in J",
-            "rad", 0.0, nominal=1e-2,
-        )
-        for i, name in enumerate(ELEMENT_STATES, 1)
-    ),
-    *(
+            "in_range_indicator", "local", "Event indicator of in_range", "1", nominal=1.0, depends_on=_ALL,
+            indicates=True,
+        ),
         Variable(
-            f"{name}_rate", "local", f"Time derivative of {name}", "rad/s", nominal=1.0,
-            initially_depends_on=(*_SLIPPING, *other_elements(name)), derivative_of=name,
-            of_map={"depends_on": _coulomb(name)},
-        )
-        for name in ELEMENT_STATES
-    ),
-    Variable(
-        "in_range_indicator", "local", "Event indicator of in_range", "1", nominal=1.0, depends_on=_ALL,
-        indicates=True,
-    ),
-    Variable(
-        "stiffness_indicator", "local", "Event indicator of the stiffness of the elements: far from that of the loads",
-        "1", nominal=1.0, depends_on=_FORCES, initially_depends_on=_SLIPPING[:-1],
-        indicates=True,
-    ),
-    *(
-        Variable(
-            f"slip_indicator_{i}", "local", f"Event indicator of elasto-slip element {i}: it begins or ends to slide",
-            "1", nominal=1.0, initially_depends_on=(*_SLIPPING, *other_elements(name)), indicates=True,
-            of_map={"depends_on": _coulomb(name)},
-        )
-        for i, name in enumerate(ELEMENT_STATES, 1)
-    ),
-)  # fmt: skip
+            "stiffness_indicator", "local",
+            "Event indicator of the stiffness of the elements: far from that of the loads",
+            "1", nominal=1.0, depends_on=_FORCES, initially_depends_on=_SLIPPING[:-1],
+            indicates=True,
+        ),
+        *(
+            Variable(
+                f"slip_indicator_{i}", "local",
+                f"Event indicator of elasto-slip element {i}: it begins or ends to slide",
+                "1", nominal=1.0, initially_depends_on=(*_SLIPPING, *other_elements(name)), indicates=True,
+                depends_on=(*coulomb, name),
+            )
+            for i, name in enumerate(ELEMENT_STATES, 1)
+        ),
+    )  # fmt: skip
 
 
 def native_variables(header: Header) -> tuple[Variable, ...]:
@@ -477,7 +455,7 @@ def native_variables(header: Header) -> tuple[Variable, ...]:
                 )
             )
         table.append(v._replace(initially_depends_on=initially))
-    return (*table, *of_map(STATES, header))
+    return (*table, *states(header))
 
 
 TIME = Variable("time", "independent", "Time", "s")  # FMI 3 only, after the table

@@ -1,13 +1,17 @@
 """Table of the variables of BallScrewPreloadMonitor. Its friction parameters are those of BallScrewFriction."""
 
+from typing import Any
+
 from ballscrew_fmu.variables.friction import (
-    INPUTS,
-    PARAMETERS,
     Header,
+    Shared,
     Variable,
     band_half_width,
-    highest,
-    of_map,
+    inputs,
+    largest_force,
+    parameters,
+    start_preload,
+    table_of,
 )
 from ballscrew_tehl.runtime.packed import DEFAULTS
 
@@ -17,16 +21,15 @@ _PRELOAD = (*_FRICTION, "speed_min", "initial_preload")
 _INTERVAL = (*_PRELOAD, "torque_uncertainty", "law_uncertainty")
 
 
-_ROWS = {v.name: v for v in (*INPUTS, *PARAMETERS)}  # shared with BallScrewFriction
-ROWS = (
+ROWS: tuple[Variable | Shared, ...] = (
     Variable(
         "torque", "input",
         "Measured friction torque without inertia torque, positive if it opposes positive speed",
         "N.m", 0.0, nominal=1.0,
     ),
-    _ROWS["speed"],
-    _ROWS["temperature"],
-    _ROWS["axial_load"],
+    Shared("speed"),
+    Shared("temperature"),
+    Shared("axial_load"),
     Variable(
         "preload", "output", "Preload of the screw. Below speed_min: the last one that was in range",
         "N", minimum=0.0, nominal=1000.0, depends_on=_ALL, initially_depends_on=_PRELOAD,
@@ -35,13 +38,12 @@ ROWS = (
         "preload_half_width", "output",
         "Half-width of the preload interval: both uncertainties over torque_sensitivity, at most the end of the map",
         "N", minimum=0.0, nominal=100.0, depends_on=_ALL,
-        initially_depends_on=_INTERVAL, of_map={"maximum": highest("force")},
+        initially_depends_on=_INTERVAL,
     ),
     *(
         Variable(
             f"preload_{end}", "output", f"{end.capitalize()} end of the preload interval, within the map", "N",
             minimum=0.0, nominal=1000.0, depends_on=_ALL, initially_depends_on=_INTERVAL,
-            of_map={"maximum": highest("force")},
         )
         for end in ("low", "high")
     ),
@@ -60,8 +62,8 @@ ROWS = (
         "True while the torque determines the preload: speed >= speed_min, inputs and preload within the map",
         depends_on=_ALL, initially_depends_on=(*_FRICTION, "speed_min"),
     ),
-    *(_ROWS[name] for name in _FRICTION[:-1]),
-    _ROWS["seal_torque"]._replace(description="Drag of the seals, subtracted from the measured torque"),
+    *map(Shared, _FRICTION[:-1]),
+    Shared("seal_torque", {"description": "Drag of the seals, subtracted from the measured torque"}),
     Variable(
         "speed_min", "parameter", "Magnitude of speed below which the torque does not determine the preload",
         "rad/s", 1.0, 0.0, nominal=1.0, display_unit="rev/min",
@@ -72,12 +74,12 @@ ROWS = (
     ),
     Variable(
         "initial_preload", "parameter", "Preload reported before the first valid estimate", "N", minimum=0.0,
-        nominal=1000.0, fixed=True, of_map=_ROWS["preload"].of_map,
+        nominal=1000.0, fixed=True,
     ),
     Variable(
         "law_uncertainty", "parameter",
         "Half-width of the interval of the law's torque over it; 0: changes since a calibration",
-        "1", minimum=0.0, nominal=0.1, of_map={"start": band_half_width},
+        "1", minimum=0.0, nominal=0.1,
     ),
 )  # fmt: skip
 INDICATORS = (  # native FMUs only
@@ -92,11 +94,20 @@ INDICATORS = (  # native FMUs only
 )  # fmt: skip
 
 
+def _of_header(header: Header) -> dict[str, dict[str, Any]]:
+    force = largest_force(header)
+    ends = ("preload_half_width", "preload_low", "preload_high")
+    return {name: {"maximum": force} for name in ends} | {
+        "initial_preload": {"start": start_preload(header), "maximum": force},
+        "law_uncertainty": {"start": band_half_width(header)},
+    }
+
+
 def monitor_variables(header: Header) -> tuple[Variable, ...]:
     """The table for the map with this header: inputs, then outputs, then parameters."""
-    return of_map(ROWS, header)
+    return table_of(ROWS, (*inputs(header), *parameters(header)), _of_header(header))
 
 
 def native_monitor_variables(header: Header) -> tuple[Variable, ...]:
     """The table of the native FMUs: the rows above, then the event indicators. There is no continuous state."""
-    return of_map((*ROWS, *INDICATORS), header)
+    return (*monitor_variables(header), *INDICATORS)

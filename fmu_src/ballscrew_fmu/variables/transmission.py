@@ -5,18 +5,18 @@ from typing import Any
 
 from ballscrew_fmu.variables.friction import (
     ELEMENT_STATES,
-    INPUTS,
-    OUTPUTS,
-    PARAMETERS,
-    STATES,
+    FRICTION_PARAMETERS,
     Header,
     Names,
-    OfMap,
+    Shared,
     Variable,
     film_rows,
-    of_map,
+    inputs,
     other_elements,
-    row_with,
+    outputs,
+    parameters,
+    states,
+    table_of,
 )
 from ballscrew_tehl.runtime.transmission import CONTACT_DAMPING_TIME
 
@@ -25,13 +25,7 @@ _LOADS = (*_MOTION, "preload")
 _ALL = (*_MOTION, "temperature", "preload")
 _ELASTIC = ("lead", "nut_stiffness", "stiffness_preload", "axial_play")
 _DAMPED = (*_ELASTIC, "contact_damping_time")
-_FRICTION = (*(v.name for v in PARAMETERS if not v.python_only),)
-_ROWS = {v.name: v for v in (*INPUTS, *OUTPUTS, *PARAMETERS, *STATES)}  # shared with BallScrewFriction
-
-
-def of_screw(name: str) -> OfMap:
-    """A number of the screw that the map carries."""
-    return lambda header: float(header["screw"][name])
+_FRICTION = FRICTION_PARAMETERS
 
 
 def _friction_row(
@@ -39,24 +33,24 @@ def _friction_row(
     depends_on: Names = (*_ALL, *ELEMENT_STATES),
     initially: Names = (*_ELASTIC, *_FRICTION),
     **changes: Any,
-) -> Variable:
+) -> Shared:
     """An output of BallScrewFriction, which here depends on both nut forces and with them on the motion."""
-    return row_with(_ROWS[name], depends_on, initially, **changes)
+    return Shared(name, {"depends_on": depends_on, "initially_depends_on": initially, **changes})
 
 
 _FORCE: Mapping[str, Any] = {"unit": "N", "nominal": 1000.0, "depends_on": _LOADS}
 _POWER: Mapping[str, Any] = {"unit": "W", "nominal": 100.0}
-ROWS = (
+ROWS: tuple[Variable | Shared, ...] = (
     Variable(
         "angle", "input", "Angle of the screw, at the start of a step", "rad", 0.0, nominal=1.0, display_unit="deg",
     ),
-    _ROWS["speed"]._replace(description="Speed of the screw"),
+    Shared("speed", {"description": "Speed of the screw"}),
     Variable(
         "position", "input", "Position of the nut along the screw, at the start of a step", "m", 0.0, nominal=0.1,
     ),
     Variable("velocity", "input", "Velocity of the nut", "m/s", 0.0, nominal=0.1, display_unit="m/min"),
-    _ROWS["temperature"],
-    _ROWS["preload"]._replace(description="Preload of the screw without axial load"),
+    Shared("temperature"),
+    Shared("preload", {"description": "Preload of the screw without axial load"}),
     Variable(
         "screw_torque", "output",
         "Torque that the screw takes: J dw/dt = motor torque - screw_torque; lead/(2 pi) nut_force + friction_torque",
@@ -115,25 +109,24 @@ ROWS = (
         "J", nominal=1e-3, depends_on=(*_ALL, *ELEMENT_STATES), initially_depends_on=(*_ELASTIC, *_FRICTION),
     ),
     *film_rows(_LOADS, _ALL, _ELASTIC),
-    _ROWS["in_range"]._replace(
+    _friction_row(
+        "in_range", _ALL, _ELASTIC,
         description="False while an input or the force of a nut is outside the map and clamped for the friction",
-        depends_on=_ALL, initially_depends_on=_ELASTIC,
     ),
-    _ROWS["range_margin"]._replace(depends_on=_ALL, initially_depends_on=_ELASTIC),
+    _friction_row("range_margin", _ALL, _ELASTIC),
     _friction_row("heat", initially=()),
     Variable(
         "lead", "parameter", "Travel of the nut in one turn of the screw. Negative: left-hand thread", "m",
         minimum=-1.0, nominal=0.01,
-        of_map={"start": of_screw("lead")},
     ),
     Variable(
         "nut_stiffness", "parameter",
         "Axial stiffness of the unloaded nut at stiffness_preload; start value: Hertz contacts between rigid bodies",
-        "N/m", minimum=0.0, nominal=1e9, display_unit="N/um", of_map={"start": of_screw("nut_stiffness")},
+        "N/m", minimum=0.0, nominal=1e9, display_unit="N/um",
     ),
     Variable(
         "stiffness_preload", "parameter", "Preload at which the nut has nut_stiffness", "N", minimum=0.0,
-        nominal=1000.0, of_map={"start": of_screw("stiffness_preload")},
+        nominal=1000.0,
     ),
     Variable(
         "axial_play", "parameter", "Free way of the nut while preload is 0", "m", 0.0, 0.0, nominal=1e-5,
@@ -143,7 +136,7 @@ ROWS = (
         "contact_damping_time", "parameter", "Damping of the contacts divided by their stiffness (assumed)",
         "s", CONTACT_DAMPING_TIME, 0.0, nominal=1e-5,
     ),
-    *(_ROWS[name] for name in _FRICTION),
+    *map(Shared, _FRICTION),
 )  # fmt: skip
 
 
@@ -156,12 +149,20 @@ def _state_row(v: Variable) -> Variable:
         return v._replace(
             depends_on=(*_ALL, f"presliding_element_{number[-1]}"),
             initially_depends_on=(*_ELASTIC, *_FRICTION, *other_elements(f"presliding_element_{number[-1]}")),
-            of_map={},
         )
     loads = _LOADS if kind == "stiffness" else _ALL
     return v._replace(depends_on=loads, initially_depends_on=(*_ELASTIC, *v.initially_depends_on))
 
 
+def of_screw(header: Header, **names: str) -> dict[str, dict[str, float]]:
+    """Start values of parameters from the numbers of the screw of these names that the map carries."""
+    return {name: {"start": float(header["screw"][number])} for name, number in names.items()}
+
+
 def transmission_variables(header: Header) -> tuple[Variable, ...]:
     """The table for the map with this header: inputs, outputs, parameters, then the elasto-slip elements."""
-    return of_map((*ROWS, *map(_state_row, STATES)), header)
+    others = (*inputs(header), *outputs(header), *parameters(header))
+    starts = of_screw(
+        header, lead="lead", nut_stiffness="nut_stiffness", stiffness_preload="stiffness_preload"
+    )
+    return (*table_of(ROWS, others, starts), *map(_state_row, states(header)))

@@ -4,33 +4,22 @@ import hashlib
 import json
 import math
 import re
-import zipfile
 
 import pytest
 from fmu_checks import members
 from native_model import NativeModel
-from reference_screw import GD4008, published_rows
+from reference_screw import GD4008
 from synthetic_map import LAWS, closed_form, make_map
 
 from ballscrew_fmu.__main__ import main
 from ballscrew_fmu.archive import write_fmu
+from ballscrew_fmu.build import Inputs, torque_tables
 from ballscrew_fmu.checks import check as checks
-from ballscrew_fmu.checks.experiments import experiments_in
-from ballscrew_fmu.checks.reference import (
-    STEP,
-    axis_input,
-    check_axis,
-    friction_results,
-    reference_input,
-    reference_of,
-)
-from ballscrew_fmu.checks.replay import CheckError, FmuInstance, check_replay, largest_difference, running
+from ballscrew_fmu.checks.reference import STEP, axis_input, check_axis, reference_input, reference_of
+from ballscrew_fmu.checks.replay import CheckError, check_replay, largest_difference, running
 from ballscrew_fmu.models import AXIS, FRICTION, NATIVE_MODELS
-from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.experiments import FOLDER, MANIFEST, Reference
-from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.python_fmu.package import build_fmu, runtime_sources
-from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.nut_map.file import load_map
 
 pytestmark = pytest.mark.slow
@@ -60,12 +49,8 @@ def test_every_fmu_replays_the_map_and_its_own_reference(built, model, kind, law
         assert main(["check", str(fmu), "--json"]) == 0
         lines = json.loads(capsys.readouterr().out)["checks"]
         assert lines[0] == "fmpy validation: no finding"
-        name = model.native_name
-        for expected in ("map in",) if kind == "python" else (f"{name}_smoke_test", f"{name}_validation"):
-            assert (
-                sum(f"replay against {expected}" in line and "largest difference" in line for line in lines)
-                == 1
-            )
+        name = "map" if kind == "python" else f"{model.native_name}_validation"
+        assert f"replay against {name} in the FMU, 240 steps: largest difference" in lines[-1]
 
 
 def test_an_axis_with_another_equation_is_found(opened):
@@ -102,7 +87,7 @@ def test_a_replay_that_differs_or_is_not_a_number_is_found(tmp_path, capsys):
             checks.check(fmu, reference_of(make_map()))
         assert "friction_torque" in one_line(capsys, 1, "check", fmu)
     other = build_fmu(make_map(viscous_scale=1.0 + 1e-8), tmp_path / "other.fmu").path
-    with pytest.raises(CheckError, match=r"replay step \d+: .* the map gives"):
+    with pytest.raises(CheckError, match=r"replay step \d+: .* the map: "):
         checks.check(other, reference_of(make_map()))
     one_row = list(reference_input(make_map().header))[:1]
     with pytest.raises(CheckError, match="replay: outputs"):
@@ -128,20 +113,6 @@ def with_table(files, change):
     return files | {place: content, manifest: files[manifest].replace(before, after)}
 
 
-def with_experiment(old, new):
-    """The validation with another text, with its checksum in the manifest."""
-
-    def changed(files):
-        (place,) = [name for name in files if name.endswith("_validation.exp")]
-        content = files[place].replace(old, new)
-        assert content != files[place]
-        before, after = (hashlib.sha3_256(text).hexdigest().encode() for text in (files[place], content))
-        manifest = f"{FOLDER}/{MANIFEST}"
-        return files | {place: content, manifest: files[manifest].replace(before, after)}
-
-    return changed
-
-
 def with_cell(change):
     """The first output of the fourth row changed."""
 
@@ -164,19 +135,15 @@ def replaced(end, change):
 
 
 DAMAGES = [  # of the reference experiments of a native FMU
-    (with_cell(lambda x: math.nan), "the reference in the FMU is nan"),
-    (lambda files: with_table(files, lambda lines: lines[:9]), "_validation_out.csv: 8 rows; 240 steps"),
+    (with_cell(lambda x: math.nan), "_validation in the FMU: nan"),
+    (lambda files: with_table(files, lambda lines: lines[:9]), "_validation: replay: "),
     (lambda files: with_table(files, lambda lines: [*lines[:9], "a,b"]), "not a table of numbers"),
     (replaced("_validation_out.csv", lambda content: content[:-3]), "its checksum differs"),
-    (replaced("_validation_out.csv", lambda content: None), "No such file"),
+    (replaced("_validation_out.csv", lambda content: None), "_validation_out.csv: No such file"),
     (replaced(MANIFEST, lambda content: b"<broken"), "fmi-ls-manifest.xml: not XML"),
-    *(
-        (with_experiment(b'stepSize="0.001"', text), "stepSize and stopTime need numbers")
-        for text in (b'stepSize="x"', b'stepSize="0"', b'stepSize="nan"', b"")
-    ),
+    (replaced(MANIFEST, lambda content: b"<empty/>"), "no inputs and results"),
 ]
-BROKEN = [  # what the process that runs the FMU says, or that it ended
-    (2, ".so", lambda content: content[:5000], "cannot|ends the process"),
+BROKEN = [  # maps in the resources
     (2, "nut_map.bin", lambda content: content[:-8], "nut_map.bin|damaged"),
     ("python", "nut_map.npz", lambda content: content[: len(content) // 2], ""),
 ]
@@ -186,7 +153,7 @@ def test_damage_is_one_line(built, tmp_path, capsys):
     damaged = tmp_path / "damaged.fmu"
     differs = (
         with_cell(lambda x: 1.0 + x),
-        r"_validation: replay step 3: .* = .*; the reference in the FMU is",
+        r"_validation: replay step 3: .* = .*; \w+_validation in the FMU: ",
     )
     cases = [(FRICTION, *damage) for damage in DAMAGES] + [(model, *differs) for model in NATIVE_MODELS]
     for model, change, message in cases:
@@ -219,49 +186,11 @@ def test_what_is_not_an_fmu_is_refused_in_one_line(tmp_path, capsys):
             assert word in one_line(capsys, 2, command, file)
 
 
-# --- reference experiments as files ---
-
-
-def test_experiments_with_parameters_run_from_the_manifest_alone(synthetic_nut_map, tmp_path):
-    rows = list(reference_input(synthetic_nut_map.header))[:40]
-    parameters = {"presliding": False, "regularization_speed": 0.7}
-    outputs = friction_results(synthetic_nut_map, rows, **parameters)
-    reference = Reference(1e-3, rows, outputs, parameters)
-    fmu = build_native_fmu(
-        synthetic_nut_map, 2, tmp_path / "a.fmu", reference, platforms=(this_platform(),)
-    ).path
-    with zipfile.ZipFile(fmu) as archive:
-        archive.extractall(tmp_path / "unpacked")
-    found = experiments_in(tmp_path / "unpacked")
-    assert found.pop(f"{FRICTION.native_name}_validation") == reference  # booleans as 0 and 1
-    assert [len(one.inputs) for one in found.values()] == [10]
-    assert check_replay(fmu, reference, "") <= 1e-9
-
-
-# --- the packaged screw end to end ---
-
-
-def test_the_fmu_equals_the_command_line_over_the_published_tables(tmp_path, capsys):
-    rows = published_rows("zhao2023/table2_torque_vs_preload.csv")
-    rows += published_rows("zhao2023/table4_torque_vs_speed.csv")
-    points = tmp_path / "points.csv"
-    lines = [f"{row['preload_N']},{row['speed_rpm']},29.85" for row in rows]
-    points.write_text("\n".join(["preload_n,speed_rpm,temperature_c", *lines, ""]))
-    assert cli.main(["torque", "--points", str(points), "--json"]) == 0
-    printed = json.loads(capsys.readouterr().out)
+def test_tables_of_torque_are_those_of_the_map():
     nut_map = load_map(None, GD4008)
-    fmu = build_fmu(nut_map, tmp_path / "BallScrewFriction.fmu").path
-    with FmuInstance(fmu) as instance:
-        for row, point in zip(rows, printed, strict=True):
-            speed = float(row["speed_rpm"]) * math.pi / 30.0
-            assert instance.step(preload=float(row["preload_N"]), speed=speed, temperature=303.0)
-            found = instance.outputs()
-            for name in ("friction_torque", "viscous_torque", "hysteresis_torque", "sliding_torque"):
-                assert found[name] == pytest.approx(point[f"{name}_nm"], rel=1e-9)
-            assert found["film_thickness_min"] == pytest.approx(point["film_thickness_min_m"], rel=1e-9)
-    text = checks.torque_tables(fmu, GD4008, nut_map)
-    shown = f"{printed[0]['friction_torque_nm']:.4f}"
-    assert all(word in text for word in ("measured", "Table 2", "Table 4", shown))
+    text = torque_tables(Inputs(GD4008, nut_map))
+    own = f"{nut_map.evaluate(1000.0, 100.0 * math.pi / 30.0, 303.0).friction_torque:.4f}"
+    assert all(word in text for word in ("measured", "Table 2", "Table 3", "Table 4", own))
 
 
 def test_a_difference_of_forces_is_compared_with_their_size():

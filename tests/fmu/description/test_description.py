@@ -16,8 +16,7 @@ from native_library import CS, ME, OK
 from synthetic_map import LAWS, closed_form
 
 from ballscrew_fmu.description.about import about
-from ballscrew_fmu.description.fmi2 import model_description
-from ballscrew_fmu.description.native import native_description, terminals
+from ballscrew_fmu.description.model_description import native_description, python_description, terminals
 from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, NATIVE_MODELS
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
 from ballscrew_tehl import __date__, __version__
@@ -42,7 +41,7 @@ def described(model, kind, law=FILM_SHEAR):
     """Root of the model description of an FMU of the closed-form map."""
     header = closed_form(law).header
     if kind == "python":
-        return ElementTree.fromstring(model_description(header, "", "", model))
+        return ElementTree.fromstring(python_description(header, "", "", model))
     return ElementTree.fromstring(native_description(header, kind, "", "", ["a.c"], model))
 
 
@@ -165,27 +164,22 @@ def test_structure_is_complete_in_order_and_the_same_in_both_versions(model, kin
         assert root.get("numberOfEventIndicators") == str(len(indicators))
 
 
-TERMINALS = {  # variable: member name as in Modelica, kind; a flow into the FMU is an inflow
-    "BallScrewFriction": "shaft speed w signal, shaft friction_torque tau inflow, heat temperature T signal, "
-    "heat power_loss Q_flow outflow",
-    "BallScrewPreloadMonitor": "shaft speed w signal, shaft torque tau signal, estimate preload preload signal, "
-    "estimate preload_half_width half_width signal, estimate preload_low low signal, "
-    "estimate preload_high high signal, estimate in_range in_range signal",
-    "BallScrewTransmission": "shaft angle phi signal, shaft speed w signal, shaft screw_torque tau inflow, "
-    "nut position s signal, nut velocity v signal, nut nut_force f outflow, heat temperature T signal, "
-    "heat power_loss Q_flow outflow",
-    "BallScrewAxis": "shaft angle phi signal, shaft speed w signal, shaft motor_torque tau inflow, "
-    "table position s signal, table velocity v signal, table external_force f inflow, heat temperature T signal, "
-    "heat power_loss Q_flow outflow",
-}
-
-
 @pytest.mark.parametrize("model", NATIVE_MODELS, ids=lambda x: x.name)
-def test_terminals(model):
-    root = ElementTree.fromstring(terminals(model))
-    keys = ("variableName", "memberName", "variableKind")
-    found = [" ".join([t.get("name"), *(m.get(k) for k in keys)]) for t in root.iter("Terminal") for m in t]
-    assert ", ".join(found) == TERMINALS[model.name]
+def test_terminals_have_variables_of_the_fmu_with_flows_in_their_direction(model):
+    """Members named as in Modelica; a flow is an inflow if positive values enter the FMU."""
+    causality = {row["name"]: row["causality"] for row in INTERFACE if row["model"] == model.name}
+    members = list(ElementTree.fromstring(terminals(model)).iter("TerminalMemberVariable"))
+    assert len(members) >= 4
+    for member in members:
+        name, kind = member.get("variableName"), member.get("variableKind")
+        flow = member.get("memberName") in ("f", "Q_flow") or name in (
+            "friction_torque",
+            "screw_torque",
+            "motor_torque",
+        )
+        outwards = name in ("nut_force", "power_loss")
+        assert kind == ("outflow" if outwards else "inflow" if flow else "signal"), name
+        assert causality[name] in ("input", "output")
 
 
 # --- dependencies: what a change of a value changes ---

@@ -17,7 +17,7 @@ from synthetic_map import closed_form, make_map
 from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks.check import check
 from ballscrew_fmu.checks.reference import reference_of
-from ballscrew_fmu.checks.replay import kind_of
+from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.models import FRICTION, NATIVE_MODELS
 from ballscrew_fmu.native_fmu import compile as native_build
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, WASM, BuildError, build_libraries, universal_library
@@ -168,8 +168,7 @@ def test_the_sources_compile_without_ziglang(native_unpacked, tmp_path, version)
     command = ["-std=c99", "-fPIC", "-shared", f"-I{root}", "-o", place, *FLAGS, *units, "-lm"]
     output(*command, program=compiler, folder=folder / "sources")
     assert exports(place, fmi_functions(version)) == []
-    kind = kind_of(folder)
-    with kind(folder) as one, kind(native_unpacked[version]) as two:
+    with FmuInstance(folder) as one, FmuInstance(native_unpacked[version]) as two:
         for speed in (-3.0, 0.2, 250.0):
             assert one.step(speed=speed)
             assert two.step(speed=speed)
@@ -178,7 +177,7 @@ def test_the_sources_compile_without_ziglang(native_unpacked, tmp_path, version)
     old = "guid" if version == 2 else "instantiationToken"
     description.write_text(re.sub(f'{old}="[^"]+"', f'{old}="other"', description.read_text(), count=1))
     with pytest.raises(Exception, match=r"[Ii]nstantiate"):
-        kind(folder)
+        FmuInstance(folder)
 
 
 def test_an_fmu_with_its_map_compiled_in_passes_the_checks_of_the_build(synthetic_nut_map, tmp_path):

@@ -75,9 +75,8 @@ def test_the_state_includes_the_solved_contacts_and_reset_discards_them(unpacked
         other.time = one.time
         assert run(other, later) == first
         one.slave.reset()
-        one._initialize({"refine": True})
+        one.initialize(refine=True)
         with FmuInstance(unpacked, refine=True) as fresh:
-            one.time = 0.0
             assert run(one, (5.0, 6.0)) == run(fresh, (5.0, 6.0))
 
 

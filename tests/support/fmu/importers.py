@@ -18,7 +18,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from ballscrew_fmu.checks.replay import kind_of
+from ballscrew_fmu.checks.replay import FmuInstance
 
 STEP = 2.0**-9  # [s]: all communication points are exact, in seconds and in the nanoseconds of libcosim
 Row = dict[str, Any]
@@ -55,7 +55,7 @@ def as_row(fmu: Path, values: Mapping[str, Any]) -> Row:
 
 
 def in_fmpy_steps(fmu: Path, rows: Rows) -> Iterator[Row]:
-    with kind_of(fmu)(fmu) as instance:
+    with FmuInstance(fmu) as instance:
         for row in rows:
             assert instance.step(STEP, **row), instance.messages
             yield instance.outputs()

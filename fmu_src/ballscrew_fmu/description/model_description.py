@@ -27,6 +27,14 @@ LOG_CATEGORIES = {
 }
 
 
+_PYTHON_CATEGORIES = {
+    **LOG_CATEGORIES,
+    "logStatusDiscard": "A step is discarded, with the variable and the value that are the reason",
+    "logStatusError": "A call that has no effect",
+    "logStatusFatal": "Failures of the Python interpreter",
+}
+
+
 def flags(true: str, false: str) -> dict[str, str]:
     """Capability flags from their names."""
     return dict.fromkeys(true.split(), "true") | dict.fromkeys(false.split(), "false")
@@ -37,6 +45,13 @@ _FMI2 = flags(
     # instances are in memory of the importer
     "needsExecutionTool canBeInstantiatedOnlyOncePerProcess canNotUseMemoryManagementFunctions",
 )
+_PYTHON = flags(
+    "canHandleVariableCommunicationStepSize canNotUseMemoryManagementFunctions canGetAndSetFMUstate "
+    "canSerializeFMUstate",
+    # requirements on the host: documentation/externalDependencies.txt
+    "needsExecutionTool canInterpolateInputs canRunAsynchronuously canBeInstantiatedOnlyOncePerProcess "
+    "providesDirectionalDerivative",
+) | {"maxOutputDerivativeOrder": "0"}
 _FMI3 = flags(
     "canGetAndSetFMUState canSerializeFMUState providesDirectionalDerivatives providesAdjointDerivatives",
     "needsExecutionTool canBeInstantiatedOnlyOncePerProcess providesPerElementDependencies "
@@ -94,6 +109,15 @@ def native_description(
     names = (model.native_name, model.summary, token, generation_tool)
     variables, interfaces = model.native_variables(header), capabilities(model, fmi_version)
     return described(header, fmi_version, names, variables, interfaces, LOG_CATEGORIES, sources, model.step)
+
+
+def python_description(
+    header: Mapping[str, Any], guid: str, generation_tool: str, model: FmuModel = FRICTION
+) -> bytes:
+    """modelDescription.xml of an FMU for Python hosts. Same arguments give the same bytes; header : of the map."""
+    names = (model.name, model.summary, guid, generation_tool)
+    interfaces = {"CoSimulation": _PYTHON}
+    return described(header, 2, names, model.variables(header), interfaces, _PYTHON_CATEGORIES)
 
 
 def described(
@@ -163,7 +187,7 @@ def terminals(model: FmuModel = FRICTION) -> bytes:
             name=terminal.name,
             kind=terminal.kind,
             description=terminal.description,
-            members="\n".join(MEMBER.format(*member) for member in terminal.members),
+            members="\n".join(MEMBER.format(*member.split()) for member in terminal.members.split(",")),
         )
         for terminal in model.terminals
     )
