@@ -2,7 +2,8 @@
 
 The interval of a torque needs the balls, so that the page has a table of it (nut_map.interval.interval_table): ends
 mostly within some tenths of a percent of the torque without axial load, within some percent with one, with oversize
-balls 16 %. Plots by uPlot, which is in the folder uplot with its licence.
+balls 16 %. Plots by uPlot, which is in the
+folder uplot with its licence.
 """
 
 import base64
@@ -10,7 +11,7 @@ import importlib.resources
 import math
 import zlib
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +21,12 @@ from ballscrew_fmu.native_fmu.libraries import contents, page_library
 from ballscrew_fmu.native_fmu.resource_files import map_bytes
 from ballscrew_fmu.variables.friction import law_name, start_preload
 from ballscrew_tehl import __version__
+from ballscrew_tehl.calibration.measured_screw import ASSUMED_TEMPERATURE, packaged_measurements
 from ballscrew_tehl.cli.shared.quantities import TORQUE_POINT
 from ballscrew_tehl.friction.interval import MEANING
+from ballscrew_tehl.nut_map import trend
 from ballscrew_tehl.nut_map.interval import TABLE_NODES
-from ballscrew_tehl.parameters.file import Parameters
+from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters, load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.film import MIN_FILM, THICKEST_FILM
 from ballscrew_tehl.report.data import PRELOAD_WORDS, OperatingPoint
@@ -32,31 +35,20 @@ from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MECHANISTIC, SURFACES, map_hash
 from ballscrew_tehl.tables.headings import MEASURED, MEASURED_EXAMPLE
 
-_ROOT = importlib.resources.files("ballscrew_fmu") / "live_page"
-_START = 1000.0 * RPM, 303.15  # speed [rad/s] and temperature [K] shown first, or the nearest of the map
+_ROOT = importlib.resources.files("ballscrew_fmu")
+_TRENDS = ["", *(trend.Trend(*at).text for at in ((True, False), (False, True), (True, True)))]
+_START_SPEED = 1000.0  # [r/min]
 
 
 def _source(name: str) -> Html:
     """A file of this room as it is."""
     folder = "uplot" if name.startswith(("uPlot", "LICENSE")) else "templates"
-    return Html((_ROOT / folder / name).read_text(encoding="utf-8"))
+    return Html((_ROOT / "live_page" / folder / name).read_text(encoding="utf-8"))
 
 
 _TEMPLATES = environment("ballscrew_fmu.live_page")
 _TEMPLATES.globals["source"] = _source
 _TEMPLATES.policies["json.dumps_kwargs"] = {"sort_keys": False}  # the order of the inputs
-
-
-class _Input(NamedTuple):
-    """A field: range of the map in its unit, whether the slider is logarithmic, allowed values (None: all)."""
-
-    label: str
-    unit: str
-    min: float
-    max: float
-    log: bool
-    least: float | None
-    most: float | None
 
 
 def live_page(
@@ -73,17 +65,22 @@ def live_page(
     Raises       BuildError: not in the package, and no ziglang, or it fails;  SourceError: a file is missing
     """
     header = nut_map.header
-    law, inputs = header["law"], _inputs(header["axes"])
+    law = header["law"]
     friction = header.get("friction") or {"set": "", "provenance": "", "carried_over": "", "errors": {}}
-    words = PRELOAD_WORDS[parameters.screw.preload_kind]
-    packed = {"wasm": _packed(contents(page_library(header))[WASM]), "map": packed_map(nut_map)}
+    kind = parameters.screw.preload_kind
+    published, words = _published(parameters), PRELOAD_WORDS[kind]
+    packed = {
+        "wasm": _packed(contents(page_library(header))[WASM]),
+        "map": packed_map(nut_map),
+    }
     if ends is not None:
         packed["ends"] = _packed(_by_byte(np.asarray(ends, dtype="<f8").tobytes()))
+    mean = friction["errors"].get("mean")
     about = {
         "law": tuple(SURFACES).index(law),
         "lead": header.get("screw", {}).get("lead", 0.0),
         "seal": nut_map.seal_torque,
-        "inputs": {name: field._asdict() for name, field in inputs.items()},
+        "inputs": _inputs(header),
         "start": _start(header, start),
         "parts": [
             ("viscous_torque", "rolling" if law == MECHANISTIC else "viscous"),
@@ -92,10 +89,14 @@ def live_page(
             *([("seal_torque", "seal")] if nut_map.seal_torque else []),
         ],
         "side": words.side,
-        "films": (MIN_FILM, THICKEST_FILM * 0.5 * parameters.screw.ball_diameter),
+        "loaded": "nut loaded as by preload alone",
+        "cautions": _cautions(parameters),
+        "trend": (trend.THICK, trend.STEP_K, trend.STEP_LN, trend.MIN_CHANGE, _TRENDS),
+        "slip": trend.MIN_FORCE_RATIO if law == MECHANISTIC and kind == FOUR_POINT else 0.0,
         "nodes": None if ends is None else TABLE_NODES,
-        "meaning": "no interval for this friction set" if ends is None else MEANING,
+        "meaning": MEANING if ends is not None else _no_interval(mean),
         "units": {name: {"names": q.names, "units": q.units} for name, q in MEASURED.items()},
+        "published": published,
     }
     return _TEMPLATES.get_template("page.html").render(
         name=parameters.name,
@@ -104,7 +105,8 @@ def live_page(
         law=law_name(header),
         friction=friction,
         roughness=f"{1e9 * header['defaults']['roughness_height']:.3g} nm",
-        inputs=inputs,
+        inputs=[(name, entry["label"], entry["unit"]) for name, entry in about["inputs"].items()],
+        published=bool(published),
         example=MEASURED_EXAMPLE,
         map_hash=map_hash(header),
         version=__version__,
@@ -140,8 +142,9 @@ def _by_byte(numbers: bytes) -> bytes:
     return np.frombuffer(numbers, np.uint8).reshape(-1, 8).T.tobytes()
 
 
-def _inputs(axes: Mapping[str, Any]) -> dict[str, _Input]:
-    """Fields in their order."""
+def _inputs(header: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Fields in their order: label, unit, range of the map in this unit, kind of slider; least and most allowed."""
+    axes = header["axes"]
     force = axes["force"][1]
     slow, fast = (speed / RPM for speed in axes["speed"][:2])
     cold, hot = (kelvin - CELSIUS for kelvin in axes["temperature"][:2])
@@ -151,20 +154,64 @@ def _inputs(axes: Mapping[str, Any]) -> dict[str, _Input]:
         "temperature": ("Oil temperature", "degC", cold, hot, False),
         "axial_load": ("Axial load", "N", -force, force, False),
     }
-    bounds = [[x if math.isfinite(x) else None for x in (q.min_, q.max_)] for q in TORQUE_POINT]
-    return {name: _Input(*row, *limits) for (name, row), limits in zip(rows.items(), bounds, strict=True)}
+    names = ("label", "unit", "min", "max", "log", "least", "most")
+    return {
+        name: dict(zip(names, (*row, *_finite(allowed.min_, allowed.max_)), strict=True))
+        for (name, row), allowed in zip(rows.items(), TORQUE_POINT, strict=True)
+    }
+
+
+def _finite(*numbers: float) -> tuple[float | None, ...]:
+    """None instead of the infinite ones, which JSON has not."""
+    return tuple(x if math.isfinite(x) else None for x in numbers)
+
+
+def _cautions(parameters: Parameters) -> list[tuple[str, str, float, float | None, str]]:
+    """Results with a caution: name, label, least and largest value without it, words of the command torque."""
+    thickest = THICKEST_FILM * 0.5 * parameters.screw.ball_diameter
+    thin = trend.too_thin(0.5 * MIN_FILM)
+    thick = trend.too_thick(2.0 * thickest, 0.5 * parameters.screw.ball_diameter)
+    return [
+        (f"film_thickness_{place}", label, least, most, text.split(", ", 1)[1])
+        for place, label, least, most, text in (
+            ("min", "least film", MIN_FILM, None, thin),
+            ("central_screw", "central film, screw", 0.0, thickest, thick),
+            ("central_nut", "central film, nut", 0.0, thickest, thick),
+        )
+    ]
 
 
 def _start(header: Mapping[str, Any], point: OperatingPoint | None) -> dict[str, float]:
-    if point is None:
-        of_map = (
-            np.clip(x, *header["axes"][name][:2])
-            for name, x in zip(("speed", "temperature"), _START, strict=True)
-        )
-        point = OperatingPoint(start_preload(header), *map(float, of_map))
+    axes = header["axes"]
+    if point is not None:
+        speed, temperature = round(point.speed / RPM, 6), round(point.temperature - CELSIUS, 6)
+        return {"preload": point.preload, "speed": speed, "temperature": temperature, "axial_load": 0.0}
     return {
-        "preload": point.preload,
-        "speed": round(point.speed / RPM, 2),
-        "temperature": round(point.temperature - CELSIUS, 2),
+        "preload": start_preload(header),
+        "speed": round(min(_START_SPEED, axes["speed"][1] / RPM)),
+        "temperature": round(
+            min(max(30.0, axes["temperature"][0] - CELSIUS), axes["temperature"][1] - CELSIUS), 2
+        ),
         "axial_load": 0.0,
     }
+
+
+def _no_interval(mean: float | None) -> str:
+    fitted = "" if mean is None else f"; mean deviation from the torques of its fit {100.0 * mean:.1f} %"
+    return f"no interval for this friction set{fitted}"
+
+
+def _published(parameters: Parameters) -> list[dict[str, float]]:
+    """Measured points that are packaged, in the units of the fields; none of another screw."""
+    if parameters.screw != load_screw().screw:
+        return []
+    return [
+        {
+            "preload": m.preload,
+            "speed": round(m.speed / RPM, 6),
+            "temperature": round(m.temperature - CELSIUS, 2),
+            "axial_load": m.axial_load,
+            "torque": m.torque,
+        }
+        for m in packaged_measurements(ASSUMED_TEMPERATURE)
+    ]

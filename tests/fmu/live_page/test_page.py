@@ -5,6 +5,7 @@ In a browser: pip install --editable ".[test,browser]", and a Chromium of the sy
 
 import importlib.util
 import json
+import re
 import shutil
 import zipfile
 
@@ -131,45 +132,71 @@ def test_numbers_are_those_of_the_command_torque(pages, request, capsys, tmp_pat
 
 
 @pytest.mark.parametrize("width", [390, 1280])
-def test_fields_sliders_and_address(opened, pages, width):
-    page = drawn(
-        opened(pages["mechanistic"], "#preload=1000&speed=1000&axial_load=x&temperature=1e999", width)
-    )
+def test_page_by_keyboard_and_address(opened, pages, width):
+    page = drawn(opened(pages["mechanistic"], "#preload=1000&speed=1000", width))
     assert page.evaluate("document.documentElement.scrollWidth") <= width
-    assert page.evaluate("live.state.temperature === about.start.temperature && live.state.axial_load === 0")
-    assert page.is_hidden("#outside")
     text = page.inner_text("#headline")
     page.keyboard.press("Tab")
-    page.keyboard.type("2000.5")
+    page.keyboard.type("2000")
     assert drawn(page).inner_text("#headline") != text
-    for key in ("Tab", "Tab", "Tab", "ArrowRight"):
+    for key in ("Tab", "Tab", "Tab", "ArrowRight", *["Tab"] * 5, "Space", "Tab", "Enter"):
         page.keyboard.press(key)
-    drawn(page).wait_for_url("**preload=2000.5**")
+    drawn(page).wait_for_url("**log=0**")
     state = page.evaluate("({ ...live.state })")
-    assert (state["preload"], state["speed"] > 1000.0) == (2000.5, True)
+    assert (state["preload"], state["speed"] > 1000.0, state["log"]) == (2000.0, True, False)
+    assert len(page.query_selector_all("#curve tbody tr")) == 13
     other = drawn(opened(pages["mechanistic"], page.evaluate("location.hash"), width))
     for shown in (
         "document.querySelector('#torque canvas').toDataURL()",
         "document.getElementById('results').innerText",
     ):
         assert other.evaluate(shown) == page.evaluate(shown)
-    for text in ("-5", "", "abc", "1e999", "1600,5", "1,600", "1 600"):
+
+
+def test_fields_take_commas_and_refuse_other_texts(opened, pages):
+    page = drawn(opened(pages["mechanistic"], "#preload=-5&speed=1e999&points=0_1_1_1_1~1_-1_1_1_1"))
+    assert page.evaluate(
+        "INPUTS.every((key) => live.state[key] === about.start[key]) && !live.state.points.length"
+    )
+    for text in ("1600,5", " 1600.5", "1600,50 "):
         page.fill("#preload", text)
-        page.fill("#speed", "500")
-        assert drawn(page).evaluate("live.state.preload") == 2000.5
+        assert drawn(page).evaluate("live.state.preload") == 1600.5
+        assert page.get_attribute("#preload", "aria-invalid") == "false"
+    torque = page.inner_text("#headline")
+    for text in ("-5", "", "abc", "1e999", "1.600,5", "1,600", "1.600", "1 600", "0x10"):
+        page.fill("#preload", text)
+        page.fill("#speed", "500,5" if text == "-5" else "500")
+        assert drawn(page).evaluate("live.state.preload") == 1600.5
         assert (page.input_value("#preload"), page.inner_text("#headline")) == (text, "-")
-        assert "preload needs a number" in page.inner_text("#headline-interval")
+        assert page.get_attribute("#preload", "aria-invalid") == "true"
+        assert "preload 1600.5 N" in page.inner_text("#headline-interval")
+    page.press("#preload", "ArrowUp")
+    assert 1600.5 < drawn(page).evaluate("live.state.preload") < 1700.0
+    assert page.inner_text("#headline") not in ("-", torque)
+    page.fill("#temperature", "30,125")  # 30125 degC is none
+    assert drawn(page).evaluate("live.state.temperature") == 30.125
+    for address, caution in (
+        ("#preload=130&speed=10&temperature=75", "no continuum"),
+        (
+            "#preload=162&speed=1573&temperature=10.7&axial_load=-171",
+            "rises with temperature in a thick film",
+        ),
+    ):  # as the command torque
+        other = drawn(opened(pages["three_parameter"], address))
+        assert caution in other.inner_text("#outside")
     page.fill("#preload", "0")
-    assert "no interval" in drawn(page).inner_text("#headline-interval")
+    assert "no torque and no interval" in drawn(page).inner_text("#headline-interval")
+
+
+def test_range_files_dark_and_paper(opened, pages, tmp_path):
+    colours, file = [], tmp_path / "points.csv"
+    for scheme in ("light", "dark"):
+        page = drawn(opened(pages["mechanistic"], color_scheme=scheme))
+        colours.append(page.evaluate("getComputedStyle(document.body).backgroundColor"))
+    assert colours[0] != colours[1]
+    assert page.is_hidden("#outside")
     page.fill("#speed", "9000")
-    assert "speed 9000 r/min (map 5 to 6000 r/min)" in drawn(page).inner_text("#outside")
-    thin = drawn(opened(pages["three_parameter"], "#preload=130&speed=10&temperature=75"))
-    assert "no continuum" in thin.inner_text("#outside")
-
-
-def test_measured_points(opened, pages, tmp_path):
-    file = tmp_path / "points.csv"
-    page = drawn(opened(pages["mechanistic"]))
+    assert "speed 9000 r/min (the map ends at 6000 r/min)" in drawn(page).inner_text("#outside")
     file.write_text(GOOD.replace("[K]", "[\u00b0C]").replace("303,15", "30"), encoding="cp1252")
     page.set_input_files("#file", file)
     page.locator("#deviation", has_text="2 points: mean deviation").wait_for()
@@ -178,16 +205,25 @@ def test_measured_points(opened, pages, tmp_path):
     for bad, line in (
         ("preload [N], speed [r/min]\n1,2", "no column torque"),
         (f"{GOOD}3;x;1;1", "line 4: speed = 'x'"),
-        (f"{GOOD}3;1.5;1;1", "decimal commas or points"),
         (f"{ROW},temperature [K]\n1,1,1,30,303", "several columns temperature"),
         (f"{ROW}\n1,1,1,-400", "point 1: oil temperature -400 degC; allowed: -73.15 to 200 degC"),
     ):
         file.write_text(bad)
         page.set_input_files("#file", file)
         page.locator("#bad-file", has_text=line).wait_for()
+        assert "the earlier ones, of points.csv" in page.inner_text("#bad-file")
         assert page.evaluate("live.state.points.length") == 2
-    page.click("#forget")
-    assert page.evaluate("live.state.points.length") == 0
+    page.click("#published")
+    legend = "getComputedStyle(document.querySelectorAll('#torque .u-marker')[8]).borderTopColor"
+    for scheme, media in (("dark", "screen"), ("light", "screen"), ("dark", "print")):
+        page.emulate_media(color_scheme=scheme, media=media)
+        assert drawn(page).evaluate(legend) == page.evaluate("getComputedStyle(document.body).color")
+    page.emulate_media(media="null", color_scheme="dark")
+    for points in (11, 0):
+        assert page.evaluate("live.state.points.length") == points
+        assert len(re.findall(rb"/Type\s*/Page\b", page.pdf(format="A4"))) == 2
+        if points:
+            page.click("#forget")
 
 
 def test_fmus_and_other_pages_have_it(opened, tmp_path):
@@ -204,9 +240,7 @@ def test_fmus_and_other_pages_have_it(opened, tmp_path):
     report.write_text(page_around("report", [live_frame(live)], [], ""), encoding="utf-8")
     for file in (tmp_path / "documentation" / "index.html", report):
         page = opened(file, width=390)
-        element = page.query_selector("iframe.live")
-        element.scroll_into_view_if_needed()  # browsers draw what can be seen
-        frame = element.content_frame()
+        frame = page.query_selector("iframe.live").content_frame()
         frame.locator("#headline", has_text="N m").wait_for()
     # in the report all of it is visible without a second scroll bar
     page.wait_for_function(

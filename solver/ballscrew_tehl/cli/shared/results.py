@@ -88,13 +88,14 @@ def _main_columns(answer: Answer) -> str:
     )
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Text columns below their heads, the first one to the left."""
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> str:
+    """Text columns below their heads, the first `left` of them to the left."""
     lines = [head, *rows]
-    first, *widths = (max(map(len, column)) for column in zip(*lines, strict=True))
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     return "\n".join(
         "  ".join(
-            [f"{line[0]:<{first}}", *(f"{cell:>{w}}" for cell, w in zip(line[1:], widths, strict=True))]
+            f"{cell:{'<' if number < left else '>'}{w}}"
+            for number, (cell, w) in enumerate(zip(line, widths, strict=True))
         )
         for line in lines
     )
