@@ -90,7 +90,6 @@ OUTSIDE = (
     ("screw_raceway_radius_mm", "2.477", "7.0", "radius_ratio", "the groove over the ball"),
     ("youngs_modulus_GPa", "205.0", "290.0", "E'", "318.7 GPa; the atlas of contacts holds 200 to"),
     ("thermal_conductivity_W_mK", "46.0", "6.0", "wall", "effusivity of the bodies over"),
-    ("rheology", "", '"eyring"', "rheology", "eyring; the atlas of contacts holds newtonian"),
 )
 
 

@@ -87,7 +87,6 @@ def refuse_laws(parameters: Parameters) -> None:
     """
     oil, modulus = parameters.lubricant, E_prime(parameters.screw)
     for name, found, allowed in (
-        ("rheology", oil.rheology, "newtonian"),
         ("pressure_law", oil.pressure_law, "roelands"),
         ("density_law", oil.density_law, "dowson_higginson"),
     ):

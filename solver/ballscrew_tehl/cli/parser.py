@@ -39,7 +39,6 @@ DROP_KINDS = ("impossible", "outside", "outliers")
 OILS = ("viscosities", "iso_vg")
 LUBRICANTS = ("oil", "grease")
 EXPORT_FORMATS = ("twincat", "csv", "modelica", "matlab", "json")
-RHEOLOGIES = ("newtonian", "eyring", "carreau", "limiting_shear_stress")
 LAWS = ("barus", "roelands")
 #: points of a check
 CHECK_POINTS = 4
@@ -132,7 +131,6 @@ CONTACT = {
         option("--u1-m-s", "speed of surface 1 [m/s]", "S"),
         option("--u2-m-s", "speed of surface 2 [m/s]", "S"),
         option("--temperature-k", "temperature of oil and bodies [K]", "K"),
-        option("--rheology", "default: that of the oil", choices=RHEOLOGIES),
         switch("--isothermal", "without the energy equation"),
         option("--moes", "Moes load and lubricant number", ("M", "L"), nargs=2),
         option("--radius-ratio", "0 < R_x/R_y <= 1", "R_X/R_Y"),

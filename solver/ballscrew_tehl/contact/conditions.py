@@ -1,18 +1,17 @@
 """Operating point, accuracy and scales of one contact, and the grid that fits them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from numbers import Integral
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
 from ..parameters.file import LubricantParameters
 from ..physics import film as film_formulas
 from ..physics.hertz import HertzContact, ellipse
-from .film.reynolds import THICK_FILM, GridChoice
+from .film.flow import LEAST_LAYERS
+from .film.geometry import LEAST_LINES, LEAST_NODES, THICK_FILM, GridChoice
 from .half_space.grid import INLET_SHAPE, Array
 
 #: unit, least and largest of what a contact is given by: wider than any machine, so that no number overflows
@@ -79,7 +78,9 @@ class ContactConditions:
         return 0.5 * (self.u_1 + self.u_2)
 
 
-#: most nodes, layers and iterations of a solve, which then takes hours; bounds of the factors on domain and lines
+#: fewest nodes, lines, layers and iterations of a solve; most, which then take hours; bounds of the factors on domain
+#: and lines
+FEWEST = {"n_x": LEAST_NODES, "n_y": LEAST_LINES, "n_z": LEAST_LAYERS, "max_newton": 1, "max_thermal": 1}
 MOST_NODES, LEAST_FACTOR, MOST_FACTOR = 10_000, 0.25, 64.0
 
 
@@ -114,8 +115,7 @@ class SolverOptions:
     def __post_init__(self) -> None:
         if not isinstance(self.thermal, bool | np.bool_):
             raise ValueError(f"thermal = {self.thermal!r}; needs True or False")
-        least = {"n_x": 17, "n_y": 5, "n_z": 4, "max_newton": 1, "max_thermal": 1}
-        for name, bound in least.items():
+        for name, bound in FEWEST.items():
             value = getattr(self, name)
             if name == "n_y" and value is None:
                 continue
@@ -138,7 +138,7 @@ class SolverOptions:
                 relation = "<" if sign < 0.0 else ">"
                 raise ValueError(f"{name} = {value}; needs finite, {relation} {sign:g} Hertz half-widths")
 
-    def refined(self, factor: float) -> SolverOptions:
+    def refined(self, factor: float) -> Self:
         """The truth check: nodes, lines and layers by a factor, and the extent of film and energy domain as well.
 
         The tolerance falls with the square. Lines and layers are rounded to even numbers of cells. A given domain

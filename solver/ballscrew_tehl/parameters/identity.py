@@ -9,11 +9,6 @@ from typing import Any
 from .file import TABLES, Law, ParameterError, Parameters
 from .template import entry_of
 
-#: oil parameters that a map of a Newtonian oil does not depend on
-RHEOLOGY = (
-    "rheology", "eyring_stress", "carreau_modulus", "carreau_exponent", "limiting_stress_ambient",
-    "limiting_stress_slope",
-)  # fmt: skip
 #: friction parameters that the map does not depend on
 NOT_IN_MAP = (
     "sliding_coefficient",
@@ -31,9 +26,9 @@ NOT_IN_MAP = (
     "replenishment_constant",
 )
 #: other ways to give parameters; the values that follow from them are part of the identity instead. seal_torque is no
-#: part of a map, which takes it when it is read
+#: part of a map, which takes it when it is read. Films do not depend on the Eyring stress
 GIVEN_BY = {
-    "lubricant": ("iso_vg", "viscosity_index", "density_15c", "nlgi"),
+    "lubricant": ("iso_vg", "viscosity_index", "density_15c", "nlgi", "rheology", "eyring_stress"),
     "screw": ("return_ball_count", "dynamic_rating", "ball_material", "seal_torque"),
 }
 #: key of the header of a map
@@ -72,9 +67,6 @@ def map_parameters_json(parameters: Parameters) -> str:
             del content["screw"][name]
     if content["ball"] in (None, content["solid"]):
         del content["ball"]
-    if content["lubricant"]["rheology"] == "newtonian":
-        for name in RHEOLOGY:
-            content["lubricant"].pop(name, None)
     return _canonical(content)
 
 

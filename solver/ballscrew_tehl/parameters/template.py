@@ -44,7 +44,7 @@ SHEET_UNITS = {
     "force": "N",
 }
 #: fields that have another unit than others of their dimension
-FIELD_UNITS = {"youngs_modulus": "GPa", "carreau_modulus": "MPa"}
+FIELD_UNITS = {"youngs_modulus": "GPa"}
 FIELD_UNITS |= dict.fromkeys(("roughness_height", "raceway_rq", "ball_rq"), "um")
 #: notes above the keys of a table
 NOTES = {

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..._version import __version__
 from ...tables.csv_file import read_rows
-from ..parser import LAWS, RHEOLOGIES
+from ..parser import LAWS
 from ..shared.chosen import key_of
 from ..shared.points import check_rows
 from ..shared.progress import each
@@ -59,7 +59,6 @@ FIELDS: dict[str, tuple[Callable[[str], Any], str]] = {
     "radius_ratio": (_number, "a number, 0 < R_x/R_y <= 1"),
     "law": (_one_of(*LAWS), ", ".join(LAWS)),
     "domain": (_numbers(3), "three numbers: XA XB along rolling, Y across, in Hertz half-widths"),
-    "rheology": (_one_of(*RHEOLOGIES), ", ".join(RHEOLOGIES)),
     "isothermal": (_flag, "true, false"),
     "refine": (_number, "a number, 1 to 8"),
 }
@@ -146,14 +145,11 @@ def _by_moes(contact: dict[str, Any], options: Any) -> dict[str, Any]:
 
 def _by_dimensions(contact: dict[str, Any], options: Any, screw_file: str | None) -> dict[str, Any]:
     from ...contact import ContactConditions, solve
-    from ...parameters.file import changed, load_screw
+    from ...parameters.file import load_screw
     from ...physics.hertz import E_prime
 
     parameters = load_screw(screw_file)
     load, R_x, R_y, u_1, u_2, temperature = (contact[name] for name in DIMENSIONS)
     conditions = ContactConditions(load, R_x, R_y, u_1, u_2, temperature, E_prime(parameters.screw))
-    oil = parameters.lubricant
-    if "rheology" in contact:
-        oil = changed(parameters, lubricant={"rheology": contact["rheology"]}).lubricant
-    result = solve(conditions, oil, parameters.solids, options)
+    result = solve(conditions, parameters.lubricant, parameters.solids, options)
     return {key_of(name): getattr(result, name) for name in OF_DIMENSIONS}
