@@ -69,7 +69,9 @@ class State:
         if np.any(d_p) or d_h:
             linear = self.linear()
             gap = geometry.gap(self.p + d_p, self.h_0 + d_h)
-            film.follow(linear.system, np.maximum(self.p + d_p, 0.0) - np.maximum(self.p, 0.0), gap - linear.gap)
+            film.follow(
+                linear.system, np.maximum(self.p + d_p, 0.0) - np.maximum(self.p, 0.0), gap - linear.gap
+            )
         return Linearisation(geometry, self.p + d_p, gap, film, 0.7, squeeze, free)
 
     def unbounded(self, d_p, d_h, squeeze):

@@ -200,56 +200,66 @@ class Linearisation:
 
 
 @kernel
-def add_rows(weights, nodes, source, matrix):
-    """Add to the rows i of a matrix the rows nodes[:, i] of another times weights[:, i]."""
-    for i in range(matrix.shape[0]):
-        for m in range(nodes.shape[0]):
-            weight, row = weights[m, i], source[nodes[m, i]]
-            for k in range(row.size):
-                matrix[i, k] += weight * row[k]
+def add_row(weight, row, out):
+    """Add a row times weight to another."""
+    for k in range(out.size):
+        out[k] += weight * row[k]
 
 
-def line_jacobians(s: LinearSystem, carried: bool) -> tuple[Array, Array]:
+@kernel
+def line_jacobian(s, j, far_phi, far_g, out):
+    """Derivatives of line j to its pressures, out (n_x-2, n_x), deflection of the line by itself included.
+
+    far_phi, far_g (n_x, n_x): changes of ln phi and g with the pressures of the line by the heat that the oil carries
+    along, of size 0 without. Returns the derivatives to a rigid approach (n_x-2,).
+    """
+    c_x, wedge, g, gap, same_line = s.faces.c_x[:, j], s.faces.wedge, s.g[j], s.gap[j], s.same_line
+    dln_phi, dg, penalty, inverse = s.dln_phi[j], s.dg[j], s.penalty[j], 1.0 / s.mesh.width
+    # the flux through the line of symmetry is that of its neighbour with opposite sign
+    up = (2.0 if j == 0 else 1.0) * s.mesh.kappa_h * s.faces.c_y[:, j]
+    down = (0.0 if j == 0 else 1.0) * s.mesh.kappa_h * s.faces.c_y[:, j - 1]
+    raised = up[4, 1:-1] - down[3, 1:-1]
+    by_p, by_phi, by_h, by_g = np.zeros((4, 4))
+    out[:] = 0.0
+    for i in range(1, g.size - 1):
+        inv, left, right, row = inverse[i], c_x[:, i - 1], c_x[:, i], out[i - 1]
+        # by nodes i-2, i-1, i, i+1
+        by_p[1], by_p[3] = left[0] * inv, right[0] * inv
+        by_p[2] = -(left[0] + right[0]) * inv - up[0, i] - down[0, i] - penalty[i]
+        by_phi[1], by_phi[3] = -left[1] * inv, right[2] * inv
+        by_phi[2] = (right[1] - left[2]) * inv + up[1, i] - down[2, i]
+        by_h[1], by_h[3] = -left[3] * inv, right[3] * inv
+        by_h[2] = (right[3] - left[3]) * inv + up[3, i] - down[4, i]
+        by_g[0], by_g[1] = wedge[1, i - 1] * inv, (wedge[0, i - 1] - wedge[1, i]) * inv
+        by_g[2] = (wedge[2, i - 1] - wedge[0, i]) * inv - s.squeeze
+        by_g[3] = -wedge[2, i] * inv
+        for m in range(1 if i == 1 else 0, 4):
+            at = i - 2 + m
+            lifted = by_h[m] + by_g[m] * g[at]
+            raised[i - 1] += lifted
+            row[at] += by_p[m] + by_phi[m] * dln_phi[at] + by_g[m] * gap[at] * dg[at]
+            add_row(lifted, same_line[at], row)
+            if far_phi.size > 0:
+                add_row(by_phi[m], far_phi[at], row)
+                add_row(by_g[m] * gap[at], far_g[at], row)
+    return raised
+
+
+@kernel
+def line_jacobians(s, carried):
     """Jacobians of all lines to their own pressures (lines, n, n), n = n_x-2, and to a rigid approach (lines, n).
 
-    With the deflection of a line by itself; carried: and with the heat that its oil carries along.
+    carried: with the heat that the oil of a line carries along.
     """
-    (ny, nx), width, kappa_h = s.gap.shape, s.mesh.width, s.mesh.kappa_h
-    before, behind, wedge = s.faces.c_x[:, :-1, :-1], s.faces.c_x[:, :-1, 1:], s.faces.wedge
-    inv, same_line = 1.0 / width[1:-1], s.same_line
-    up = kappa_h * s.faces.c_y[:, :, 1:-1]
-    down = np.concatenate((0.0 * up[:, :1], up[:, :-1]), axis=1)
-    up[:, 0] *= 2.0
-    # derivatives by nodes i-2, i-1, i, i+1 (gap, g) or i-1, i, i+1; the node before the first weighs nothing
-    nodes = np.maximum(np.arange(1, nx - 1) + np.arange(-2, 2)[:, None], 0)
-    by_p = np.array([before[0] * inv, -(before[0] + behind[0]) * inv - up[0] - down[0], behind[0] * inv])
-    by_p[1] -= s.penalty[:-1, 1:-1]
-    by_phi = np.array([-before[1] * inv, (behind[1] - before[2]) * inv + up[1] - down[2], behind[2] * inv])
-    by_h = np.array([0.0 * before[3], -before[3] * inv, (behind[3] - before[3]) * inv, behind[3] * inv])
-    by_h[2] += up[3] - down[4]
-    by_g = (
-        np.array([wedge[1, :-1], wedge[0, :-1] - wedge[1, 1:], wedge[2, :-1] - wedge[0, 1:], -wedge[2, 1:]])
-        * inv
-    )
-    by_g[2] -= s.squeeze
-    g, gap, dg = (np.moveaxis(field[:-1, nodes], 1, 0) for field in (s.g, s.gap, s.dg))
-    by_h += by_g[:, None] * g
-    by_g = by_g[:, None] * gap
-    bands = by_g * dg
-    bands[1:] += by_p + by_phi * np.moveaxis(s.dln_phi[:-1, nodes[1:]], 1, 0)
-    rows, out = np.arange(nx - 2), np.empty((ny - 1, nx - 2, nx - 2))
-    far_phi, far_g = np.empty((2, nx, nx))
+    ny, nx = s.gap.shape
+    out, raised = np.empty((ny - 1, nx - 2, nx - 2)), np.empty((ny - 1, nx - 2))
+    matrix, (far_phi, far_g) = np.empty((nx - 2, nx)), np.empty((2, nx, nx) if carried else (2, 0, 0))
     for j in range(ny - 1):
-        matrix = np.zeros((nx - 2, nx))
-        add_rows(by_h[:, j], nodes, same_line, matrix)
         if carried:
-            line_response(s.heat, j, s.g, s.dg, s.by_t, s.unit, s.unit_h, same_line, far_phi, far_g)
-            add_rows(by_phi[:, j], nodes[1:], far_phi, matrix)
-            add_rows(by_g[:, j], nodes, far_g, matrix)
-        for band, at in zip(bands[:, j], nodes, strict=True):
-            matrix[rows, at] += band
+            line_response(s.heat, j, s.g, s.dg, s.by_t, s.unit, s.unit_h, s.same_line, far_phi, far_g)
+        raised[j] = line_jacobian(s, j, far_phi, far_g, matrix)
         out[j] = matrix[:, 1:-1]
-    return out, up[4] - down[3] + by_h.sum(axis=0)
+    return out, raised
 
 
 class LineFactors(NamedTuple):
