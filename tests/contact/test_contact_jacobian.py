@@ -7,7 +7,7 @@ from contact_cases import OIL
 from ballscrew_tehl.contact.film import flow as film_flow
 from ballscrew_tehl.contact.film import transport
 from ballscrew_tehl.contact.film.geometry import TARGET_LOAD, ContactGeometry, GridChoice
-from ballscrew_tehl.contact.film.linear import Film, Linearisation
+from ballscrew_tehl.contact.film.linear import Film, Linearisation, times
 from ballscrew_tehl.contact.film.oil import oil_table
 
 GEOMETRIES = {
@@ -69,7 +69,9 @@ class State:
         if np.any(d_p) or d_h:
             linear = self.linear()
             gap = geometry.gap(self.p + d_p, self.h_0 + d_h)
-            film.follow(linear, np.maximum(self.p + d_p, 0.0) - np.maximum(self.p, 0.0), gap - linear.gap)
+            film.follow(
+                linear.system, np.maximum(self.p + d_p, 0.0) - np.maximum(self.p, 0.0), gap - linear.gap
+            )
         return Linearisation(geometry, self.p + d_p, gap, film, 0.7, squeeze, free)
 
     def unbounded(self, d_p, d_h, squeeze):
@@ -98,7 +100,7 @@ def test_jacobian_is_the_derivative_of_residual_and_load(state):
         assert (linear.gap < 0.7).any()  # the safeguard of the gap acts as well
         for share, d_h in ((1.0, 0.0), (0.0, 0.7), (1.0, 0.7)):
             d_p = share * np.where(state.p < 0.0, 0.0, state.random())
-            found = linear.times(np.append(d_p, d_h))
+            found = times(linear.system, np.append(d_p, d_h))
             plus, minus = (state.unbounded(s * 1e-6 * d_p, s * 1e-6 * d_h, squeeze) for s in (1.0, -1.0))
             difference = (plus - minus) / 2e-6 / np.append(linear.scale, TARGET_LOAD)
             # deflection of the Jacobian in single precision: 1e-6

@@ -10,7 +10,7 @@ from .conditions import ContactConditions, SolverOptions, expected_grid, scales_
 from .film import flow as film_flow
 from .film import reynolds, transport
 from .film.geometry import GridChoice, ReynoldsState, contact_geometry
-from .film.linear import Film, Linearisation, LineFactors
+from .film.linear import Film, LinearSystem, LineFactors
 from .film.oil import oil_table
 from .film.transport import HeatTransport
 from .half_space.grid import Array
@@ -60,7 +60,7 @@ class WarmFilm(Film):
         )  # fmt: skip
         return tuple(out)
 
-    def follow(self, linear: Linearisation, d_p: Array, d_h: Array) -> None:
+    def follow(self, linear: LinearSystem, d_p: Array, d_h: Array) -> None:
         """Temperatures after a change of pressure [p_max] and gap [b^2/R_x]."""
         change = np.empty_like(self.temperature)
         transport.follow(

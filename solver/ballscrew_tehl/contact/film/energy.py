@@ -235,83 +235,91 @@ def stress_changes(t_at, t, rate, soft, stiff, j, i):
 
 
 @kernel
-def column_equation(mesh, h, flow, face, t_at, damped, t, heat, j, i, matrix, rhs):
-    """Heat balances of the inner levels of column i of line j, walls and neighbour columns held.
+def solve_column(lower, diag, upper, rhs, weight, heat_lower, heat_upper, pivot, stress):
+    """Temperatures of a column and its responses, rhs in place; fills the last four, factors of heat.
 
-    Arguments as in sweep. Fills matrix (3, n_z-1): lower, main and upper diagonal; rhs (n_z-1, COLUMNS): heat, then by
-    the temperatures of wall a and wall b, and by the stress; and the factors of heat, but for those of the elimination.
+    Sherman-Morrison: the stress depends on the temperatures of the whole column.
     """
+    solve_tridiagonal(lower, diag, upper, rhs)
+    bottom = 1.0
+    for r in range(diag.size):
+        bottom += weight[r] * rhs[r, 3]
+        heat_lower[r], heat_upper[r], pivot[r] = lower[r], upper[r], 1.0 / diag[r]
+    for r in range(diag.size):
+        stress[r] = rhs[r, 3] / bottom
+    for c in range(COLUMNS - 1):
+        top = 0.0
+        for r in range(diag.size):
+            top += weight[r] * rhs[r, c]
+        for r in range(diag.size):
+            rhs[r, c] -= top * stress[r]
+
+
+@kernel
+def sweep_line(mesh, h, flow, face, t_at, damped, j, columns, t, heat, response):
+    """Solve the columns of line j in turn, walls and neighbour columns held; columns: a range, the rest as in sweep."""
     # arrays by name: a tuple of them that is passed or searched in the inner loops costs three times the rest
     x, width, h_y = mesh.x, mesh.width, mesh.h_y
     flow_x, flow_y, flow_z = face.x, face.y, face.z
     compression, driven, shear, sliding = flow.compression, flow.driven, flow.shear, flow.sliding
-    rate, soft, squeeze, stiff = flow.rate, flow.soft, flow.squeeze, flow.stiff
-    lower, diag, upper = matrix[0], matrix[1], matrix[2]
-    n, nz = diag.size, diag.size + 1
-    dz = 1.0 / nz
-    cond = mesh.conductivity / (h * dz)
-    eased = dz / flow.fluidity[j, i] if flow.fluidity[j, i] > 0.0 and not damped else 0.0
-    known, by_pressure, slid = stress_changes(t_at, t, rate, soft, stiff, j, i)
-    wall_a = 0.5 * rate[j, i, 0] * soft[j, i, 0]
-    wall_b = 0.5 * rate[j, i, nz] * soft[j, i, nz]
-    for r in range(n):
-        k = r + 1
-        own, up_1, up_2, down = along(x, width, flow_x, j, i, k)
-        d, b = across(h_y, t, mesh.t_in, flow_y, j, i, k)
-        d += own
-        b += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
-        if up_2 != 0.0:
-            b += up_2 * t[j, i - 2, k]
-        heat.up_1[j, i, r], heat.up_2[j, i, r] = up_1, up_2
-        below, above = flow_z[j, i, k - 1] / cond, flow_z[j, i, k] / cond
-        lo, hi = cond / dz * bernoulli(-below), cond / dz * bernoulli(above)
-        s, sigma = sliding[j, i, k], soft[j, i, k]
-        growth = -abs(s) * sigma if damped else s * sigma
-        d += lo + hi - growth
-        b += shear[j, i, k] - growth * t_at[j, i, k]
-        c = compression[j, i, k]
-        if c > 0.0:
-            b += c * t[j, i, k]
-        else:
-            d -= c
-        lower[r], diag[r], upper[r] = -lo, d, -hi
-        # d shear/d stress
-        u = eased * 2.0 * rate[j, i, k]
-        rhs[r, 0], rhs[r, 1], rhs[r, 2], rhs[r, 3] = b + u * known, -u * wall_a, -u * wall_b, u
-        compressed = squeeze[j, i, k] * t[j, i, k]
-        heat.squeeze[j, i, r] = compressed
-        heat.source[j, i, r] = compressed - s * stiff[j, i, k] + u * by_pressure
-        heat.weight[j, i, r] = rate[j, i, k] * sigma
-        heat.lift[j, i, r] = driven[j, i, k]
-        spread = cond / dz * (2.0 * t[j, i, k] - t[j, i, k - 1] - t[j, i, k + 1])
-        heat.widen[j, i, r] = (spread + s - u * slid) / h
-    rhs[0, 0] -= lower[0] * t[j, i, 0]
-    rhs[n - 1, 0] -= upper[n - 1] * t[j, i, nz]
-    rhs[0, 1] -= lower[0]
-    rhs[n - 1, 2] -= upper[n - 1]
-
-
-@kernel
-def solve_column(matrix, rhs, heat, j, i):
-    """Temperatures of a column and its responses, rhs in place; fills the factors of the elimination of heat.
-
-    Sherman-Morrison: the stress depends on the temperatures of the whole column.
-    """
-    solve_tridiagonal(matrix[0], matrix[1], matrix[2], rhs)
-    n, weight, stress = matrix.shape[1], heat.weight, heat.stress
-    bottom = 1.0
-    for r in range(n):
-        bottom += weight[j, i, r] * rhs[r, 3]
-        heat.lower[j, i, r], heat.upper[j, i, r] = matrix[0, r], matrix[2, r]
-        heat.pivot[j, i, r] = 1.0 / matrix[1, r]
-    for r in range(n):
-        stress[j, i, r] = rhs[r, 3] / bottom
-    for c in range(COLUMNS - 1):
-        top = 0.0
+    rate, soft, squeeze, stiff, fluidity = flow.rate, flow.soft, flow.squeeze, flow.stiff, flow.fluidity
+    heat_up_1, heat_up_2, heat_squeeze, heat_source = heat.up_1, heat.up_2, heat.squeeze, heat.source
+    heat_weight, heat_lift, heat_widen = heat.weight, heat.lift, heat.widen
+    heat_lower, heat_upper, heat_pivot, heat_stress = heat.lower, heat.upper, heat.pivot, heat.stress
+    nz = t.shape[2] - 1
+    n, dz = nz - 1, 1.0 / nz
+    # diagonals; heat, then by the temperatures of wall a and wall b, and by the stress
+    (lower, diag, upper), rhs = np.empty((3, n)), np.empty((n, COLUMNS))
+    for i in columns:
+        cond = mesh.conductivity / (h[j, i] * dz)
+        eased = dz / fluidity[j, i] if fluidity[j, i] > 0.0 and not damped else 0.0
+        known, by_pressure, slid = stress_changes(t_at, t, rate, soft, stiff, j, i)
+        wall_a = 0.5 * rate[j, i, 0] * soft[j, i, 0]
+        wall_b = 0.5 * rate[j, i, nz] * soft[j, i, nz]
         for r in range(n):
-            top += weight[j, i, r] * rhs[r, c]
+            k = r + 1
+            own, up_1, up_2, down = along(x, width, flow_x, j, i, k)
+            d, b = across(h_y, t, mesh.t_in, flow_y, j, i, k)
+            d += own
+            b += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
+            if up_2 != 0.0:
+                b += up_2 * t[j, i - 2, k]
+            heat_up_1[j, i, r], heat_up_2[j, i, r] = up_1, up_2
+            below, above = flow_z[j, i, k - 1] / cond, flow_z[j, i, k] / cond
+            lo, hi = cond / dz * bernoulli(-below), cond / dz * bernoulli(above)
+            s, sigma = sliding[j, i, k], soft[j, i, k]
+            growth = -abs(s) * sigma if damped else s * sigma
+            d += lo + hi - growth
+            b += shear[j, i, k] - growth * t_at[j, i, k]
+            c = compression[j, i, k]
+            if c > 0.0:
+                b += c * t[j, i, k]
+            else:
+                d -= c
+            lower[r], diag[r], upper[r] = -lo, d, -hi
+            # d shear/d stress
+            u = eased * 2.0 * rate[j, i, k]
+            rhs[r, 0], rhs[r, 1], rhs[r, 2], rhs[r, 3] = b + u * known, -u * wall_a, -u * wall_b, u
+            compressed = squeeze[j, i, k] * t[j, i, k]
+            heat_squeeze[j, i, r] = compressed
+            heat_source[j, i, r] = compressed - s * stiff[j, i, k] + u * by_pressure
+            heat_weight[j, i, r] = rate[j, i, k] * sigma
+            heat_lift[j, i, r] = driven[j, i, k]
+            spread = cond / dz * (2.0 * t[j, i, k] - t[j, i, k - 1] - t[j, i, k + 1])
+            heat_widen[j, i, r] = (spread + s - u * slid) / h[j, i]
+        rhs[0, 0] -= lower[0] * t[j, i, 0]
+        rhs[n - 1, 0] -= upper[n - 1] * t[j, i, nz]
+        rhs[0, 1] -= lower[0]
+        rhs[n - 1, 2] -= upper[n - 1]
+        solve_column(
+            lower, diag, upper, rhs, heat_weight[j, i], heat_lower[j, i], heat_upper[j, i], heat_pivot[j, i],
+            heat_stress[j, i],
+        )  # fmt: skip
         for r in range(n):
-            rhs[r, c] -= top * stress[j, i, r]
+            delta = rhs[r, 0] - t[j, i, r + 1]
+            t[j, i, r + 1] += min(max(delta, -SWEEP_LIMIT), SWEEP_LIMIT)
+        response[j, i, 0], response[j, i, 1] = rhs[0, 1], rhs[0, 2]
+        response[j, i, 2], response[j, i, 3] = rhs[n - 1, 1], rhs[n - 1, 2]
 
 
 @kernel
@@ -326,22 +334,13 @@ def sweep(mesh, h, flow, face, t_at, damped, forward, whole, t, heat, response):
     to either wall answer to wall a, wall b, wall a, wall b with the neighbour columns held (see wall_heat).
     Backward, and forward unless whole, only columns with reverse flow are visited.
     """
-    n = t.shape[2] - 2
-    matrix, rhs = np.empty((3, n)), np.empty((n, COLUMNS))
     for j in range(h.shape[0] - 1):
         start = face.start[j] if forward else min(face.reverse[j], face.end[j] - 1)
         step = 1 if forward else -1
         end = face.end[j] if forward else face.start[j] - 1
         if forward and not whole:
             end = min(face.reverse[j] + 1, end)
-        for i in range(start, end, step):
-            column_equation(mesh, h[j, i], flow, face, t_at, damped, t, heat, j, i, matrix, rhs)
-            solve_column(matrix, rhs, heat, j, i)
-            for r in range(n):
-                delta = rhs[r, 0] - t[j, i, r + 1]
-                t[j, i, r + 1] += min(max(delta, -SWEEP_LIMIT), SWEEP_LIMIT)
-            response[j, i, 0], response[j, i, 1] = rhs[0, 1], rhs[0, 2]
-            response[j, i, 2], response[j, i, 3] = rhs[n - 1, 1], rhs[n - 1, 2]
+        sweep_line(mesh, h, flow, face, t_at, damped, j, range(start, end, step), t, heat, response)
 
 
 @kernel

@@ -99,8 +99,7 @@ def wedge_weights(x: Array) -> Array:
     return weights
 
 
-@kernel
-def wedge_flux(weights, carried):
+def wedge_flux(weights: Array, carried: Array) -> Array:
     """Flux (n_y, n_x-1) at the faces of what the surfaces carry at the nodes (n_y, n_x)."""
     flux = weights[0] * carried[:, :-1] + weights[2] * carried[:, 1:]
     flux[:, 1:] += weights[1, 1:] * carried[:, :-2]
@@ -125,8 +124,7 @@ def face_fluxes(mesh: Mesh, p: Array, gap: Array, ln_phi: Array, g: Array, floor
     return Faces(flow_x, flow_y, c_x, c_y, wedge)
 
 
-@kernel
-def outflow_across(flow_y):
+def outflow_across(flow_y: Array) -> Array:
     """Flux out of the cells of lines 0 to n_y-2 to their neighbour lines; flow_y (n_y-1, n_x, ...) at the faces.
 
     The flux through the line of symmetry is that of its neighbour with opposite sign.
@@ -137,25 +135,12 @@ def outflow_across(flow_y):
     return out
 
 
-@kernel
-def net_flow(mesh, flow_x, flow_y):
+def net_flow(mesh: Mesh, flow_x: Array, flow_y: Array) -> Array:
     """Divergence of the fluxes of the faces per unit area (n_y, n_x); zero on the outer edges."""
     out = np.zeros((flow_x.shape[0], flow_y.shape[1]))
     along = (flow_x[:-1, 1:] - flow_x[:-1, :-1]) / mesh.width[1:-1]
     out[:-1, 1:-1] = along + mesh.kappa_h * outflow_across(flow_y)[:, 1:-1]
     return out
-
-
-@kernel
-def net_flow_change(mesh, faces, g, gap, d_p, d_h, d_phi, d_g):
-    """Change of net_flow with changes of pressure, gap, ln phi and g at the nodes, and that of the wedge flux there."""
-    c_x, c_y = faces.c_x, faces.c_y
-    carried = g * d_h + gap * d_g
-    flow_x = c_x[0] * (d_p[:, 1:] - d_p[:, :-1]) + c_x[1] * d_phi[:, :-1] + c_x[2] * d_phi[:, 1:]
-    flow_x += c_x[3] * (d_h[:, :-1] + d_h[:, 1:]) - wedge_flux(faces.wedge, carried)
-    flow_y = c_y[0] * (d_p[1:] - d_p[:-1]) + c_y[1] * d_phi[:-1] + c_y[2] * d_phi[1:]
-    flow_y += c_y[3] * d_h[:-1] + c_y[4] * d_h[1:]
-    return net_flow(mesh, flow_x, flow_y), carried
 
 
 def smaller(a: Array, b: Array) -> Array:

@@ -4,19 +4,18 @@ Preconditioned by columns across, then one LU factor per line along, with the li
 fields (n_y, n_x), zero on the outer edges, and the approach behind them.
 """
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_banded
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ...compiled import kernel
+from ..half_space.deflection import convolve
 from ..half_space.grid import TINY, Array
 from .flow import FilmFlow
-from .fluxes import face_fluxes, lifted_gap, line_fluxes, net_flow, net_flow_change, smaller
+from .fluxes import Faces, Mesh, face_fluxes, lifted_gap, line_fluxes, net_flow, smaller
 from .geometry import TARGET_LOAD, ContactGeometry
 from .transport import HeatTransport, follow, line_response
 
@@ -39,17 +38,47 @@ class Film:
     #: whether columns across precondition the line solves
     across = False
     warm = False
-    heat: HeatTransport
-    unit: float
-    unit_h: float
+    heat = HeatTransport.empty(0, np.zeros(0), 1)
+    unit = unit_h = 1.0
     by_t: Array = np.zeros((0, 0, 2, 0))
 
     def __init__(self, coefficients: Callable[[Array], tuple[Array, ...]]) -> None:
         #: nodal coefficients of P >= 0: ln phi, d ln phi/dP, g, dg/dP (n_y, n_x)
         self.coefficients = coefficients
 
-    def follow(self, linear: "Linearisation", d_p: Array, d_h: Array) -> None:
+    def follow(self, linear: "LinearSystem", d_p: Array, d_h: Array) -> None:
         """Take over changes of pressure [p_max] and gap [b^2/R_x] into what depends on them."""
+
+
+class LinearSystem(NamedTuple):
+    """Jacobian of residual and load at one state, for compiled loops; arrays (n_y, n_x) unless said.
+
+    gap, g, dln_phi, dg, penalty, squeeze, scale, free: as in Linearisation; by_t, heat, unit, unit_h, warm, across: of
+    the film; weights: of the load; forward, modes, backward: deflection in single precision, same_line (n_x, n_x): that
+    of a line by itself.
+    """
+
+    mesh: Mesh
+    faces: Faces
+    gap: Array
+    g: Array
+    dln_phi: Array
+    dg: Array
+    by_t: Array
+    penalty: Array
+    squeeze: float
+    scale: Array
+    free: bool
+    weights: Array
+    forward: NDArray[np.float32]
+    modes: NDArray[np.float32]
+    backward: NDArray[np.float32]
+    same_line: Array
+    heat: HeatTransport
+    unit: float
+    unit_h: float
+    warm: bool
+    across: bool
 
 
 class Linearisation:
@@ -73,9 +102,7 @@ class Linearisation:
     ) -> None:
         grid, mesh = geometry.grid, geometry.mesh
         self.geometry, self.film, self.p, self.gap, self.floor = geometry, film, p, gap, floor
-        self.squeeze, self.free = squeeze, free
-        self.ln_phi, self.dln_phi, self.g, self.dg = film.coefficients(np.maximum(p, 0.0))
-        self.by_t = film.by_t
+        self.ln_phi, self.dln_phi, self.g, dg = film.coefficients(np.maximum(p, 0.0))
         self.faces = face_fluxes(mesh, p, gap, self.ln_phi, self.g, floor)
         c_x = self.faces.c_x
         # measured by the local flow conductance, which spans many decades from thick films to the contact
@@ -93,6 +120,11 @@ class Linearisation:
         self.flow_share = conductance / (conductance + elastic + TINY)
         self.scale = conductance + elastic + self.penalty
         self.scale[self.scale == 0.0] = 1.0
+        self.system = LinearSystem(
+            mesh, self.faces, gap, self.g, self.dln_phi, dg, film.by_t, self.penalty, squeeze, self.scale, free,
+            geometry.weights, *geometry.deflection.single, geometry.deflection.same_line,
+            film.heat, film.unit, film.unit_h, film.warm, film.across,
+        )  # fmt: skip
 
     def update(self, d_p: Array) -> Array:
         """Change of pressure for a linear step d_p.
@@ -107,26 +139,6 @@ class Linearisation:
     def right_hand_side(self, load_error: float) -> Array:
         """Scaled residual and load error with negative sign."""
         return -np.append((self.residual / self.scale).ravel(), load_error / TARGET_LOAD)
-
-    def derivative(self, d_p: Array, d_h: Array, d_phi: Array, d_g: Array) -> Array:
-        """Change of the residual with changes of pressure, gap, ln phi and g at the nodes."""
-        mesh, inner = self.geometry.mesh, self.geometry.grid.inner
-        out, carried = net_flow_change(mesh, self.faces, self.g, self.gap, d_p, d_h, d_phi, d_g)
-        out[inner] -= (self.penalty * d_p + self.squeeze * carried)[inner]
-        return np.asarray(out)
-
-    def times(self, v: Array) -> Array:
-        """Scaled Jacobian times a change v (n_y n_x + 1,) of pressures and approach; deflection in single precision."""
-        d_p, film = v[:-1].reshape(self.gap.shape), self.film
-        d_h = self.geometry.deflection.rough(d_p) + v[-1]
-        d_phi, d_g = self.dln_phi * d_p, self.dg * d_p
-        if film.warm:
-            d_t = np.empty((*self.gap.shape, self.by_t.shape[-1]))
-            follow(film.heat, self.g, self.dg, self.by_t, film.unit, film.unit_h, d_p, d_h, d_t)
-            by_heat = np.einsum("jimk,jik->mji", self.by_t, d_t)
-            d_phi, d_g = d_phi + by_heat[0], d_g + by_heat[1]
-        load = np.sum(self.geometry.weights * d_p) / TARGET_LOAD if self.free else v[-1]
-        return np.append(self.derivative(d_p, d_h, d_phi, d_g) / self.scale, load)
 
     def pressure_flow(self, flow: FilmFlow, heat: HeatTransport) -> None:
         """Gradients and dissipation of the pressure flow at the nodes, from the fluxes of their faces.
@@ -188,55 +200,66 @@ class Linearisation:
 
 
 @kernel
-def add_rows(weights, nodes, source, matrix):
-    """Add to the rows i of a matrix the rows nodes[:, i] of another times weights[:, i]."""
-    for i in range(matrix.shape[0]):
-        for m in range(nodes.shape[0]):
-            for k in range(matrix.shape[1]):
-                matrix[i, k] += weights[m, i] * source[nodes[m, i], k]
+def add_row(weight, row, out):
+    """Add a row times weight to another."""
+    for k in range(out.size):
+        out[k] += weight * row[k]
 
 
-def line_jacobians(s: Linearisation, carried: bool) -> tuple[Array, Array]:
+@kernel
+def line_jacobian(s, j, far_phi, far_g, out):
+    """Derivatives of line j to its pressures, out (n_x-2, n_x), deflection of the line by itself included.
+
+    far_phi, far_g (n_x, n_x): changes of ln phi and g with the pressures of the line by the heat that the oil carries
+    along, of size 0 without. Returns the derivatives to a rigid approach (n_x-2,).
+    """
+    c_x, wedge, g, gap, same_line = s.faces.c_x[:, j], s.faces.wedge, s.g[j], s.gap[j], s.same_line
+    dln_phi, dg, penalty, inverse = s.dln_phi[j], s.dg[j], s.penalty[j], 1.0 / s.mesh.width
+    # the flux through the line of symmetry is that of its neighbour with opposite sign
+    up = (2.0 if j == 0 else 1.0) * s.mesh.kappa_h * s.faces.c_y[:, j]
+    down = (0.0 if j == 0 else 1.0) * s.mesh.kappa_h * s.faces.c_y[:, j - 1]
+    raised = up[4, 1:-1] - down[3, 1:-1]
+    by_p, by_phi, by_h, by_g = np.zeros((4, 4))
+    out[:] = 0.0
+    for i in range(1, g.size - 1):
+        inv, left, right, row = inverse[i], c_x[:, i - 1], c_x[:, i], out[i - 1]
+        # by nodes i-2, i-1, i, i+1
+        by_p[1], by_p[3] = left[0] * inv, right[0] * inv
+        by_p[2] = -(left[0] + right[0]) * inv - up[0, i] - down[0, i] - penalty[i]
+        by_phi[1], by_phi[3] = -left[1] * inv, right[2] * inv
+        by_phi[2] = (right[1] - left[2]) * inv + up[1, i] - down[2, i]
+        by_h[1], by_h[3] = -left[3] * inv, right[3] * inv
+        by_h[2] = (right[3] - left[3]) * inv + up[3, i] - down[4, i]
+        by_g[0], by_g[1] = wedge[1, i - 1] * inv, (wedge[0, i - 1] - wedge[1, i]) * inv
+        by_g[2] = (wedge[2, i - 1] - wedge[0, i]) * inv - s.squeeze
+        by_g[3] = -wedge[2, i] * inv
+        for m in range(1 if i == 1 else 0, 4):
+            at = i - 2 + m
+            lifted = by_h[m] + by_g[m] * g[at]
+            raised[i - 1] += lifted
+            row[at] += by_p[m] + by_phi[m] * dln_phi[at] + by_g[m] * gap[at] * dg[at]
+            add_row(lifted, same_line[at], row)
+            if far_phi.size > 0:
+                add_row(by_phi[m], far_phi[at], row)
+                add_row(by_g[m] * gap[at], far_g[at], row)
+    return raised
+
+
+@kernel
+def line_jacobians(s, carried):
     """Jacobians of all lines to their own pressures (lines, n, n), n = n_x-2, and to a rigid approach (lines, n).
 
-    With the deflection of a line by itself; carried: and with the heat that its oil carries along.
+    carried: with the heat that the oil of a line carries along.
     """
-    (ny, nx), geometry, film = s.gap.shape, s.geometry, s.film
-    before, behind, wedge = s.faces.c_x[:, :-1, :-1], s.faces.c_x[:, :-1, 1:], s.faces.wedge
-    inv, same_line = 1.0 / geometry.grid.width_x[1:-1], geometry.deflection.same_line
-    up = geometry.kappa_h * s.faces.c_y[:, :, 1:-1]
-    down = np.concatenate((0.0 * up[:, :1], up[:, :-1]), axis=1)
-    up[:, 0] *= 2.0
-    # derivatives by nodes i-2, i-1, i, i+1 (gap, g) or i-1, i, i+1; the node before the first weighs nothing
-    nodes = np.maximum(np.arange(1, nx - 1) + np.arange(-2, 2)[:, None], 0)
-    by_p = np.array([before[0] * inv, -(before[0] + behind[0]) * inv - up[0] - down[0], behind[0] * inv])
-    by_p[1] -= s.penalty[:-1, 1:-1]
-    by_phi = np.array([-before[1] * inv, (behind[1] - before[2]) * inv + up[1] - down[2], behind[2] * inv])
-    by_h = np.array([0.0 * before[3], -before[3] * inv, (behind[3] - before[3]) * inv, behind[3] * inv])
-    by_h[2] += up[3] - down[4]
-    by_g = (
-        np.array([wedge[1, :-1], wedge[0, :-1] - wedge[1, 1:], wedge[2, :-1] - wedge[0, 1:], -wedge[2, 1:]])
-        * inv
-    )
-    by_g[2] -= s.squeeze
-    g, gap, dg = (np.moveaxis(field[:-1, nodes], 1, 0) for field in (s.g, s.gap, s.dg))
-    by_h += by_g[:, None] * g
-    by_g = by_g[:, None] * gap
-    bands = by_g * dg
-    bands[1:] += by_p + by_phi * np.moveaxis(s.dln_phi[:-1, nodes[1:]], 1, 0)
-    rows, out = np.arange(nx - 2), np.empty((ny - 1, nx - 2, nx - 2))
-    far_phi, far_g = np.empty((2, nx, nx))
+    ny, nx = s.gap.shape
+    out, raised = np.empty((ny - 1, nx - 2, nx - 2)), np.empty((ny - 1, nx - 2))
+    matrix, (far_phi, far_g) = np.empty((nx - 2, nx)), np.empty((2, nx, nx) if carried else (2, 0, 0))
     for j in range(ny - 1):
-        matrix = np.zeros((nx - 2, nx))
-        add_rows(by_h[:, j], nodes, same_line, matrix)
         if carried:
-            line_response(film.heat, j, s.g, s.dg, s.by_t, film.unit, film.unit_h, same_line, far_phi, far_g)
-            add_rows(by_phi[:, j], nodes[1:], far_phi, matrix)
-            add_rows(by_g[:, j], nodes, far_g, matrix)
-        for band, at in zip(bands[:, j], nodes, strict=True):
-            matrix[rows, at] += band
+            line_response(s.heat, j, s.g, s.dg, s.by_t, s.unit, s.unit_h, s.same_line, far_phi, far_g)
+        raised[j] = line_jacobian(s, j, far_phi, far_g, matrix)
         out[j] = matrix[:, 1:-1]
-    return out, up[4] - down[3] + by_h.sum(axis=0)
+    return out, raised
 
 
 class LineFactors(NamedTuple):
@@ -253,21 +276,21 @@ class LineFactors(NamedTuple):
     approach_load: float
 
 
-def factor_lines(s: Linearisation, carried: bool) -> LineFactors:
+def factor_lines(s: LinearSystem, carried: bool) -> LineFactors:
     """Factors of the Jacobians of all lines.
 
     carried: with the heat that the oil of a line carries along, which costs as much as all the rest
     Raises       LinAlgError: singular, or not finite
     Source       LAPACK getrf of the transposed matrix, which is stored by columns as it wants it
     """
-    lu, raised = line_jacobians(s, carried and s.film.warm)
+    lu, raised = line_jacobians(s, carried and s.warm)
     pivots, approach = np.empty(raised.shape, dtype=np.int32), np.zeros_like(s.gap)
     for j, matrix in enumerate(lu):
         _, pivots[j], info = dgetrf(matrix.T, overwrite_a=1)
         if info != 0:
             raise np.linalg.LinAlgError("a line of the contact has a singular Jacobian")
         approach[j, 1:-1], _ = dgetrs(matrix.T, pivots[j], raised[j], trans=1)
-    load = float(np.sum(s.geometry.weights * approach))
+    load = float(np.sum(s.weights * approach))
     if not np.isfinite(load):
         raise np.linalg.LinAlgError("the Jacobian of a line of the contact is not finite")
     return LineFactors(lu, pivots, approach, load)
@@ -278,16 +301,16 @@ def solve_lines(lu, pivots, rows):
     """Solve for the rows (lines, n) in place, with the factors and exchanges of the transposed matrices by getrf."""
     n = rows.shape[1]
     for j in range(rows.shape[0]):
-        a, b = lu[j], rows[j]
+        b = rows[j]
         for k in range(n):
-            total = b[k]
+            row, total = lu[j, k], b[k]
             for m in range(k):
-                total -= a[k, m] * b[m]
-            b[k] = total / a[k, k]
+                total -= row[m] * b[m]
+            b[k] = total / row[k]
         for k in range(n - 2, -1, -1):
-            total = b[k]
+            row, total = lu[j, k], b[k]
             for m in range(k + 1, n):
-                total -= a[k, m] * b[m]
+                total -= row[m] * b[m]
             b[k] = total
         for k in range(n - 1, -1, -1):
             at = pivots[j, k]
@@ -295,86 +318,160 @@ def solve_lines(lu, pivots, rows):
                 b[k], b[at] = b[at], b[k]
 
 
-class ColumnSolve:
-    """Pressures by the flow across through every column of a scaled residual, neighbour columns and deflection held.
+@kernel
+def residual_change(s, d_p, d_h, d_phi, d_g):
+    """Change of the scaled residual with changes of pressure, gap, ln phi and g at the nodes."""
+    width, kappa_h, c_x, c_y, wedge = s.mesh.width, s.mesh.kappa_h, s.faces.c_x, s.faces.c_y, s.faces.wedge
+    ny, nx = s.gap.shape
+    out, carried = np.zeros((ny, nx)), s.g * d_h + s.gap * d_g
+    along, side, before = np.empty(nx - 1), np.empty(nx), np.zeros(nx)
+    for j in range(ny - 1):
+        for i in range(nx - 1):
+            along[i] = (
+                c_x[0, j, i] * (d_p[j, i + 1] - d_p[j, i])
+                + c_x[1, j, i] * d_phi[j, i]
+                + c_x[2, j, i] * d_phi[j, i + 1]
+                + c_x[3, j, i] * (d_h[j, i] + d_h[j, i + 1])
+                - wedge[0, i] * carried[j, i]
+                - wedge[2, i] * carried[j, i + 1]
+            )
+        for i in range(1, nx - 1):
+            along[i] -= wedge[1, i] * carried[j, i - 1]
+        for i in range(1, nx - 1):
+            side[i] = kappa_h * (
+                c_y[0, j, i] * (d_p[j + 1, i] - d_p[j, i])
+                + c_y[1, j, i] * d_phi[j, i]
+                + c_y[2, j, i] * d_phi[j + 1, i]
+                + c_y[3, j, i] * d_h[j, i]
+                + c_y[4, j, i] * d_h[j + 1, i]
+            )
+            # the flux through the line of symmetry is that of its neighbour with opposite sign
+            across = side[i] + side[i] if j == 0 else side[i] - before[i]
+            flow = (along[i] - along[i - 1]) / width[i] + across
+            held = s.penalty[j, i] * d_p[j, i] + s.squeeze * carried[j, i]
+            out[j, i] = (flow - held) / s.scale[j, i]
+        before, side = side, before
+    return out
 
-    By the share of the flow across in the diagonal. Far upstream of a circle, where lines lie closer than nodes, lines
-    alone take dozens of iterations. Not with temperatures that follow, where nothing is gained.
+
+@kernel
+def times(s, v):
+    """Scaled Jacobian times a change v (n_y n_x + 1,) of pressures and approach; deflection in single precision."""
+    ny, nx = s.gap.shape
+    d_p = v[:-1].reshape((ny, nx))
+    d_h = convolve(s.forward, s.modes, s.backward, d_p.astype(np.float32)) + v[-1]
+    d_phi, d_g = s.dln_phi * d_p, s.dg * d_p
+    if s.warm:
+        by_t, d_t = s.by_t, np.empty((ny, nx, s.by_t.shape[3]))
+        follow(s.heat, s.g, s.dg, by_t, s.unit, s.unit_h, d_p, d_h, d_t)
+        for j in range(ny):
+            for i in range(nx):
+                for k in range(d_t.shape[2]):
+                    d_phi[j, i] += by_t[j, i, 0, k] * d_t[j, i, k]
+                    d_g[j, i] += by_t[j, i, 1, k] * d_t[j, i, k]
+    out = np.empty_like(v)
+    out[:-1] = residual_change(s, d_p, d_h, d_phi, d_g).ravel()
+    out[-1] = np.sum(s.weights * d_p) / TARGET_LOAD if s.free else v[-1]
+    return out
+
+
+@kernel
+def column_factors(s):
+    """Factors (4, n_y, n_x) of the flow across through every column, neighbour columns and deflection held.
+
+    Lower, inverse pivot and upper of the rows of the scaled residual; share of the flow across in the diagonal.
     """
-
-    def __init__(self, s: Linearisation) -> None:
-        c_y, inner = s.faces.c_y, s.geometry.grid.inner
-        unit, slope = (s.geometry.kappa_h / s.scale)[inner], s.dln_phi[:, 1:-1]
-        above = unit.copy()
-        above[0] *= 2.0
-        self.diagonals = np.zeros((3, *unit.shape))
-        upper, own, lower = self.diagonals
-        own[:] = above * (c_y[1, :, 1:-1] * slope[:-1] - c_y[0, :, 1:-1]) - 1.0
-        own[1:] -= unit[1:] * (c_y[2, :-1, 1:-1] * slope[1:-1] + c_y[0, :-1, 1:-1])
-        # as solve_banded takes them: upper at the next line, lower at the line before
-        upper[1:] = above[:-1] * (c_y[2, :-1, 1:-1] * slope[1:-1] + c_y[0, :-1, 1:-1])
-        lower[:-1] = unit[1:] * (c_y[0, :-1, 1:-1] - c_y[1, :-1, 1:-1] * slope[:-2])
-        self.share = 1.0 + 1.0 / own
-
-    def __call__(self, residual: Array) -> Array:
-        """Pressures (n_y-1, n_x-2) for a residual on the inner nodes."""
-        ab = self.diagonals.transpose(0, 2, 1).reshape(3, -1)
-        columns = solve_banded((1, 1), ab, (self.share * residual).T.ravel(), check_finite=False)
-        return np.asarray(columns.reshape(residual.shape[::-1]).T)
+    c_y, (ny, nx) = s.faces.c_y, s.gap.shape
+    out = np.zeros((4, ny, nx))
+    lower, pivot, upper, share = out
+    for j in range(ny - 1):
+        for i in range(1, nx - 1):
+            unit = s.mesh.kappa_h / s.scale[j, i]
+            above = (2.0 if j == 0 else 1.0) * unit
+            own = above * (c_y[1, j, i] * s.dln_phi[j, i] - c_y[0, j, i]) - 1.0
+            if j + 1 < ny - 1:
+                upper[j, i] = above * (c_y[2, j, i] * s.dln_phi[j + 1, i] + c_y[0, j, i])
+            if j > 0:
+                own -= unit * (c_y[2, j - 1, i] * s.dln_phi[j, i] + c_y[0, j - 1, i])
+                lower[j, i] = unit * (c_y[0, j - 1, i] - c_y[1, j - 1, i] * s.dln_phi[j - 1, i])
+                lower[j, i] *= pivot[j - 1, i]
+            share[j, i] = 1.0 + 1.0 / own
+            pivot[j, i] = 1.0 / (own - lower[j, i] * upper[j - 1, i])
+    return out
 
 
-def precondition(s: Linearisation, factors: LineFactors, columns: ColumnSolve | None, v: Array) -> Array:
+@kernel
+def solve_columns(columns, residual):
+    """Pressures (n_y, n_x) by the flow across of a scaled residual, by its share, without the deflection by them.
+
+    Far upstream of a circle, where lines lie closer than nodes, lines alone take dozens of iterations. Not with
+    temperatures that follow, where nothing is gained.
+    """
+    lower, pivot, upper, share = columns
+    out = share * residual
+    for j in range(1, len(out) - 1):
+        out[j] -= lower[j] * out[j - 1]
+    for j in range(len(out) - 2, -1, -1):
+        out[j] = pivot[j] * (out[j] - upper[j] * out[j + 1])
+    return out
+
+
+@kernel
+def precondition(s, factors, columns, v):
     """Column and line solves of a scaled residual v (n_y n_x + 1,), bordered by the load balance."""
-    inner, weights = s.geometry.grid.inner, s.geometry.weights
-    residual, missing, d_p = v[:-1].reshape(s.gap.shape), v[-1] * TARGET_LOAD, np.zeros_like(s.gap)
-    if columns is not None:
-        d_p[inner] = columns(residual[inner])
-        residual = residual - s.derivative(d_p, np.zeros_like(d_p), s.dln_phi * d_p, s.dg * d_p) / s.scale
-        missing -= np.sum(weights * d_p)
-    lines = residual[inner] * s.scale[inner]
+    residual, d_p, missing = v[:-1].reshape(s.gap.shape), np.zeros_like(s.gap), v[-1] * TARGET_LOAD
+    if s.across:
+        d_p = solve_columns(columns, residual)
+        residual = residual - residual_change(s, d_p, np.zeros_like(d_p), s.dln_phi * d_p, s.dg * d_p)
+        missing -= np.sum(s.weights * d_p)
+    lines = residual[:-1, 1:-1] * s.scale[:-1, 1:-1]
     solve_lines(factors.lu, factors.pivots, lines)
-    d_p[inner] += lines
-    rise = (np.sum(weights[inner] * lines) - missing) / factors.approach_load if s.free else v[-1]
-    return np.append(d_p - rise * factors.approach, rise)
+    d_p[:-1, 1:-1] += lines
+    load = np.sum(s.weights[:-1, 1:-1] * lines)
+    rise = (load - missing) / factors.approach_load if s.free else v[-1]
+    out = np.empty_like(v)
+    out[:-1] = (d_p - rise * factors.approach).ravel()
+    out[-1] = rise
+    return out
 
 
-def gmres(
-    s: Linearisation, factors: LineFactors, rhs: Array, tolerance: float, most: int
-) -> tuple[Array, int, float]:
+@kernel
+def gmres(s, factors, rhs, tolerance, most):
     """Solution for a scaled right-hand side (n_y n_x + 1,), the iterations used and the relative residual left.
 
     GMRES without restart, preconditioned from the right; every vector is made orthogonal twice.
     Source       Saad 2003, algorithm 9.5
     """
-    columns = ColumnSolve(s) if s.film.across else None
-    basis, triangle = np.empty((most + 1, rhs.size)), np.zeros((most, most))
-    turns: list[tuple[float, float]] = []
-    size = float(np.linalg.norm(rhs))
+    columns = column_factors(s) if s.across else np.zeros((4, 1, 1))
+    basis, steps = np.empty((most + 1, rhs.size)), np.empty((most, rhs.size))
+    triangle, turns, target = np.zeros((most, most)), np.zeros((most, 2)), np.zeros(most + 1)
+    size = np.sqrt(np.dot(rhs, rhs))
     if size == 0.0:
         return np.zeros_like(rhs), 0, 0.0
-    basis[0], target = rhs / size, [size]
+    basis[0], target[0] = rhs / size, size
+    used = 0
     for k in range(most):
-        w, known = s.times(precondition(s, factors, columns, basis[k])), basis[: k + 1]
-        column = np.zeros(k + 1)
-        for _ in range(2):
-            overlap = known @ w
-            w -= overlap @ known
-            column += overlap
-        length = float(np.linalg.norm(w))
+        steps[k] = precondition(s, factors, columns, basis[k])
+        w, column = times(s, steps[k]), triangle[:, k]
+        for i in list(range(k + 1)) * 2:
+            overlap = np.dot(basis[i], w)
+            column[i] += overlap
+            w -= overlap * basis[i]
+        length = np.sqrt(np.dot(w, w))
         basis[k + 1] = w / length
         # Givens rotations of the new column of the Hessenberg matrix
-        entries = column.tolist()
-        for i, (cos, sin) in enumerate(turns):
-            entries[i : i + 2] = (
-                cos * entries[i] + sin * entries[i + 1],
-                cos * entries[i + 1] - sin * entries[i],
-            )
-        diagonal = max(math.hypot(entries[k], length), TINY)
-        turns.append((entries[k] / diagonal, length / diagonal))
-        entries[k] = diagonal
-        triangle[: k + 1, k] = entries
-        target[k:] = turns[k][0] * target[k], -turns[k][1] * target[k]
-        if not abs(target[-1]) > tolerance * size:
+        for i in range(k):
+            a, b, cos, sin = column[i], column[i + 1], turns[i, 0], turns[i, 1]
+            column[i], column[i + 1] = cos * a + sin * b, cos * b - sin * a
+        diagonal = max(np.hypot(column[k], length), TINY)
+        turns[k] = column[k] / diagonal, length / diagonal
+        column[k] = diagonal
+        target[k], target[k + 1] = turns[k, 0] * target[k], -turns[k, 1] * target[k]
+        used = k + 1
+        if not abs(target[used]) > tolerance * size:
             break
-    weights = np.linalg.solve(triangle[: k + 1, : k + 1], target[:-1])
-    return precondition(s, factors, columns, weights @ known), k + 1, abs(target[-1]) / size
+    left, weights = abs(target[used]) / size, target[:used]
+    for i in range(used - 1, -1, -1):
+        weights[i] /= triangle[i, i]
+        weights[:i] -= weights[i] * triangle[:i, i]
+    return np.dot(weights, steps[:used]), used, left

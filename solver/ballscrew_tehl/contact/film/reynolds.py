@@ -218,7 +218,7 @@ def _gap_after(
     """The gap after a step from p to p_new, which the film follows and the history records."""
     gap = linear.geometry.gap(p_new, h_0)
     change = np.maximum(p_new, 0.0) - np.maximum(linear.p, 0.0)
-    film.follow(linear, change, gap - linear.gap)
+    film.follow(linear.system, change, gap - linear.gap)
     history.change.append(float(np.abs(p_new - p).max()))
     if not np.isfinite(history.change[-1]):
         history.lose("pressure not finite")
@@ -258,15 +258,15 @@ def _linear_step(
     """Solve one linearised system by GMRES; factors that need too many iterations are replaced."""
     used = 0
     if factors is not None:
-        delta, used, left = gmres(linear, factors, rhs, KRYLOV_TOLERANCE, KEEP_BELOW)
+        delta, used, left = gmres(linear.system, factors, rhs, KRYLOV_TOLERANCE, KEEP_BELOW)
         if not left <= KRYLOV_TOLERANCE:
             factors = None
     if factors is None:
         # without heat, both would have the same factors
         still = ((False, 2 * KEEP_BELOW),) if linear.film.warm else ()
         for carried, most in (*still, (True, MOST_KRYLOV)):
-            factors = factor_lines(linear, carried)
-            delta, again, left = gmres(linear, factors, rhs, KRYLOV_TOLERANCE, most)
+            factors = factor_lines(linear.system, carried)
+            delta, again, left = gmres(linear.system, factors, rhs, KRYLOV_TOLERANCE, most)
             used += again
             if left <= KRYLOV_TOLERANCE:
                 break

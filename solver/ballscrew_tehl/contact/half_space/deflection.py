@@ -153,6 +153,15 @@ def line_modes(n_y: int) -> tuple[Array, Array]:
     return forward, backward
 
 
+@kernel
+def convolve(forward, modes, backward, field):
+    """Field (n_y, n_x) in the precision of the modes, convolved: see LineConvolution."""
+    rows = np.dot(forward, field)
+    for m in range(len(modes)):
+        rows[m] = np.dot(modes[m], rows[m])
+    return np.dot(backward, rows)
+
+
 class LineConvolution:
     """Convolution across (Toeplitz in y, even) with dense influence along x: out = sum_l K[|j-l|] f_l.
 
@@ -172,20 +181,11 @@ class LineConvolution:
 
     def __call__(self, field: Array) -> Array:
         """Convolve field (n_y, nx), zero on the last line."""
-        return _convolve(self._forward, self._hat, self._backward, field)
+        return np.asarray(convolve(self._forward, self._hat, self._backward, field))
 
     def rough(self, field: Array) -> Array:
         """The same in single precision, 1e-6 of the largest value: half the memory traffic, for increments."""
-        forward, hat, backward = self.single
-        return _convolve(forward, hat, backward, field.astype(np.float32)).astype(np.float64)
-
-
-def _convolve(
-    forward: NDArray[Any], hat: NDArray[Any], backward: NDArray[Any], field: NDArray[Any]
-) -> NDArray[Any]:
-    modes, nx = hat.shape[:2]
-    rows = (forward @ field).reshape(modes, -1, nx)
-    return backward @ np.matmul(rows, hat.transpose(0, 2, 1)).reshape(-1, nx)
+        return np.asarray(convolve(*self.single, field.astype(np.float32)).astype(np.float64))
 
 
 def mode_operator(grid: Grid, sign: float, breaks: Array, density: Array, own: Array) -> LineConvolution:
