@@ -8,18 +8,18 @@ only where flow enters the domain, outlet included; the domain ends where the ga
 A cavitated film is taken as full; its mass flow is that at the rupture.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.linalg import LinearOperator, gmres
 
 from ...compiled import kernel
-from ..half_space.grid import Array
+from ..half_space.grid import TINY, Array
 from ..half_space.walls import LineConvolution
 from .flow import FilmFlow, trapezoid_weights
 from .fluxes import line_fluxes, outflow_across
-from .oil import OilTable, ln_viscosity, pressure_factor
+from .oil import ln_viscosity, pressure_factor
 
 #: largest change of a node in one sweep [K]: the sources are exponential in temperature, longer steps overshoot
 SWEEP_LIMIT = 30.0
@@ -27,8 +27,8 @@ SWEEP_LIMIT = 30.0
 COLUMNS = 4
 #: flow, over that of the cell upstream, up to which the slope of the latter counts in full
 REVERSAL = 4.0
-#: relative residual at which GMRES ends for the wall temperatures
-WALL_TOLERANCE = 1e-2
+#: relative residual at which the iteration of the wall temperatures ends, and its most steps
+WALL_TOLERANCE, MOST_WALL_STEPS = 1e-2, 40
 
 
 class EnergyMesh(NamedTuple):
@@ -374,25 +374,52 @@ def wall_heat(mesh, h, flow, face, t, walls):
             response[j, i, 3] = b_b * (1.0 - response[j, i, 3]) + 0.5 * dz * d_b
 
 
-def sheared_films(
-    oil: OilTable, p: Array, h: Array, conductivity: float, slip: float, t_a: Array, t_b: Array, t: Array
-) -> Array:
+@kernel
+def sheared_films(oil, p, h, conductivity, slip, t_a, t_b, t):
     """Every column sheared by itself between walls t_a, t_b (n_y, n_x) [K]; fills t, returns the heat into each wall.
 
     Couette flow with viscosity eta exp(-soft (T - T_wall)) [Pa s, 1/K] between equally warm walls, slip [m/s]:
     T = T_wall + (2/soft) ln[cosh(a)/cosh(a (1 - 2z/h))], cosh(a)^2 = 1 + soft eta slip^2/(8 k). Nahme 1940.
     """
-    z, wall = np.linspace(0.0, 1.0, t.shape[2]), 0.5 * (t_a + t_b)
-    factor, _ = pressure_factor(oil, p)
-    ln_eta, slope, _ = ln_viscosity(oil, factor, wall)
-    for _ in range(2):
-        soft = np.maximum(-slope, 1e-9)
-        a = np.arcsinh(np.sqrt(0.125 * soft * np.exp(ln_eta) * slip * slip / conductivity))
-        rise = np.log(np.cosh(a)[..., None] / np.cosh(a[..., None] * (1.0 - 2.0 * z)))
-        t[:] = t_a[..., None] + (t_b - t_a)[..., None] * z + (2.0 / soft)[..., None] * rise
-        # the slope flattens with heat: take it where half the rise of the first guess has been reached
-        _, slope, _ = ln_viscosity(oil, factor, 0.5 * (wall + t[:, :, (z.size - 1) // 2]))
-    return np.asarray(4.0 * conductivity * a * np.tanh(a) / (soft * h))
+    heat, n = np.empty(p.shape), t.shape[2] - 1
+    for j in range(p.shape[0]):
+        for i in range(p.shape[1]):
+            wall = 0.5 * (t_a[j, i] + t_b[j, i])
+            factor, _ = pressure_factor(oil, p[j, i])
+            ln_eta, slope, _ = ln_viscosity(oil, factor, wall)
+            for _attempt in range(2):
+                soft = max(-slope, 1e-9)
+                a = np.arcsinh(np.sqrt(0.125 * soft * np.exp(ln_eta) * slip * slip / conductivity))
+                for k in range(n + 1):
+                    rise = 2.0 / soft * np.log(np.cosh(a) / np.cosh(a * (1.0 - 2.0 * k / n)))
+                    t[j, i, k] = t_a[j, i] + (t_b[j, i] - t_a[j, i]) * (k / n) + rise
+                # the slope flattens with heat: take it where half the rise of the first guess has been reached
+                _, slope, _ = ln_viscosity(oil, factor, 0.5 * (wall + t[j, i, n // 2]))
+            heat[j, i] = 4.0 * conductivity * a * np.tanh(a) / (soft * h[j, i])
+    return heat
+
+
+def least_residual(apply: Callable[[Array], Array], rhs: Array, tolerance: float, most: int) -> Array:
+    """Solution of apply(x) = rhs to a relative residual, by generalised conjugate residuals.
+
+    The iterates are those of GMRES. Source: Eisenstat, Elman & Schultz 1983, SIAM J Numer Anal 20, 345.
+    """
+    x, residual = np.zeros_like(rhs), rhs.copy()
+    steps: list[tuple[Array, Array]] = []
+    for _ in range(most):
+        step, image = residual.copy(), apply(residual)
+        for other, its_image in steps:
+            share = float(its_image @ image)
+            step -= share * other
+            image -= share * its_image
+        size = max(float(np.linalg.norm(image)), TINY)
+        steps.append((step / size, image / size))
+        share = float(steps[-1][1] @ residual)
+        x += share * steps[-1][0]
+        residual -= share * steps[-1][1]
+        if not float(np.linalg.norm(residual)) > tolerance * float(np.linalg.norm(rhs)):
+            break
+    return x
 
 
 def update_walls(
@@ -413,8 +440,7 @@ def update_walls(
             d_b + wall_b.rough(response[:, :, 3] * d_b - response[:, :, 2] * d_a),
         ]).ravel()  # fmt: skip
 
-    system = LinearOperator((missing.size, missing.size), matvec=apply, dtype=float)
-    step, _ = gmres(system, missing.ravel(), rtol=WALL_TOLERANCE, maxiter=2)
+    step = least_residual(apply, missing.ravel(), WALL_TOLERANCE, MOST_WALL_STEPS)
     t[:, :, 0] += step.reshape(shape)[0]
     t[:, :, -1] += step.reshape(shape)[1]
 

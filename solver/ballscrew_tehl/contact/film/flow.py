@@ -10,8 +10,9 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from ...compiled import kernel
 from ..half_space.grid import Array
-from .oil import OilTable, ln_viscosity, pressure_density, pressure_factor
+from .oil import ln_viscosity, pressure_density, pressure_factor
 
 #: fewest layers that the cubics of cumulative_matrix fit in
 LEAST_LAYERS = 4
@@ -66,17 +67,19 @@ class FilmFlow(NamedTuple):
         return cls(*np.zeros((10, ny, nx, nz + 1)), *np.zeros((8, ny, nx)))
 
 
-@lru_cache(maxsize=8)
-def cumulative_matrix(n: int) -> Array:
+@kernel
+def cumulative_matrix(n):
     """Matrix (n+1, n+1) from nodal values on the unit interval to their integral from the first node to each.
 
     By the cubic through four nodes, n >= LEAST_LAYERS; the last row has the weights of the whole integral.
     """
-    steps = np.zeros((n, n + 1))
+    out = np.zeros((n + 1, n + 1))
     for k in range(1, n - 1):
-        steps[k, k - 1 : k + 3] = -1.0, 13.0, 13.0, -1.0
-    steps[0, :4] = steps[-1, :-5:-1] = 9.0, 19.0, -5.0, 1.0
-    return np.concatenate((np.zeros((1, n + 1)), np.cumsum(steps, axis=0))) / (24.0 * n)
+        out[k + 1, k - 1 : k + 3] = np.array((-1.0, 13.0, 13.0, -1.0))
+    out[1, :4], out[n, n - 3 :] = np.array((9.0, 19.0, -5.0, 1.0)), np.array((1.0, -5.0, 19.0, 9.0))
+    for k in range(n):
+        out[k + 1] += out[k]
+    return out / (24.0 * n)
 
 
 @lru_cache(maxsize=8)
@@ -87,9 +90,8 @@ def trapezoid_weights(n: int) -> Array:
     return weights
 
 
-def film_coefficients(
-    oil: OilTable, p_max: float, p: Array, t: Array, speeds: SurfaceSpeeds, u_e: float, scale: float
-) -> tuple[Array, Array, Array, Array, Array]:
+@kernel
+def film_coefficients(oil, p_max, p, t, speeds, u_e, scale):
     """Coefficients of the generalised Reynolds equation and their derivatives to P = p/p_max and to temperature.
 
     phi = scale * 12 (r1 e0/e1 - r2) [uniform film: scale * rho/eta]; g = [u_a r0 + (u_b-u_a) e0 r1]/u_e. p (n_y, n_x)
@@ -99,100 +101,134 @@ def film_coefficients(
                  derivatives of ln phi and g to the temperature of every node across the film [1/K]
     """
     u_a, du = speeds.u_a / u_e, (speeds.u_b - speeds.u_a) / u_e
-    n = t.shape[2] - 1
-    z, integral = np.linspace(0.0, 1.0, n + 1), cumulative_matrix(n)
+    (ny, nx), n = p.shape, t.shape[2] - 1
+    ln_phi, dln_phi, g, dg = np.empty((ny, nx)), np.empty((ny, nx)), np.empty((ny, nx)), np.empty((ny, nx))
+    by_t, integral = np.empty((ny, nx, 2, n + 1)), cumulative_matrix(n)
     weights = integral[n]
-    factor, d_factor = pressure_factor(oil, p[..., None] * p_max)
-    rho_p, rho_slope = pressure_density(oil, p[..., None] * p_max)
-    ln_eta, soft, slope = ln_viscosity(oil, factor, t)
-    f = weights * np.exp(-ln_eta)
-    f_t, f_p = -f * soft, -f * slope * d_factor
-    rho = rho_p - oil.beta_t * (t - oil.t_ref)
-    r0 = rho @ weights
-    # mass above each node
-    above = r0[..., None] - rho @ integral.T
-    d_r = f_p * above + f * rho_slope * (1.0 - z)
-    inv0, inv1, d_inv0, d_inv1 = f.sum(axis=2), f @ z, f_p.sum(axis=2), f_p @ z
-    r1, r2, d_r1, d_r2 = (f * above).sum(axis=2), (f * above) @ z, d_r.sum(axis=2), d_r @ z
-    c, mean = inv1 / inv0, r1 / inv0
-    phi = r1 * c - r2
-    dln_phi = p_max * (d_r1 * c + r1 * (d_inv1 - c * d_inv0) / inv0 - d_r2) / phi
-    dg = p_max * (u_a * rho_slope[..., 0] + du * (d_r1 - mean * d_inv0) / inv0)
-    by_r1 = f_t * above - oil.beta_t * (weights * inv0[..., None] - f @ integral)
-    by_r2 = z * f_t * above - oil.beta_t * (weights * inv1[..., None] - (z * f) @ integral)
-    by_c = (z - c[..., None]) * f_t / inv0[..., None]
-    by_mean = (by_r1 - mean[..., None] * f_t) / inv0[..., None]
-    by_ln_phi = (by_r1 * c[..., None] + r1[..., None] * by_c - by_r2) / phi[..., None]
-    by_t = np.stack((by_ln_phi, du * by_mean - u_a * oil.beta_t * weights), axis=2)
-    return np.log(12.0 * scale * phi), dln_phi, u_a * r0 + du * mean, dg, by_t
+    f, f_t, rho, above, carried, carried_z = np.empty((6, n + 1))
+    for j in range(ny):
+        for i in range(nx):
+            factor, d_factor = pressure_factor(oil, p[j, i] * p_max)
+            rho_p, rho_slope = pressure_density(oil, p[j, i] * p_max)
+            r0 = inv0 = inv1 = r1 = r2 = d_inv0 = d_inv1 = d_r1 = d_r2 = 0.0
+            for k in range(n + 1):
+                rho[k] = rho_p - oil.beta_t * (t[j, i, k] - oil.t_ref)
+                r0 += weights[k] * rho[k]
+            for k in range(n + 1):
+                z, ahead = k / n, r0
+                for m in range(n + 1):
+                    ahead -= integral[k, m] * rho[m]
+                ln_eta, soft, slope = ln_viscosity(oil, factor, t[j, i, k])
+                f[k] = weights[k] * np.exp(-ln_eta)
+                f_t[k], f_p, above[k] = -f[k] * soft, -f[k] * slope * d_factor, ahead
+                d_r = f_p * ahead + f[k] * rho_slope * (1.0 - z)
+                inv0, inv1, r1, r2 = inv0 + f[k], inv1 + z * f[k], r1 + f[k] * ahead, r2 + z * f[k] * ahead
+                d_inv0, d_inv1, d_r1, d_r2 = d_inv0 + f_p, d_inv1 + z * f_p, d_r1 + d_r, d_r2 + z * d_r
+            c, mean = inv1 / inv0, r1 / inv0
+            phi = r1 * c - r2
+            ln_phi[j, i], g[j, i] = np.log(12.0 * scale * phi), u_a * r0 + du * mean
+            dln_phi[j, i] = p_max * (d_r1 * c + r1 * (d_inv1 - c * d_inv0) / inv0 - d_r2) / phi
+            dg[j, i] = p_max * (u_a * rho_slope + du * (d_r1 - mean * d_inv0) / inv0)
+            carried[:] = carried_z[:] = 0.0
+            for k in range(n + 1):
+                for m in range(n + 1):
+                    carried[m] += integral[k, m] * f[k]
+                    carried_z[m] += integral[k, m] * f[k] * (k / n)
+            for k in range(n + 1):
+                z = k / n
+                by_r1 = f_t[k] * above[k] - oil.beta_t * (weights[k] * inv0 - carried[k])
+                by_r2 = z * f_t[k] * above[k] - oil.beta_t * (weights[k] * inv1 - carried_z[k])
+                by_c, by_mean = (z - c) * f_t[k] / inv0, (by_r1 - mean * f_t[k]) / inv0
+                by_t[j, i, 0, k] = (by_r1 * c + r1 * by_c - by_r2) / phi
+                by_t[j, i, 1, k] = du * by_mean - u_a * oil.beta_t * weights[k]
+    return ln_phi, dln_phi, g, dg, by_t
 
 
-def isothermal_coefficients(
-    oil: OilTable, p_max: float, p: Array, t: float, speeds: SurfaceSpeeds, u_e: float, scale: float
-) -> tuple[Array, Array, Array, Array]:
+@kernel
+def isothermal_coefficients(oil, p_max, p, t, speeds, u_e, scale):
     """The same for one temperature t [K] everywhere: phi = scale rho/eta."""
     u = 0.5 * (speeds.u_a + speeds.u_b) / u_e
-    factor, d_factor = pressure_factor(oil, p * p_max)
-    rho_p, d_rho = pressure_density(oil, p * p_max)
-    rho = rho_p - oil.beta_t * (t - oil.t_ref)
-    ln_eta, _, slope = ln_viscosity(oil, factor, np.asarray(t))
-    return np.log(scale * rho) - ln_eta, p_max * (d_rho / rho - slope * d_factor), u * rho, p_max * u * d_rho
+    ln_phi, dln_phi, g, dg = np.empty(p.shape), np.empty(p.shape), np.empty(p.shape), np.empty(p.shape)
+    for j in range(p.shape[0]):
+        for i in range(p.shape[1]):
+            factor, d_factor = pressure_factor(oil, p[j, i] * p_max)
+            rho_p, d_rho = pressure_density(oil, p[j, i] * p_max)
+            rho = rho_p - oil.beta_t * (t - oil.t_ref)
+            ln_eta, _, slope = ln_viscosity(oil, factor, t)
+            ln_phi[j, i], dln_phi[j, i] = (
+                np.log(scale * rho) - ln_eta,
+                p_max * (d_rho / rho - slope * d_factor),
+            )
+            g[j, i], dg[j, i] = u * rho, p_max * u * d_rho
+    return ln_phi, dln_phi, g, dg
 
 
-def wall_stress(
-    h: Array, p_x: Array, p_y: Array, du: float, viscosity: Array, weights: Array
-) -> tuple[Array, Array]:
+@kernel
+def wall_stress(h, p_x, p_y, du, eta, weights):
     """Shear stress at surface a along and across [Pa]: int tau/eta dz = (du, 0) with tau = tau_a + z grad p.
 
-    h [m], pressure gradients [Pa/m] (n_y, n_x), speed du of b relative to a [m/s]; viscosity (n_y, n_x, n_z+1), weights
-    of the integral across (n_z+1,).
+    h [m], pressure gradients [Pa/m], speed du of b relative to a [m/s]; viscosity eta, weights of the integral across
+    (n_z+1,). Returns as well the integrals of 1/eta and of z/eta over the unit interval.
     """
-    f = weights / viscosity
-    inv0, inv1 = f.sum(axis=-1), f @ np.linspace(0.0, 1.0, weights.size)
-    return (du / h - h * p_x * inv1) / inv0, -h * p_y * inv1 / inv0
+    inv0 = inv1 = 0.0
+    for k in range(eta.size):
+        inv0 += weights[k] / eta[k]
+        inv1 += weights[k] / eta[k] * (k / (eta.size - 1))
+    return (du / h - h * p_x * inv1) / inv0, -h * p_y * inv1 / inv0, inv0, inv1
 
 
-def film_flow(
-    oil: OilTable, x: Array, p: Array, h: Array, t: Array, speeds: SurfaceSpeeds, flow: FilmFlow
-) -> None:
+@kernel
+def film_flow(oil, x, p, h, t, speeds, flow):
     """Velocities, stresses and heat sources of pressure p [Pa], gap h [m], temperature t [K] on nodes x [m].
 
     Fills flow but its gradients and power, which are those of Linearisation.pressure_flow.
     """
-    n = t.shape[2] - 1
-    z, integral = np.linspace(0.0, 1.0, n + 1), cumulative_matrix(n)
+    (ny, nx), n = p.shape, t.shape[2] - 1
+    integral = cumulative_matrix(n)
     weights = integral[n]
-    p_x, p_y, gap = flow.gradient_x, flow.gradient_y, h[..., None]
-    factor, d_factor = pressure_factor(oil, p[..., None])
-    rho_p, _ = pressure_density(oil, p[..., None])
-    ln_eta, slope, by_factor = ln_viscosity(oil, factor, t)
-    eta = np.exp(np.minimum(ln_eta, LARGEST_LN_ETA))
-    rho = oil.density * (rho_p - oil.beta_t * (t - oil.t_ref))
-    flow.stiff[:], flow.soft[:] = by_factor * d_factor, np.maximum(-slope, 0.0)
-    tau_x, tau_y = wall_stress(h, p_x, p_y, speeds.u_b - speeds.u_a, eta, weights)
-    inv0, inv1 = (weights / eta).sum(axis=2), (weights / eta) @ z
-    pivot = inv1 / inv0
-    flow.fluidity[:] = h * inv0
-    flow.traction_x[:], flow.traction_y[:] = tau_x + 0.5 * h * p_x, tau_y + 0.5 * h * p_y
-    flow.stress_x[:], flow.stress_y[:] = tau_x + pivot * h * p_x, tau_y + pivot * h * p_y
-    rise_x, rise_y = (h * p_x)[..., None], (h * p_y)[..., None]
-    f_x, f_y = (tau_x[..., None] + z * rise_x) / eta, (tau_y[..., None] + z * rise_y) / eta
-    flow.rate[:] = gap * f_x
-    u, v = speeds.u_a + gap * (f_x @ integral.T), gap * (f_y @ integral.T)
-    flow.m_x[:], flow.m_y[:] = rho * u * gap, rho * v * gap
-    # dissipation of the sliding with what the pressure flow adds to its rate, and of the pressure flow
-    arm, s_x, s_y = z - pivot[..., None], flow.stress_x[..., None], flow.stress_y[..., None]
-    flow.sliding[:] = gap / eta * (s_x * (s_x + 2.0 * arm * rise_x) + s_y * (s_y + 2.0 * arm * rise_y))
-    # by the trapezoidal rule: so the cells of the energy equation add up the heat
-    lever = (arm * arm / eta) @ trapezoid_weights(n)
-    flow.driven[:] = arm * arm / eta * (oil.density / (lever * (rho @ weights)))[..., None]
-    flow.shear[:] = flow.sliding + flow.driven * flow.power[..., None]
-    # compression along the flow by the differences that carry the temperature: the two move together
-    p_up, by_p = p_x.copy(), np.zeros(x.size)
-    d_1, d_2 = x[2:] - x[1:-1], x[2:] - x[:-2]
-    by_p[2:] = 1.0 / d_1 + 1.0 / d_2
-    p_up[:, 2:] = by_p[2:] * p[:, 2:] - d_2 / (d_1 * (d_2 - d_1)) * p[:, 1:-1]
-    p_up[:, 2:] += d_1 / (d_2 * (d_2 - d_1)) * p[:, :-2]
-    expansion = gap * oil.beta_t * oil.density / rho
-    flow.compression[:] = expansion * (u * p_up[..., None] + v * p_y[..., None])
-    flow.squeeze[:] = expansion * u * by_p[:, None]
+    eta, rho, f_x, f_y, arm = np.empty((5, n + 1))
+    for j in range(ny):
+        for i in range(nx):
+            gap, p_x, p_y = h[j, i], flow.gradient_x[j, i], flow.gradient_y[j, i]
+            factor, d_factor = pressure_factor(oil, p[j, i])
+            rho_p, _ = pressure_density(oil, p[j, i])
+            mean = lever = 0.0
+            for k in range(n + 1):
+                ln_eta, slope, by_factor = ln_viscosity(oil, factor, t[j, i, k])
+                flow.stiff[j, i, k], flow.soft[j, i, k] = by_factor * d_factor, max(-slope, 0.0)
+                eta[k] = np.exp(min(ln_eta, LARGEST_LN_ETA))
+                rho[k] = oil.density * (rho_p - oil.beta_t * (t[j, i, k] - oil.t_ref))
+                mean += weights[k] * rho[k]
+            tau_x, tau_y, inv0, inv1 = wall_stress(gap, p_x, p_y, speeds.u_b - speeds.u_a, eta, weights)
+            pivot = inv1 / inv0
+            s_x, s_y = tau_x + pivot * gap * p_x, tau_y + pivot * gap * p_y
+            flow.fluidity[j, i], flow.stress_x[j, i], flow.stress_y[j, i] = gap * inv0, s_x, s_y
+            flow.traction_x[j, i], flow.traction_y[j, i] = tau_x + 0.5 * gap * p_x, tau_y + 0.5 * gap * p_y
+            for k in range(n + 1):
+                arm[k] = k / n - pivot
+                f_x[k], f_y[k] = (s_x + arm[k] * gap * p_x) / eta[k], (s_y + arm[k] * gap * p_y) / eta[k]
+                # by the trapezoidal rule: so the cells of the energy equation add up the heat
+                lever += (0.5 / n if k == 0 or k == n else 1.0 / n) * arm[k] * arm[k] / eta[k]
+            # compression along the flow by the differences that carry the temperature: the two move together
+            p_up, by_p = p_x, 0.0
+            if i > 1:
+                d_1, d_2 = x[i] - x[i - 1], x[i] - x[i - 2]
+                by_p = 1.0 / d_1 + 1.0 / d_2
+                p_up = by_p * p[j, i] - d_2 / (d_1 * (d_2 - d_1)) * p[j, i - 1]
+                p_up += d_1 / (d_2 * (d_2 - d_1)) * p[j, i - 2]
+            for k in range(n + 1):
+                u, v = speeds.u_a, 0.0
+                for m in range(n + 1):
+                    u += gap * integral[k, m] * f_x[m]
+                    v += gap * integral[k, m] * f_y[m]
+                flow.m_x[j, i, k], flow.m_y[j, i, k] = rho[k] * u * gap, rho[k] * v * gap
+                flow.rate[j, i, k] = gap * f_x[k]
+                # dissipation of the sliding with what the pressure flow adds to its rate, and of the pressure flow
+                twice = 2.0 * arm[k] * gap
+                work = s_x * (s_x + twice * p_x) + s_y * (s_y + twice * p_y)
+                flow.sliding[j, i, k] = gap / eta[k] * work
+                flow.driven[j, i, k] = arm[k] * arm[k] / eta[k] * oil.density / (lever * mean)
+                flow.shear[j, i, k] = flow.sliding[j, i, k] + flow.driven[j, i, k] * flow.power[j, i]
+                expansion = gap * oil.beta_t * oil.density / rho[k]
+                flow.compression[j, i, k] = expansion * (u * p_up + v * p_y)
+                flow.squeeze[j, i, k] = expansion * u * by_p

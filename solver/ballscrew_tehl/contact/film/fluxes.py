@@ -23,12 +23,16 @@ EDGE_RELAXATION, EDGE_TOLERANCE = 1.5, 1e-9
 
 
 class Mesh(NamedTuple):
-    """Nodes x and cell widths (n_x,) along rolling; kappa/h_y, scales the flow across; whether the side is open."""
+    """Nodes x and cell widths (n_x,) along rolling; kappa/h_y, scales the flow across; whether the side is open.
+
+    wedge (3, n_x-1): weights of the nodes i, i-1, i+1 in the wedge flux of face i+1/2.
+    """
 
     x: Array
     width: Array
     kappa_h: float
     open_side: bool
+    wedge: Array
 
 
 class Faces(NamedTuple):
@@ -37,14 +41,13 @@ class Faces(NamedTuple):
     flow_x (n_y, n_x-1), flow_y (n_y-1, n_x): Poiseuille minus wedge flux.
     c_x (4, n_y, n_x-1), c_y (5, n_y-1, n_x), of the Poiseuille part: conductance (flux per difference of P),
     derivatives to ln phi of the nodes before and behind, to both gaps along x (the same), to the gaps before and behind
-    across. wedge (3, n_x-1): weights of the nodes i, i-1, i+1 in the wedge flux of face i+1/2.
+    across.
     """
 
     flow_x: Array
     flow_y: Array
     c_x: Array
     c_y: Array
-    wedge: Array
 
 
 def log_mean(s_left: Array, s_right: Array) -> tuple[Array, Array, Array]:
@@ -52,10 +55,10 @@ def log_mean(s_left: Array, s_right: Array) -> tuple[Array, Array, Array]:
     d = s_right - s_left
     near = np.abs(d) < 1e-3
     far = np.where(near, 1.0, d)
-    # series: mean = exp((l+r)/2) (1 + d^2/24), weights 1/2 -+ d/12
-    series = np.exp(0.5 * (s_left + s_right)) * (1.0 + d * d / 24.0)
-    mean = np.where(near, series, np.exp(s_left) * np.expm1(far) / far)
-    w_right = np.where(near, 0.5 + d / 12.0, 1.0 / (-np.expm1(-far)) - 1.0 / far)
+    growth = np.expm1(far)
+    # series for small differences
+    mean = np.exp(s_left) * np.where(near, 1.0 + d * (0.5 + d * (1.0 + 0.25 * d) / 6.0), growth / far)
+    w_right = np.where(near, 0.5 + d / 12.0, 1.0 + 1.0 / growth - 1.0 / far)
     return mean, 1.0 - w_right, w_right
 
 
@@ -64,6 +67,8 @@ def lifted_gap(h: Array, floor: float) -> tuple[Array, Array]:
 
     Lets Newton's method pass iterates that overlap; a converged gap is above the floor, where it is unchanged.
     """
+    if h.min() >= floor:
+        return h, np.ones_like(h)
     # bounded: the exponential must not vanish, it is divided by
     lifted = floor * np.exp(np.clip(h / floor - 1.0, -100.0, 0.0))
     return np.where(h >= floor, h, lifted), np.where(h >= floor, 1.0, lifted / floor)
@@ -113,15 +118,14 @@ def face_fluxes(mesh: Mesh, p: Array, gap: Array, ln_phi: Array, g: Array, floor
     e = h * h * h * phi / np.diff(mesh.x)
     flow_x = e * np.diff(p, axis=1)
     c_x = np.array([e, flow_x * w_l, flow_x * w_r, 1.5 * flow_x * dh / h])
-    wedge = wedge_weights(mesh.x)
-    flow_x -= wedge_flux(wedge, g * gap)
+    flow_x -= wedge_flux(mesh.wedge, g * gap)
     h, dh = lifted_gap(gap, floor)
     cube, d_0, d_1 = cube_across(h, mesh.open_side)
     phi, w_l, w_r = log_mean(ln_phi[:-1], ln_phi[1:])
     e = cube * phi * mesh.kappa_h
     flow_y = e * np.diff(p, axis=0)
     c_y = np.array([e, flow_y * w_l, flow_y * w_r, flow_y * d_0 * dh[:-1], flow_y * d_1 * dh[1:]])
-    return Faces(flow_x, flow_y, c_x, c_y, wedge)
+    return Faces(flow_x, flow_y, c_x, c_y)
 
 
 def outflow_across(flow_y: Array) -> Array:

@@ -12,7 +12,7 @@ from scipy.special import elliprd
 from ...physics.hertz import ratio_of_axes
 from ..half_space.deflection import LineConvolution, deflection_operator, dry_contact
 from ..half_space.grid import Array, Grid, graded_grid
-from .fluxes import Mesh
+from .fluxes import Mesh, wedge_weights
 
 TARGET_LOAD = 2.0 * np.pi / 3.0
 #: film [b^2/R_x] above which it is thicker than the flattening of the bodies
@@ -70,7 +70,7 @@ class ContactGeometry:
         #: node next to the centre on the axis
         self.centre = int(np.argmin(np.abs(x)))
         self.kappa_h = self.kappa / self.grid.h_y
-        self.mesh = Mesh(x, self.grid.width_x, self.kappa_h, self.grid.open_side)
+        self.mesh = Mesh(x, self.grid.width_x, self.kappa_h, self.grid.open_side, wedge_weights(x))
         self.deflection: LineConvolution = deflection_operator(
             self.grid, self.kappa, _hertz_factor(self.kappa)
         )

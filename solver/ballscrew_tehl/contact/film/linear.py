@@ -172,7 +172,7 @@ class Linearisation:
             part / (part + elastic) * half * drop_ for part, drop_ in
             ((through[:, :-1], drop[:, :-1]), (through[:, 1:], drop[:, 1:]))
         )  # fmt: skip
-        before, behind = faces.wedge[:, :-1], faces.wedge[:, 1:]
+        before, behind = mesh.wedge[:, :-1], mesh.wedge[:, 1:]
         pull = np.stack((half * flux[:, :-1], half * flux[:, 1:]), axis=2)
         push = np.stack(
             (
@@ -213,35 +213,45 @@ def line_jacobian(s, j, far_phi, far_g, out):
     far_phi, far_g (n_x, n_x): changes of ln phi and g with the pressures of the line by the heat that the oil carries
     along, of size 0 without. Returns the derivatives to a rigid approach (n_x-2,).
     """
-    c_x, wedge, g, gap, same_line = s.faces.c_x[:, j], s.faces.wedge, s.g[j], s.gap[j], s.same_line
+    c_x, wedge, g, gap, same_line = s.faces.c_x[:, j], s.mesh.wedge, s.g[j], s.gap[j], s.same_line
     dln_phi, dg, penalty, inverse = s.dln_phi[j], s.dg[j], s.penalty[j], 1.0 / s.mesh.width
     # the flux through the line of symmetry is that of its neighbour with opposite sign
     up = (2.0 if j == 0 else 1.0) * s.mesh.kappa_h * s.faces.c_y[:, j]
     down = (0.0 if j == 0 else 1.0) * s.mesh.kappa_h * s.faces.c_y[:, j - 1]
     raised = up[4, 1:-1] - down[3, 1:-1]
     by_p, by_phi, by_h, by_g = np.zeros((4, 4))
-    out[:] = 0.0
     for i in range(1, g.size - 1):
         inv, left, right, row = inverse[i], c_x[:, i - 1], c_x[:, i], out[i - 1]
-        # by nodes i-2, i-1, i, i+1
+        # by nodes i-2, i-1, i, i+1; there is none before the first
         by_p[1], by_p[3] = left[0] * inv, right[0] * inv
         by_p[2] = -(left[0] + right[0]) * inv - up[0, i] - down[0, i] - penalty[i]
         by_phi[1], by_phi[3] = -left[1] * inv, right[2] * inv
         by_phi[2] = (right[1] - left[2]) * inv + up[1, i] - down[2, i]
-        by_h[1], by_h[3] = -left[3] * inv, right[3] * inv
+        by_h[0], by_h[1], by_h[3] = 0.0, -left[3] * inv, right[3] * inv
         by_h[2] = (right[3] - left[3]) * inv + up[3, i] - down[4, i]
         by_g[0], by_g[1] = wedge[1, i - 1] * inv, (wedge[0, i - 1] - wedge[1, i]) * inv
         by_g[2] = (wedge[2, i - 1] - wedge[0, i]) * inv - s.squeeze
         by_g[3] = -wedge[2, i] * inv
-        for m in range(1 if i == 1 else 0, 4):
-            at = i - 2 + m
-            lifted = by_h[m] + by_g[m] * g[at]
-            raised[i - 1] += lifted
-            row[at] += by_p[m] + by_phi[m] * dln_phi[at] + by_g[m] * gap[at] * dg[at]
-            add_row(lifted, same_line[at], row)
+        first = max(i - 2, 0)
+        for m in range(4):
+            at = max(i - 2 + m, 0)
+            by_h[m] += by_g[m] * g[at]
+            by_g[m] *= gap[at]
+        lifted_0, lifted_1, lifted_2, lifted_3 = by_h
+        raised[i - 1] += lifted_0 + lifted_1 + lifted_2 + lifted_3
+        for k in range(row.size):
+            row[k] = (
+                lifted_0 * same_line[first, k]
+                + lifted_1 * same_line[i - 1, k]
+                + lifted_2 * same_line[i, k]
+                + lifted_3 * same_line[i + 1, k]
+            )
+        for m in range(4):
+            at = max(i - 2 + m, 0)
+            row[at] += by_p[m] + by_phi[m] * dln_phi[at] + by_g[m] * dg[at]
             if far_phi.size > 0:
                 add_row(by_phi[m], far_phi[at], row)
-                add_row(by_g[m] * gap[at], far_g[at], row)
+                add_row(by_g[m], far_g[at], row)
     return raised
 
 
@@ -321,7 +331,7 @@ def solve_lines(lu, pivots, rows):
 @kernel
 def residual_change(s, d_p, d_h, d_phi, d_g):
     """Change of the scaled residual with changes of pressure, gap, ln phi and g at the nodes."""
-    width, kappa_h, c_x, c_y, wedge = s.mesh.width, s.mesh.kappa_h, s.faces.c_x, s.faces.c_y, s.faces.wedge
+    width, kappa_h, c_x, c_y, wedge = s.mesh.width, s.mesh.kappa_h, s.faces.c_x, s.faces.c_y, s.mesh.wedge
     ny, nx = s.gap.shape
     out, carried = np.zeros((ny, nx)), s.g * d_h + s.gap * d_g
     along, side, before = np.empty(nx - 1), np.empty(nx), np.zeros(nx)
@@ -366,9 +376,12 @@ def times(s, v):
         follow(s.heat, s.g, s.dg, by_t, s.unit, s.unit_h, d_p, d_h, d_t)
         for j in range(ny):
             for i in range(nx):
+                by_phi = by_g = 0.0
                 for k in range(d_t.shape[2]):
-                    d_phi[j, i] += by_t[j, i, 0, k] * d_t[j, i, k]
-                    d_g[j, i] += by_t[j, i, 1, k] * d_t[j, i, k]
+                    by_phi += by_t[j, i, 0, k] * d_t[j, i, k]
+                    by_g += by_t[j, i, 1, k] * d_t[j, i, k]
+                d_phi[j, i] += by_phi
+                d_g[j, i] += by_g
     out = np.empty_like(v)
     out[:-1] = residual_change(s, d_p, d_h, d_phi, d_g).ravel()
     out[-1] = np.sum(s.weights * d_p) / TARGET_LOAD if s.free else v[-1]

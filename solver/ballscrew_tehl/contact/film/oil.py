@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...compiled import kernel
 from ...parameters.file import LubricantParameters
 from ...parameters.oil import ROELANDS_LN
 from ...parameters.units import COLDEST
@@ -48,7 +49,8 @@ def oil_table(oil: LubricantParameters, temperature: float) -> OilTable:
     )  # fmt: skip
 
 
-def pressure_factor(oil: OilTable, p: Array) -> tuple[Array, Array | float]:
+@kernel
+def pressure_factor(oil, p):
     """Pressure part of the viscosity law and its derivative [1/Pa]: (1+p/p_r)^Z - 1 (Roelands), alpha p (Barus)."""
     if oil.roelands:
         power = (1.0 + p / oil.p_r) ** oil.z
@@ -56,20 +58,22 @@ def pressure_factor(oil: OilTable, p: Array) -> tuple[Array, Array | float]:
     return oil.alpha * p, oil.alpha
 
 
-def ln_viscosity(oil: OilTable, factor: Array, t: Array) -> tuple[Array, Array, Array | float]:
+@kernel
+def ln_viscosity(oil, factor, t):
     """ln eta(p, T), d ln eta/dT [1/K] and d ln eta/d factor, from the pressure factor and the temperature [K]."""
     s, last = (t - oil.table_start) / TABLE_STEP, oil.ln_eta0.size - 2
-    k = np.fmin(np.fmax(s, 0.0), last).astype(np.int64)
+    k = int(np.fmin(np.fmax(s, 0.0), last))
     slope = (oil.ln_eta0[k + 1] - oil.ln_eta0[k]) / TABLE_STEP
-    base = oil.ln_eta0[k] + np.clip(s - k, 0.0, 1.0) * TABLE_STEP * slope
-    # constant beyond the table
-    slope = np.where((s > 0.0) & (s < last + 1), slope, 0.0)
+    base = oil.ln_eta0[k] + min(max(s - k, 0.0), 1.0) * TABLE_STEP * slope
+    if not 0.0 < s < last + 1:
+        slope = 0.0  # constant beyond the table
     if oil.roelands:
         return base + (base + ROELANDS_LN) * factor, slope * (1.0 + factor), base + ROELANDS_LN
     return base + factor, slope, 1.0
 
 
-def pressure_density(oil: OilTable, p: Array) -> tuple[Array, Array]:
+@kernel
+def pressure_density(oil, p):
     """Density over pressure at the reference temperature relative to ambient, and its derivative [1/Pa].
 
     Dowson & Higginson 1966; thermal expansion beta_t (T - t_ref) comes off (sign of the print corrected).

@@ -7,7 +7,6 @@ are integrated mode by mode; no matrix per distance is formed or transformed.
 """
 
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -175,9 +174,10 @@ class LineConvolution:
         self._forward, self._backward = line_modes(n_y)
 
     @cached_property
-    def single(self) -> tuple[NDArray[Any], ...]:
+    def single(self) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
         """Forward, modes and backward in single precision."""
-        return tuple(v.astype(np.float32) for v in (self._forward, self._hat, self._backward))
+        single = np.float32
+        return self._forward.astype(single), self._hat.astype(single), self._backward.astype(single)
 
     def __call__(self, field: Array) -> Array:
         """Convolve field (n_y, nx), zero on the last line."""
