@@ -50,7 +50,7 @@ def manufactured_residual(n_x, n_y):
     along = e * (p_xx + 3.0 * h_x / gap * p_x - 1.5 * p_x**2)
     across = e * (p_yy + 3.0 * h_y / gap * p_y - 1.5 * p_y**2)
     exact = along + kappa**2 * across - (g * h_x + 0.2 * p_x * gap)
-    mesh = fluxes.Mesh(grid.x, grid.width_x, kappa / grid.h_y, False)
+    mesh = fluxes.Mesh(grid.x, grid.width_x, kappa / grid.h_y, False, fluxes.wedge_weights(grid.x))
     faces = fluxes.face_fluxes(mesh, p, gap, ln_phi, g, 1e-9)
     out = fluxes.net_flow(mesh, faces.flow_x, faces.flow_y)
     # the first two columns next to the inlet are upwinded with first order

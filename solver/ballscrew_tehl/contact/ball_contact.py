@@ -17,8 +17,6 @@ MAP_NODES = 97
 #: nodes the pressure spike, a few spacings wide there, moved films by 1.5 % and one rolling loss by 7 % in nine
 #: contacts, on 129 by 0.5 %
 SPIKE_M, SPIKE_L = (15.0, 80.0), 15.0
-#: nodes of the last attempt
-MORE_NODES = 193
 
 
 class UnconvergedContactError(ArithmeticError):
@@ -55,8 +53,8 @@ def map_nodes(conditions: ContactConditions, oil: LubricantParameters) -> int:
 def solve_for_map(
     conditions: ContactConditions, oil: LubricantParameters, solid: SolidParameters | Solids, thermal: bool
 ) -> ContactResult:
-    """The last solve of a contact of a ball: on default or MORE_NODES where it does not converge on fewer."""
-    for n_x in sorted({map_nodes(conditions, oil), DEFAULT_OPTIONS.n_x, MORE_NODES}):
+    """The last solve of a contact of a ball: on the default nodes or twice MAP_NODES where fewer do not converge."""
+    for n_x in sorted({map_nodes(conditions, oil), DEFAULT_OPTIONS.n_x, 2 * MAP_NODES - 1}):
         result = solve(conditions, oil, solid, SolverOptions(thermal=thermal, n_x=n_x), warn=False)
         if result.converged:
             break

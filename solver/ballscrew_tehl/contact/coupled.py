@@ -17,7 +17,7 @@ from .film.reynolds import FLOOR_SHARE, HELD_ABOVE, NewtonHistory
 from .half_space.deflection import LineConvolution
 from .half_space.grid import TINY, Array
 from .half_space.walls import wall_operator
-from .problem import ContactProblem, Iteration, WarmFilm
+from .problem import ContactProblem, Iteration, OilFilm
 
 Columns = NDArray[np.int64]
 
@@ -150,7 +150,7 @@ class _CoupledRun:
     def _newton(self, aim: float, steps: int) -> NewtonHistory:
         """Newton steps to a pressure change [p_max], at temperatures that follow."""
         problem, it = self.problem, self.it
-        film = WarmFilm(problem, self.temperature.copy(), it.heat)
+        film = OilFilm(problem, self.temperature.copy(), it.heat)
         it.state, newton, it.preconditioner = reynolds.solve(
             problem.geometry, it.state, film, problem.film_scale, aim, steps, preconditioner=it.preconditioner
         )

@@ -42,14 +42,18 @@ class Iteration:
     preconditioner: LineFactors | None = field(default=None, repr=False)
 
 
-class WarmFilm(Film):
-    """Film coefficients at temperatures (n_y, n_x, n_z+1) [K] that follow the pressure."""
+class OilFilm(Film):
+    """Film coefficients at temperatures (n_y, n_x, n_z+1) [K], which follow the pressure where heat is given."""
 
-    warm = True
-
-    def __init__(self, problem: "ContactProblem", temperature: Array, heat: HeatTransport) -> None:
-        self.problem, self.temperature, self.heat = problem, temperature, heat
+    def __init__(
+        self, problem: "ContactProblem", temperature: Array, heat: HeatTransport | None = None
+    ) -> None:
+        self.problem, self.temperature = problem, temperature
         self.unit, self.unit_h = problem.scales.hertz.p_max, problem.scales.h_unit
+        # the start of a thermal solve is left at a looser tolerance, where columns lead elsewhere within it
+        self.across = not problem.options.thermal
+        if heat is not None:
+            self.heat, self.warm = heat, True
 
     def coefficients(self, p: Array) -> tuple[Array, ...]:
         """At a pressure [p_max] and the present temperature."""
@@ -62,6 +66,8 @@ class WarmFilm(Film):
 
     def follow(self, linear: LinearSystem, d_p: Array, d_h: Array) -> None:
         """Temperatures after a change of pressure [p_max] and gap [b^2/R_x]."""
+        if not self.warm:
+            return
         change = np.empty_like(self.temperature)
         transport.follow(
             self.heat, linear.g, linear.dg, linear.by_t, self.unit, self.unit_h, d_p, d_h, change
@@ -105,18 +111,8 @@ class ContactProblem:
 
     @cached_property
     def isothermal_film(self) -> Film:
-        """Film coefficients at the inlet temperature."""
-        c, scales = self.conditions, self.scales
-
-        def coefficients(p: Array) -> tuple[Array, ...]:
-            return film_flow.isothermal_coefficients(
-                self.table, scales.hertz.p_max, p, c.temperature, self.speeds, c.u_e, 1.0 / scales.reynolds
-            )
-
-        film = Film(coefficients)
-        # the start of a thermal solve is left at a looser tolerance, where columns lead elsewhere within it
-        film.across = not self.options.thermal
-        return film
+        """The film at the inlet temperature."""
+        return OilFilm(self, self.uniform_temperature())
 
     def start(self, state: ReynoldsState | None = None) -> Iteration:
         """An iteration at its beginning: from a state, or from the dry contact opened by the expected film."""
@@ -161,7 +157,7 @@ class ContactProblem:
     def update_flow(self, it: Iteration, temperature: Array) -> Array:
         """Velocities, heat sources and shear stress at the present pressure; returns the gap [m]."""
         p, h = self.physical(it.state)
-        film = WarmFilm(self, temperature, it.heat) if self.options.thermal else self.isothermal_film
+        film = OilFilm(self, temperature, it.heat) if self.options.thermal else self.isothermal_film
         self._set_pressure_flow(it, film)
         x = self.geometry.grid.x * self.scales.hertz.b
         film_flow.film_flow(self.table, x, p, h, temperature, self.speeds, it.flow)

@@ -27,8 +27,8 @@ SWEEP_LIMIT = 30.0
 COLUMNS = 4
 #: flow, over that of the cell upstream, up to which the slope of the latter counts in full
 REVERSAL = 4.0
-#: relative residual at which the iteration of the wall temperatures ends, and its most steps
-WALL_TOLERANCE, MOST_WALL_STEPS = 1e-2, 40
+#: relative residual at which the iteration of the wall temperatures ends
+WALL_TOLERANCE = 1e-2
 
 
 class EnergyMesh(NamedTuple):
@@ -399,14 +399,14 @@ def sheared_films(oil, p, h, conductivity, slip, t_a, t_b, t):
     return heat
 
 
-def least_residual(apply: Callable[[Array], Array], rhs: Array, tolerance: float, most: int) -> Array:
+def least_residual(apply: Callable[[Array], Array], rhs: Array, tolerance: float) -> Array:
     """Solution of apply(x) = rhs to a relative residual, by generalised conjugate residuals.
 
     The iterates are those of GMRES. Source: Eisenstat, Elman & Schultz 1983, SIAM J Numer Anal 20, 345.
     """
     x, residual = np.zeros_like(rhs), rhs.copy()
     steps: list[tuple[Array, Array]] = []
-    for _ in range(most):
+    for _ in range(rhs.size):
         step, image = residual.copy(), apply(residual)
         for other, its_image in steps:
             share = float(its_image @ image)
@@ -440,7 +440,7 @@ def update_walls(
             d_b + wall_b.rough(response[:, :, 3] * d_b - response[:, :, 2] * d_a),
         ]).ravel()  # fmt: skip
 
-    step = least_residual(apply, missing.ravel(), WALL_TOLERANCE, MOST_WALL_STEPS)
+    step = least_residual(apply, missing.ravel(), WALL_TOLERANCE)
     t[:, :, 0] += step.reshape(shape)[0]
     t[:, :, -1] += step.reshape(shape)[1]
 

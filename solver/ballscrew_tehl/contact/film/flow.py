@@ -145,25 +145,6 @@ def film_coefficients(oil, p_max, p, t, speeds, u_e, scale):
 
 
 @kernel
-def isothermal_coefficients(oil, p_max, p, t, speeds, u_e, scale):
-    """The same for one temperature t [K] everywhere: phi = scale rho/eta."""
-    u = 0.5 * (speeds.u_a + speeds.u_b) / u_e
-    ln_phi, dln_phi, g, dg = np.empty(p.shape), np.empty(p.shape), np.empty(p.shape), np.empty(p.shape)
-    for j in range(p.shape[0]):
-        for i in range(p.shape[1]):
-            factor, d_factor = pressure_factor(oil, p[j, i] * p_max)
-            rho_p, d_rho = pressure_density(oil, p[j, i] * p_max)
-            rho = rho_p - oil.beta_t * (t - oil.t_ref)
-            ln_eta, _, slope = ln_viscosity(oil, factor, t)
-            ln_phi[j, i], dln_phi[j, i] = (
-                np.log(scale * rho) - ln_eta,
-                p_max * (d_rho / rho - slope * d_factor),
-            )
-            g[j, i], dg[j, i] = u * rho, p_max * u * d_rho
-    return ln_phi, dln_phi, g, dg
-
-
-@kernel
 def wall_stress(h, p_x, p_y, du, eta, weights):
     """Shear stress at surface a along and across [Pa]: int tau/eta dz = (du, 0) with tau = tau_a + z grad p.
 

@@ -4,7 +4,6 @@ Preconditioned by columns across, then one LU factor per line along, with the li
 fields (n_y, n_x), zero on the outer edges, and the approach behind them.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -29,22 +28,21 @@ LEAST_FLUIDITY = 0.05
 
 
 class Film:
-    """Film coefficients over the pressure; an oil of one temperature unless overridden.
+    """The oil between the bodies: its coefficients over the pressure, and what follows the pressure.
 
     heat, unit [Pa], unit_h [m], by_t (n_y, n_x, 2, n_z+1) of a film whose temperatures follow the pressure (warm):
     factors, units of pressure and gap, and derivatives of the last coefficients to temperatures.
+    across: whether columns across precondition the line solves.
     """
 
-    #: whether columns across precondition the line solves
-    across = False
-    warm = False
+    across = warm = False
     heat = HeatTransport.empty(0, np.zeros(0), 1)
     unit = unit_h = 1.0
     by_t: Array = np.zeros((0, 0, 2, 0))
 
-    def __init__(self, coefficients: Callable[[Array], tuple[Array, ...]]) -> None:
-        #: nodal coefficients of P >= 0: ln phi, d ln phi/dP, g, dg/dP (n_y, n_x)
-        self.coefficients = coefficients
+    def coefficients(self, p: Array) -> tuple[Array, ...]:
+        """At the nodes under P >= 0: ln phi, d ln phi/dP, g, dg/dP (n_y, n_x)."""
+        raise NotImplementedError
 
     def follow(self, linear: "LinearSystem", d_p: Array, d_h: Array) -> None:
         """Take over changes of pressure [p_max] and gap [b^2/R_x] into what depends on them."""

@@ -23,8 +23,6 @@ SHARE = 0.4
 CUT = 40.0
 #: nodes under pressure below which the dry contact is not resolved
 LEAST_UNDER_PRESSURE = 40
-#: growth of the width until that many nodes are under pressure
-WIDENING = 1.5
 #: change of pressure [p_max] that ends the conjugate gradients of the dry contact
 TOLERANCE = 1e-10
 
@@ -229,15 +227,12 @@ def dry_contact(
     weights = grid.weights.copy()
     inside = np.zeros_like(weights, dtype=bool)
     inside[grid.inner] = True
-    width = 1.0
-    while True:
-        shape = 1.0 - (grid.x[None, :] ** 2 + grid.y[:, None] ** 2) / width**2
-        p = np.sqrt(np.maximum(0.0, shape)) * inside
-        if np.count_nonzero(p) >= LEAST_UNDER_PRESSURE:
-            break
-        width *= WIDENING
+    r_2 = grid.x[None, :] ** 2 + grid.y[:, None] ** 2
+    # half-width squared that holds so many nodes
+    width_2 = max(1.0, float(np.partition(r_2[inside], LEAST_UNDER_PRESSURE)[LEAST_UNDER_PRESSURE]))
+    p = np.sqrt(np.maximum(0.0, 1.0 - r_2 / width_2)) * inside
     p *= load / np.sum(weights * p)
-    if width > 1.0:
+    if width_2 > 1.0:
         # a grid for films far thicker than the flattening: the dry contact is a point on it
         gap = undeformed + deflection(p)
         return p, -float(np.sum(weights * p * gap) / load)
