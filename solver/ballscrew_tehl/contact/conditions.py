@@ -221,7 +221,6 @@ INLET_WEDGES, OUTLET_WEDGES, SIDE_WEDGES = (12.0, 40.0, 9.0), (1.0, 2.5), (4.0, 
 #: lines per half-width: without side lobes and more with them, which narrow with b/a over film and are those of an
 #: ellipse rounder than ROUND; per wedge across, and more of round contacts in thin films
 LINES, LOBES, ROUND, LINES_PER_WEDGE, THIN = (11.0, 49.0), (0.1, 1.3), 0.3, (3.6, 14.0), 0.3
-FEWEST_LINES = 17
 
 
 def choose_grid(options: SolverOptions, film: float, curvature_y: float, kappa: float) -> GridChoice:
@@ -253,8 +252,8 @@ def choose_grid(options: SolverOptions, film: float, curvature_y: float, kappa: 
         y_max = extent * max(LEAST_DOMAIN[2], math.sqrt(1.0 + side**2))
         y_max = 2.0 * math.ceil(0.5 * y_max * per_half_width - 1e-9) / per_half_width
     if lines is None:
-        # an odd number, so that every other line makes the coarse grid
-        lines = max(FEWEST_LINES, 1 + 2 * round(0.5 * y_max * per_half_width))
+        # an odd number, so that every other line makes the coarse grid; LEAST_LINES after two halvings
+        lines = max(1 + 4 * (LEAST_LINES - 1), 1 + 2 * round(0.5 * y_max * per_half_width))
         lines = 1 + 2 * round(0.5 * options.density * (lines - 1))
     return GridChoice(x_in, x_out, y_max, options.n_x, lines, inlet_length(film), options.y_max is None)
 
