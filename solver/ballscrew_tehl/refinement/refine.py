@@ -14,13 +14,15 @@ Source       simple kriging, covariances Matern 3/2 and, for the scatter, expone
              Processes for Machine Learning, 2006, Eqs. (2.25), (2.26), (4.17), (4.18)
 """
 
+from __future__ import annotations
+
 import logging
 import math
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +30,11 @@ from numpy.typing import NDArray
 from ..parameters.file import Parameters
 from ..parameters.identity import map_parameters
 from ..physics.hertz import RACEWAYS
-from ..runtime.evaluate import DoubleNutState, NutMap
 from ..runtime.packed import MECHANISTIC
 from .direct import Array, NutContacts
+
+if TYPE_CHECKING:  # an import would pack the module into the Python FMU, which has a copy of its own
+    from ..runtime.evaluate import DoubleNutState, NutMap
 
 #: contacts that are stored, both raceways together, least recently used ones dropped: a look-up takes time with its
 #: square
