@@ -89,7 +89,6 @@ def refusal(parameters):
 def test_screws_and_oils_outside_are_named_with_value_and_range():
     BallContacts(LAW, None, atlas())
     for change, words in (
-        ({"lubricant": {"rheology": "eyring"}}, "rheology = eyring; the atlas of contacts holds newtonian"),
         ({"lubricant": {"pressure_law": "barus"}}, "pressure_law = barus; "),
         ({"lubricant": {"density_law": "incompressible"}}, "density_law = incompressible; "),
         ({"screw": {"youngs_modulus": 320e9}}, "E' = 351.6 GPa; the atlas of contacts holds 200 to 300 GPa"),

@@ -36,15 +36,17 @@ from robustness import isothermal, thermal
 from atlas_builder.screws import contact_pool
 from ballscrew_tehl import contact
 from ballscrew_tehl.contact import ball_conditions, solve_for_map
-from ballscrew_tehl.contact.film import reynolds
+from ballscrew_tehl.contact.film import geometry, reynolds
 from ballscrew_tehl.nut_map.grid import ball_range, map_grid
 from ballscrew_tehl.parameters.file import load_screw
 
 #: units, physics, ranges that are refused, tables and quadratures: they steer nothing
-MODULES_ASIDE = ("moes", "film.oil", "half_space.line_table", "half_space.walls", "one_thread", "result")
+MODULES_ASIDE = ("moes", "film.oil", "half_space.walls")
 NAMES_ASIDE = (
-    "TINY", "INLET_SHAPE", "TARGET_LOAD", "FASTEST", "MOST_NODES", "LEAST_FACTOR", "MOST_FACTOR", "RANGES",
-    "SMOOTHED_OVER", "SMOOTHED_HERTZ", "THICKEST",
+    "TINY", "INLET_SHAPE", "TARGET_LOAD", "FAR_POWER", "LARGEST_LN_ETA",
+    "FASTEST", "FEWEST", "LEAST_LAYERS", "LEAST_NODES", "LEAST_LINES", "MOST_NODES", "LEAST_FACTOR", "MOST_FACTOR",
+    "RANGES", "THICKEST", "MOST_FILM", "LEAST_FILM", "CORE", "WARNED_ABOVE",
+    "SMOOTHED_OVER", "SMOOTHED_HERTZ", "POINTS", "SHARE", "CUT", "COLUMNS",
 )  # fmt: skip
 #: points of robustness.py without and with heat: some at random, and those of 700 that took damping, pseudo time, held
 #: approaches, cold starts on the whole grid, doubled nodes, or most steps; contacts of random screws
@@ -115,7 +117,7 @@ def solved(every: int) -> tuple[list[Any], int, float]:
         products += args[3].krylov[-1]
         return found
 
-    reynolds.contact_geometry.cache_clear()
+    geometry.contact_geometry.cache_clear()
     reynolds._linear_step, begun = counted, time.process_time()
     results = [job() for job in jobs[::every]]
     reynolds._linear_step = linear_step

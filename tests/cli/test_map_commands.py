@@ -86,10 +86,7 @@ def test_a_screw_without_a_map_answers_as_with_one(tmp_path, capsys):
 
 
 #: key of the screw file, its value, another one; group that is outside, end of the line
-OUTSIDE = (
-    ("screw_raceway_radius_mm", "2.477", "7.0", "radius_ratio", "the groove over the ball"),
-    ("rheology", "", '"eyring"', "rheology", "eyring; the atlas of contacts holds newtonian"),
-)
+OUTSIDE = (("screw_raceway_radius_mm", "2.477", "7.0", "radius_ratio", "the groove over the ball"),)
 
 
 def test_a_screw_or_oil_outside_the_atlas_is_refused_with_its_number(tmp_path, capsys):

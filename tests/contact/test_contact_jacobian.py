@@ -5,15 +5,10 @@ import pytest
 from contact_cases import OIL
 
 from ballscrew_tehl.contact.film import flow as film_flow
-from ballscrew_tehl.contact.film import linear, transport
+from ballscrew_tehl.contact.film import transport
+from ballscrew_tehl.contact.film.geometry import TARGET_LOAD, ContactGeometry, GridChoice
+from ballscrew_tehl.contact.film.linear import Film, Linearisation, times
 from ballscrew_tehl.contact.film.oil import oil_table
-from ballscrew_tehl.contact.film.reynolds import (
-    TARGET_LOAD,
-    ContactGeometry,
-    Film,
-    GridChoice,
-    _Linearisation,
-)
 
 GEOMETRIES = {
     "circle": (GridChoice(-3.0, 1.8, 1.6, 33, 7, 0.2), 1.0),
@@ -28,15 +23,13 @@ class HotFilm(Film):
     def __init__(self, state):
         self.state, self.heat = state, state.heat
         self.unit, self.unit_h, self.warm = P_MAX, 1e-6, True
-        self.by_t = np.zeros((*state.p.shape, 2, N_Z + 1))
         self.change = np.zeros_like(state.t)
 
     def coefficients(self, p):
-        out = tuple(np.empty_like(p) for _ in range(4))
-        film_flow.film_coefficients(
-            self.state.table, P_MAX, p, self.state.t + self.change, self.state.flow,
-            film_flow.SurfaceSpeeds(1.4, 0.8), 1.1, 1.0, *out, self.by_t,
-        )  # fmt: skip
+        speeds = film_flow.SurfaceSpeeds(1.4, 0.8)
+        *out, self.by_t = film_flow.film_coefficients(
+            self.state.table, P_MAX, p, self.state.t + self.change, speeds, 1.1, 1.0
+        )
         return out
 
     def follow(self, linear, d_p, d_h):
@@ -47,7 +40,7 @@ class HotFilm(Film):
 
 
 class State:
-    """A thick, warm film of a shear-thinning oil, cavitated behind the contact, with random factors of its heat."""
+    """A thick, warm film, cavitated behind the contact, with random factors of its heat."""
 
     def __init__(self, choice, ratio):
         self.geometry = geometry = ContactGeometry(choice, ratio)
@@ -57,10 +50,7 @@ class State:
         self.p = np.where((grid.x > 1.1) & (p > 0.0), -1e-7, p)
         self.h_0 = 0.6 - float(geometry.gap(np.maximum(self.p, 0.0), 0.0).min())
         self.t = 303.15 + 30.0 * rng.random((*shape, N_Z + 1))
-        self.table, self.flow = oil_table(OIL, 303.15), film_flow.FilmFlow.empty(*shape, N_Z)
-        self.flow.thinning[:] = 1.0 + rng.random(self.t.shape)
-        self.flow.stress_share[:] = rng.random(self.t.shape)
-        self.flow.ln_eta[:] = np.log(0.1) + 8.0 * (np.maximum(self.p, 0.0) + 0.01)[..., None]
+        self.table = oil_table(OIL, 303.15)
         heat = self.heat = transport.HeatTransport.empty(shape[0], grid.x, N_Z)
         inner = heat.source.shape
         # kelvins by the largest pressure, by the gap and by the flow; half of it from the column upstream
@@ -77,16 +67,18 @@ class State:
         film, geometry = HotFilm(self), self.geometry
         gap = geometry.gap(self.p, self.h_0)
         if np.any(d_p) or d_h:
-            system = self.linear().system
+            linear = self.linear()
             gap = geometry.gap(self.p + d_p, self.h_0 + d_h)
-            film.follow(system, np.maximum(self.p + d_p, 0.0) - np.maximum(self.p, 0.0), gap - system.gap)
-        return _Linearisation(geometry, self.p + d_p, gap, film, 0.7, squeeze, free)
+            film.follow(
+                linear.system, np.maximum(self.p + d_p, 0.0) - np.maximum(self.p, 0.0), gap - linear.gap
+            )
+        return Linearisation(geometry, self.p + d_p, gap, film, 0.7, squeeze, free)
 
     def unbounded(self, d_p, d_h, squeeze):
         """Residual without the penalty, and the load: the function that the Jacobian differentiates."""
         found, inner = self.linear(d_p, d_h), self.geometry.grid.inner
-        residual = found.residual + found.system.penalty * (self.p + d_p)
-        residual[inner] -= (squeeze * found.system.g * found.system.gap)[inner]
+        residual = found.residual + found.penalty * (self.p + d_p)
+        residual[inner] -= (squeeze * found.g * found.gap)[inner]
         return np.append(residual, np.sum(self.geometry.weights * (self.p + d_p)))
 
     def random(self, seed=12):
@@ -95,29 +87,22 @@ class State:
         return self.geometry.embed(np.random.default_rng(seed).normal(size=shape))
 
 
-def times(system, v):
-    """Scaled Jacobian times v: all pressures and the approach."""
-    out, shape = np.empty_like(v), system.gap.shape
-    linear.times(system, v, np.zeros((*shape, N_Z + 1)), np.zeros((4, *shape)), out)
-    return out
-
-
 @pytest.fixture(scope="module", params=GEOMETRIES.values(), ids=GEOMETRIES)
 def state(request):
     return State(*request.param)
 
 
 def test_jacobian_is_the_derivative_of_residual_and_load(state):
-    """Film coefficients, deflection and load, with temperatures and thinning that follow the pressure."""
+    """Film coefficients, deflection and load, with temperatures that follow the pressure."""
     for squeeze in (0.0, 5.0):
-        system = state.linear(squeeze=squeeze).system
-        assert (system.penalty > 0.0).any()
-        assert (system.gap < 0.7).any()  # the safeguard of the gap acts as well
+        linear = state.linear(squeeze=squeeze)
+        assert (linear.penalty > 0.0).any()
+        assert (linear.gap < 0.7).any()  # the safeguard of the gap acts as well
         for share, d_h in ((1.0, 0.0), (0.0, 0.7), (1.0, 0.7)):
             d_p = share * np.where(state.p < 0.0, 0.0, state.random())
-            found = times(system, np.append(d_p, d_h))
+            found = times(linear.system, np.append(d_p, d_h))
             plus, minus = (state.unbounded(s * 1e-6 * d_p, s * 1e-6 * d_h, squeeze) for s in (1.0, -1.0))
-            difference = (plus - minus) / 2e-6 / np.append(system.scale, TARGET_LOAD)
+            difference = (plus - minus) / 2e-6 / np.append(linear.scale, TARGET_LOAD)
             # deflection of the Jacobian in single precision: 1e-6
             assert np.abs(found - difference).max() <= 1e-5 * np.abs(difference).max()
             assert found[-1] == pytest.approx(difference[-1], rel=1e-6, abs=1e-9)

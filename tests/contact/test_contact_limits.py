@@ -31,10 +31,9 @@ def test_thick_film_is_that_of_rigid_bodies(ratio, M):
 @pytest.mark.slow
 def test_swapped_bodies_give_the_same_film_and_the_opposite_traction():
     """The film is turned over: z = 0 is then the other body."""
-    for rheology, thermal in (("newtonian", True), ("newtonian", False), ("eyring", True)):
+    for thermal in (True, False):
         one, other = (
-            solved(conditions(load=3.0, srr=srr), rheology, thermal=thermal, tolerance=1e-6)
-            for srr in (0.7, -0.7)
+            solved(conditions(load=3.0, srr=srr), thermal=thermal, tolerance=1e-6) for srr in (0.7, -0.7)
         )
         assert other.grid_film == pytest.approx(one.grid_film, rel=1e-4)
         # extrapolated from grids of half the nodes, which are solved to 3e-4
@@ -44,25 +43,6 @@ def test_swapped_bodies_give_the_same_film_and_the_opposite_traction():
         if thermal:
             gap = np.abs(other.temperature[:, :, ::-1] - one.temperature)
             assert gap.max() <= 5e-3 * one.temperature_rise
-
-
-# --- rheology ---
-
-
-@pytest.mark.slow
-def test_shear_thinning_reduces_traction_and_heat_and_keeps_the_film():
-    cases = (("eyring", 30.0, 0.1), ("carreau", 30.0, 0.1), ("limiting_shear_stress", 3.0, 0.3))
-    for rheology, load, srr in cases:
-        at = conditions(load=load, srr=srr)
-        newtonian, thinned = solved(at), solved(at, rheology)
-        assert 0.0 < thinned.traction_force < 0.9 * newtonian.traction_force
-        assert thinned.sliding_heat < 0.9 * newtonian.sliding_heat
-        assert thinned.temperature_rise < newtonian.temperature_rise
-        # the film forms in the inlet, where the stress is low
-        assert 0.9 * newtonian.grid_film < thinned.grid_film < 1.001 * newtonian.grid_film
-        # 0.02 % sliding of a thick film: the stress stays far below every constant
-        at = conditions(load=0.5, u_e=1.0, srr=2e-4)
-        assert solved(at, rheology).traction_force == pytest.approx(solved(at).traction_force, rel=2e-3)
 
 
 # --- heat and scaling ---

@@ -11,12 +11,13 @@ import threadpoolctl
 from contact_cases import LONG, OIL, STEEL, conditions, moes, options, solved
 
 from ballscrew_tehl import compiled
-from ballscrew_tehl.contact import ContactConditions, SolverOptions, one_thread, solution, solve, solve_moes
+from ballscrew_tehl.contact import ContactConditions, SolverOptions, solve, solve_moes, solver
+from ballscrew_tehl.contact import result as results
 from ballscrew_tehl.contact.coupled import solve_coupled
 from ballscrew_tehl.contact.film import reynolds
 from ballscrew_tehl.contact.integrals import contact_integrals
 from ballscrew_tehl.contact.problem import ContactProblem
-from ballscrew_tehl.contact.solution import solution_of
+from ballscrew_tehl.contact.result import solution_of
 from ballscrew_tehl.parameters.file import graded_oil
 from ballscrew_tehl.physics.film import nijenbanning_venner_moes
 
@@ -29,7 +30,7 @@ def test_result_is_complete_and_repeats_to_the_bit():
     assert (result.pressure.min(), result.pressure.max()) == (0.0, result.p_max)
     assert 0.0 < result.h_m < result.h_c
     assert result.grid_film == pytest.approx(np.interp(0.0, result.x, result.film[0]), rel=1e-3)
-    assert result.h_c == pytest.approx(result.grid_film * (1.0 + result.extrapolation[0]), rel=1e-12)
+    assert 0.0 < 0.25 * abs(result.h_c / result.grid_film - 1.0) < result.error_estimate
     assert result.temperature_rise == pytest.approx(result.temperature.max() - 303.15, rel=1e-9)
     walls = result.temperature[0, np.abs(result.x) < 1.0]
     assert walls[:, 0].mean() < walls[:, -1].mean()  # the faster body stays cooler
@@ -132,13 +133,13 @@ def test_negative_loss_or_film_and_core_far_from_their_formulas_are_no_solution(
         ("CORE", (2.0, 3.0), "times its estimate"), ("CORE", (0.0, 0.01), "times its estimate"),
     ):  # fmt: skip
         with monkeypatch.context() as patch:
-            patch.setattr(solution, name, value)
+            patch.setattr(results, name, value)
             found = solve(conditions(), OIL, STEEL, COARSE)
         assert not found.converged
         assert reason in found.reason
     # thicker than the gap of round bodies is a parabola, a contact has a film and no loss
-    monkeypatch.setattr(solution, "contact_integrals", turned)
-    monkeypatch.setattr(solution, "THICK", 1e-9)
+    monkeypatch.setattr(results, "contact_integrals", turned)
+    monkeypatch.setattr(results, "THICKEST", 1e-9)
     found = solve(conditions(), OIL, STEEL, COARSE)
     assert found.converged
     assert math.isnan(found.rolling_loss)
@@ -188,7 +189,7 @@ def test_a_change_of_any_kernel_source_gives_another_cache(tmp_path, monkeypatch
     kernels = [
         f for f in copy.rglob("*.py") if re.search(r"^\s*@kernel", f.read_text(encoding="utf-8"), re.M)
     ]
-    assert len(kernels) > 8
+    assert len(kernels) > 5
     for file in [*kernels, copy / "parameters" / "oil.py"]:
         file.write_text(file.read_text(encoding="utf-8") + "\n# changed\n", encoding="utf-8")
         found.add(compiled.sources_hash(copy))
@@ -206,8 +207,8 @@ def test_blas_has_one_thread_while_contacts_are_solved():
     with threadpoolctl.threadpool_limits(limits=2, user_api="blas"):
         before = threads()
         assert before
-        with one_thread.one_thread():
-            with pytest.raises(ArithmeticError), one_thread.one_thread():
+        with solver.one_thread():
+            with pytest.raises(ArithmeticError), solver.one_thread():
                 raise ArithmeticError
             assert all(count == 1 for count in threads())
         assert threads() == before

@@ -20,9 +20,8 @@ from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.identity import map_parameters
 from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.refinement import direct
-from ballscrew_tehl.refinement.corrections import UNSOLVABLE_RADIUS, CorrectionStore
 from ballscrew_tehl.refinement.direct import DirectContacts
-from ballscrew_tehl.refinement.refine import REACH, Refinement
+from ballscrew_tehl.refinement.refine import REACH, UNSOLVABLE_RADIUS, CorrectionStore, Refinement
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import sealed
 

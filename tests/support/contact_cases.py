@@ -35,10 +35,9 @@ def options(**changed) -> SolverOptions:
 
 
 @lru_cache(maxsize=128)
-def solved(at: ContactConditions, rheology="newtonian", **changed) -> ContactResult:
-    """Solution of the oil with a rheology and its default constants."""
-    oil = OIL.model_copy(update={"rheology": rheology})
-    result = solve(at, oil, STEEL, options(**changed))
+def solved(at: ContactConditions, **changed) -> ContactResult:
+    """Solution of the oil."""
+    result = solve(at, OIL, STEEL, options(**changed))
     assert result.converged, result.reason
     return result
 

@@ -37,7 +37,7 @@ OF_THE_SCREW = {
     "wall": "effusivity of the bodies over that of bearing steel",
 }
 #: laws of the oil in the contacts of the atlas
-LAWS = {"rheology": "newtonian", "pressure_law": "roelands", "density_law": "dowson_higginson"}
+LAWS = {"pressure_law": "roelands", "density_law": "dowson_higginson"}
 #: relative distance beyond the contacts of the atlas that counts as inside
 ROUNDING = 1e-6
 SOLVE = "remedy: ballscrew torque --direct, which solves the contacts"

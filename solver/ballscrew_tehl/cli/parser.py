@@ -40,7 +40,6 @@ DROP_KINDS = ("impossible", "outside", "outliers")
 OILS = ("viscosities", "iso_vg")
 LUBRICANTS = ("oil", "grease")
 EXPORT_FORMATS = ("twincat", "csv", "modelica", "matlab", "json")
-RHEOLOGIES = ("newtonian", "eyring", "carreau", "limiting_shear_stress")
 LAWS = ("barus", "roelands")
 #: package of the commands
 RUN = f"{__package__}.commands"
@@ -132,7 +131,6 @@ MAP_ACTIONS = {
 CONTACT = {
     "contact": Command("solve one elastohydrodynamic contact", f"{RUN}.contact:run_contact", (
         *numbers(CONTACT_POINT),
-        option("--rheology", "default: that of the oil", choices=RHEOLOGIES),
         switch("--isothermal", "without the energy equation"),
         *numbers([Quantity("moes", "Moes load and lubricant number")], nargs=2, metavar=("M", "L")),
         *numbers([Quantity("radius_ratio", "0 < R_x/R_y <= 1", 0.0, 1.0, not_zero=True)], metavar="R_X/R_Y"),

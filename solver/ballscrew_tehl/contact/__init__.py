@@ -13,11 +13,11 @@ from .ball_contact import (
 )
 from .conditions import ContactConditions, Scales, SolverOptions, scales_of
 from .moes import MoesFilm, moes_conditions, reference_oil, solve_moes
-from .result import ContactResult, HeatBalance
+from .result import THICKEST, ContactResult, HeatBalance
 from .solver import announce_compilation, solve
 
 __all__ = [
-    "MAP_NODES", "ContactConditions", "ContactResult", "HeatBalance", "MoesFilm", "Scales", "SolverOptions",
+    "MAP_NODES", "THICKEST", "ContactConditions", "ContactResult", "HeatBalance", "MoesFilm", "Scales", "SolverOptions",
     "UnconvergedContactError", "announce_compilation", "ball_conditions", "map_nodes", "moes_conditions",
     "reference_oil", "scales_of", "solve", "solve_ball", "solve_for_map", "solve_moes",
 ]  # fmt: skip

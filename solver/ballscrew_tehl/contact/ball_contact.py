@@ -1,25 +1,22 @@
 """The contact of one ball at an operating point of the screw: conditions from load, speed and temperature."""
 
-from __future__ import annotations
-
 import math
 
 from ..parameters.file import LubricantParameters, Parameters, SolidParameters
 from ..physics.ball_law import contact_angle_at_ball_load
 from ..physics.hertz import E_prime, reduced_radii
 from ..physics.kinematics import surface_speeds
-from .conditions import ContactConditions, SolverOptions, number, scales_of
+from .conditions import DEFAULT_OPTIONS, ContactConditions, SolverOptions, number, scales_of
 from .problem import Solids
 from .result import ContactResult
 from .solver import solve
 
 #: nodes along rolling of a direct solve; the film is extrapolated from these and half of them
 MAP_NODES = 97
-#: nodes where a rigid contact becomes a flattened one, and Moes M and least L of it: on 97 nodes the pressure spike,
-#: a few spacings wide there, moved films by 1.5 % and one rolling loss by 7 % in nine contacts, on 129 by 0.5 %
-SPIKE_NODES, SPIKE_M, SPIKE_L = 129, (15.0, 80.0), 15.0
-#: nodes of the last attempt
-MORE_NODES = 193
+#: Moes M and least L where a rigid contact becomes a flattened one, which takes the default of SolverOptions: on 97
+#: nodes the pressure spike, a few spacings wide there, moved films by 1.5 % and one rolling loss by 7 % in nine
+#: contacts, on 129 by 0.5 %
+SPIKE_M, SPIKE_L = (15.0, 80.0), 15.0
 
 
 class UnconvergedContactError(ArithmeticError):
@@ -50,14 +47,14 @@ def map_nodes(conditions: ContactConditions, oil: LubricantParameters) -> int:
     """Nodes along rolling that a direct solve takes."""
     scales = scales_of(conditions, oil)
     sharp = SPIKE_M[0] <= scales.M <= SPIKE_M[1] and scales.L >= SPIKE_L
-    return SPIKE_NODES if sharp else MAP_NODES
+    return DEFAULT_OPTIONS.n_x if sharp else MAP_NODES
 
 
 def solve_for_map(
     conditions: ContactConditions, oil: LubricantParameters, solid: SolidParameters | Solids, thermal: bool
 ) -> ContactResult:
-    """Solve a contact of a ball, on SPIKE_NODES or MORE_NODES where it does not converge on fewer; the last solve."""
-    for n_x in sorted({map_nodes(conditions, oil), SPIKE_NODES, MORE_NODES}):
+    """The last solve of a contact of a ball: on the default nodes or twice MAP_NODES where fewer do not converge."""
+    for n_x in sorted({map_nodes(conditions, oil), DEFAULT_OPTIONS.n_x, 2 * MAP_NODES - 1}):
         result = solve(conditions, oil, solid, SolverOptions(thermal=thermal, n_x=n_x), warn=False)
         if result.converged:
             break

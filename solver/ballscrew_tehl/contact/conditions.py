@@ -1,18 +1,17 @@
 """Operating point, accuracy and scales of one contact, and the grid that fits them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from numbers import Integral
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
 from ..parameters.file import LubricantParameters
 from ..physics import film as film_formulas
 from ..physics.hertz import HertzContact, ellipse
-from .film.reynolds import THICK_FILM, GridChoice
+from .film.flow import LEAST_LAYERS
+from .film.geometry import LEAST_LINES, LEAST_NODES, THICK_FILM, GridChoice
 from .half_space.grid import INLET_SHAPE, Array
 
 #: unit, least and largest of what a contact is given by: wider than any machine, so that no number overflows
@@ -79,7 +78,9 @@ class ContactConditions:
         return 0.5 * (self.u_1 + self.u_2)
 
 
-#: most nodes, layers and iterations of a solve, which then takes hours; bounds of the factors on domain and lines
+#: fewest nodes, lines, layers and iterations of a solve; most, which then take hours; bounds of the factors on domain
+#: and lines
+FEWEST = {"n_x": LEAST_NODES, "n_y": LEAST_LINES, "n_z": LEAST_LAYERS, "max_newton": 1, "max_thermal": 1}
 MOST_NODES, LEAST_FACTOR, MOST_FACTOR = 10_000, 0.25, 64.0
 
 
@@ -114,8 +115,7 @@ class SolverOptions:
     def __post_init__(self) -> None:
         if not isinstance(self.thermal, bool | np.bool_):
             raise ValueError(f"thermal = {self.thermal!r}; needs True or False")
-        least = {"n_x": 17, "n_y": 5, "n_z": 4, "max_newton": 1, "max_thermal": 1}
-        for name, bound in least.items():
+        for name, bound in FEWEST.items():
             value = getattr(self, name)
             if name == "n_y" and value is None:
                 continue
@@ -138,7 +138,7 @@ class SolverOptions:
                 relation = "<" if sign < 0.0 else ">"
                 raise ValueError(f"{name} = {value}; needs finite, {relation} {sign:g} Hertz half-widths")
 
-    def refined(self, factor: float) -> SolverOptions:
+    def refined(self, factor: float) -> Self:
         """The truth check: nodes, lines and layers by a factor, and the extent of film and energy domain as well.
 
         The tolerance falls with the square. Lines and layers are rounded to even numbers of cells. A given domain
@@ -221,7 +221,6 @@ INLET_WEDGES, OUTLET_WEDGES, SIDE_WEDGES = (12.0, 40.0, 9.0), (1.0, 2.5), (4.0, 
 #: lines per half-width: without side lobes and more with them, which narrow with b/a over film and are those of an
 #: ellipse rounder than ROUND; per wedge across, and more of round contacts in thin films
 LINES, LOBES, ROUND, LINES_PER_WEDGE, THIN = (11.0, 49.0), (0.1, 1.3), 0.3, (3.6, 14.0), 0.3
-FEWEST_LINES = 17
 
 
 def choose_grid(options: SolverOptions, film: float, curvature_y: float, kappa: float) -> GridChoice:
@@ -253,8 +252,8 @@ def choose_grid(options: SolverOptions, film: float, curvature_y: float, kappa: 
         y_max = extent * max(LEAST_DOMAIN[2], math.sqrt(1.0 + side**2))
         y_max = 2.0 * math.ceil(0.5 * y_max * per_half_width - 1e-9) / per_half_width
     if lines is None:
-        # an odd number, so that every other line makes the coarse grid
-        lines = max(FEWEST_LINES, 1 + 2 * round(0.5 * y_max * per_half_width))
+        # an odd number, so that every other line makes the coarse grid; LEAST_LINES after two halvings
+        lines = max(1 + 4 * (LEAST_LINES - 1), 1 + 2 * round(0.5 * y_max * per_half_width))
         lines = 1 + 2 * round(0.5 * options.density * (lines - 1))
     return GridChoice(x_in, x_out, y_max, options.n_x, lines, inlet_length(film), options.y_max is None)
 

@@ -1,4 +1,4 @@
-"""Thermal or shear-thinning film: pressure, rheology, energy equation and surface temperatures solved in turn.
+"""Thermal film: pressure, energy equation and surface temperatures solved in turn.
 
 One iteration: Newton steps of the generalised Reynolds equation at temperatures that follow the pressure, the flow at
 the new pressure, sweeps of the energy equation each way, the temperatures of both surfaces, and a step towards the new
@@ -6,19 +6,18 @@ temperatures by Aitken's rule. Undamped, it converges in about ten iterations; c
 damped form first and 15 to 45.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .film import energy
-from .film.reynolds import HELD_ABOVE, GridChoice, NewtonHistory, contact_geometry
+from .film import energy, reynolds
+from .film.geometry import GridChoice, contact_geometry
+from .film.reynolds import FLOOR_SHARE, HELD_ABOVE, NewtonHistory
 from .half_space.deflection import LineConvolution
 from .half_space.grid import TINY, Array
 from .half_space.walls import wall_operator
-from .problem import LEAST_GAP_SHARE, ContactProblem, Iteration, WarmFilm
+from .problem import ContactProblem, Iteration, OilFilm
 
 Columns = NDArray[np.int64]
 
@@ -34,22 +33,21 @@ LEAST_STEP = 0.05
 LARGE_CHANGE = 0.1
 #: growth of the share from one iteration to the next, near the solution and above LARGE_CHANGE
 GROWTH, FAR_GROWTH = 1.5, 1.2
-#: relative change below which damping ends; when the change has grown by RETURN, it goes on from the state where it
-#: ended, and then ends at the share 1/RETURN of this bound
-UNDAMPED_BELOW, RETURN = 0.02, 5.0
-#: share of the change of ln(viscosity) by shear thinning, and the bound of that change
-THINNING_STEP, THINNING_LIMIT = 0.5, 2.0
-#: Newton steps per iteration at most, and where the last ones failed; where these fail as well, damping follows
-NEWTON_STEPS, MORE_NEWTON_STEPS = 4, 12
+#: damping ends at a relative change of LARGE_CHANGE/RETURN; when the change has grown by RETURN, it goes on from the
+#: state where it ended, and then ends at the share 1/RETURN of that bound
+RETURN = 5.0
+#: Newton steps per iteration at most; three times as many where the last ones failed; where these fail as well, damping
+#: follows
+NEWTON_STEPS = 4
 #: pressure change that ends the Newton steps, as a share of the last relative change; 16 contacts: a sixth fewer Newton
 #: steps than with 10 steps and a share of 0.1
 PRESSURE_SHARE = 0.3
 #: a solution is converged at changes below this multiple of the tolerance of pressure: bounds the error of the film
 CONVERGED_AT = 10.0
 #: a solution is also converged where the film is expected to change by less than that, and the mean temperature,
-#: weighted by pressure, has changed by MEAN_SHARE of it: the node of a pressure spike may still oscillate, by
-#: SPIKE_CHANGE of the mean rise. Bound of the ratio of the changes, which is taken where they creep: damped
-MEAN_SHARE, SPIKE_CHANGE, LARGEST_RATIO = 10.0, 0.5, 0.98
+#: weighted by pressure, by CONVERGED_AT times that: the node of a pressure spike may still oscillate, by SPIKE_CHANGE
+#: of the mean rise. Bound of the ratio of the changes, which is taken where they creep: damped
+SPIKE_CHANGE, LARGEST_RATIO = 0.5, 0.98
 #: sweeps of the energy equation each way per iteration: oil circulates in the inlet. With 1, the heat balance of a
 #: thick sliding film closes to 3e-5 only; no iteration more on 12 contacts of a map
 SWEEPS = 2
@@ -60,7 +58,7 @@ LEAST_RISE = 10.0
 #: largest temperature change of one iteration [K]
 TEMPERATURE_LIMIT = 60.0
 #: iterations between surfaces and separately sheared columns for the first temperatures, and share of the change in
-#: each; with 4, a sliding contact of M = 2e5 does not converge, with 1, neither one with shear thinning
+#: each; with 4, a sliding contact of M = 2e5 does not converge
 START_ITERATIONS, START_STEP = 10, 0.6
 
 
@@ -86,13 +84,11 @@ def solve_coupled(
     it.reason = f"no convergence in {limit} thermal iterations"
     for _ in range(limit):
         newton = run.step_pressure()
-        change = run.step_rheology()
+        run.gap = problem.update_flow(it, run.temperature)
         if failure := run.pressure_failure(newton):
             it.reason = failure
             break
-        if run.equation is not None:
-            change = run.step_temperature(run.equation, change)
-        it.temperature_history.append(change)
+        it.temperature_history.append(run.step_temperature())
         it.iterations += 1
         if failure := run.failure():
             it.reason = failure
@@ -101,8 +97,7 @@ def solve_coupled(
             it.converged, it.reason = True, reached
             run.settle(newton)
             break
-    if run.equation is not None:
-        it.temperature, it.heat_flows = run.temperature, run.equation.heat_flows(it, run.new)
+    it.temperature, it.heat_flows = run.temperature, run.equation.heat_flows(it, run.new)
     return it
 
 
@@ -119,26 +114,23 @@ class _CoupledRun:
     ) -> None:
         self.problem, self.it, self.tolerance = problem, it, tolerance
         self.relaxation = Relaxation(damped)
-        self.equation = EnergyEquation(problem) if problem.options.thermal else None
-        given = temperature is not None
-        if self.equation is not None:
-            if temperature is None:
-                temperature = self.equation.estimate(it)
-            self.equation.set_outside(temperature)
-        elif temperature is None:
-            temperature = problem.uniform_temperature()
+        self.equation = EnergyEquation(problem)
+        near = temperature is not None
+        if temperature is None:
+            temperature = self.equation.estimate(it)
+        self.equation.set_outside(temperature)
         #: temperatures of the iterate; those of the last energy solve
         self.temperature = self.new = temperature
         self.gap = problem.update_flow(it, temperature)
-        if self.equation is not None and given and not damped:
+        if near and not damped:
             # the first Newton steps need the temperatures of a near start to follow as well
             self.equation.solve(it, temperature, self.gap, damped)
         self.films: list[float] = []
         self.mean_changes: list[float] = []
         #: largest change of temperature over the mean rise
         self.spike = np.inf
-        #: pressure, temperature and thinning where damping last ended; whether undamped steps have led away from there
-        self.kept = it.state, temperature, it.flow.thinning
+        #: pressure and temperature where damping last ended; whether undamped steps have led away from there
+        self.kept = it.state, temperature
         self.returned = False
 
     def step_pressure(self) -> NewtonHistory:
@@ -147,7 +139,7 @@ class _CoupledRun:
         last_change = it.temperature_history[-1] if it.temperature_history else 1.0
         aim = max(self.tolerance, PRESSURE_SHARE * min(last_change, LARGE_CHANGE))
         # a node at the edge of cavitation may take many short steps
-        steps = NEWTON_STEPS if it.history.converged or not it.temperature_history else MORE_NEWTON_STEPS
+        steps = NEWTON_STEPS if it.history.converged or not it.temperature_history else 3 * NEWTON_STEPS
         if problem.film_scale > HELD_ABOVE:
             steps = problem.options.max_newton
         newton = self._newton(aim, steps)
@@ -158,9 +150,9 @@ class _CoupledRun:
     def _newton(self, aim: float, steps: int) -> NewtonHistory:
         """Newton steps to a pressure change [p_max], at temperatures that follow."""
         problem, it = self.problem, self.it
-        film = WarmFilm(problem, self.temperature.copy(), it.flow, it.heat)
-        it.state, newton, it.preconditioner = problem.geometry.solve(
-            it.state, film, problem.film_scale, aim, steps, preconditioner=it.preconditioner
+        film = OilFilm(problem, self.temperature.copy(), it.heat)
+        it.state, newton, it.preconditioner = reynolds.solve(
+            problem.geometry, it.state, film, problem.film_scale, aim, steps, preconditioner=it.preconditioner
         )
         it.history.extend(newton)
         self.temperature = film.temperature
@@ -175,45 +167,28 @@ class _CoupledRun:
         if newton.change[-1] <= self.tolerance:
             return
         it, state, temperature = self.it, self.it.state, self.temperature
-        if not self._newton(self.tolerance, MORE_NEWTON_STEPS).converged:
+        if not self._newton(self.tolerance, 3 * NEWTON_STEPS).converged:
             it.state, self.temperature = state, temperature
         self.gap = self.problem.update_flow(it, self.temperature)
-        if self.equation is not None:
-            # the heat balance is that of the last flow
-            self.new = self.equation.solve(it, self.temperature, self.gap, False)
+        # the heat balance is that of the last flow
+        self.new = self.equation.solve(it, self.temperature, self.gap, False)
 
     def _rescale(self, film: float) -> None:
         """Take a film [b^2/R_x] as that of the iteration."""
         estimate = self.problem.scales.film_estimate
-        self.problem.film_scale = min(max(film, LEAST_GAP_SHARE * estimate), estimate)
+        self.problem.film_scale = min(max(film, 0.5 * FLOOR_SHARE * estimate), estimate)
 
-    def step_rheology(self) -> float:
-        """Flow at the new pressure; the largest change of ln(viscosity) by shear thinning that was taken."""
-        flow = self.it.flow
-        if self.problem.oil.rheology == "newtonian":
-            self.gap = self.problem.update_flow(self.it, self.temperature)
-            return 0.0
-        before = np.log(flow.thinning) - flow.ln_eta
-        self.gap = self.problem.update_flow(self.it, self.temperature)
-        step = np.log(flow.thinning) - flow.ln_eta - before
-        step = THINNING_STEP * np.clip(step, -THINNING_LIMIT, THINNING_LIMIT)
-        flow.thinning[:] = np.exp(flow.ln_eta + before + step)
-        return float(np.abs(step).max())
-
-    def step_temperature(self, equation: EnergyEquation, change: float) -> float:
-        """Solve the energy equation and step towards it.
-
-        change: that of the rheology; returns the larger of it and of temperature over largest rise, NaN if one is NaN
-        """
+    def step_temperature(self) -> float:
+        """Solve the energy equation and step towards it; largest change of temperature over largest rise."""
         it, damped = self.it, self.relaxation.damped
-        self.new = equation.solve(it, self.temperature, self.gap, damped)
+        self.new = self.equation.solve(it, self.temperature, self.gap, damped)
         if damped:
             self._hold_temperatures()
         residual = self.new - self.temperature
         rise = max(float(self.new.max()) - self.problem.conditions.temperature, LEAST_RISE)
         # far upstream oil circulates between the bodies, without an effect on the film
         near = it.state.gap <= max(NEAR_FILMS * self.problem.film_scale, NEAR_GAP)
-        change = float(np.maximum(change, np.max(np.abs(residual[near]), initial=0.0) / rise))
+        change = float(np.max(np.abs(residual[near]), initial=0.0)) / rise
         # by load: a pressure spike covers many nodes and little of the contact
         carried = np.maximum(it.state.p, 0.0) * self.problem.geometry.weights
         carried /= float(np.sum(carried))
@@ -222,7 +197,7 @@ class _CoupledRun:
         self.spike = float(np.max(np.abs(residual[near]), initial=0.0)) / max(heated, LEAST_RISE)
         step = self.relaxation.step(residual * near[..., None], change)
         if damped and not self.relaxation.damped:
-            self.kept = it.state, self.temperature, it.flow.thinning.copy()
+            self.kept = it.state, self.temperature
         elif self.relaxation.damped and not damped:
             self._go_back()
             return change
@@ -242,7 +217,7 @@ class _CoupledRun:
     def _go_back(self) -> None:
         """To where damping ended: one undamped step may leave a film that takes dozens of iterations to recover."""
         it = self.it
-        it.state, self.temperature, it.flow.thinning[:] = self.kept
+        it.state, self.temperature = self.kept
         it.preconditioner = None
         self._rescale(self.problem.central_film(it))
         self.gap = self.problem.update_flow(it, self.temperature)
@@ -276,7 +251,7 @@ class _CoupledRun:
         if (
             self.mean_changes
             and self.spike <= SPIKE_CHANGE
-            and self.mean_changes[-1] <= MEAN_SHARE * tolerance
+            and self.mean_changes[-1] <= CONVERGED_AT * tolerance
             and _left(self.films, LARGEST_RATIO if self.relaxation.damped else 0.0) <= tolerance
         ):
             return f"film and mean temperature within tolerance, largest change {changes[-1]:.0e} of the rise"
@@ -301,7 +276,7 @@ class Relaxation:
     def __init__(self, damped: bool) -> None:
         self.damped = self.ever_damped = damped
         self.share = DAMPED_STEP if damped else UNDAMPED_STEP
-        self._undamped_below = UNDAMPED_BELOW
+        self._undamped_below = LARGE_CHANGE / RETURN
         self._residual: Array | None = None
 
     def step(self, residual: Array, change: float) -> float:
@@ -335,8 +310,10 @@ class EnergyEquation:
     def __init__(self, problem: ContactProblem) -> None:
         grid, hertz = problem.geometry.grid, problem.scales.hertz
         self.problem = problem
-        self.mesh = energy.EnergyMesh(grid.x * hertz.b, grid.width_x * hertz.b, grid.h_y * hertz.a)
         self.T_0 = problem.conditions.temperature
+        self.mesh = energy.EnergyMesh(
+            grid.x * hertz.b, grid.width_x * hertz.b, grid.h_y * hertz.a, problem.oil.thermal_conductivity, self.T_0
+        )  # fmt: skip
         #: unit of the Reynolds fluxes [kg/(m s)]
         self.flux_unit = problem.conditions.u_e * problem.scales.h_unit * problem.oil.density
         shape = problem.geometry.undeformed.shape
@@ -352,12 +329,12 @@ class EnergyEquation:
         p, _ = problem.physical(it.state)
         slip = problem.speeds.u_b - problem.speeds.u_a
         wall_a = np.full(p.shape, float(T_0))
-        wall_b, q = wall_a.copy(), np.zeros(p.shape)
+        wall_b = wall_a.copy()
         for _ in range(START_ITERATIONS):
-            energy.sheared_films(problem.table, p, h, k_oil, slip, wall_a, wall_b, temperature, q)
+            q = energy.sheared_films(problem.table, p, h, k_oil, slip, wall_a, wall_b, temperature)
             wall_a += START_STEP * (T_0 + self.operators[0](q) - wall_a)
             wall_b += START_STEP * (T_0 + self.operators[1](q) - wall_b)
-        energy.sheared_films(problem.table, p, h, k_oil, slip, wall_a, wall_b, temperature, q)
+        energy.sheared_films(problem.table, p, h, k_oil, slip, wall_a, wall_b, temperature)
         temperature[:, 0], temperature[:, -1] = T_0, T_0
         return temperature
 
@@ -373,21 +350,21 @@ class EnergyEquation:
         energy.face_flow(
             self.mesh, oil.specific_heat, it.state.p, it.flux_x * unit, it.flux_y * unit, it.flow, face
         )
-        new, conductivity = temperature.copy(), oil.thermal_conductivity
+        new = temperature.copy()
         # backward first: oil flows both ways in the inlet
         for sweep in range(2 * SWEEPS):
             forward, whole = sweep % 2 == 1, sweep == 2 * SWEEPS - 1
             energy.sweep(
-                self.mesh, gap, conductivity, self.T_0, it.flow, face, temperature, damped, forward, whole, new,
-                it.heat, self.walls.response,
+                self.mesh, gap, it.flow, face, temperature, damped, forward, whole, new, it.heat,
+                self.walls.response,
             )  # fmt: skip
-        energy.wall_heat(self.mesh, gap, conductivity, self.T_0, it.flow, face, new, self.walls)
+        energy.wall_heat(self.mesh, gap, it.flow, face, new, self.walls)
         energy.update_walls(self.operators, new, self.walls, self.T_0)
         return new
 
     def heat_flows(self, it: Iteration, new: Array) -> tuple[float, float, float]:
         """Heat generated, conducted into the walls and carried out by the oil [W] of the last solve."""
-        return energy.heat_flows(self.mesh, new, self.T_0, it.flow, self.face, self.walls)
+        return energy.heat_flows(self.mesh, new, it.flow, self.face, self.walls)
 
 
 def wall_operators(problem: ContactProblem) -> tuple[LineConvolution, LineConvolution]:

@@ -3,8 +3,6 @@
 The contact is the Hertz ellipse X^2 + Y^2 <= 1.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -54,11 +52,6 @@ def resistance_of_cells(x: Array, pressure: Array, gap: Array, width: Array) -> 
     upstream = -0.25 * own**2 / (before * (before + own))
     faces[:, 1:] = (1.0 - behind - upstream) * gap[:, 1:-1] + upstream * gap[:, :-2] + behind * gap[:, 2:]
     return np.asarray(width[:, None] * faces * np.diff(pressure, axis=1))
-
-
-def share_below(nodes: Array, limit: float) -> Array:
-    """Share of each interval between nodes (n,) that lies below a limit (n-1,)."""
-    return np.asarray(np.clip((limit - nodes[:-1]) / np.diff(nodes), 0.0, 1.0))
 
 
 def resistance_beyond(
@@ -113,7 +106,8 @@ def _beyond_radius(problem: ContactProblem, gap: Array, cells: Array) -> float:
     half = 0.5 * grid.h_y
     inner, outer = np.abs(grid.y) - half, np.abs(grid.y) + half
     aside = np.clip((outer - c.R_x / hertz.a) / (outer - inner), 0.0, 1.0)
-    outside = np.maximum(share_below(grid.x, -c.R_x / hertz.b)[None, :], aside[:, None])
+    upstream = np.clip((-c.R_x / hertz.b - grid.x[:-1]) / np.diff(grid.x), 0.0, 1.0)
+    outside = np.maximum(upstream[None, :], aside[:, None])
     return lacking - float(np.sum(outside * cells))
 
 

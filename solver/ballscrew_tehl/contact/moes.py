@@ -1,7 +1,5 @@
 """A contact given by its Moes numbers, for comparison with published film tables."""
 
-from __future__ import annotations
-
 import math
 from typing import Literal, NamedTuple
 

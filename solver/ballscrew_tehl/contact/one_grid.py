@@ -1,21 +1,20 @@
 """One contact on one grid: from the dry contact by way of half the nodes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
 import numpy as np
 
-from .conditions import SolverOptions
+from .conditions import DEFAULT_OPTIONS, SolverOptions
 from .coupled import solve_coupled
-from .film.reynolds import LEAST_PRESSURE, TARGET_LOAD, ReynoldsState
+from .film.flow import LEAST_LAYERS
+from .film.fluxes import EDGE_TOLERANCE
+from .film.geometry import TARGET_LOAD, ReynoldsState
+from .film.reynolds import NEWTON_STEPS
 from .half_space.grid import Array, Grid
 from .problem import ContactProblem, Iteration
-from .solution import ContactSolution, least_film, solution_of
+from .result import ContactResult, least_film, solution_of
 
-#: tolerance on the grid of half the nodes, where a cold solve begins: bounds the error of the extrapolation
-COARSE_TOLERANCE = 3e-5
 #: share of the extrapolation from half the nodes that counts as the error of the extrapolated film: that of the next
 #: order. Twice the nodes, lines, layers and extent change h_c by 2e-4 in the median, 4e-3 at most; that is 0.24 at most
 #: of extrapolation, rest and tolerance together (51 random resolved contacts of both kinematics)
@@ -23,16 +22,11 @@ REMAINDER = 0.25
 #: share of the change by half the layers and half the extent of the energy equation that counts as their error: a third
 #: for second order (layers), all of it for first order (extent)
 REST_SHARE = 0.5
-#: fewest layers of a coarse solution
-LEAST_LAYERS = 4
-#: tolerance and most Newton steps of the isothermal solve that a coupled solve begins with
-START_TOLERANCE, START_STEPS = 1e-2, 30
-#: pressure of nodes that were cavitated on another grid, as a share of the deepest that is allowed: they begin
-#: cavitated, for the edge of cavitation moves by one node per Newton step
-CAVITATED = 1e-3
+#: tolerance of the isothermal solve that a coupled solve begins with
+START_TOLERANCE = 1e-2
 
 
-def solve_cold(problem: ContactProblem) -> ContactSolution:
+def solve_cold(problem: ContactProblem) -> ContactResult:
     """From the dry contact, by way of half the nodes."""
     options = problem.options
     coarse_choice = problem.choice.halved()
@@ -62,14 +56,14 @@ def _solve_coarse(coarse: ContactProblem) -> tuple[Iteration, float]:
     """
     if coarse.options.thermal:
         rough = ContactProblem(coarse.given, coarse.oil, coarse.solids, _half(coarse.options), coarse.choice)
-        before = solve_from(rough, None, None, COARSE_TOLERANCE)
+        before = solve_from(rough, None, None, DEFAULT_OPTIONS.tolerance)
         if before.converged:
             start = prolonged(rough, before, coarse)
-            first = solve_from(coarse, *start, COARSE_TOLERANCE, before.damped)
+            first = solve_from(coarse, *start, DEFAULT_OPTIONS.tolerance, before.damped)
             if first.converged:
                 change = rough.central_film(before) / coarse.central_film(first) - 1.0
                 return first, REST_SHARE * abs(change)
-    return solve_from(coarse, None, None, COARSE_TOLERANCE), 0.0
+    return solve_from(coarse, None, None, DEFAULT_OPTIONS.tolerance), 0.0
 
 
 def _half(options: SolverOptions) -> SolverOptions:
@@ -92,10 +86,10 @@ def solve_from(
     """Solve on one grid from a state, or from the dry contact; damped: without an undamped attempt."""
     options = problem.options
     it = problem.start(state)
-    if problem.plain:
+    if not problem.options.thermal:
         return problem.solve_isothermal(it, tolerance, options.max_newton)
     if state is None:
-        it = problem.solve_isothermal(it, START_TOLERANCE, START_STEPS)
+        it = problem.solve_isothermal(it, START_TOLERANCE, NEWTON_STEPS)
     near, limit, used = it.state, options.max_thermal, 0
     if not damped:
         it = solve_coupled(problem, it, temperature, tolerance, limit)
@@ -148,7 +142,8 @@ def prolonged(
     """A coarse solution on the grid of a finer problem: state and temperatures."""
     source, grid, geometry = coarse.geometry.grid, problem.geometry.grid, problem.geometry
     p = resample(np.maximum(it.state.p, 0.0), source, grid)
-    p = geometry.embed(np.where(p <= 0.0, -CAVITATED * LEAST_PRESSURE, p)[grid.inner])
+    # cavitated nodes begin so, for the edge of cavitation moves by one node per Newton step
+    p = geometry.embed(np.where(p <= 0.0, -EDGE_TOLERANCE, p)[grid.inner])
     p *= TARGET_LOAD / float(np.sum(geometry.weights * p))
     # the approach that leaves the gap of the contact as it was
     shape = geometry.gap(p, 0.0)

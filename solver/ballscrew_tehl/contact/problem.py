@@ -1,7 +1,5 @@
 """One operating point on one grid: scales, film coefficients, flow, traction, and the isothermal solve."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -10,17 +8,15 @@ import numpy as np
 from ..parameters.file import LubricantParameters, SolidParameters
 from .conditions import ContactConditions, SolverOptions, expected_grid, scales_of
 from .film import flow as film_flow
-from .film import kernels, transport
-from .film.linear import LinearSystem, LineFactors
+from .film import reynolds, transport
+from .film.geometry import GridChoice, ReynoldsState, contact_geometry
+from .film.linear import Film, LinearSystem, LineFactors
 from .film.oil import oil_table
-from .film.reynolds import FLOOR_SHARE, Film, GridChoice, NewtonHistory, ReynoldsState, contact_geometry
 from .film.transport import HeatTransport
 from .half_space.grid import Array
 
 #: materials of body 1 (raceway) and body 2 (ball)
 Solids = tuple[SolidParameters, SolidParameters]
-#: least gap, as a share of the present film, in flow and energy equation while an iterate overlaps
-LEAST_GAP_SHARE = 0.1
 
 
 @dataclass
@@ -31,7 +27,7 @@ class Iteration:
     """
 
     state: ReynoldsState
-    history: NewtonHistory
+    history: reynolds.NewtonHistory
     flow: film_flow.FilmFlow
     heat: HeatTransport
     flux_x: Array
@@ -46,33 +42,37 @@ class Iteration:
     preconditioner: LineFactors | None = field(default=None, repr=False)
 
 
-class WarmFilm(Film):
-    """Film coefficients at temperatures that follow the pressure, and thinning that follows the viscosity."""
+class OilFilm(Film):
+    """Film coefficients at temperatures (n_y, n_x, n_z+1) [K], which follow the pressure where heat is given."""
 
     def __init__(
-        self, problem: ContactProblem, temperature: Array, flow: film_flow.FilmFlow, heat: HeatTransport
+        self, problem: "ContactProblem", temperature: Array, heat: HeatTransport | None = None
     ) -> None:
-        self.problem, self.temperature, self.flow, self.heat = problem, temperature, flow, heat
-        ny, nx, layers = temperature.shape
-        self.unit, self.unit_h, self.warm = problem.scales.hertz.p_max, problem.scales.h_unit, True
-        self.by_t, self.change = np.zeros((ny, nx, 2, layers)), np.empty_like(temperature)
+        self.problem, self.temperature = problem, temperature
+        self.unit, self.unit_h = problem.scales.hertz.p_max, problem.scales.h_unit
+        # the start of a thermal solve is left at a looser tolerance, where columns lead elsewhere within it
+        self.across = not problem.options.thermal
+        if heat is not None:
+            self.heat, self.warm = heat, True
 
     def coefficients(self, p: Array) -> tuple[Array, ...]:
         """At a pressure [p_max] and the present temperature."""
-        problem, flow = self.problem, self.flow
-        out = tuple(np.empty_like(p) for _ in range(4))
-        film_flow.film_coefficients(
-            problem.table, self.unit, p, self.temperature, flow, problem.speeds, problem.conditions.u_e,
-            1.0 / problem.scales.reynolds, *out, self.by_t,
+        problem = self.problem
+        *out, self.by_t = film_flow.film_coefficients(
+            problem.table, self.unit, p, self.temperature, problem.speeds, problem.conditions.u_e,
+            1.0 / problem.scales.reynolds,
         )  # fmt: skip
-        return out
+        return tuple(out)
 
     def follow(self, linear: LinearSystem, d_p: Array, d_h: Array) -> None:
         """Temperatures after a change of pressure [p_max] and gap [b^2/R_x]."""
+        if not self.warm:
+            return
+        change = np.empty_like(self.temperature)
         transport.follow(
-            self.heat, linear.g, linear.dg, linear.by_t, self.unit, self.unit_h, d_p, d_h, self.change
+            self.heat, linear.g, linear.dg, linear.by_t, self.unit, self.unit_h, d_p, d_h, change
         )  # fmt: skip
-        self.temperature += np.clip(self.change, -film_flow.FOLLOW_LIMIT, film_flow.FOLLOW_LIMIT)
+        self.temperature += np.clip(change, -film_flow.FOLLOW_LIMIT, film_flow.FOLLOW_LIMIT)
 
 
 class ContactProblem:
@@ -102,8 +102,6 @@ class ContactProblem:
         self.film_scale = self.scales.film_estimate
         self.table = oil_table(oil, conditions.temperature)
         self.speeds = film_flow.SurfaceSpeeds(float(conditions.u_1), float(conditions.u_2))
-        #: whether the film is that of one viscosity per pressure
-        self.plain = oil.rheology == "newtonian" and not options.thermal
 
     def central_film(self, it: Iteration) -> float:
         """Gap on the axis at X = 0 [b^2/R_x], by the quadratic through the three nodes around it."""
@@ -113,21 +111,8 @@ class ContactProblem:
 
     @cached_property
     def isothermal_film(self) -> Film:
-        """Film coefficients of a Newtonian oil at the inlet temperature."""
-        c, shape = self.conditions, self.geometry.undeformed.shape
-
-        def coefficients(p: Array) -> tuple[Array, ...]:
-            out = tuple(np.empty_like(p) for _ in range(4))
-            film_flow.isothermal_coefficients(
-                self.table, self.scales.hertz.p_max, p, c.temperature, self.speeds, c.u_e, 1.0 / self.scales.reynolds,
-                *out,
-            )  # fmt: skip
-            return out
-
-        film = Film(coefficients, shape, self.scales.hertz.p_max)
-        # the start of a thermal solve is left at a looser tolerance, where columns lead elsewhere within it
-        film.across = self.plain
-        return film
+        """The film at the inlet temperature."""
+        return OilFilm(self, self.uniform_temperature())
 
     def start(self, state: ReynoldsState | None = None) -> Iteration:
         """An iteration at its beginning: from a state, or from the dry contact opened by the expected film."""
@@ -136,7 +121,7 @@ class ContactProblem:
         lines, nodes = state.p.shape
         return Iteration(
             state,
-            NewtonHistory(),
+            reynolds.NewtonHistory(),
             film_flow.FilmFlow.empty(lines, nodes, self.options.n_z),
             HeatTransport.empty(lines, self.geometry.grid.x * self.scales.hertz.b, self.options.n_z),
             np.zeros((lines, nodes - 1)),
@@ -149,9 +134,15 @@ class ContactProblem:
         return np.full(shape, float(self.conditions.temperature))
 
     def solve_isothermal(self, it: Iteration, tolerance: float, max_steps: int) -> Iteration:
-        """Newton iteration of a Newtonian oil at the inlet temperature."""
-        it.state, history, it.preconditioner = self.geometry.solve(
-            it.state, self.isothermal_film, self.scales.film_estimate, tolerance, max_steps, patient=True
+        """Newton iteration at the inlet temperature."""
+        it.state, history, it.preconditioner = reynolds.solve(
+            self.geometry,
+            it.state,
+            self.isothermal_film,
+            self.scales.film_estimate,
+            tolerance,
+            max_steps,
+            patient=True,
         )
         it.history.extend(history)
         it.converged, it.reason = history.converged, history.reason
@@ -160,13 +151,13 @@ class ContactProblem:
 
     def physical(self, state: ReynoldsState) -> tuple[Array, Array]:
         """Pressure of the film [Pa] and gap [m], the latter at least a tenth of the film while iterating."""
-        gap = np.maximum(state.gap, LEAST_GAP_SHARE * self.film_scale) * self.scales.h_unit
+        gap = np.maximum(state.gap, 0.5 * reynolds.FLOOR_SHARE * self.film_scale) * self.scales.h_unit
         return np.maximum(state.p, 0.0) * self.scales.hertz.p_max, gap
 
     def update_flow(self, it: Iteration, temperature: Array) -> Array:
         """Velocities, heat sources and shear stress at the present pressure; returns the gap [m]."""
         p, h = self.physical(it.state)
-        film = self.isothermal_film if self.plain else WarmFilm(self, temperature, it.flow, it.heat)
+        film = OilFilm(self, temperature, it.heat) if self.options.thermal else self.isothermal_film
         self._set_pressure_flow(it, film)
         x = self.geometry.grid.x * self.scales.hertz.b
         film_flow.film_flow(self.table, x, p, h, temperature, self.speeds, it.flow)
@@ -174,14 +165,10 @@ class ContactProblem:
 
     def _set_pressure_flow(self, it: Iteration, film: Film) -> None:
         """Fluxes of the faces, and what the pressure drives and dissipates in the film, of the present state."""
-        hertz, geometry, heat, flow = self.scales.hertz, self.geometry, it.heat, it.flow
-        linear = geometry.linearise(it.state, film, self.film_scale)
-        system, faces, pressure = linear.system, linear.faces, np.maximum(it.state.p, 0.0)
-        it.flux_x, it.flux_y = -faces.flow_x, -faces.flow_y
-        kernels.pressure_flow(
-            geometry.mesh, geometry.grid.h_y, pressure, it.state.gap, linear.ln_phi, system.dln_phi, system.g, faces,
-            geometry.deflection.same_line, FLOOR_SHARE * self.film_scale, flow, heat,
-        )  # fmt: skip
+        hertz, heat, flow = self.scales.hertz, it.heat, it.flow
+        linear = reynolds.linearise(self.geometry, it.state, film, self.film_scale)
+        linear.pressure_flow(flow, heat)
+        it.flux_x, it.flux_y = -linear.faces.flow_x, -linear.faces.flow_y
         heat.wedge_h[:] = it.state.gap
         # volume flux u_e b^2/R_x times p_max over b
         watts = hertz.p_max * self.conditions.u_e * self.scales.h_unit / hertz.b

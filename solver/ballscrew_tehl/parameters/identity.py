@@ -9,17 +9,13 @@ from typing import Any
 from .file import TABLES, Law, ParameterError, Parameters
 from .template import entry_of
 
-#: oil parameters that a map of a Newtonian oil does not depend on
-RHEOLOGY = {
-    "rheology", "eyring_stress", "carreau_modulus", "carreau_exponent", "limiting_stress_ambient",
-    "limiting_stress_slope",
-}  # fmt: skip
 #: parameters that are no part of the identity, by table: the range of a map, which is in its header; what follows as
-#: values from the grade or the returns; the seals, which a map takes when it is read; and the fitted numbers and the
-#: constants of the mechanistic law, for which a map is summed anew where they differ from its header
+#: values from the grade or the returns; the seals, which a map takes when it is read; what the friction law alone takes
+#: of the oil; and the fitted numbers and the constants of the mechanistic law, for which a map is summed anew where they
+#: differ from its header
 NOT_IN_MAP: dict[str, Any] = {
     "map": True,
-    "lubricant": {"iso_vg", "viscosity_index", "density_15c", "nlgi"},
+    "lubricant": {"iso_vg", "viscosity_index", "density_15c", "nlgi", "rheology", "eyring_stress"},
     "screw": {"return_ball_count", "dynamic_rating", "ball_material", "seal_torque"},
     "friction": {
         "law", "sliding_coefficient", "apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height",
@@ -45,8 +41,6 @@ def map_parameters_json(parameters: Parameters) -> str:
     valid for its screw.
     """
     excluded = dict(NOT_IN_MAP)
-    if parameters.lubricant.rheology == "newtonian":
-        excluded["lubricant"] = NOT_IN_MAP["lubricant"] | RHEOLOGY
     if parameters.ball in (None, parameters.solid):
         excluded["ball"] = True
     content = parameters.model_dump(mode="json", exclude=excluded)

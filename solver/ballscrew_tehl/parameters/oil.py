@@ -125,17 +125,12 @@ class LubricantParameters(Table):
         description="pressure exponent of Roelands; default: slope pressure_viscosity at p = 0",
     )  # fmt: skip
 
-    rheology: Literal["newtonian", "eyring", "carreau", "limiting_shear_stress"] = Field(
-        default="newtonian", description="shear thinning of the film"
+    rheology: Literal["newtonian"] = Field(
+        default="newtonian",
+        description="flow of the film in a contact; shear thinning: eyring_stress, in the friction law",
     )
-    eyring_stress: float = quantity("pressure", "Eyring stress tau_0", default=5e6, ge=1e5, le=1e9)
-    carreau_modulus: float = quantity("pressure", "Carreau modulus G", default=7e6, ge=1e3, le=1e10)
-    carreau_exponent: float = Field(default=0.5, ge=0.1, le=1.0, description="Carreau exponent n")
-    limiting_stress_ambient: float = quantity(
-        "pressure", "tau_00, lower bound of the limiting stress", default=5e6, ge=1e4, le=1e9
-    )
-    limiting_stress_slope: float = Field(
-        default=0.075, ge=1e-3, le=0.5, description="Lambda, limiting stress over pressure"
+    eyring_stress: float = quantity(
+        "pressure", "Eyring stress tau_0 of the friction law", default=5e6, ge=1e5, le=1e9
     )
 
     @field_validator("viscosity_index")

@@ -1,7 +1,5 @@
 """Films of the balls from the contact solver, without a map."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -11,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..atlas.groups import QUANTITIES, closed_forms, rolling_contacts, unmodelled
-from ..contact import ContactResult, solve_ball
+from ..contact import THICKEST, ContactResult, solve_ball
 from ..friction.mechanistic import mean_load, nuts_powers, rolling_torque
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
@@ -25,9 +23,6 @@ from ..runtime.packed import MECHANISTIC
 
 #: nodes per unit of ln(load) of a nut, each of which is a solve
 NODES_PER_LN = 4.0
-#: film over R_x by its closed form, above which a rolling contact is not solved: the gap of round bodies is no parabola
-#: there, and the oil ends at R_x. Its quantities are their closed forms
-THICKEST = 0.15
 
 
 def rolling_parameters(parameters: Parameters) -> Parameters:
@@ -49,7 +44,7 @@ def contact_quantities(found: ContactResult) -> dict[str, float]:
 def solved_contact(
     parameters: Parameters, raceway: str, load: float, speed: float, temperature: float
 ) -> dict[str, float]:
-    """QUANTITIES of a ball by a thermal solve, or by the closed forms where its film is too thick for one.
+    """QUANTITIES of a ball by a thermal solve, or by the closed forms where these give a film above THICKEST of R_x.
 
     Hot films are thicker than the closed form: one whose oil ends before it loses anything has that of the closed form.
 
@@ -129,16 +124,6 @@ def direct_extremes(
     }
 
 
-class RacewayValues(NamedTuple):
-    """One raceway of one nut from the contact of its mean ball."""
-
-    viscous_torque: float  # [N.m] at viscosity ratio 1 and full viscous share; mechanistic: rolling torque
-    effective_film: float  # [m] for the viscous share at a roughness height; mechanistic: of the mean ball
-    minimum_film: float  # [m] thermal, of the mean ball
-    central_film: float  # [m] thermal, of the mean ball
-    temperature_rise: float  # [K] of the mean ball
-
-
 @lru_cache(maxsize=1024)
 def _ball_loads(screw: ScrewParameters, force: float, count: int) -> Array:
     return nut_loads(screw, force, count)
@@ -167,13 +152,14 @@ class NutContacts:
         loads = _ball_loads(screw, force, screw.loaded_ball_count)
         return float(loads.min()), float(loads.max())
 
-    def solve(
-        self, raceway: str, force: float, speed: float, temperature: float, slope: float
-    ) -> RacewayValues:
-        """Solve the mean ball and sum over the balls.
+    def solve(self, raceway: str, force: float, speed: float, temperature: float, slope: float) -> Array:
+        """Solve the mean ball of one raceway and sum over the balls.
 
         Parameters   force of the nut [N] > 0, speed [rad/s] > 0, temperature [K]
                      slope : exponent of load that leads from the film of the mean ball to that of the others
+        Returns      (5,): viscous torque at viscosity ratio 1 and full viscous share, mechanistic: rolling torque
+                     [N m]; effective film for that share at a roughness height, mechanistic: of the mean ball [m];
+                     thermal minimum and central film [m] and rise [K] of the mean ball
         Raises       UnconvergedContactError; ValueError: out of range
         """
         screw = self.parameters.screw
@@ -186,13 +172,13 @@ class NutContacts:
             at = np.array([[speed]]), np.array([[temperature]])
             mean = contacts.values(raceway, np.array([load]), *at)
             rolling = rolling_torque(self.parameters, raceway, loads, *at, contacts, mean)
-            return RacewayValues(float(rolling[0, 0]), hot["central_film"], *extremes)
+            return np.array([rolling[0, 0], hot["central_film"], *extremes])
         own = hot["central_film"]
         if self.film == "solved":
             own = solve_ball(self.parameters, raceway, load, speed, temperature, False).h_c
         film = _PowerFilm(load, {name: (own, slope) for name in RACEWAYS})
         sums = nut_sums(self.parameters, loads, speed, temperature, film)._asdict()
-        return RacewayValues(sums[f"viscous_{raceway}"], sums[f"film_{raceway}"], *extremes)
+        return np.array([sums[f"viscous_{raceway}"], sums[f"film_{raceway}"], *extremes])
 
 
 class _PowerFilm:

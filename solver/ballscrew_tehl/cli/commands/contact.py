@@ -94,7 +94,7 @@ def run_contact(args: Namespace) -> Answer:
 def _solve(contact: Namespace) -> dict[str, Any]:
     """Film in Moes units, its error_estimate relative, of Hc; or the solution in SI."""
     from ...contact import ContactConditions, SolverOptions, solve, solve_moes
-    from ...parameters.file import changed, load_screw
+    from ...parameters.file import load_screw
     from ...physics.hertz import E_prime
 
     options = SolverOptions(thermal=not (contact.moes or contact.isothermal))
@@ -110,8 +110,5 @@ def _solve(contact: Namespace) -> dict[str, Any]:
     parameters = load_screw(contact.screw)
     load, R_x, R_y, u_1, u_2, temperature = (getattr(contact, name) for name in DIMENSIONS)
     conditions = ContactConditions(load, R_x, R_y, u_1, u_2, temperature, E_prime(parameters.screw))
-    oil = parameters.lubricant
-    if contact.rheology is not None:
-        oil = changed(parameters, lubricant={"rheology": contact.rheology}).lubricant
-    result = solve(conditions, oil, parameters.solids, options)
+    result = solve(conditions, parameters.lubricant, parameters.solids, options)
     return {key_of(name): getattr(result, name) for name in OF_DIMENSIONS}

@@ -8,18 +8,17 @@ only where flow enters the domain, outlet included; the domain ends where the ga
 A cavitated film is taken as full; its mass flow is that at the rupture.
 """
 
-from __future__ import annotations
-
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...compiled import kernel
-from ..half_space.grid import Array
+from ..half_space.grid import TINY, Array
 from ..half_space.walls import LineConvolution
-from .kernels import line_flux
-from .krylov import gmres
+from .flow import FilmFlow, trapezoid_weights
+from .fluxes import line_fluxes, outflow_across
 from .oil import ln_viscosity, pressure_factor
 
 #: largest change of a node in one sweep [K]: the sources are exponential in temperature, longer steps overshoot
@@ -28,16 +27,18 @@ SWEEP_LIMIT = 30.0
 COLUMNS = 4
 #: flow, over that of the cell upstream, up to which the slope of the latter counts in full
 REVERSAL = 4.0
-#: relative residual at which GMRES ends for the wall temperatures, and its most iterations
-WALL_TOLERANCE, MOST_WALL_STEPS = 1e-2, 40
+#: relative residual at which the iteration of the wall temperatures ends
+WALL_TOLERANCE = 1e-2
 
 
 class EnergyMesh(NamedTuple):
-    """Nodes x and cell widths (n_x,), and the distance of the lines [m]."""
+    """Nodes x and cell widths (n_x,), distance of the lines [m]; conductivity [W/(m K)], inlet temperature [K]."""
 
     x: Array
     width: Array
     h_y: float
+    conductivity: float
+    t_in: float
 
 
 class WallHeat(NamedTuple):
@@ -67,7 +68,7 @@ class FaceFlow(NamedTuple):
     reverse: NDArray[np.int64]
 
     @classmethod
-    def empty(cls, start: NDArray[np.int64], end: NDArray[np.int64], nx: int, nz: int) -> FaceFlow:
+    def empty(cls, start: NDArray[np.int64], end: NDArray[np.int64], nx: int, nz: int) -> Self:
         ny = start.size
         return cls(
             np.zeros((ny, nx - 1, nz + 1)), np.zeros((ny - 1, nx, nz + 1)), np.zeros((ny, nx, nz)), start,
@@ -75,53 +76,32 @@ class FaceFlow(NamedTuple):
         )  # fmt: skip
 
 
-@kernel
-def face_flow(mesh, heat, p, flux_x, flux_y, flow, face):
+def face_flow(
+    mesh: EnergyMesh, heat: float, p: Array, flux_x: Array, flux_y: Array, flow: FilmFlow, face: FaceFlow
+) -> None:
     """Mass through the faces: profiles of the nodes, in sum the flux of the Reynolds equation; fills face.
 
-    p (n_y, n_x) in any unit; flux_x (n_y, n_x-1), flux_y (n_y-1, n_x) [kg/(m s)]. Along a line the flux follows from
-    continuity, so that it is also right where the film cavitates.
+    heat: capacity of the oil [J/(kg K)]; p (n_y, n_x) in any unit; flux_x (n_y, n_x-1), flux_y (n_y-1, n_x) [kg/(m s)].
+    Along a line the flux follows from continuity, so that it is also right where the film cavitates.
     """
-    width, h_y = mesh.width, mesh.h_y
-    ny, nx, nz = flow.m_x.shape[0], flow.m_x.shape[1], flow.m_x.shape[2] - 1
-    dz = 1.0 / nz
-    steady = np.empty(nx - 1)
-    for j in range(ny - 1):
-        for i in range(nx):
-            total = 0.0
-            for k in range(nz + 1):
-                m = 0.5 * (flow.m_y[j, i, k] + flow.m_y[j + 1, i, k])
-                face.y[j, i, k] = m
-                total += m * (0.5 * dz if k == 0 or k == nz else dz)
-            for k in range(nz + 1):
-                face.y[j, i, k] = heat * (face.y[j, i, k] + flux_y[j, i] - total)
-    for j in range(ny - 1):
-        line_flux(j, width, 1.0 / h_y, p, flux_x, flux_y, steady)
-        face.reverse[j] = 0
-        for i in range(face.start[j] - 1, face.end[j]):
-            passing = steady[i]
-            total = 0.0
-            for k in range(nz + 1):
-                m = 0.5 * (flow.m_x[j, i, k] + flow.m_x[j, i + 1, k])
-                face.x[j, i, k] = m
-                total += m * (0.5 * dz if k == 0 or k == nz else dz)
-            # a ruptured film keeps its profile
-            scale = passing / total if 0.0 < passing < total else 1.0
-            for k in range(nz + 1):
-                m = scale * face.x[j, i, k] + passing - scale * total
-                face.x[j, i, k] = heat * m
-                if m < 0.0:
-                    face.reverse[j] = i + 1
-        for i in range(face.start[j], face.end[j]):
-            up = 0.0
-            for k in range(nz):
-                out = (face.x[j, i, k] - face.x[j, i - 1, k]) / width[i]
-                if j == 0:
-                    out += 2.0 * face.y[0, i, k] / h_y
-                else:
-                    out += (face.y[j, i, k] - face.y[j - 1, i, k]) / h_y
-                up -= out * (0.5 * dz if k == 0 else dz)
-                face.z[j, i, k] = up
+    nx, cells = p.shape[1], trapezoid_weights(flow.m_x.shape[2] - 1)
+    m = 0.5 * (flow.m_y[:-1] + flow.m_y[1:])
+    face.y[:] = heat * (m + (flux_y - m @ cells)[..., None])
+    steady = line_fluxes(mesh.width, 1.0 / mesh.h_y, p, flux_x, flux_y)
+    m = 0.5 * (flow.m_x[:-1, :-1] + flow.m_x[:-1, 1:])
+    total = m @ cells
+    # a ruptured film keeps its profile
+    ruptured = (steady > 0.0) & (steady < total)
+    scale = np.where(ruptured, steady / np.where(ruptured, total, 1.0), 1.0)
+    m = scale[..., None] * m + (steady - scale * total)[..., None]
+    start, end, columns = face.start[:-1, None], face.end[:-1, None], np.arange(nx)
+    solved = (columns[:-1] >= start - 1) & (columns[:-1] < end)
+    face.x[:-1] = np.where(solved[..., None], heat * m, 0.0)
+    back = solved & (m < 0.0).any(axis=2)
+    face.reverse[:-1] = np.where(back.any(axis=1), nx - 1 - np.argmax(back[:, ::-1], axis=1), 0)
+    out = np.diff(face.x[:-1], axis=1) / mesh.width[1:-1, None] + outflow_across(face.y)[:, 1:-1] / mesh.h_y
+    inside = (columns[1:-1] >= start) & (columns[1:-1] < end)
+    face.z[:-1, 1:-1] = np.where(inside[..., None], -np.cumsum(out * cells, axis=2)[..., :-1], 0.0)
 
 
 @kernel
@@ -210,10 +190,10 @@ def across(h_y, t, t_in, flow_y, j, i, k):
 
 
 @kernel
-def sideways(mesh, t, t_in, flow_x, flow_y, j, i, k):
+def sideways(mesh, t, flow_x, flow_y, j, i, k):
     """Heat that the side faces of a cell bring in, as rest - diag*T [W/m2 per unit z/h]; returns diag, rest."""
     own, up_1, up_2, down = along(mesh.x, mesh.width, flow_x, j, i, k)
-    diag, rest = across(mesh.h_y, t, t_in, flow_y, j, i, k)
+    diag, rest = across(mesh.h_y, t, mesh.t_in, flow_y, j, i, k)
     rest += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
     if up_2 != 0.0:
         rest += up_2 * t[j, i - 2, k]
@@ -255,7 +235,95 @@ def stress_changes(t_at, t, rate, soft, stiff, j, i):
 
 
 @kernel
-def sweep(mesh, h, conductivity, t_in, flow, face, t_at, damped, forward, whole, t, heat, response):
+def solve_column(lower, diag, upper, rhs, weight, heat_lower, heat_upper, pivot, stress):
+    """Temperatures of a column and its responses, rhs in place; fills the last four, factors of heat.
+
+    Sherman-Morrison: the stress depends on the temperatures of the whole column.
+    """
+    solve_tridiagonal(lower, diag, upper, rhs)
+    bottom = 1.0
+    for r in range(diag.size):
+        bottom += weight[r] * rhs[r, 3]
+        heat_lower[r], heat_upper[r], pivot[r] = lower[r], upper[r], 1.0 / diag[r]
+    for r in range(diag.size):
+        stress[r] = rhs[r, 3] / bottom
+    for c in range(COLUMNS - 1):
+        top = 0.0
+        for r in range(diag.size):
+            top += weight[r] * rhs[r, c]
+        for r in range(diag.size):
+            rhs[r, c] -= top * stress[r]
+
+
+@kernel
+def sweep_line(mesh, h, flow, face, t_at, damped, j, columns, t, heat, response):
+    """Solve the columns of line j in turn, walls and neighbour columns held; columns: a range, the rest as in sweep."""
+    # arrays by name: a tuple of them that is passed or searched in the inner loops costs three times the rest
+    x, width, h_y = mesh.x, mesh.width, mesh.h_y
+    flow_x, flow_y, flow_z = face.x, face.y, face.z
+    compression, driven, shear, sliding = flow.compression, flow.driven, flow.shear, flow.sliding
+    rate, soft, squeeze, stiff, fluidity = flow.rate, flow.soft, flow.squeeze, flow.stiff, flow.fluidity
+    heat_up_1, heat_up_2, heat_squeeze, heat_source = heat.up_1, heat.up_2, heat.squeeze, heat.source
+    heat_weight, heat_lift, heat_widen = heat.weight, heat.lift, heat.widen
+    heat_lower, heat_upper, heat_pivot, heat_stress = heat.lower, heat.upper, heat.pivot, heat.stress
+    nz = t.shape[2] - 1
+    n, dz = nz - 1, 1.0 / nz
+    # diagonals; heat, then by the temperatures of wall a and wall b, and by the stress
+    (lower, diag, upper), rhs = np.empty((3, n)), np.empty((n, COLUMNS))
+    for i in columns:
+        cond = mesh.conductivity / (h[j, i] * dz)
+        eased = dz / fluidity[j, i] if fluidity[j, i] > 0.0 and not damped else 0.0
+        known, by_pressure, slid = stress_changes(t_at, t, rate, soft, stiff, j, i)
+        wall_a = 0.5 * rate[j, i, 0] * soft[j, i, 0]
+        wall_b = 0.5 * rate[j, i, nz] * soft[j, i, nz]
+        for r in range(n):
+            k = r + 1
+            own, up_1, up_2, down = along(x, width, flow_x, j, i, k)
+            d, b = across(h_y, t, mesh.t_in, flow_y, j, i, k)
+            d += own
+            b += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
+            if up_2 != 0.0:
+                b += up_2 * t[j, i - 2, k]
+            heat_up_1[j, i, r], heat_up_2[j, i, r] = up_1, up_2
+            below, above = flow_z[j, i, k - 1] / cond, flow_z[j, i, k] / cond
+            lo, hi = cond / dz * bernoulli(-below), cond / dz * bernoulli(above)
+            s, sigma = sliding[j, i, k], soft[j, i, k]
+            growth = -abs(s) * sigma if damped else s * sigma
+            d += lo + hi - growth
+            b += shear[j, i, k] - growth * t_at[j, i, k]
+            c = compression[j, i, k]
+            if c > 0.0:
+                b += c * t[j, i, k]
+            else:
+                d -= c
+            lower[r], diag[r], upper[r] = -lo, d, -hi
+            # d shear/d stress
+            u = eased * 2.0 * rate[j, i, k]
+            rhs[r, 0], rhs[r, 1], rhs[r, 2], rhs[r, 3] = b + u * known, -u * wall_a, -u * wall_b, u
+            compressed = squeeze[j, i, k] * t[j, i, k]
+            heat_squeeze[j, i, r] = compressed
+            heat_source[j, i, r] = compressed - s * stiff[j, i, k] + u * by_pressure
+            heat_weight[j, i, r] = rate[j, i, k] * sigma
+            heat_lift[j, i, r] = driven[j, i, k]
+            spread = cond / dz * (2.0 * t[j, i, k] - t[j, i, k - 1] - t[j, i, k + 1])
+            heat_widen[j, i, r] = (spread + s - u * slid) / h[j, i]
+        rhs[0, 0] -= lower[0] * t[j, i, 0]
+        rhs[n - 1, 0] -= upper[n - 1] * t[j, i, nz]
+        rhs[0, 1] -= lower[0]
+        rhs[n - 1, 2] -= upper[n - 1]
+        solve_column(
+            lower, diag, upper, rhs, heat_weight[j, i], heat_lower[j, i], heat_upper[j, i], heat_pivot[j, i],
+            heat_stress[j, i],
+        )  # fmt: skip
+        for r in range(n):
+            delta = rhs[r, 0] - t[j, i, r + 1]
+            t[j, i, r + 1] += min(max(delta, -SWEEP_LIMIT), SWEEP_LIMIT)
+        response[j, i, 0], response[j, i, 1] = rhs[0, 1], rhs[0, 2]
+        response[j, i, 2], response[j, i, 3] = rhs[n - 1, 1], rhs[n - 1, 2]
+
+
+@kernel
+def sweep(mesh, h, flow, face, t_at, damped, forward, whole, t, heat, response):
     """One Gauss-Seidel sweep along x (forward or backward) over all columns, each solved across the film; walls held.
 
     h (n_y, n_x) [m]; t_at: temperatures that flow belongs to; damped: dissipation as if hotter oil sheared with
@@ -266,95 +334,17 @@ def sweep(mesh, h, conductivity, t_in, flow, face, t_at, damped, forward, whole,
     to either wall answer to wall a, wall b, wall a, wall b with the neighbour columns held (see wall_heat).
     Backward, and forward unless whole, only columns with reverse flow are visited.
     """
-    # arrays by name: a tuple of them that is passed or searched in the inner loops costs three times the rest
-    x, width, h_y = mesh.x, mesh.width, mesh.h_y
-    flow_x, flow_y, flow_z = face.x, face.y, face.z
-    start_at, end_at, reverse_at = face.start, face.end, face.reverse
-    f_compression, f_driven, f_fluidity, f_rate = flow.compression, flow.driven, flow.fluidity, flow.rate
-    f_shear, f_sliding, f_soft, f_squeeze = flow.shear, flow.sliding, flow.soft, flow.squeeze
-    f_stiff, f_stress_share = flow.stiff, flow.stress_share
-    h_lift, h_lower, h_pivot, h_source = heat.lift, heat.lower, heat.pivot, heat.source
-    h_squeeze, h_stress, h_up_1, h_up_2 = heat.squeeze, heat.stress, heat.up_1, heat.up_2
-    h_upper, h_weight, h_widen = heat.upper, heat.weight, heat.widen
-    ny, nz = h.shape[0], t.shape[2] - 1
-    dz = 1.0 / nz
-    n = nz - 1
-    lower, diag, upper = np.empty(n), np.empty(n), np.empty(n)
-    rhs = np.empty((n, COLUMNS))
-    for j in range(ny - 1):
-        start = start_at[j] if forward else min(reverse_at[j], end_at[j] - 1)
+    for j in range(h.shape[0] - 1):
+        start = face.start[j] if forward else min(face.reverse[j], face.end[j] - 1)
         step = 1 if forward else -1
-        end = end_at[j] if forward else start_at[j] - 1
+        end = face.end[j] if forward else face.start[j] - 1
         if forward and not whole:
-            end = min(reverse_at[j] + 1, end)
-        for i in range(start, end, step):
-            cond = conductivity / (h[j, i] * dz)
-            eased = dz / f_fluidity[j, i] if f_fluidity[j, i] > 0.0 and not damped else 0.0
-            known, stiff, slid = stress_changes(t_at, t, f_rate, f_soft, f_stiff, j, i)
-            wall_a = 0.5 * f_rate[j, i, 0] * f_soft[j, i, 0]
-            wall_b = 0.5 * f_rate[j, i, nz] * f_soft[j, i, nz]
-            for r in range(n):
-                k = r + 1
-                own, up_1, up_2, down = along(x, width, flow_x, j, i, k)
-                d, b = across(h_y, t, t_in, flow_y, j, i, k)
-                d += own
-                b += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
-                if up_2 != 0.0:
-                    b += up_2 * t[j, i - 2, k]
-                h_up_1[j, i, r], h_up_2[j, i, r] = up_1, up_2
-                below, above = flow_z[j, i, k - 1] / cond, flow_z[j, i, k] / cond
-                lo, hi = cond / dz * bernoulli(-below), cond / dz * bernoulli(above)
-                s, sigma = f_sliding[j, i, k], f_soft[j, i, k]
-                growth = -abs(s) * sigma if damped else s * sigma
-                d += lo + hi - growth
-                b += f_shear[j, i, k] - growth * t_at[j, i, k]
-                c = f_compression[j, i, k]
-                if c > 0.0:
-                    b += c * t[j, i, k]
-                else:
-                    d -= c
-                lower[r], diag[r], upper[r] = -lo, d, -hi
-                # d shear/d stress
-                by_stress = f_rate[j, i, k] * (1.0 + 1.0 / f_stress_share[j, i, k])
-                u = eased * by_stress
-                rhs[r, 0] = b + u * known
-                rhs[r, 1] = -u * wall_a
-                rhs[r, 2] = -u * wall_b
-                rhs[r, 3] = u
-                squeeze = f_squeeze[j, i, k] * t[j, i, k]
-                h_squeeze[j, i, r] = squeeze
-                h_source[j, i, r] = squeeze - s * f_stiff[j, i, k] + u * stiff
-                h_weight[j, i, r] = f_rate[j, i, k] * sigma
-                h_lift[j, i, r] = f_driven[j, i, k]
-                spread = cond / dz * (2.0 * t[j, i, k] - t[j, i, k - 1] - t[j, i, k + 1])
-                h_widen[j, i, r] = (spread + s - u * slid) / h[j, i]
-            rhs[0, 0] -= lower[0] * t[j, i, 0]
-            rhs[n - 1, 0] -= upper[n - 1] * t[j, i, nz]
-            rhs[0, 1] -= lower[0]
-            rhs[n - 1, 2] -= upper[n - 1]
-            solve_tridiagonal(lower, diag, upper, rhs)
-            # Sherman-Morrison: the stress depends on the temperatures of the whole column
-            bottom = 1.0
-            for r in range(n):
-                bottom += h_weight[j, i, r] * rhs[r, 3]
-                h_lower[j, i, r], h_upper[j, i, r], h_pivot[j, i, r] = lower[r], upper[r], 1.0 / diag[r]
-            for r in range(n):
-                h_stress[j, i, r] = rhs[r, 3] / bottom
-            for c_ in range(3):
-                top = 0.0
-                for r in range(n):
-                    top += h_weight[j, i, r] * rhs[r, c_]
-                for r in range(n):
-                    rhs[r, c_] -= top * h_stress[j, i, r]
-            for r in range(n):
-                delta = rhs[r, 0] - t[j, i, r + 1]
-                t[j, i, r + 1] += min(max(delta, -SWEEP_LIMIT), SWEEP_LIMIT)
-            response[j, i, 0], response[j, i, 1] = rhs[0, 1], rhs[0, 2]
-            response[j, i, 2], response[j, i, 3] = rhs[n - 1, 1], rhs[n - 1, 2]
+            end = min(face.reverse[j] + 1, end)
+        sweep_line(mesh, h, flow, face, t_at, damped, j, range(start, end, step), t, heat, response)
 
 
 @kernel
-def wall_heat(mesh, h, conductivity, t_in, flow, face, t, walls):
+def wall_heat(mesh, h, flow, face, t, walls):
     """Heat into both walls of every column after the last sweep, from the half cells at them; fills walls.
 
     The response of the walls is made from that of the levels next to them, which the sweep has left there.
@@ -366,11 +356,11 @@ def wall_heat(mesh, h, conductivity, t_in, flow, face, t, walls):
     dz = 1.0 / nz
     for j in range(h.shape[0] - 1):
         for i in range(start[j], end[j]):
-            cond = conductivity / (h[j, i] * dz)
+            cond = mesh.conductivity / (h[j, i] * dz)
             b_a = cond * bernoulli(flow_z[j, i, 0] / cond)
             b_b = cond * bernoulli(-flow_z[j, i, nz - 1] / cond)
-            d_a, r_a = sideways(mesh, t, t_in, flow_x, flow_y, j, i, 0)
-            d_b, r_b = sideways(mesh, t, t_in, flow_x, flow_y, j, i, nz)
+            d_a, r_a = sideways(mesh, t, flow_x, flow_y, j, i, 0)
+            d_b, r_b = sideways(mesh, t, flow_x, flow_y, j, i, nz)
             t_a, t_b = t[j, i, 0], t[j, i, nz]
             q_a[j, i] = b_a * (t[j, i, 1] - t_a) + 0.5 * dz * (
                 shear[j, i, 0] + compression[j, i, 0] * t_a + r_a - d_a * t_a
@@ -385,40 +375,51 @@ def wall_heat(mesh, h, conductivity, t_in, flow, face, t, walls):
 
 
 @kernel
-def sheared_film(conductivity, h, slip, eta, soft, t_a, t_b, t):
-    """Temperature (n_z+1,) across a film sheared at one rate between walls: start of the iteration; returns q_wall.
+def sheared_films(oil, p, h, conductivity, slip, t_a, t_b, t):
+    """Every column sheared by itself between walls t_a, t_b (n_y, n_x) [K]; fills t, returns the heat into each wall.
 
     Couette flow with viscosity eta exp(-soft (T - T_wall)) [Pa s, 1/K] between equally warm walls, slip [m/s]:
     T = T_wall + (2/soft) ln[cosh(a)/cosh(a (1 - 2z/h))], cosh(a)^2 = 1 + soft eta slip^2/(8 k). Nahme 1940.
     """
-    n = t.size - 1
-    nahme = soft * eta * slip * slip / conductivity
-    a = np.arcsinh(np.sqrt(0.125 * nahme))
-    for k in range(n + 1):
-        z = k / n
-        t[k] = t_a + (t_b - t_a) * z
-        if soft > 0.0:
-            t[k] += 2.0 / soft * np.log(np.cosh(a) / np.cosh(a * (1.0 - 2.0 * z)))
-    if soft > 0.0:
-        return 4.0 * conductivity * a * np.tanh(a) / (soft * h)
-    return 0.5 * eta * slip * slip / h
-
-
-@kernel
-def sheared_films(oil, p, h, conductivity, slip, t_a, t_b, t, q):
-    """Every column sheared by itself at a slip [m/s] between walls (n_y, n_x) [K]; fills t, and q into each wall."""
+    heat, n = np.empty(p.shape), t.shape[2] - 1
     for j in range(p.shape[0]):
         for i in range(p.shape[1]):
             wall = 0.5 * (t_a[j, i] + t_b[j, i])
             factor, _ = pressure_factor(oil, p[j, i])
             ln_eta, slope, _ = ln_viscosity(oil, factor, wall)
-            eta = np.exp(ln_eta)
-            for _ in range(2):
+            for _attempt in range(2):
                 soft = max(-slope, 1e-9)
-                q[j, i] = sheared_film(conductivity, h[j, i], slip, eta, soft, t_a[j, i], t_b[j, i], t[j, i])
+                a = np.arcsinh(np.sqrt(0.125 * soft * np.exp(ln_eta) * slip * slip / conductivity))
+                for k in range(n + 1):
+                    rise = 2.0 / soft * np.log(np.cosh(a) / np.cosh(a * (1.0 - 2.0 * k / n)))
+                    t[j, i, k] = t_a[j, i] + (t_b[j, i] - t_a[j, i]) * (k / n) + rise
                 # the slope flattens with heat: take it where half the rise of the first guess has been reached
-                middle = 0.5 * (wall + t[j, i, (t.shape[2] - 1) // 2])
-                _, slope, _ = ln_viscosity(oil, factor, middle)
+                _, slope, _ = ln_viscosity(oil, factor, 0.5 * (wall + t[j, i, n // 2]))
+            heat[j, i] = 4.0 * conductivity * a * np.tanh(a) / (soft * h[j, i])
+    return heat
+
+
+def least_residual(apply: Callable[[Array], Array], rhs: Array, tolerance: float) -> Array:
+    """Solution of apply(x) = rhs to a relative residual, by generalised conjugate residuals.
+
+    The iterates are those of GMRES. Source: Eisenstat, Elman & Schultz 1983, SIAM J Numer Anal 20, 345.
+    """
+    x, residual = np.zeros_like(rhs), rhs.copy()
+    steps: list[tuple[Array, Array]] = []
+    for _ in range(rhs.size):
+        step, image = residual.copy(), apply(residual)
+        for other, its_image in steps:
+            share = float(its_image @ image)
+            step -= share * other
+            image -= share * its_image
+        size = max(float(np.linalg.norm(image)), TINY)
+        steps.append((step / size, image / size))
+        share = float(steps[-1][1] @ residual)
+        x += share * steps[-1][0]
+        residual -= share * steps[-1][1]
+        if not float(np.linalg.norm(residual)) > tolerance * float(np.linalg.norm(rhs)):
+            break
+    return x
 
 
 def update_walls(
@@ -439,13 +440,13 @@ def update_walls(
             d_b + wall_b.rough(response[:, :, 3] * d_b - response[:, :, 2] * d_a),
         ]).ravel()  # fmt: skip
 
-    step, _, _ = gmres(apply, lambda v: v, missing.ravel(), WALL_TOLERANCE, MOST_WALL_STEPS)
+    step = least_residual(apply, missing.ravel(), WALL_TOLERANCE)
     t[:, :, 0] += step.reshape(shape)[0]
     t[:, :, -1] += step.reshape(shape)[1]
 
 
 @kernel
-def heat_flows(mesh, t, t_in, flow, face, walls):
+def heat_flows(mesh, t, flow, face, walls):
     """Generated, conducted, convected heat [W] of the cells where the energy equation is solved."""
     # arrays by name: see sweep
     flow_x, flow_y, start, end = face.x, face.y, face.start, face.end
@@ -460,9 +461,9 @@ def heat_flows(mesh, t, t_in, flow, face, walls):
             conducted += area * (q_a[j, i] + q_b[j, i])
             for k in range(nz + 1):
                 w = area * (0.5 if k == 0 or k == nz else 1.0) / nz
-                rise = t[j, i, k] - t_in
+                rise = t[j, i, k] - mesh.t_in
                 generated += w * (shear[j, i, k] + compression[j, i, k] * t[j, i, k])
-                diag, rest = sideways(mesh, t, t_in, flow_x, flow_y, j, i, k)
+                diag, rest = sideways(mesh, t, flow_x, flow_y, j, i, k)
                 out = (flow_x[j, i, k] - flow_x[j, i - 1, k]) / width[i]
                 if j == 0:
                     out += 2.0 * flow_y[0, i, k] / h_y

@@ -1,52 +1,73 @@
-"""The linear system of a Newton step: GMRES, preconditioned by columns across, then one LU factor per line along.
+"""The linear system of a Newton step: residual and Jacobian of the Reynolds equation, and GMRES for the step.
 
-GMRES as in krylov. Vectors are fields (n_y, n_x), zero on the outer edges, and the approach behind them. Compiled as a
-whole: nothing between the products runs in Python.
+Preconditioned by columns across, then one LU factor per line along, with the line's own deflection in it. Vectors are
+fields (n_y, n_x), zero on the outer edges, and the approach behind them.
 """
-
-from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgetrf
+from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ...compiled import kernel
-from ..half_space.grid import Array
-from . import kernels
-from .krylov import SUMS, orthogonalise, rotate, solution
-from .transport import HeatTransport, film_change, follow, line_response
+from ..half_space.deflection import convolve
+from ..half_space.grid import TINY, Array
+from .flow import FilmFlow
+from .fluxes import Faces, Mesh, face_fluxes, lifted_gap, line_fluxes, net_flow, smaller
+from .geometry import TARGET_LOAD, ContactGeometry
+from .transport import HeatTransport, follow, line_response
+
+#: deepest pressure of an iterate, as a share of its largest: bounds the negative load of cavitated nodes; the penalty
+#: that holds them is stiff in inverse proportion
+LEAST_PRESSURE = 1e-6
+#: factor of the penalty over the wedge flux and the conductance of a cavitated node
+PENALTY = 10.0
+#: smallest share of its fluidity that a node keeps in one Newton step
+LEAST_FLUIDITY = 0.05
+
+
+class Film:
+    """The oil between the bodies: its coefficients over the pressure, and what follows the pressure.
+
+    heat, unit [Pa], unit_h [m], by_t (n_y, n_x, 2, n_z+1) of a film whose temperatures follow the pressure (warm):
+    factors, units of pressure and gap, and derivatives of the last coefficients to temperatures.
+    across: whether columns across precondition the line solves.
+    """
+
+    across = warm = False
+    heat = HeatTransport.empty(0, np.zeros(0), 1)
+    unit = unit_h = 1.0
+    by_t: Array = np.zeros((0, 0, 2, 0))
+
+    def coefficients(self, p: Array) -> tuple[Array, ...]:
+        """At the nodes under P >= 0: ln phi, d ln phi/dP, g, dg/dP (n_y, n_x)."""
+        raise NotImplementedError
+
+    def follow(self, linear: "LinearSystem", d_p: Array, d_h: Array) -> None:
+        """Take over changes of pressure [p_max] and gap [b^2/R_x] into what depends on them."""
 
 
 class LinearSystem(NamedTuple):
-    """Jacobian of residual and load at one state; arrays (n_y, n_x) unless said.
+    """Jacobian of residual and load at one state, for compiled loops; arrays (n_y, n_x) unless said.
 
-    width (n_x,), kappa_h: of the grid; gap, g, dln_phi, dg, penalty: of the film, derivatives to the pressure of the
-    node; by_t (n_y, n_x, 2, n_z+1): to temperatures; c_x, c_y, wedge: of the faces; squeeze: inverse step of pseudo
-    time, 0 = steady; scale: size of the diagonal, load its last; weights: of the load; free: whether the approach
-    follows from the load, else it is held;
-    forward, modes, backward: deflection in single precision, same_line (n_x, n_x): that of a line by itself;
-    heat, unit [Pa], unit_h [m]: temperatures that follow the pressure, warm: whether they do; across: whether columns
-    precondition too.
+    gap, g, dln_phi, dg, penalty, squeeze, scale, free: as in Linearisation; by_t, heat, unit, unit_h, warm, across: of
+    the film; weights: of the load; forward, modes, backward: deflection in single precision, same_line (n_x, n_x): that
+    of a line by itself.
     """
 
-    width: Array
-    kappa_h: float
+    mesh: Mesh
+    faces: Faces
     gap: Array
     g: Array
     dln_phi: Array
     dg: Array
     by_t: Array
     penalty: Array
-    c_x: Array
-    c_y: Array
-    wedge: Array
     squeeze: float
     scale: Array
-    load: float
-    weights: Array
     free: bool
+    weights: Array
     forward: NDArray[np.float32]
     modes: NDArray[np.float32]
     backward: NDArray[np.float32]
@@ -56,6 +77,197 @@ class LinearSystem(NamedTuple):
     unit_h: float
     warm: bool
     across: bool
+
+
+class Linearisation:
+    """Residual of the Reynolds equation and its Jacobian at one state; arrays (n_y, n_x) unless said.
+
+    floor: gap below which the flow is that of a lifted one; squeeze: inverse step of pseudo time [u_e/b], 0 = steady;
+    free: whether the approach follows from the load, else it is held. dln_phi, dg: derivatives of ln phi and g to the
+    pressure of the node, by_t (n_y, n_x, 2, n_z+1): to temperatures; scale: size of the diagonal, residuals are divided
+    by it; flow_share: share of the flow in it.
+    """
+
+    def __init__(
+        self,
+        geometry: ContactGeometry,
+        p: Array,
+        gap: Array,
+        film: Film,
+        floor: float,
+        squeeze: float = 0.0,
+        free: bool = True,
+    ) -> None:
+        grid, mesh = geometry.grid, geometry.mesh
+        self.geometry, self.film, self.p, self.gap, self.floor = geometry, film, p, gap, floor
+        self.ln_phi, self.dln_phi, self.g, dg = film.coefficients(np.maximum(p, 0.0))
+        self.faces = face_fluxes(mesh, p, gap, self.ln_phi, self.g, floor)
+        c_x = self.faces.c_x
+        # measured by the local flow conductance, which spans many decades from thick films to the contact
+        conductance, slope = np.zeros_like(p), self.dln_phi[:, 1:-1]
+        right, left = c_x[1, :, 1:] * slope - c_x[0, :, 1:], c_x[2, :, :-1] * slope + c_x[0, :, :-1]
+        conductance[:, 1:-1] = (np.abs(right) + np.abs(left)) / grid.width_x[1:-1]
+        # stiff enough that the wedge holds a cavitated node well above the deepest pressure allowed
+        stiffness = PENALTY * (1.0 + grid.x[-1]) / (LEAST_PRESSURE * float(p.max()))
+        self.penalty = np.where(p < 0.0, stiffness + PENALTY * conductance, 0.0)
+        self.residual = np.zeros_like(p)
+        flow = net_flow(mesh, self.faces.flow_x, self.faces.flow_y)
+        self.residual[grid.inner] = (flow - self.penalty * p)[grid.inner]
+        own = np.diagonal(geometry.deflection.same_line)
+        elastic = np.abs(self.g * own * (1.0 / grid.width_x + squeeze))
+        self.flow_share = conductance / (conductance + elastic + TINY)
+        self.scale = conductance + elastic + self.penalty
+        self.scale[self.scale == 0.0] = 1.0
+        self.system = LinearSystem(
+            mesh, self.faces, gap, self.g, self.dln_phi, dg, film.by_t, self.penalty, squeeze, self.scale, free,
+            geometry.weights, *geometry.deflection.single, geometry.deflection.same_line,
+            film.heat, film.unit, film.unit_h, film.warm, film.across,
+        )  # fmt: skip
+
+    def update(self, d_p: Array) -> Array:
+        """Change of pressure for a linear step d_p.
+
+        Where pressure flow dominates, the equation is linear in the fluidity rather than in the pressure: the step is
+        taken in the fluidity there, with whose logarithm the pressure rises in few steps.
+        """
+        thickening = np.maximum(-self.dln_phi, TINY)
+        in_fluidity = -np.log1p(np.maximum(-thickening * d_p, LEAST_FLUIDITY - 1.0)) / thickening
+        return d_p + self.flow_share * (in_fluidity - d_p)
+
+    def right_hand_side(self, load_error: float) -> Array:
+        """Scaled residual and load error with negative sign."""
+        return -np.append((self.residual / self.scale).ravel(), load_error / TARGET_LOAD)
+
+    def pressure_flow(self, flow: FilmFlow, heat: HeatTransport) -> None:
+        """Gradients and dissipation of the pressure flow at the nodes, from the fluxes of their faces.
+
+        Fills of flow gradient_x, gradient_y (n_y, n_x), per unit of x and y: the smaller of the gradient that drives
+        the mean flux of the faces and that of the pressures of the neighbours: beside a pressure spike, where the
+        viscosity changes by decades from node to node, either may be far too large. power (n_y, n_x): flux times
+        pressure drop, half of it to either node of a face, per area, so that its sum is that of the faces between nodes
+        under pressure. While iterating, the flux along x is bounded by that of continuity, which temperatures do not
+        change. Zero in a cavitated node.
+        Fills of heat pull (n_y, n_x, 2), push (n_y, n_x, 4): changes of power with the pressure drops before and
+        behind, and with the wedge fluxes at the nodes i-2 to i+1, which continuity asks the pressure to carry: on faces
+        where pressure flow dominates over the deflection, by their share.
+        """
+        faces, mesh, inner = self.faces, self.geometry.mesh, self.geometry.grid.inner
+        p, dx = np.maximum(self.p, 0.0), np.diff(mesh.x)
+        wet, half = p[inner] > 0.0, 0.5 / mesh.width[1:-1]
+        steady = line_fluxes(mesh.width, mesh.kappa_h, p, faces.flow_x, faces.flow_y)
+        drop = np.diff(p[:-1], axis=1)
+        flux = faces.c_x[0, :-1] * drop
+        flux = smaller(flux, steady + flux - faces.flow_x[:-1])
+        conductance = (lifted_gap(self.gap, self.floor)[0] ** 3 * np.exp(self.ln_phi))[inner]
+        central = (drop[:, 1:] / dx[1:] * dx[:-1] + drop[:, :-1] / dx[:-1] * dx[1:]) / (dx[:-1] + dx[1:])
+        gradient_x = smaller(0.5 * (flux[:, :-1] + flux[:, 1:]) / conductance, central)
+        power = half * (flux[:, :-1] * drop[:, :-1] + flux[:, 1:] * drop[:, 1:])
+        # how much of a change of the wedge flux the pressure carries through the faces before and behind a node
+        through = faces.c_x[0] + np.abs(faces.c_x[1] * self.dln_phi[:, :-1])
+        through = (through + np.abs(faces.c_x[2] * self.dln_phi[:, 1:]))[:-1]
+        elastic = (np.abs(self.g) * np.diagonal(self.geometry.deflection.same_line))[inner]
+        left, right = (
+            part / (part + elastic) * half * drop_ for part, drop_ in
+            ((through[:, :-1], drop[:, :-1]), (through[:, 1:], drop[:, 1:]))
+        )  # fmt: skip
+        before, behind = mesh.wedge[:, :-1], mesh.wedge[:, 1:]
+        pull = np.stack((half * flux[:, :-1], half * flux[:, 1:]), axis=2)
+        push = np.stack(
+            (
+                left * before[1],
+                left * before[0] + right * behind[1],
+                left * before[2] + right * behind[0],
+                right * behind[2],
+            ),
+            axis=2,
+        )
+        # pressure is even over the line of symmetry
+        rise, up = np.diff(p, axis=0)[:, 1:-1], (faces.c_y[0] * np.diff(p, axis=0))[:, 1:-1]
+        fall, down = (np.concatenate((-values[:1], values[:-1])) for values in (rise, up))
+        power += 0.5 * mesh.kappa_h * (up * rise + down * fall)
+        h_y = self.geometry.grid.h_y
+        gradient_y = smaller(
+            0.5 * (up + down) / (conductance * mesh.kappa_h * h_y), 0.5 * (rise + fall) / h_y
+        )
+        for field, values in (
+            (flow.gradient_x, gradient_x), (flow.gradient_y, gradient_y), (flow.power, power),
+            (heat.pull, pull), (heat.push, push),
+        ):  # fmt: skip
+            field[:] = 0.0
+            field[inner] = np.where(wet if values.ndim == 2 else wet[..., None], values, 0.0)
+
+
+@kernel
+def add_row(weight, row, out):
+    """Add a row times weight to another."""
+    for k in range(out.size):
+        out[k] += weight * row[k]
+
+
+@kernel
+def line_jacobian(s, j, far_phi, far_g, out):
+    """Derivatives of line j to its pressures, out (n_x-2, n_x), deflection of the line by itself included.
+
+    far_phi, far_g (n_x, n_x): changes of ln phi and g with the pressures of the line by the heat that the oil carries
+    along, of size 0 without. Returns the derivatives to a rigid approach (n_x-2,).
+    """
+    c_x, wedge, g, gap, same_line = s.faces.c_x[:, j], s.mesh.wedge, s.g[j], s.gap[j], s.same_line
+    dln_phi, dg, penalty, inverse = s.dln_phi[j], s.dg[j], s.penalty[j], 1.0 / s.mesh.width
+    # the flux through the line of symmetry is that of its neighbour with opposite sign
+    up = (2.0 if j == 0 else 1.0) * s.mesh.kappa_h * s.faces.c_y[:, j]
+    down = (0.0 if j == 0 else 1.0) * s.mesh.kappa_h * s.faces.c_y[:, j - 1]
+    raised = up[4, 1:-1] - down[3, 1:-1]
+    by_p, by_phi, by_h, by_g = np.zeros((4, 4))
+    for i in range(1, g.size - 1):
+        inv, left, right, row = inverse[i], c_x[:, i - 1], c_x[:, i], out[i - 1]
+        # by nodes i-2, i-1, i, i+1; there is none before the first
+        by_p[1], by_p[3] = left[0] * inv, right[0] * inv
+        by_p[2] = -(left[0] + right[0]) * inv - up[0, i] - down[0, i] - penalty[i]
+        by_phi[1], by_phi[3] = -left[1] * inv, right[2] * inv
+        by_phi[2] = (right[1] - left[2]) * inv + up[1, i] - down[2, i]
+        by_h[0], by_h[1], by_h[3] = 0.0, -left[3] * inv, right[3] * inv
+        by_h[2] = (right[3] - left[3]) * inv + up[3, i] - down[4, i]
+        by_g[0], by_g[1] = wedge[1, i - 1] * inv, (wedge[0, i - 1] - wedge[1, i]) * inv
+        by_g[2] = (wedge[2, i - 1] - wedge[0, i]) * inv - s.squeeze
+        by_g[3] = -wedge[2, i] * inv
+        first = max(i - 2, 0)
+        for m in range(4):
+            at = max(i - 2 + m, 0)
+            by_h[m] += by_g[m] * g[at]
+            by_g[m] *= gap[at]
+        lifted_0, lifted_1, lifted_2, lifted_3 = by_h
+        raised[i - 1] += lifted_0 + lifted_1 + lifted_2 + lifted_3
+        for k in range(row.size):
+            row[k] = (
+                lifted_0 * same_line[first, k]
+                + lifted_1 * same_line[i - 1, k]
+                + lifted_2 * same_line[i, k]
+                + lifted_3 * same_line[i + 1, k]
+            )
+        for m in range(4):
+            at = max(i - 2 + m, 0)
+            row[at] += by_p[m] + by_phi[m] * dln_phi[at] + by_g[m] * dg[at]
+            if far_phi.size > 0:
+                add_row(by_phi[m], far_phi[at], row)
+                add_row(by_g[m], far_g[at], row)
+    return raised
+
+
+@kernel
+def line_jacobians(s, carried):
+    """Jacobians of all lines to their own pressures (lines, n, n), n = n_x-2, and to a rigid approach (lines, n).
+
+    carried: with the heat that the oil of a line carries along.
+    """
+    ny, nx = s.gap.shape
+    out, raised = np.empty((ny - 1, nx - 2, nx - 2)), np.empty((ny - 1, nx - 2))
+    matrix, (far_phi, far_g) = np.empty((nx - 2, nx)), np.empty((2, nx, nx) if carried else (2, 0, 0))
+    for j in range(ny - 1):
+        if carried:
+            line_response(s.heat, j, s.g, s.dg, s.by_t, s.unit, s.unit_h, s.same_line, far_phi, far_g)
+        raised[j] = line_jacobian(s, j, far_phi, far_g, matrix)
+        out[j] = matrix[:, 1:-1]
+    return out, raised
 
 
 class LineFactors(NamedTuple):
@@ -69,99 +281,109 @@ class LineFactors(NamedTuple):
     lu: Array
     pivots: NDArray[np.int32]
     approach: Array
-    approach_load: Array
-
-    @classmethod
-    def empty(cls, ny: int, nx: int) -> LineFactors:
-        lines, n = ny - 1, nx - 2
-        return cls(
-            np.empty((lines, n, n)), np.empty((lines, n), dtype=np.int32), np.zeros((ny, nx)), np.zeros(1)
-        )
+    approach_load: float
 
 
-def factor_lines(s: LinearSystem, factors: LineFactors, carried: bool) -> bool:
-    """Factors of every line's Jacobian with the line's own deflection; returns whether all are regular.
+def factor_lines(s: LinearSystem, carried: bool) -> LineFactors:
+    """Factors of the Jacobians of all lines.
 
-    carried: with the heat that the oil of the line carries along, which costs as much as all the rest
-    Source: LAPACK getrf of the transposed matrix, which is stored by columns as it wants it
+    carried: with the heat that the oil of a line carries along, which costs as much as all the rest
+    Raises       LinAlgError: singular, or not finite
+    Source       LAPACK getrf of the transposed matrix, which is stored by columns as it wants it
     """
-    line_jacobians(s, carried and s.warm, factors.lu, factors.approach)
-    for matrix, pivots in zip(factors.lu, factors.pivots, strict=True):
-        _, pivots[:], info = dgetrf(matrix.T, overwrite_a=1)
+    lu, raised = line_jacobians(s, carried and s.warm)
+    pivots, approach = np.empty(raised.shape, dtype=np.int32), np.zeros_like(s.gap)
+    for j, matrix in enumerate(lu):
+        _, pivots[j], info = dgetrf(matrix.T, overwrite_a=1)
         if info != 0:
-            return False
-    answer_to_approach(s, factors)
-    return bool(np.isfinite(factors.approach_load[0]))
+            raise np.linalg.LinAlgError("a line of the contact has a singular Jacobian")
+        approach[j, 1:-1], _ = dgetrs(matrix.T, pivots[j], raised[j], trans=1)
+    load = float(np.sum(s.weights * approach))
+    if not np.isfinite(load):
+        raise np.linalg.LinAlgError("the Jacobian of a line of the contact is not finite")
+    return LineFactors(lu, pivots, approach, load)
 
 
-@kernel(fastmath=SUMS)
-def lu_solve(a, pivots, b):
-    """Solve with the factors a (n, n) and pivots of the transposed matrix by LAPACK getrf, b (n,) in place."""
-    n = a.shape[0]
-    for k in range(n):
-        row = a[k]
-        total = b[k]
-        for m in range(k):
-            total -= row[m] * b[m]
-        b[k] = total / row[k]
-    for k in range(n - 2, -1, -1):
-        row = a[k]
-        total = b[k]
-        for m in range(k + 1, n):
-            total -= row[m] * b[m]
-        b[k] = total
-    for k in range(n - 1, -1, -1):
-        at = pivots[k]
-        if at != k:
-            b[k], b[at] = b[at], b[k]
-
-
-@kernel
-def convolve(forward, modes, backward, field, out):
-    """Deflection of a field (n_y, n_x) in the precision of the modes: see half_space.deflection."""
-    rows = np.dot(forward, field)
-    number = modes.shape[0]
-    each = rows.shape[0] // number
-    bent = np.empty_like(rows)
-    for m in range(number):
-        for r in range(each):
-            bent[each * m + r] = np.dot(modes[m], rows[each * m + r])
-    out[:, :] = np.dot(backward, bent)
+@kernel(fastmath={"reassoc", "contract"})  # sums in any order; NaN and infinity stay what they are
+def solve_lines(lu, pivots, rows):
+    """Solve for the rows (lines, n) in place, with the factors and exchanges of the transposed matrices by getrf."""
+    n = rows.shape[1]
+    for j in range(rows.shape[0]):
+        b = rows[j]
+        for k in range(n):
+            row, total = lu[j, k], b[k]
+            for m in range(k):
+                total -= row[m] * b[m]
+            b[k] = total / row[k]
+        for k in range(n - 2, -1, -1):
+            row, total = lu[j, k], b[k]
+            for m in range(k + 1, n):
+                total -= row[m] * b[m]
+            b[k] = total
+        for k in range(n - 1, -1, -1):
+            at = pivots[j, k]
+            if at != k:
+                b[k], b[at] = b[at], b[k]
 
 
 @kernel
-def line_jacobians(s, carried, out, approach):
-    """Jacobians of all lines (lines, n, n), and their changes with a rigid approach (n_y, n_x)."""
-    nx = s.gap.shape[1]
-    n = nx - 2
-    far = nx if carried else 0
-    far_phi, far_g = np.empty((far, far)), np.empty((far, far))
-    columns = np.empty((3 * s.heat.up_1.shape[2] + 5, nx))
-    column = np.empty(n)
-    for j in range(out.shape[0]):
-        if carried:
-            line_response(
-                s.heat, j, s.g, s.dg, s.by_t, s.unit, s.unit_h, s.same_line, columns, far_phi, far_g
+def residual_change(s, d_p, d_h, d_phi, d_g):
+    """Change of the scaled residual with changes of pressure, gap, ln phi and g at the nodes."""
+    width, kappa_h, c_x, c_y, wedge = s.mesh.width, s.mesh.kappa_h, s.faces.c_x, s.faces.c_y, s.mesh.wedge
+    ny, nx = s.gap.shape
+    out, carried = np.zeros((ny, nx)), s.g * d_h + s.gap * d_g
+    along, side, before = np.empty(nx - 1), np.empty(nx), np.zeros(nx)
+    for j in range(ny - 1):
+        for i in range(nx - 1):
+            along[i] = (
+                c_x[0, j, i] * (d_p[j, i + 1] - d_p[j, i])
+                + c_x[1, j, i] * d_phi[j, i]
+                + c_x[2, j, i] * d_phi[j, i + 1]
+                + c_x[3, j, i] * (d_h[j, i] + d_h[j, i + 1])
+                - wedge[0, i] * carried[j, i]
+                - wedge[2, i] * carried[j, i + 1]
             )
-        kernels.line_jacobian(j, s, far_phi, far_g, out[j], column)
-        for i in range(n):
-            approach[j, i + 1] = column[i]
+        for i in range(1, nx - 1):
+            along[i] -= wedge[1, i] * carried[j, i - 1]
+        for i in range(1, nx - 1):
+            side[i] = kappa_h * (
+                c_y[0, j, i] * (d_p[j + 1, i] - d_p[j, i])
+                + c_y[1, j, i] * d_phi[j, i]
+                + c_y[2, j, i] * d_phi[j + 1, i]
+                + c_y[3, j, i] * d_h[j, i]
+                + c_y[4, j, i] * d_h[j + 1, i]
+            )
+            # the flux through the line of symmetry is that of its neighbour with opposite sign
+            across = side[i] + side[i] if j == 0 else side[i] - before[i]
+            flow = (along[i] - along[i - 1]) / width[i] + across
+            held = s.penalty[j, i] * d_p[j, i] + s.squeeze * carried[j, i]
+            out[j, i] = (flow - held) / s.scale[j, i]
+        before, side = side, before
+    return out
 
 
 @kernel
-def answer_to_approach(s, factors):
-    """Line solves of what a rigid approach changes, in place, and their load."""
-    nx = s.gap.shape[1]
-    line = np.empty(nx - 2)
-    load = 0.0
-    for j in range(factors.lu.shape[0]):
-        for i in range(1, nx - 1):
-            line[i - 1] = factors.approach[j, i]
-        lu_solve(factors.lu[j], factors.pivots[j], line)
-        for i in range(1, nx - 1):
-            factors.approach[j, i] = line[i - 1]
-            load += s.weights[j, i] * line[i - 1]
-    factors.approach_load[0] = load
+def times(s, v):
+    """Scaled Jacobian times a change v (n_y n_x + 1,) of pressures and approach; deflection in single precision."""
+    ny, nx = s.gap.shape
+    d_p = v[:-1].reshape((ny, nx))
+    d_h = convolve(s.forward, s.modes, s.backward, d_p.astype(np.float32)) + v[-1]
+    d_phi, d_g = s.dln_phi * d_p, s.dg * d_p
+    if s.warm:
+        by_t, d_t = s.by_t, np.empty((ny, nx, s.by_t.shape[3]))
+        follow(s.heat, s.g, s.dg, by_t, s.unit, s.unit_h, d_p, d_h, d_t)
+        for j in range(ny):
+            for i in range(nx):
+                by_phi = by_g = 0.0
+                for k in range(d_t.shape[2]):
+                    by_phi += by_t[j, i, 0, k] * d_t[j, i, k]
+                    by_g += by_t[j, i, 1, k] * d_t[j, i, k]
+                d_phi[j, i] += by_phi
+                d_g[j, i] += by_g
+    out = np.empty_like(v)
+    out[:-1] = residual_change(s, d_p, d_h, d_phi, d_g).ravel()
+    out[-1] = np.sum(s.weights * d_p) / TARGET_LOAD if s.free else v[-1]
+    return out
 
 
 @kernel
@@ -170,144 +392,97 @@ def column_factors(s):
 
     Lower, inverse pivot and upper of the rows of the scaled residual; share of the flow across in the diagonal.
     """
-    ny, nx = s.gap.shape
+    c_y, (ny, nx) = s.faces.c_y, s.gap.shape
     out = np.zeros((4, ny, nx))
-    lower, pivot, upper, share = out[0], out[1], out[2], out[3]
+    lower, pivot, upper, share = out
     for j in range(ny - 1):
         for i in range(1, nx - 1):
-            unit = s.kappa_h / s.scale[j, i]
+            unit = s.mesh.kappa_h / s.scale[j, i]
             above = (2.0 if j == 0 else 1.0) * unit
-            own = above * (s.c_y[j, i, 1] * s.dln_phi[j, i] - s.c_y[j, i, 0]) - 1.0
+            own = above * (c_y[1, j, i] * s.dln_phi[j, i] - c_y[0, j, i]) - 1.0
             if j + 1 < ny - 1:
-                upper[j, i] = above * (s.c_y[j, i, 2] * s.dln_phi[j + 1, i] + s.c_y[j, i, 0])
+                upper[j, i] = above * (c_y[2, j, i] * s.dln_phi[j + 1, i] + c_y[0, j, i])
             if j > 0:
-                own -= unit * (s.c_y[j - 1, i, 2] * s.dln_phi[j, i] + s.c_y[j - 1, i, 0])
-                lower[j, i] = unit * (s.c_y[j - 1, i, 0] - s.c_y[j - 1, i, 1] * s.dln_phi[j - 1, i])
+                own -= unit * (c_y[2, j - 1, i] * s.dln_phi[j, i] + c_y[0, j - 1, i])
+                lower[j, i] = unit * (c_y[0, j - 1, i] - c_y[1, j - 1, i] * s.dln_phi[j - 1, i])
                 lower[j, i] *= pivot[j - 1, i]
             share[j, i] = 1.0 + 1.0 / own
-            if j > 0:
-                own -= lower[j, i] * upper[j - 1, i]
-            pivot[j, i] = 1.0 / own
+            pivot[j, i] = 1.0 / (own - lower[j, i] * upper[j - 1, i])
     return out
 
 
 @kernel
-def solve_columns(s, columns, v, work, left, out):
-    """Pressures out (n_y, n_x) by the flow across of a scaled residual v, by its share; what they leave of v.
+def solve_columns(columns, residual):
+    """Pressures (n_y, n_x) by the flow across of a scaled residual, by its share, without the deflection by them.
 
-    The deflection by them is left out. Far upstream of a circle, where lines lie closer than nodes, lines alone take
-    dozens of iterations. Not with temperatures that follow, where nothing is gained.
+    Far upstream of a circle, where lines lie closer than nodes, lines alone take dozens of iterations. Not with
+    temperatures that follow, where nothing is gained.
     """
-    ny, nx = s.gap.shape
-    lower, pivot, upper, share = columns[0], columns[1], columns[2], columns[3]
-    out[:, :] = 0.0
-    for j in range(ny - 1):
-        for i in range(1, nx - 1):
-            out[j, i] = share[j, i] * v[j * nx + i]
-            if j > 0:
-                out[j, i] -= lower[j, i] * out[j - 1, i]
-    for j in range(ny - 2, -1, -1):
-        for i in range(1, nx - 1):
-            out[j, i] = pivot[j, i] * (out[j, i] - upper[j, i] * out[j + 1, i])
-    dh, d_phi, d_g, r = work[0], work[1], work[2], work[3]
-    load = 0.0
-    for j in range(ny):
-        for i in range(nx):
-            dh[j, i] = 0.0
-            d_phi[j, i], d_g[j, i] = s.dln_phi[j, i] * out[j, i], s.dg[j, i] * out[j, i]
-            load += s.weights[j, i] * out[j, i]
-    kernels.jacobian_times(s, out, dh, d_phi, d_g, r)
-    for j in range(ny):
-        for i in range(nx):
-            left[j * nx + i] = v[j * nx + i] - r[j, i] / s.scale[j, i]
-    left[ny * nx] = v[ny * nx] - (load / s.load if s.free else 0.0)
+    lower, pivot, upper, share = columns
+    out = share * residual
+    for j in range(1, len(out) - 1):
+        out[j] -= lower[j] * out[j - 1]
+    for j in range(len(out) - 2, -1, -1):
+        out[j] = pivot[j] * (out[j] - upper[j] * out[j + 1])
+    return out
 
 
 @kernel
-def precondition(s, factors, columns, v, work, left, out):
-    """Column and line solves of a scaled residual v, bordered by the load balance; work (4, n_y, n_x), left: space."""
-    ny, nx = s.gap.shape
-    line = np.empty(nx - 2)
-    out[:] = 0.0
-    left[:] = v
+def precondition(s, factors, columns, v):
+    """Column and line solves of a scaled residual v (n_y n_x + 1,), bordered by the load balance."""
+    residual, d_p, missing = v[:-1].reshape(s.gap.shape), np.zeros_like(s.gap), v[-1] * TARGET_LOAD
     if s.across:
-        solve_columns(s, columns, v, work, left, out[: ny * nx].reshape((ny, nx)))
-    load = 0.0
-    for j in range(factors.lu.shape[0]):
-        for i in range(1, nx - 1):
-            line[i - 1] = left[j * nx + i] * s.scale[j, i]
-        lu_solve(factors.lu[j], factors.pivots[j], line)
-        for i in range(1, nx - 1):
-            out[j * nx + i] += line[i - 1]
-            load += s.weights[j, i] * line[i - 1]
-    rise = (load - left[ny * nx] * s.load) / factors.approach_load[0] if s.free else v[ny * nx]
-    for j in range(ny):
-        for i in range(nx):
-            out[j * nx + i] -= rise * factors.approach[j, i]
-    out[ny * nx] = rise
+        d_p = solve_columns(columns, residual)
+        residual = residual - residual_change(s, d_p, np.zeros_like(d_p), s.dln_phi * d_p, s.dg * d_p)
+        missing -= np.sum(s.weights * d_p)
+    lines = residual[:-1, 1:-1] * s.scale[:-1, 1:-1]
+    solve_lines(factors.lu, factors.pivots, lines)
+    d_p[:-1, 1:-1] += lines
+    load = np.sum(s.weights[:-1, 1:-1] * lines)
+    rise = (load - missing) / factors.approach_load if s.free else v[-1]
+    out = np.empty_like(v)
+    out[:-1] = (d_p - rise * factors.approach).ravel()
+    out[-1] = rise
+    return out
 
 
 @kernel
-def film_step(s, dp, dh, dt, d_phi, d_g):
-    """Changes of ln phi and g with changes of the pressure, temperatures dt [K] included; fills all."""
-    ny, nx = dp.shape
-    if s.warm:
-        follow(s.heat, s.g, s.dg, s.by_t, s.unit, s.unit_h, dp, dh, dt)
-    change = np.zeros((2, nx))
-    for j in range(ny):
-        if s.warm:
-            film_change(s.by_t, dt, j, change)
-        for i in range(nx):
-            d_phi[j, i] = s.dln_phi[j, i] * dp[j, i] + change[0, i]
-            d_g[j, i] = s.dg[j, i] * dp[j, i] + change[1, i]
+def gmres(s, factors, rhs, tolerance, most):
+    """Solution for a scaled right-hand side (n_y n_x + 1,), the iterations used and the relative residual left.
 
-
-@kernel
-def times(s, v, dt, work, out):
-    """Scaled Jacobian times a change of pressures and approach; dt: temperatures, work (4, n_y, n_x): work space."""
-    ny, nx = s.gap.shape
-    dp = v[: ny * nx].reshape((ny, nx))
-    dh, d_phi, d_g, r = work[0], work[1], work[2], work[3]
-    convolve(s.forward, s.modes, s.backward, dp.astype(np.float32), dh)
-    load = 0.0
-    for j in range(ny):
-        for i in range(nx):
-            dh[j, i] += v[ny * nx]
-            load += s.weights[j, i] * dp[j, i]
-    film_step(s, dp, dh, dt, d_phi, d_g)
-    kernels.jacobian_times(s, dp, dh, d_phi, d_g, r)
-    for j in range(ny):
-        for i in range(nx):
-            out[j * nx + i] = r[j, i] / s.scale[j, i]
-    out[ny * nx] = load / s.load if s.free else v[ny * nx]
-
-
-@kernel
-def gmres(s, factors, rhs, tolerance, most, out):
-    """Solve for a scaled right-hand side (n_y n_x + 1,); returns the iterations used and the relative residual left."""
-    n = rhs.size
-    ny, nx = s.gap.shape
-    basis, hessenberg = np.empty((most + 1, n)), np.zeros((most + 1, most))
-    cs, sn, e = np.zeros(most), np.zeros(most), np.zeros(most + 1)
-    z, w, left_over = np.empty(n), np.empty(n), np.empty(n)
+    GMRES without restart, preconditioned from the right; every vector is made orthogonal twice.
+    Source       Saad 2003, algorithm 9.5
+    """
     columns = column_factors(s) if s.across else np.zeros((4, 1, 1))
-    dt = np.zeros((ny, nx, s.heat.up_1.shape[2] + 2 if s.warm else 0))
-    work = np.zeros((4, ny, nx))
-    beta = np.sqrt(np.sum(rhs * rhs))
-    out[:] = 0.0
-    if beta == 0.0:
-        return 0, 0.0
-    basis[0] = rhs / beta
-    e[0] = beta
-    used, left = 0, beta
+    basis, steps = np.empty((most + 1, rhs.size)), np.empty((most, rhs.size))
+    triangle, turns, target = np.zeros((most, most)), np.zeros((most, 2)), np.zeros(most + 1)
+    size = np.sqrt(np.dot(rhs, rhs))
+    if size == 0.0:
+        return np.zeros_like(rhs), 0, 0.0
+    basis[0], target[0] = rhs / size, size
+    used = 0
     for k in range(most):
-        precondition(s, factors, columns, basis[k], work, left_over, z)
-        times(s, z, dt, work, w)
-        orthogonalise(basis, k, w, hessenberg)
-        left = rotate(hessenberg, cs, sn, e, k)
+        steps[k] = precondition(s, factors, columns, basis[k])
+        w, column = times(s, steps[k]), triangle[:, k]
+        for i in list(range(k + 1)) * 2:
+            overlap = np.dot(basis[i], w)
+            column[i] += overlap
+            w -= overlap * basis[i]
+        length = np.sqrt(np.dot(w, w))
+        basis[k + 1] = w / length
+        # Givens rotations of the new column of the Hessenberg matrix
+        for i in range(k):
+            a, b, cos, sin = column[i], column[i + 1], turns[i, 0], turns[i, 1]
+            column[i], column[i + 1] = cos * a + sin * b, cos * b - sin * a
+        diagonal = max(np.hypot(column[k], length), TINY)
+        turns[k] = column[k] / diagonal, length / diagonal
+        column[k] = diagonal
+        target[k], target[k + 1] = turns[k, 0] * target[k], -turns[k, 1] * target[k]
         used = k + 1
-        if not left > tolerance * beta:
+        if not abs(target[used]) > tolerance * size:
             break
-    solution(basis, hessenberg, e, used, w)
-    precondition(s, factors, columns, w, work, left_over, out)
-    return used, left / beta
+    left, weights = abs(target[used]) / size, target[:used]
+    for i in range(used - 1, -1, -1):
+        weights[i] /= triangle[i, i]
+        weights[:i] -= weights[i] * triangle[:i, i]
+    return np.dot(weights, steps[:used]), used, left

@@ -5,9 +5,7 @@ held, is marched downstream: a column answers to its own pressure (compression, 
 pressures upstream of it (difference of the compression) and to the two columns upstream.
 """
 
-from __future__ import annotations
-
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -45,12 +43,7 @@ class HeatTransport(NamedTuple):
     stress: Array
 
     @classmethod
-    def none(cls, shape: tuple[int, int]) -> HeatTransport:
-        """No column at all on a grid (n_y, n_x)."""
-        return cls.empty(shape[0], np.zeros(shape[1]), 1)
-
-    @classmethod
-    def empty(cls, ny: int, x: Array, nz: int) -> HeatTransport:
+    def empty(cls, ny: int, x: Array, nz: int) -> Self:
         """Without any transport; x (n_x,) [m]."""
         nx = x.size
         back_1, back_2 = np.zeros((2, nx))
@@ -113,17 +106,16 @@ def follow(heat, g, dg, by_t, unit, unit_h, dp, dh, dt):
 
 
 @kernel
-def line_response(heat, j, g, dg, by_t, unit, unit_h, same_line, columns, far_phi, far_g):
+def line_response(heat, j, g, dg, by_t, unit, unit_h, same_line, far_phi, far_g):
     """Changes of ln phi and g of the nodes of line j (rows) with each pressure of the line (columns), by temperature.
 
-    The gap follows the pressure by same_line (n_x, n_x); other arguments as in follow; columns (3 n_z + 2, n_x): work
-    space; fills far_phi, far_g (n_x, n_x).
+    The gap follows the pressure by same_line (n_x, n_x); other arguments as in follow; fills far_phi, far_g (n_x, n_x).
     """
     nx = far_phi.shape[0]
     n = heat.up_1.shape[2]
     far_phi[:, :] = 0.0
     far_g[:, :] = 0.0
-    columns[:, :] = 0.0
+    columns = np.zeros((5 + 3 * n, nx))
     push, top = columns[0], columns[1]
     wedges = columns[2:5]
     for i in range(1, nx - 1):
@@ -172,15 +164,3 @@ def line_response(heat, j, g, dg, by_t, unit, unit_h, same_line, columns, far_ph
                 far_phi[i, k] += a * now[r, k]
                 far_g[i, k] += b * now[r, k]
                 wedge[k] += f * now[r, k]
-
-
-@kernel
-def film_change(by_t, dt, j, out):
-    """Changes of ln phi and g (2, n_x) of line j with the temperature changes dt."""
-    nx, n = dt.shape[1], dt.shape[2]
-    for i in range(nx):
-        for m in range(2):
-            total = 0.0
-            for k in range(n):
-                total += by_t[j, i, m, k] * dt[j, i, k]
-            out[m, i] = total

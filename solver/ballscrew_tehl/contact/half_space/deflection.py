@@ -1,45 +1,134 @@
-"""Deflection of two half-spaces under pressure cells: dense along rolling, cosine transform across."""
+"""Deflection of two half-spaces, dense along rolling and by cosine transform across, and the dry (Hertz) contact by it.
 
-from __future__ import annotations
+Integrals over the cells of a line of a density that depends on s = x - x' only come from panels of polynomials: the
+integral over cell k is P(x_i - edge_k) - P(x_i - edge_k+1) with one primitive P per distance between lines, a
+polynomial on each panel of s. Tables are linear in the density, so the transform across is done on them and the cells
+are integrated mode by mode; no matrix per distance is formed or transformed.
+"""
 
 from functools import cached_property
-from typing import Any
 
 import numpy as np
+from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from ...compiled import kernel
 from .grid import Array, Grid
-from .line_table import SHARE, both_sides, cell_integrals, panel_breaks, panel_nodes, panel_primitive
+
+#: Gauss points of a panel; the primitive is a polynomial of this degree, written out in cell_integrals
+POINTS = 10
+#: length of a panel in units of its distance from the singular point
+SHARE = 0.4
+#: exponentials of less than -CUT are taken as zero
+CUT = 40.0
+#: nodes under pressure below which the dry contact is not resolved
+LEAST_UNDER_PRESSURE = 40
+#: change of pressure [p_max] that ends the conjugate gradients of the dry contact
+TOLERANCE = 1e-10
+
+
+def _antiderivative() -> tuple[Array, Array]:
+    """Gauss nodes on -1..1, and the matrix from values there to the powers of their integral from -1."""
+    nodes, weights = legendre.leggauss(POINTS)
+    powers = np.zeros((POINTS + 1, POINTS))
+    for unit in np.eye(POINTS):
+        # share of a Legendre polynomial in the values, by the rule, and the integral of it
+        share = (np.flatnonzero(unit)[0] + 0.5) * weights * legendre.legval(nodes, unit)
+        term = legendre.leg2poly(legendre.legint(unit, lbnd=-1))
+        powers[: term.size] += np.outer(term, share)
+    return nodes, powers
+
+
+NODES, POWERS = _antiderivative()
+
+
+def panel_breaks(start: float, end: float, scale: float, share: float, decay: float = 0.0) -> Array:
+    """Borders of panels from start >= 0 to beyond end, each at most share*max(s, scale) long.
+
+    And at most 4/decay as long as exp(-decay s) counts.
+    """
+    breaks = [start]
+    while breaks[-1] <= end:
+        s = breaks[-1]
+        length = share * max(s, scale)
+        breaks.append(s + (min(length, 4.0 / decay) if decay > 0.0 and decay * s <= CUT else length))
+    return np.array(breaks)
+
+
+def panel_nodes(breaks: Array) -> Array:
+    """(panels, POINTS) Gauss nodes."""
+    return 0.5 * (breaks[1:] + breaks[:-1])[:, None] + 0.5 * np.diff(breaks)[:, None] * NODES
+
+
+def both_sides(breaks: Array, down: Array, up: Array, middle: Array | None = None) -> tuple[Array, Array]:
+    """Panels on both sides of s = 0 from values at |s|: down on s > 0; up on s < 0, on as many panels as it has.
+
+    middle : values on the panel -breaks[0]..breaks[0], which is there unless breaks[0] = 0.
+    """
+    n = len(up)
+    if middle is None:
+        return np.concatenate((-breaks[n:0:-1], breaks)), np.concatenate((up[::-1, ::-1], down))
+    return np.concatenate((-breaks[n::-1], breaks)), np.concatenate((up[::-1, ::-1], middle, down))
+
+
+def panel_primitive(breaks: Array, density: Array) -> Array:
+    """Powers (panels, POINTS+1, columns) of the integral from breaks[0] of a density (panels, POINTS, columns).
+
+    In the local coordinate -1..1 of each panel.
+    """
+    table = np.matmul(POWERS, density)
+    table *= 0.5 * np.diff(breaks)[:, None, None]
+    # value at the right end of each panel starts the next
+    table[1:, 0] += np.cumsum(table.sum(axis=1), axis=0)[:-1]
+    return table
 
 
 @kernel
-def line_influence(x, edges, h_y, n_distance):
-    """Influence (n_distance, nx, nx): integral of 1/r over cell k of a line d spacings away, seen from node i.
+def cell_integrals(x, edges, sign, breaks, table, own, out):
+    """out (columns, nx, nx) = own + sign*(P(sign*(x_i - e_k)) - P(sign*(x_i - e_k+1))); P = 0 below breaks[0].
+
+    own : (nx, nx) added to every column. breaks must reach beyond the largest s.
+    """
+    nx, columns, last = x.size, table.shape[2], breaks.size - 2
+    row = np.empty((nx + 1, columns))
+    j = 0
+    for i in range(nx):
+        for k in range(nx + 1):
+            s, value = sign * (x[i] - edges[k]), row[k]
+            if s < breaks[0]:
+                value[:] = 0.0
+                continue
+            while j < last and s >= breaks[j + 1]:
+                j += 1
+            while s < breaks[j]:
+                j -= 1
+            t = (2.0 * s - breaks[j] - breaks[j + 1]) / (breaks[j + 1] - breaks[j])
+            c = table[j]
+            c0, c1, c2, c3, c4, c5 = c[0], c[1], c[2], c[3], c[4], c[5]
+            c6, c7, c8, c9, c10 = c[6], c[7], c[8], c[9], c[10]
+            # the degree is written out (POINTS = 10): the columns stay in registers, twice as fast as a loop
+            for m in range(columns):
+                a = c7[m] + t * (c8[m] + t * (c9[m] + t * c10[m]))
+                a = c3[m] + t * (c4[m] + t * (c5[m] + t * (c6[m] + t * a)))
+                value[m] = c0[m] + t * (c1[m] + t * (c2[m] + t * a))
+        for m in range(columns):
+            for k in range(nx):
+                out[m, i, k] = own[i, k] + sign * (row[k, m] - row[k + 1, m])
+
+
+def own_influence(x: Array, edges: Array, h_y: float) -> Array:
+    """Influence (nx, nx) of the cells of a line on its own nodes: integral of 1/r over cell k, seen from node i.
 
     x, edges [b]; h_y: spacing across in the same unit. Source: Love 1929 with the corner x ln(y+r) + y ln(x+r), y > 0;
     terms of x or of y alone drop out of the differences.
     """
-    nx = x.size
-    out = np.empty((n_distance, nx, nx))
-    low, high = np.empty(nx + 1), np.empty(nx + 1)
-    for i in range(nx):
-        for d in range(n_distance):
-            # the line's own strip is twice its upper half
-            times = 1.0 if d > 0 else 2.0
-            y = (d + 0.5) * h_y
-            for k in range(nx + 1):
-                s = edges[k] - x[i]
-                if d == 0:
-                    low[k] = s * np.log(abs(s)) if s != 0.0 else 0.0
-                else:
-                    low[k] = high[k]
-                # y (ln(s + r) - ln y), odd in s
-                r = np.sqrt(s * s + y * y)
-                high[k] = s * np.log(y + r) + np.copysign(y * np.log((abs(s) + r) / y), s)
-            for k in range(nx):
-                out[d, i, k] = times * ((high[k + 1] - low[k + 1]) - (high[k] - low[k]))
-    return out
+    s, y = edges - x[:, None], 0.5 * h_y
+    r = np.hypot(s, y)
+    # y (ln(s + r) - ln y), odd in s, at the border of the strip; x ln(y+r) in its middle
+    border = s * np.log(y + r) + np.copysign(y * np.log((np.abs(s) + r) / y), s)
+    middle = s * np.log(np.where(s == 0.0, 1.0, np.abs(s)))
+    # the strip is twice its upper half
+    return 2.0 * np.diff(border - middle, axis=1)
 
 
 def distance_modes(n_y: int) -> Array:
@@ -61,6 +150,15 @@ def line_modes(n_y: int) -> tuple[Array, Array]:
     return forward, backward
 
 
+@kernel
+def convolve(forward, modes, backward, field):
+    """Field (n_y, n_x) in the precision of the modes, convolved: see LineConvolution."""
+    rows = np.dot(forward, field)
+    for m in range(len(modes)):
+        rows[m] = np.dot(modes[m], rows[m])
+    return np.dot(backward, rows)
+
+
 class LineConvolution:
     """Convolution across (Toeplitz in y, even) with dense influence along x: out = sum_l K[|j-l|] f_l.
 
@@ -74,26 +172,18 @@ class LineConvolution:
         self._forward, self._backward = line_modes(n_y)
 
     @cached_property
-    def single(self) -> tuple[NDArray[Any], ...]:
+    def single(self) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
         """Forward, modes and backward in single precision."""
-        return tuple(v.astype(np.float32) for v in (self._forward, self._hat, self._backward))
+        single = np.float32
+        return self._forward.astype(single), self._hat.astype(single), self._backward.astype(single)
 
     def __call__(self, field: Array) -> Array:
         """Convolve field (n_y, nx), zero on the last line."""
-        return _convolve(self._forward, self._hat, self._backward, field)
+        return np.asarray(convolve(self._forward, self._hat, self._backward, field))
 
     def rough(self, field: Array) -> Array:
         """The same in single precision, 1e-6 of the largest value: half the memory traffic, for increments."""
-        forward, hat, backward = self.single
-        return _convolve(forward, hat, backward, field.astype(np.float32)).astype(np.float64)
-
-
-def _convolve(
-    forward: NDArray[Any], hat: NDArray[Any], backward: NDArray[Any], field: NDArray[Any]
-) -> NDArray[Any]:
-    modes, nx = hat.shape[:2]
-    rows = (forward @ field).reshape(modes, -1, nx)
-    return backward @ np.matmul(rows, hat.transpose(0, 2, 1)).reshape(-1, nx)
+        return np.asarray(convolve(*self.single, field.astype(np.float32)).astype(np.float64))
 
 
 def mode_operator(grid: Grid, sign: float, breaks: Array, density: Array, own: Array) -> LineConvolution:
@@ -119,5 +209,56 @@ def deflection_operator(grid: Grid, kappa: float, factor: float) -> LineConvolut
     # integral of 1/r across a strip
     y = (np.arange(grid.n_distance) + 0.5) * h_y
     density = scale * np.diff(np.log(y + np.sqrt(s * s + y * y)))
-    own = scale * line_influence(grid.x, grid.cell_edges_x, h_y, 1)[0]
+    own = scale * own_influence(grid.x, grid.cell_edges_x, h_y)
     return mode_operator(grid, 1.0, *both_sides(half, density, density), own)
+
+
+def dry_contact(
+    grid: Grid,
+    undeformed: Array,
+    deflection: LineConvolution,
+    load: float,
+) -> tuple[Array, float]:
+    """Pressure >= 0 and approach with gap = 0 under pressure and >= 0 elsewhere, for a given load.
+
+    Constrained conjugate gradients of Polonsky & Keer, Wear 231 (1999) 206, in the area-weighted inner product.
+    Returns pressure (n_y, n_x) and the approach that closes the gap.
+    """
+    weights = grid.weights.copy()
+    inside = np.zeros_like(weights, dtype=bool)
+    inside[grid.inner] = True
+    r_2 = grid.x[None, :] ** 2 + grid.y[:, None] ** 2
+    # half-width squared that holds so many nodes
+    width_2 = max(1.0, float(np.partition(r_2[inside], LEAST_UNDER_PRESSURE)[LEAST_UNDER_PRESSURE]))
+    p = np.sqrt(np.maximum(0.0, 1.0 - r_2 / width_2)) * inside
+    p *= load / np.sum(weights * p)
+    if width_2 > 1.0:
+        # a grid for films far thicker than the flattening: the dry contact is a point on it
+        gap = undeformed + deflection(p)
+        return p, -float(np.sum(weights * p * gap) / load)
+    direction = np.zeros_like(p)
+    g_old, fresh = 1.0, 0.0
+    h_0 = 0.0
+    for _ in range(p.size):
+        contact = p > 0.0
+        gap = undeformed + deflection(p)
+        h_0 = -float(np.sum((weights * gap)[contact]) / np.sum(weights[contact]))
+        gap += h_0
+        g_new = float(np.sum((weights * gap * gap)[contact]))
+        direction = np.where(contact, gap + fresh * (g_new / g_old) * direction, 0.0)
+        g_old = g_new
+        image = deflection(direction)
+        image -= np.sum((weights * image)[contact]) / np.sum(weights[contact])
+        curvature = float(np.sum((weights * image * direction)[contact]))
+        step = float(np.sum((weights * gap * direction)[contact])) / curvature
+        p_new = np.maximum(p - step * direction, 0.0) * inside
+        overlap = inside & (p_new == 0.0) & (gap < 0.0)
+        fresh = 0.0 if overlap.any() else 1.0
+        p_new[overlap] = -step * gap[overlap]
+        p_new *= load / np.sum(weights * p_new)
+        change = float(np.max(np.abs(p_new - p)))
+        p = p_new
+        if not change > TOLERANCE:
+            break
+    gap = undeformed + deflection(p)
+    return p, -float(gap[p > 0.0].mean())

@@ -1,7 +1,5 @@
 """Graded grid of one contact in Hertz units: X = x/b along rolling, Y = y/a across, of which Y >= 0 is solved."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cached_property

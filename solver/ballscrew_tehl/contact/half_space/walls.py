@@ -4,23 +4,22 @@ T - T0 = 1/(2 pi k) double integral of q exp[-(|u| r - u (x-x'))/(2 chi)]/r: Car
 speed, zero included. The printed fast-source integral of the paper is its limit for large u b/chi.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ...compiled import kernel
-from .deflection import LineConvolution, mode_operator
-from .grid import TINY, Array, Grid
-from .line_table import (
+from .deflection import (
     CUT,
     NODES,
     SHARE,
+    LineConvolution,
     both_sides,
     cell_integrals,
+    mode_operator,
     panel_breaks,
     panel_nodes,
     panel_primitive,
 )
+from .grid import TINY, Array, Grid
 
 #: rule for one piece of a strip
 STRIP_NODES, STRIP_WEIGHTS = (np.array(v) for v in np.polynomial.legendre.leggauss(6))
