@@ -29,7 +29,7 @@ from ballscrew_tehl.nut_map.workers import worker_pool
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 from ballscrew_tehl.refinement.direct import rolling_parameters
 
-from .certificate import certificate, solve_points
+from .certificate import SEED, certificate, solve_points
 from .contacts import atlas_contacts, journal_of, solve_contacts
 from .fit import BOUNDS_OF_ATLAS, FIRST, interpolant_of, lengths_and_noise, save_atlas, table_of
 from .journal import Journal
@@ -54,7 +54,7 @@ def executor_of(args: argparse.Namespace) -> Iterator[Executor]:
 
 
 def points_journal() -> Journal:
-    return Journal(SOLVED / "points.jsonl", {"what": "points of the certificate"})
+    return Journal(SOLVED / "points.jsonl", {"what": "points of the certificate", "seed": SEED})
 
 
 def sliding_journal() -> Journal:

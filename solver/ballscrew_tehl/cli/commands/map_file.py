@@ -40,7 +40,12 @@ def run_map_build(args: Namespace) -> Answer:
     with progress_bar(QUIET) as progress:
         for parameters, path, grid in jobs:
             say(_plan(parameters, grid))
-            built = build_map(parameters, grid, progress)
+            try:
+                built = build_map(parameters, grid, progress)
+            except ValueError as error:
+                if args.family is None:
+                    raise
+                raise ValueError(f"{path.stem}.toml: {error}; the maps before it are written") from error
             fraction = built.header["atlas_fraction"]
             if fraction < 1.0:
                 say(
