@@ -11,8 +11,8 @@ from .template import entry_of
 
 #: parameters that are no part of the identity, by table: the range of a map, which is in its header; what follows as
 #: values from the grade or the returns; the seals, which a map takes when it is read; what the friction law alone takes
-#: of the oil; and the fitted numbers and the constants of the mechanistic law, for which a map is summed anew where they
-#: differ from its header
+#: of the oil; and the fitted numbers and the constants of the mechanistic law, for which a map is summed anew where
+#: they differ from its header
 NOT_IN_MAP: dict[str, Any] = {
     "map": True,
     "lubricant": {"iso_vg", "viscosity_index", "density_15c", "nlgi", "rheology", "eyring_stress"},
@@ -93,13 +93,14 @@ def differences(theirs: str, ours: str) -> tuple[str, str] | None:
     different = [place for place in one | other if not _same(one.get(place), other.get(place))]
     if not different:
         return None
-    # the sizes of the screw and the viscosity first
-    different.sort(key=lambda place: (*FIRST, place[1]).index(place[1]))
+    # the sizes of the screw and the viscosity first, then table by table
+    tables = (*TABLES, *(table for table, _ in different))
+    different.sort(key=lambda place: ((*FIRST, place[1]).index(place[1]), tables.index(place[0])))
+    pairs = [_entries_of(*place, one.get(place), other.get(place)) for place in different[:NAMED]]
     texts = []
-    for side, text in ((one, theirs), (other, ours)):
+    for entries, text in zip(zip(*pairs, strict=True), (theirs, ours), strict=True):
         content = json.loads(text)
-        entries = ", ".join(_entry(*place, side.get(place)) for place in different[:NAMED])
-        texts.append(f"{content['name']} with {content['lubricant']['name']} ({entries})")
+        texts.append(f"{content['name']} with {content['lubricant']['name']} ({', '.join(entries)})")
     return texts[0], texts[1]
 
 
@@ -114,10 +115,13 @@ def _entries(text: str) -> dict[tuple[str, str], Any]:
     }
 
 
-def _entry(table: str, field: str, value: Any) -> str:
-    """A value as in a screw file; a field that only maps have as it is."""
-    known = TABLES[table].model_fields if table in TABLES else {}
-    return entry_of(table, field, value) if field in known else f"{field} = {value}"
+def _entries_of(table: str, field: str, one: Any, other: Any) -> tuple[str, str]:
+    """Two values as in a screw file, to 6 digits; as they are where these are equal or only maps have the field."""
+    if field in (TABLES[table].model_fields if table in TABLES else ()):
+        pair = entry_of(table, field, one), entry_of(table, field, other)
+        if pair[0] != pair[1]:
+            return pair
+    return f"{field} = {one}", f"{field} = {other}"
 
 
 def _same(one: Any, other: Any) -> bool:
