@@ -62,18 +62,11 @@ WITH_FMU = ("circular_test", "model_exchange", "preload_monitoring", "servo_axis
             "warm_up")  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        *WITH_FMU,
-        "bearing_friction",
-        "kinematics_comparison",
-        "preload_loss",
-        "servo_log",
-        "thermal_reduction",
-        "torque_over_speed",
-    ],
-)
+WITHOUT = ("bearing_friction", "kinematics_comparison", "preload_loss", "servo_log", "thermal_reduction",
+           "torque_over_speed")  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WITH_FMU + WITHOUT)
 def test_picture_and_command_line(name, results, native_fmu, tmp_path, monkeypatch, capsys):
     module, result, picture = importlib.import_module(name), results(name), tmp_path / "a.png"
     if name not in WITH_FMU:
@@ -260,7 +253,6 @@ def test_contacts_of_the_examples(results):
     found = results("thermal_reduction")
     film, traction, rise = found["film"][0], found["traction"][0], found["rise"][0]
     assert 0.97 < film[0] < 1.0
-    assert np.all(np.diff(film[2:]) < 0.0)
     assert abs(traction[0]) < 1e-6
     assert np.all(np.diff(rise) > 0.0)
     deviation = found["formula"][0] / film - 1.0
