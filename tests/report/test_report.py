@@ -113,7 +113,7 @@ def test_intervals_and_marks_are_those_of_the_command_torque(of_own, own_words, 
         (found.by_temperature, lambda row, x: (820.0, x, row - CELSIUS)),
     ):
         for row, value in enumerate(lines.rows):
-            for k in (0, 11, -1):
+            for k in (0, -1):
                 said = at(*place(value, found.interval_speeds[k]))
                 ends = [said["torque_low_nm"], said["torque_high_nm"]]
                 # equilibrium of the balls on a grid and point by point
