@@ -22,15 +22,8 @@ def test_interpolant_is_the_dense_solution_of_its_system():
     at = RNG.uniform(-4.0, 4.0, (2 * CHUNK + 3, 2)) / LENGTHS
     terms = trend_terms(x / LENGTHS)
     for q in range(2):
-        system = np.block(
-            [
-                [
-                    correlation(x / LENGTHS, x / LENGTHS) + np.diag((LEVEL[q] * noise[:, q]) ** 2),
-                    terms,
-                ],
-                [terms.T, np.zeros((3, 3))],
-            ]
-        )
+        covariance = correlation(x / LENGTHS, x / LENGTHS) + np.diag((LEVEL[q] * noise[:, q]) ** 2)
+        system = np.block([[covariance, terms], [terms.T, np.zeros((3, 3))]])
         solved = np.linalg.solve(system, np.append(y[:, q], np.zeros(3)))
         expected = np.hstack([correlation(at, x / LENGTHS), trend_terms(at)]) @ solved
         np.testing.assert_allclose(found(at)[:, q], expected, rtol=1e-8, atol=1e-8)

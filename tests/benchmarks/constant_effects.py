@@ -1,10 +1,10 @@
 """What every number that steers the contact solver does, at a fixed sample of contacts.
 
-`python tests/benchmarks/constant_effects.py [--only TEXT] [--every K] [--count] [--output FILE.csv]` finds the named
+`python tests/benchmarks/constant_effects.py [--only TEXT] [--every K] [--output FILE.csv]` finds the named
 numbers in the modules of `contact`, moves one after the other to half and to twice its value, solves the sample and
 prints for each: contacts that are not solved, films that move by more than their error estimate, median and largest
 change of the film, ratio of linear solves and of CPU time. Numbers in compiled kernels cannot be moved: they are named.
-`--count` prints only how many there are and how the sample is solved. One pass of the sample takes about a minute.
+One pass of the sample takes about a minute.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def solved(every: int) -> tuple[list[Any], int, float]:
     """Results of every k-th contact of the sample, products of GMRES and CPU seconds of all."""
     cube = qmc.Sobol(5, seed=1).random_base2(11)
     jobs: list[Any] = [lambda k=k: isothermal(cube[k])[1] for k in ISOTHERMAL]
-    jobs += [lambda k=k: thermal(cube[k], 1.0)[1] for k in THERMAL]
+    jobs += [lambda k=k: thermal(cube[k])[1] for k in THERMAL]
     jobs += [lambda c=c: solve_for_map(*c, True) for c in contact_pool(1, RANDOM, 1)]
     for file in sorted((ROOT / "tests/data/screws").glob("*.toml")):
         own = load_screw(file)
@@ -151,7 +151,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", default="", help="part of module.NAME")
     parser.add_argument("--every", type=int, default=1, help="take every k-th contact of the sample")
-    parser.add_argument("--count", action="store_true", help="count only")
     parser.add_argument("--output", type=Path, help="CSV file of the table")
     args = parser.parse_args()
     found = constants()
@@ -159,8 +158,7 @@ def main() -> None:
     before = solved(args.every)
     print(Counter(re.sub(r"[\d.e+-]*\d", "#", f"{r.branch}: {r.reason}") for r in before[0]))
     rows = []
-    wanted = [] if args.count else [key for key in found if args.only in ".".join(key)]
-    for module, name in track(wanted, "constants"):
+    for module, name in track([key for key in found if args.only in ".".join(key)], "constants"):
         value = found[module, name]
         if compiled(modules()[module], name):
             rows.append({"constant": f"{module}.{name}", "value": value, "moved": "compiled"})

@@ -1,12 +1,12 @@
 """Robustness of the contact solve over its whole range, at points of a Sobol sequence.
 
-`python tests/benchmarks/robustness.py [--points N] [--thermal] [--layers K] [--workers W] [--output FILE.csv]` solves N
-contacts and prints how many did not converge, are not a number or took the asymptotic branch (and the lowest load that
-did), quantiles of error estimate, heat balance and seconds, and the worst points. `--case K` solves point K alone.
+`python tests/benchmarks/robustness.py [--points N] [--thermal] [--refine K] [--output FILE.csv]` solves N contacts and
+prints how many did not converge, are not a number or took the asymptotic branch (and the lowest load that did),
+quantiles of error estimate, heat balance and seconds, and the worst points.
 Isothermal: radius ratio 0.03 to 1, Moes M 1.5 to 2e6, L 1.8 to 40 (ratio and M over their logarithms), both oil laws.
-Thermal: contacts of the packaged screw over the range of its map, both raceways and kinematics; --layers multiplies the
-layers through the film. `--refine K` solves each again with nodes, lines, layers, domain and tolerance refined by K and
-prints the share of contacts whose film moves by no more than error_estimate.
+Thermal: contacts of the packaged screw over the range of its map, both raceways and kinematics. `--refine K` solves
+each again with nodes, lines, layers, domain and tolerance refined by K and prints the share of contacts whose film
+moves by no more than error_estimate.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ import argparse
 import math
 import os
 import sys
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +37,6 @@ from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 
-QUANTILES = [0.5, 0.9, 0.99]
 KINEMATICS = ("published", "rolling_frame")
 RANGE = ball_range(GD4008, replace(MapGrid(), force=MapGrid().preload))
 
@@ -49,30 +49,26 @@ def isothermal(u: np.ndarray, refine: float = 1.0) -> tuple[str, ContactResult]:
     return f"ratio {ratio:.4g} M {M:.4g} L {L:.4g} {law}", solve_moes(M, L, ratio, law, options).result
 
 
-def thermal(u: np.ndarray, layers: float, refine: float = 1.0) -> tuple[str, ContactResult]:
+def thermal(u: np.ndarray, refine: float = 1.0) -> tuple[str, ContactResult]:
     """One point of the unit cube as a contact of the packaged screw; load and speed over their logarithms."""
     ends = np.array([RANGE.load, RANGE.speed])
     load, speed = (ends[:, 0] * (ends[:, 1] / ends[:, 0]) ** u[:2]).tolist()
     temperature = float(np.interp(u[2], (0.0, 1.0), RANGE.temperature))
     raceway, kinematics = RACEWAYS[int(u[3] >= 0.5)], KINEMATICS[int(u[4] >= 0.5)]
-    parameters, options = changed(GD4008, friction={"kinematics": kinematics}), SolverOptions()
-    options = replace(options, n_z=2 * round(0.5 * layers * options.n_z)).refined(refine)
+    parameters = changed(GD4008, friction={"kinematics": kinematics})
     conditions = ball_conditions(parameters, raceway, load, speed, temperature)
     name = f"{kinematics} {raceway} {load:.4g} N {speed / RPM:.4g} r/min {temperature:.2f} K"
-    return name, solve(conditions, parameters.lubricant, parameters.solids, options)
+    return name, solve(conditions, parameters.lubricant, parameters.solids, SolverOptions().refined(refine))
 
 
-def outcome(number: int, u: np.ndarray, heated: bool, layers: float, refine: float) -> dict[str, Any]:
+def outcome(u: np.ndarray, heated: bool, refine: float) -> dict[str, Any]:
     """What became of one point. Without heat NaN: heat_balance, its relative gap."""
-
-    def solved(by: float) -> tuple[str, ContactResult]:
-        return thermal(u, layers, by) if heated else isothermal(u, by)
-
-    point, s = solved(1.0)
-    difference = abs(s.h_c / solved(refine)[1].h_c - 1.0) if refine > 1.0 else math.nan
+    contact = thermal if heated else isothermal
+    point, s = contact(u)
     return {
-        "number": number, "point": point, "M": s.M, "h_c": s.h_c, "h_m": s.h_m, "converged": s.converged,
-        "reason": s.reason, "branch": s.branch, "error": s.error_estimate, "difference": difference,
+        "point": point, "M": s.M, "h_c": s.h_c, "h_m": s.h_m, "converged": s.converged, "reason": s.reason,
+        "branch": s.branch, "error": s.error_estimate,
+        "difference": abs(s.h_c / contact(u, refine)[1].h_c - 1.0) if refine > 1.0 else math.nan,
         "iterations": s.iterations, "heat_balance": math.nan if s.heat_balance is None else abs(s.heat_balance.defect),
         "seconds": s.seconds,
     }  # fmt: skip
@@ -84,44 +80,30 @@ def report(found: pd.DataFrame) -> None:
     print(f"{len(found)} points: {int((~found.converged).sum())} not converged, {int(broken.sum())} not finite, "
           f"{int(asymptotic.sum())} asymptotic, lowest M {found.M[asymptotic].min():.3g}; "
           f"{int(found.error.isna().sum())} without an error estimate")  # fmt: skip
-    print(found[~found.converged][["number", "point", "reason"]].to_string(index=False))
+    print(found[~found.converged][["point", "reason"]].to_string())
     if found.difference.notna().any():
-        print(
-            f"film within its estimate of the refined one: {100.0 * (found.difference <= found.error).mean():.1f} %"
-        )
+        within = 100.0 * (found.difference <= found.error).mean()
+        print(f"film within its estimate of the refined one: {within:.1f} %")
     columns = ["error", "difference", "heat_balance", "iterations", "seconds"]
-    print(found[columns].describe(percentiles=QUANTILES).T.to_string(float_format="{:.3g}".format))
+    print(found[columns].describe(percentiles=[0.5, 0.9, 0.99]).T.to_string(float_format="{:.3g}".format))
     for name in columns:
         worst = found.sort_values(name, na_position="first").iloc[-1]
-        print(f"largest {name}: {worst[name]:.3g} at {worst.point} (case {worst.number}, {worst.branch})")
+        print(f"largest {name}: {worst[name]:.3g} at {worst.point} (point {worst.name}, {worst.branch})")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--points", type=int, default=2000, help="points of the sequence (default 2000)")
-    parser.add_argument("--seed", type=int, default=1, help="seed of the sequence (default 1)")
     parser.add_argument("--thermal", action="store_true", help="thermal contacts of the packaged screw")
-    parser.add_argument("--layers", type=float, default=1.0, help="factor on the layers of thermal contacts")
     parser.add_argument("--refine", type=float, default=1.0, help="solve again, refined by this factor")
-    parser.add_argument("--case", type=int, help="solve this point of the sequence alone")
     parser.add_argument("--output", type=Path, help="CSV file of the outcomes")
-    parser.add_argument("--workers", type=int, default=os.cpu_count(), help="processes")
     args = parser.parse_args()
-    first = 0 if args.case is None else args.case
-    count = args.points if args.case is None else args.case + 1
-    cube = qmc.Sobol(5, seed=args.seed).random_base2(math.ceil(math.log2(max(count, 2))))
-    points = list(enumerate(cube[:count]))[first:]
-    rows: list[dict[str, Any]] = []
-    with ProcessPoolExecutor(args.workers, initializer=thermal, initargs=(np.full(5, 0.5), 1.0)) as pool:
-        jobs = [pool.submit(outcome, *point, args.thermal, args.layers, args.refine) for point in points]
-        try:
-            for job in track(as_completed(jobs), "contacts", len(jobs)):
-                rows.append(job.result())
-        except KeyboardInterrupt:
-            pool.shutdown(wait=False, cancel_futures=True)
-    found = pd.DataFrame(rows).sort_values("number")
+    cube = qmc.Sobol(5, seed=1).random_base2(math.ceil(math.log2(max(args.points, 2))))[: args.points]
+    one = partial(outcome, heated=args.thermal, refine=args.refine)
+    with ProcessPoolExecutor() as pool:
+        found = pd.DataFrame(track(pool.map(one, cube), "contacts", len(cube)))
     if args.output:
-        found.to_csv(args.output, index=False)
+        found.to_csv(args.output, index_label="number")
     report(found)
 
 

@@ -15,7 +15,6 @@ from reference_screw import GD4008
 
 from ballscrew_tehl.cli import parser
 from ballscrew_tehl.cli.commands import torque
-from ballscrew_tehl.cli.shared.chosen import EXTREMES
 from ballscrew_tehl.friction.sets import default_friction_set, write_friction_sets
 from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
 from ballscrew_tehl.nut_map.interval import map_interval
@@ -101,8 +100,7 @@ def test_torque_is_that_of_the_map_and_opposes_the_motion(capsys, friction):
     state = nut_map.evaluate(*SI, -300.0)
     found, err = answer(capsys, *words)
     assert err == ""
-    for key in set(PARTS) | set(EXTREMES.values()):
-        name = next(name for name in (*EXTREMES, *PARTS.values()) if key.startswith(name))
+    for key, name in PARTS.items():
         assert found[key] == pytest.approx(float(getattr(state, name)), rel=1e-12)
     back, _ = answer(capsys, *words, "--speed-rpm", "-1e3")
     for key in PARTS:

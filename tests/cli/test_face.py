@@ -9,7 +9,7 @@ import pytest
 from command_line import answer, run
 
 import ballscrew_tehl
-from ballscrew_fmu.command import BALLSCREW, FMUS, main
+from ballscrew_fmu.command import BALLSCREW, FMUS
 from ballscrew_tehl.cli.parser import SOLVER, build_parser
 from ballscrew_tehl.nut_map.file import VG100, packaged_map
 from ballscrew_tehl.parameters.file import PACKAGED_DATA
@@ -42,16 +42,6 @@ def test_each_page_fits_a_screen_and_its_example_is_understood(monkeypatch):
                 assert lines[2] == f"  {parser.prog} {command.example}"
                 assert whole.parse_args(lines[2].split()[1:]).run == command.run
     assert sorted(BALLSCREW.actions) == sorted(name for names in BALLSCREW.groups.values() for name in names)
-
-
-def test_errors_carry_the_name_that_was_called(capsys):
-    assert main(["map", "build"]) == main(["check", "none.fmu"]) == 2
-    first, second = capsys.readouterr().err.splitlines()
-    assert first.startswith("ballscrew map build: error: --output (missing)")
-    assert second.startswith("ballscrew check: error: none.fmu")
-    with pytest.raises(SystemExit):
-        main(["repot"])
-    assert "; is report meant? (see --help)" in capsys.readouterr().err
 
 
 def test_completion_imports_nothing_slow(tmp_path):

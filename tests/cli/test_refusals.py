@@ -38,18 +38,14 @@ REFUSALS = {
         ((*POINT, "--temperature-c", "-274"), "--temperature-c = -274; allowed: -73.15 to 200"),
         ((*POINT, "--temperature-c", "303.15"), "is 303.15 K = 30 C meant?"),
         ((*POINT, "--preload-n", "-1e3"), "--preload-n = -1e3; allowed: a finite number >= 0"),
-        ((*POINT, "--preload-n", "1e3", "--axial-load-n", "1e308"), "1e308; allowed: -1e+07 to 1e+07"),
         ((*POINT, "--preload-n", "1e3", "--friction", "{example}"), "a screw file, no friction sets; give a file that"),
         ((*POINT, "--preload"), "unrecognized arguments: --preload; is --preload-n meant?"),
         ((*POINT, "--screw", "none.toml"), "none.toml: cannot be read"),
         ((*POINT, "--map", "{vg100}", "--screw", "{published}"), "this map is of GD"),
-        ((*POINT, "--kinematics", "rolling"), "; is rolling_frame meant?"),
         ((*POINT, "--friction", "four_parameter"), "--friction = four_parameter; allowed: "),
         ((*POINT, "--friction", "mechanistic", "--kinematics", "published"), "allowed: rolling_frame"),
         ((*POINT, "--friction", "{fit}", "--screw", "{example}"), "fitted for the screw mine"),
         ((*POINT, "--direct", "--preload-n", "0"), "allowed with --direct: not 0"),
-        (("--points", "none.csv"), "none.csv: cannot be read"),
-        (("--points", "lb.csv"), "lb.csv: column 'preload [lb]': unit 'lb'; allowed: N, kN, "),
         (("--points", "binary"), "binary: is no text; give a CSV file"),
         ((*POINT, "--screw", ""), "cannot be read (Is a directory); give the path of a screw file"),
         ((*POINT, "--map", "cut.npz"), "cut.npz: not a readable map file (of another kind, or cut short): build"),
@@ -59,24 +55,21 @@ REFUSALS = {
         (("--torque-nm", "1e3", *POINT[2:]), "torque_nm = 1000 at 1000 r/min and 30 C; allowed: "),
     ],
     "screw": [
-        (("--preload-n", "-1"), "--preload-n = -1"), (POINT[:4], "give both"),
+        (POINT[:4], "give both"),
     ],
     "contact": [
         ((), "--load-n (missing)"),
-        ((*CONTACT[1:], "--load-n", "-inf"), "--load-n = -inf; allowed: a finite number"),
         ((*CONTACT[1:], "--domain", "1", "2", "3"), "allowed: XA < -1, XB > 1, Y > 1"),
         ((*CONTACT[1:], "--refine", "9"), "refine"),
-        (("--moes", "20", "x", *MOES[4:], "--radius-ratio", "1"), "--moes = x; allowed: a finite number"),
         (MOES[1:], "--radius-ratio (missing)"),
         ((*MOES[1:], "--radius-ratio", "1", "--load-n", "3"), "--load-n = 3.0; allowed: either"),
     ],
     "oil": [((), "--iso-vg, --viscosity-index (missing)"), (("--iso-vg", "68", "--screw", "x"), "give one oil"),
             (("--iso-vg", "70", "--viscosity-index", "95"), "70")],
-    "map": [(("plot",), "invalid choice: 'plot'"), (("buidl",), "; is build meant?")],
-    "map info": [(("none.npz",), "none.npz"), (("--map", "none.npz"), "none.npz: no such map file"),
+    "map": [(("buidl",), "; is build meant?")],
+    "map info": [(("--map", "none.npz"), "none.npz: no such map file"),
                  (("{vg100}", "--screw", "{example}"), "(lead_mm = 8.0, ")],
-    "map check": [(("--count", "0"), "--count = 0; allowed: a whole number >= 1"),
-                  (("--count", "few"), "--count = few"), (("--workers", "-1"), "--workers = -1")],
+    "map check": [(("--count", "0"), "--count = 0; allowed: a whole number >= 1"), (("--workers", "few"), "= few")],
     "map build": [
         ((), "--output (missing); allowed: a file *.npz for the map"),
         (("--family", "empty"), "allowed: a folder with screw files"),
@@ -103,8 +96,6 @@ REFUSALS = {
         (("measured.toml", "--output", "./measured.toml"), "is a file that this command reads; allowed: another file"),
     ],
     "identify": [
-        ((), "arguments are required: LOG.csv"),
-        (("none.csv",), "none.csv: cannot be read (No such file or directory); give a CSV file"),
         (("measured.csv",), "column time missing (found: preload_n, speed_rpm, torque_nm)"),
         (("log.csv",), "--torque-constant-nm-a (missing); needed with a column current"),
         (("log.csv", "--torque-constant-nm-a", "1", "--lead-mm", "8"), "log.csv: current is constant"),
@@ -116,21 +107,17 @@ REFUSALS = {
         (("back.csv", "--gain-n-v", "1"), "time runs backwards 1 times, first from 0.002 to 0 s after row 3"),
     ],
     "export": [
-        ((), "arguments are required: --format, --output"),
         ((*EXPORT, "twincat", "--output", "x.lis"), "--torque-constant-nm-a; needed with --format twincat"),
         ((*EXPORT, "csv", "--output", "x.lis"), "--output = x.lis; allowed: a file *.csv"),
         ((*EXPORT, "csv", "--output", "x.csv", "--torque-constant-nm-a", "1"), "allowed only with --format twincat"),
         ((*EXPORT, "matlab", "--output", "1 x.m"), "allowed: the name of a MATLAB function"),
-        ((*EXPORT, "csv", "--output", "x.csv", "--points", "2"), "--points = 2; allowed: a whole number, 3 to 400"),
         ((*EXPORT, "csv", "--output", "x.csv", "--preload-n", "9", "99999"), "preload = 9 N; allowed by the map: 120 "),
         ((*EXPORT, "csv", "--output", "x.csv", "--speed-rpm", "9", "9000"), "allowed: a rising range in 5 to 6000 "),
         ((*EXPORT, "csv", "--output", "x.csv", "--identified", "log.csv"), "--screw with --identified; allowed: with"),
         (("--format", "csv", "--output", "x.csv", "--identified", "log.csv"), "that identify --output has written"),
     ],
     "report": [
-        ((), "arguments are required: --output"),
         (("--output", "r.pdf"), "r.pdf; allowed: a file *.html, *.htm"),
-        (("--output", "r.html", "--map", "none.npz"), "none.npz: no such map file"),
         (("--output", "r.html", "--screw", "{screw}", "--map", "{vg100}", "--preload-n", "99999"),
          "preload = 99999 N; allowed: "),
         (("--output", "r.html", "--screw", "{screw}", "--map", "{vg100}", "--speed-rpm", "0"),
@@ -147,11 +134,9 @@ def folder(tmp_path, monkeypatch):
         direct, "solve_ball", lambda *arguments, **options: pytest.fail("a contact was solved")
     )
     monkeypatch.chdir(tmp_path)
-    rows = (f"{f},{n},{4e-4 * f * (1.0 + 1e-4 * n)}" for f in (1000, 2000) for n in (100, 500, 900))
-    cm = [f"{f},{n},{0.04 * f * (1.0 + 1e-4 * n)}" for f in (1000, 2000) for n in (100, 500, 900)]
-    for name in ("measured.csv", "measured.toml"):
+    for name, slope in (("measured.csv", 4e-4), ("measured.toml", 4e-4), ("n_cm.csv", 0.04)):
+        rows = (f"{f},{n},{slope * f * (1.0 + 1e-4 * n)}" for f in (1000, 2000) for n in (100, 500, 900))
         (tmp_path / name).write_text("preload_n,speed_rpm,torque_nm\n" + "\n".join(rows))
-    (tmp_path / "n_cm.csv").write_text("preload_n,speed_rpm,torque_nm\n" + "\n".join(cm))
     time = [0.001 * k for k in range(300)]
     for name, heading, rows in (
         ("log", "time [s],position [m],current [A]", [f"{t},{t},1" for t in time]),
@@ -164,7 +149,6 @@ def folder(tmp_path, monkeypatch):
     ):
         (tmp_path / f"{name}.csv").write_text("\n".join([heading, *rows]))
     (tmp_path / "text.npz").write_text("notes")
-    (tmp_path / "lb.csv").write_text("preload [lb],speed_rpm,temperature_c\n1,2,3\n")
     (tmp_path / "binary").write_bytes(b"a\x81\xff\n\x00")
     (tmp_path / "cut.npz").write_bytes(packaged_map(VG100).read_bytes()[:1000])
     (tmp_path / "empty").mkdir()
@@ -188,38 +172,14 @@ def test_bad_input_is_one_line_and_exit_code_2(capsys, command, folder):
     assert sorted(folder.rglob("*")) == before
 
 
+#: the dialect of files: tests/tables
 POINTS = (
     (f"{NUMBERS}1,2,3\n1,nan,3\n", "points.csv: row 2: speed_rpm = nan; allowed: a finite number"),
     (f"{NUMBERS}1,,3\n", "row 1: speed_rpm (missing); allowed: a finite number, in a column or by "),
-    (f"{NUMBERS}1,2\n", "line 2: 2 fields under 3 headings; allowed: a number, or an empty"),
-    ("preload,speed_rpm\n1,2\n", "column 'preload': unit missing; write preload [UNIT] with one of N, kN"),
     ("preload_n,speed_rpm,axial_load\n1,2,3\n", "column 'axial_load': unit missing; write axial_load [UNIT]"),
-    (
-        "preload_n,sped_rpm,temperature_c\n1,2,3\n",
-        "column 'sped_rpm' unknown; is speed meant? allowed: preload_n,",
-    ),
-    (
-        "preload_n,speed_hz,temperature_c\n1,2,3\n",
-        "column 'speed_hz': unit 'hz'; write speed [UNIT] with one of",
-    ),
-    (
-        "preload_n\tspeed_rpm\ttemperature_c\n800\t500\t30\n1.500\t500\t30\n",
-        "preload_n = '1.500' can be read in two ways, 1.500 or 1500",
-    ),
-    (
-        "preload_n;speed_rpm;temperature_c\n1,500;500;30\n",
-        "preload_n = '1,500' can be read in two ways, 1.500 or 1500",
-    ),
-    (
-        "preload_n,speed_rpm,preload_n\n1,2,3\n",
-        "columns 'preload_n' and 'preload_n' both are preload_n; allowed: one",
-    ),
     ("preload [kN],preload_n,speed_rpm\n2,100,3\n", "columns given twice: preload_n, also as preload [kN]"),
     ("preload_n;speed_rpm;temperature_c\n1.500;2,5;3\n", "no point (thousands or decimal?), 1.500 or 1500"),
-    (
-        "moes,radius_ratio,lore\n20 5,1,barus\n",
-        "row 1: unrecognized arguments: --lore barus",
-    ),
+    ("moes,radius_ratio,lore\n20 5,1,barus\n", "row 1: unrecognized arguments: --lore barus"),
     ("moes,radius_ratio,law\n20 x,1,barus\n", "row 1: --moes = x; allowed: a finite number"),
     ("moes,isothermal\n20 5,maybe\n", "row 1: --isothermal = maybe; allowed: true, "),
 )
@@ -289,10 +249,8 @@ def test_a_disk_that_fills_or_ctrl_c_during_the_work_leaves_nothing(folder, caps
         for event in (full, KeyboardInterrupt(), compiled):
             monkeypatch.setattr(os, "replace", Mock(side_effect=event))
             if event is full:
-                assert (
-                    f"cannot be written ({full.strerror}); remedy: {files.REMEDIES[errno.ENOSPC]}"
-                    in refused(capsys, *words)
-                )
+                remedy = files.REMEDIES[errno.ENOSPC]
+                assert f"cannot be written ({full.strerror}); remedy: {remedy}" in refused(capsys, *words)
             else:
                 assert run(capsys, *words)[:2] == (130, "")
             assert sorted(folder.iterdir()) == before

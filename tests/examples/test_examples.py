@@ -20,7 +20,7 @@ pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(not RUNS_HERE, reason="the FMU of the test is for x86_64 Linux"),
 ]
-RATIOS = (0.0, 0.02, 0.05, 0.5, 1.0, 1.5, 2.0)
+RATIOS = (0.0, 0.05, 0.5, 1.0, 2.0)
 
 
 @pytest.fixture(scope="session")
@@ -34,7 +34,7 @@ def results(native_fmu, synthetic_nut_map, tmp_path_factory):
         return build_native_fmu(synthetic_nut_map, 2, path, platforms=("x86_64-linux",), model=model).path
 
     given = {
-        "circular_test": lambda: ((native_fmu,), {"feeds": (0.01, 0.02)}),
+        "circular_test": lambda: ((native_fmu,), {"feeds": (0.02,)}),
         "bearing_friction": lambda: (((1000.0, 5000.0), (50.0, 5000.0)), {}),
         "kinematics_comparison": lambda: (((200.0, 2000.0),), {}),
         "preload_loss": lambda: ((), {}),
@@ -62,18 +62,11 @@ WITH_FMU = ("circular_test", "model_exchange", "preload_monitoring", "servo_axis
             "warm_up")  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        *WITH_FMU,
-        "bearing_friction",
-        "kinematics_comparison",
-        "preload_loss",
-        "servo_log",
-        "thermal_reduction",
-        "torque_over_speed",
-    ],
-)
+WITHOUT = ("bearing_friction", "kinematics_comparison", "preload_loss", "servo_log", "thermal_reduction",
+           "torque_over_speed")  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WITH_FMU + WITHOUT)
 def test_picture_and_command_line(name, results, native_fmu, tmp_path, monkeypatch, capsys):
     module, result, picture = importlib.import_module(name), results(name), tmp_path / "a.png"
     if name not in WITH_FMU:
@@ -260,7 +253,6 @@ def test_contacts_of_the_examples(results):
     found = results("thermal_reduction")
     film, traction, rise = found["film"][0], found["traction"][0], found["rise"][0]
     assert 0.97 < film[0] < 1.0
-    assert np.all(np.diff(film[2:]) < 0.0)
     assert abs(traction[0]) < 1e-6
     assert np.all(np.diff(rise) > 0.0)
     deviation = found["formula"][0] / film - 1.0

@@ -66,10 +66,12 @@ def test_factor_is_that_of_contacts_solved_with_the_short_inlet(load):
     own = load_screw(PACKAGED_VG100)
     at = ball_conditions(own, "screw", load, 500.0 * RPM, 303.0)
     hertz = ellipse(load, at.R_x, at.R_y, at.E_prime)
-    flooded = solve(at, own.lubricant, own.solid)
+    flooded = solve(at, own.lubricant, own.solid, SolverOptions(n_x=97))
     viscosity = eta0(own.lubricant, 303.0)
     for length in (6.0, 10.0):
-        short = solve(at, own.lubricant, own.solid, SolverOptions(x_in=-length, y_max=at.R_x / hertz.a))
+        short = solve(
+            at, own.lubricant, own.solid, SolverOptions(n_x=97, x_in=-length, y_max=at.R_x / hertz.a)
+        )
         assert short.converged
         assert abs(short.heat_balance.defect) <= 1e-3
         factor = supply_factor(

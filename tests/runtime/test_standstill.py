@@ -70,20 +70,6 @@ def test_inner_loops_close_and_an_outer_one_goes_on_as_if_they_had_not_been():
         )
 
 
-def test_a_loop_loses_energy_with_the_cube_of_its_amplitude():
-    """As of rolling elements: (4/3) Tc A^3/x_m^2 by the parabola. From the first yield to half of the travel."""
-    amplitudes = np.geomspace(1.0 / ELEMENTS, 0.5, 12)
-    lost = []
-    for amplitude in amplitudes * X_M:
-        states = moved(NONE, amplitude).states
-        back = moved(states, -2.0 * amplitude)
-        lost.append(back.heat + moved(back.states, 2.0 * amplitude).heat)
-    slope = np.polyfit(np.log(amplitudes), np.log(lost), 1)[0]
-    assert abs(slope - 3.0) <= 0.3
-    exact = 4.0 / 3.0 * TC * X_M * amplitudes[-1] ** 3
-    assert abs(lost[-1] - exact) <= 0.1 * exact
-
-
 # --- balance ---
 
 

@@ -26,24 +26,9 @@ READ = [
 ]
 
 
-@pytest.mark.parametrize(("text", "first"), READ)
-def test_is_read(tmp_path, text, first):
-    assert [*read_rows(write(tmp_path / "x.csv", text))[0].values()] == first
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "Bench 3;12.5.\nOperator;X\nVorspannung;Drehzahl;Moment;note\nkN;1/min;Ncm;\n1,5;100;42;a\n2;200;50;\n",
-        "# preload [kN]\tspeed_rpm\ttorque [N.cm]\tnote\n1.5\t100\t42\t\n",
-    ],
-)
-def test_units_below_other_lines_above_and_comments_in_a_file_of_torques(tmp_path, text):
-    table = open_table(write(tmp_path / "x.csv", text), TORQUES)
-    columns = table.single_columns()
-    rows = read_columns(table, columns, TORQUES)
-    assert [rows.values[key][0] for key in ("preload", "torque")] == pytest.approx([1500.0, 0.42])
-    assert table.unused(columns) == "columns not used: note"
+def test_is_read(tmp_path):
+    for text, first in READ:
+        assert [*read_rows(write(tmp_path / "x.csv", text))[0].values()] == first
 
 
 REFUSED = [
@@ -52,17 +37,12 @@ REFUSED = [
     (HEAD + "1.500;100;1.250\n", "preload [N] = '1.500' can be read in two ways, 1.500 or 1500"),
     # whole numbers below 1000 in the column: the marks are those of thousands, though 0.4 has a point
     (HEAD + "1.500;100;0.4\n800;100;0.4\n", "line 2: preload [N] = '1.500' can be read in two ways"),
-    (HEAD + "1.234.567;100;0.4\n", "'1.234.567'; allowed: a number without marks of thousands"),
     (HEAD + "1 500;100;0.4\n", "'1 500'; allowed: a number without marks of thousands"),
     (
         HEAD + "1;2;3\n" * 3 + "2,5;-;3\n1;1;0.5\n",
         "line 6: torque [Nm] = '0.5'; allowed in a file with decimal commas",
     ),
     (HEAD + "1.000,5;60;0,4\n", "preload [N] = '1.000,5'; allowed in a file with decimal"),
-    (
-        HEAD + "1500;100;0.4\n1500;100;0,4\n",
-        "torque [Nm] = '0.4'; allowed in a file with decimal commas: no point",
-    ),
     (
         HEAD.replace(";", ",") + '1,60,"0,4"\n',
         "numbers with decimal commas need semicolons between the fields",
@@ -71,20 +51,19 @@ REFUSED = [
         HEAD.replace(";", ",") + "1,60,4\n1,0,60,0,4\n",
         "line 3: 5 fields under 3 headings; allowed: a number, or an empty field",
     ),
-    (HEAD + "1;60\n", "line 2: 2 fields under 3 headings"),
     ("1000,100,3\n2000,500,3\n", "no line of headings, the first line is '1000,100,3'"),
     ("\n# only\n", "no rows; allowed: a line of headings"),
     (HEAD, "no rows; allowed: a line of headings"),
 ]
 
 
-@pytest.mark.parametrize(("text", "message"), REFUSED)
-def test_numbers_that_can_be_read_in_two_ways_are_refused(tmp_path, text, message):
-    path = write(tmp_path / "x.csv", text)
-    with pytest.raises(ValueError, match=r"x\.csv: ") as caught:  # noqa: PT012
-        table = open_table(path, TORQUES)
-        read_columns(table, table.single_columns(), TORQUES)
-    assert message in str(caught.value)
+def test_numbers_that_can_be_read_in_two_ways_are_refused(tmp_path):
+    for text, message in REFUSED:
+        path = write(tmp_path / "x.csv", text)
+        with pytest.raises(ValueError, match=r"x\.csv: ") as caught:  # noqa: PT012
+            table = open_table(path, TORQUES)
+            read_columns(table, table.single_columns(), TORQUES)
+        assert message in str(caught.value)
 
 
 def test_a_first_row_that_is_no_measurement_is_a_row(tmp_path):

@@ -26,10 +26,8 @@ torque [lb-in]; 10; torque; 1.129848290276167
 REFUSED = """
 preload [kp]; speed [r/min]; torque [N.m] => column 'preload [kp]': unit 'kp'; allowed: N, kN, daN, kgf, lbf
 preload; speed [r/min]; torque [N.m] => column 'preload': unit missing; write preload [UNIT] with one of N, kN
-preload [N]; speed_hz; torque [N.m] => column 'speed_hz': unit 'hz'; write speed [UNIT] with one of r/min
 preload [N]; speed [r/min]; torque [N.m]; temprature_c => column 'temprature_c' unknown; is temperature meant?
 preload [N]; speed [r/min] => column torque missing (found: preload [N], speed [r/min]); allowed:
-preload [N]; speed [r/min]; torque [N.m]; uncertainty => column 'uncertainty': unit missing; write uncertainty [UNIT]
 preload [N]; speed [r/min]; torque [N.m]; measured_Nm => columns 'torque [N.m]' and 'measured_Nm' both are torque
 preload [N]; speed [r/min]; torque [N.m]; weight; torque_uncertainty [%] => columns weight and torque_uncertainty
 """

@@ -8,19 +8,16 @@ import re
 import pytest
 from fmu_checks import members
 from native_model import NativeModel
-from reference_screw import GD4008
 from synthetic_map import LAWS, closed_form, make_map
 
 from ballscrew_fmu.__main__ import main
 from ballscrew_fmu.archive import write_fmu
-from ballscrew_fmu.build import Inputs, torque_tables
 from ballscrew_fmu.checks import check as checks
 from ballscrew_fmu.checks.reference import STEP, axis_input, check_axis, reference_input, reference_of
 from ballscrew_fmu.checks.replay import CheckError, check_replay, largest_difference, running
 from ballscrew_fmu.models import AXIS, FRICTION, NATIVE_MODELS
 from ballscrew_fmu.native_fmu.experiments import FOLDER, MANIFEST, Reference
 from ballscrew_fmu.python_fmu.package import build_fmu, runtime_sources
-from ballscrew_tehl.nut_map.file import load_map
 
 pytestmark = pytest.mark.slow
 
@@ -184,13 +181,6 @@ def test_what_is_not_an_fmu_is_refused_in_one_line(tmp_path, capsys):
     for command in ("check", "info"):
         for file, word in words.items():
             assert word in one_line(capsys, 2, command, file)
-
-
-def test_tables_of_torque_are_those_of_the_map():
-    nut_map = load_map(None, GD4008)
-    text = torque_tables(Inputs(GD4008, nut_map))
-    own = f"{nut_map.evaluate(1000.0, 100.0 * math.pi / 30.0, 303.0).friction_torque:.4f}"
-    assert all(word in text for word in ("measured", "Table 2", "Table 3", "Table 4", own))
 
 
 def test_a_difference_of_forces_is_compared_with_their_size():

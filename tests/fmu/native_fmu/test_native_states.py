@@ -189,12 +189,11 @@ def test_states_of_another_kind_are_refused(version):
 
 @both_versions
 def test_a_state_is_saved_over_an_old_one_and_memory_comes_from_the_importer(version):
-    name = "GetFMUstate" if version == 2 else "GetFMUState"
     with wound(NativeInstance(version)) as one:
         state = one.save()
         address, before = state.value, one.serialize(state)
         one.go(speed=1.0)
-        assert one.call(name, byref(state)) == OK
+        assert one.call(f"Get{one.saved}", byref(state)) == OK
         assert state.value == address
         assert one.serialize(state) != before
     functions, given, taken = counting_functions()

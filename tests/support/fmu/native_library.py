@@ -89,6 +89,7 @@ class NativeInstance:
         self.states = sum(v.derivative_of is not None and v.derivative_of != "" for v in variables)
         self.library = ctypes.CDLL(str(library))
         self.version, self.kind, self.model, self.time = version, kind, model, 0.0
+        self.saved = "FMUstate" if version == 2 else "FMUState"
         self.messages: list[Message] = []
         folder = (str(library.parent) if resources == "" else resources) or None
         place, key = (None if text is None else text.encode() for text in (folder, token))
@@ -150,15 +151,16 @@ class NativeInstance:
         """Value references of variables by name."""
         return (c_uint * len(names))(*(self.names[n] if isinstance(n, str) else n for n in names))
 
+    def access(self, name: str, vr: Any, values: Any) -> int:
+        """Status of Get or Set of a type."""
+        counts = (c_size_t(len(values)),) if self.version == 3 else ()
+        return self.call(name, vr, c_size_t(len(vr)), values, *counts)
+
     def set_raw(self, vr: Any, values: Any) -> int:
-        if self.version == 2:
-            return self.call("SetReal", vr, c_size_t(len(vr)), values)
-        return self.call("SetFloat64", vr, c_size_t(len(vr)), values, c_size_t(len(values)))
+        return self.access("SetReal" if self.version == 2 else "SetFloat64", vr, values)
 
     def get_raw(self, vr: Any, values: Any) -> int:
-        if self.version == 2:
-            return self.call("GetReal", vr, c_size_t(len(vr)), values)
-        return self.call("GetFloat64", vr, c_size_t(len(vr)), values, c_size_t(len(values)))
+        return self.access("GetReal" if self.version == 2 else "GetFloat64", vr, values)
 
     def set(self, **values: float) -> int:
         return self.set_raw(self.vr(*values), doubles(*values.values()))
@@ -170,15 +172,11 @@ class NativeInstance:
 
     def set_boolean(self, name: str, value: bool) -> int:
         room = (c_int * 1)(int(value)) if self.version == 2 else (ctypes.c_bool * 1)(value)
-        counts = (c_size_t(1),) if self.version == 3 else ()
-        return self.call("SetBoolean", self.vr(name), c_size_t(1), room, *counts)
+        return self.access("SetBoolean", self.vr(name), room)
 
     def in_range(self) -> bool:
-        vr, value = self.vr("in_range"), (c_int * 1)()
-        if self.version == 2:
-            assert self.call("GetBoolean", vr, c_size_t(1), value) == OK
-        else:
-            assert self.call("GetBoolean", vr, c_size_t(1), value, c_size_t(1)) == OK
+        value = (c_int * 1)()
+        assert self.access("GetBoolean", self.vr("in_range"), value) == OK
         return bool(value[0])
 
     def outputs(self) -> list[float]:
@@ -261,26 +259,26 @@ class NativeInstance:
 
     def save(self) -> c_void_p:
         state = c_void_p()
-        assert self.call("GetFMUstate" if self.version == 2 else "GetFMUState", byref(state)) == OK
+        assert self.call(f"Get{self.saved}", byref(state)) == OK
         return state
 
     def restore(self, state: c_void_p) -> int:
-        return self.call("SetFMUstate" if self.version == 2 else "SetFMUState", state)
+        return self.call(f"Set{self.saved}", state)
 
     def forget(self, state: c_void_p) -> int:
-        return self.call("FreeFMUstate" if self.version == 2 else "FreeFMUState", byref(state))
+        return self.call(f"Free{self.saved}", byref(state))
 
     def serialize(self, state: c_void_p, more: int = 0) -> bytes | int:
         """Bytes of a state, or the status if they are refused; more: room beyond what is needed."""
-        size, ending = c_size_t(), "FMUstate" if self.version == 2 else "FMUState"
-        assert self.call(f"Serialized{ending}Size", state, byref(size)) == OK
+        size = c_size_t()
+        assert self.call(f"Serialized{self.saved}Size", state, byref(size)) == OK
         content = ctypes.create_string_buffer(size.value + more)
-        status = self.call(f"Serialize{ending}", state, content, c_size_t(size.value + more))
+        status = self.call(f"Serialize{self.saved}", state, content, c_size_t(size.value + more))
         return content.raw if status == OK else status
 
     def deserialize(self, content: bytes) -> tuple[int, c_void_p]:
         state = c_void_p()
-        name = "DeSerializeFMUstate" if self.version == 2 else "DeserializeFMUState"
+        name = f"{'DeSerialize' if self.version == 2 else 'Deserialize'}{self.saved}"
         return self.call(name, c_char_p(content), c_size_t(len(content)), byref(state)), state
 
 

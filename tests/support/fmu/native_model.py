@@ -41,6 +41,7 @@ def runtime_sources(nut_map, model: FmuModel = FRICTION) -> dict[str, bytes]:
     return {f"fmi/{name}" if is_fmi_header(name) else name: text for name, text in sources.items()}
 
 
+@functools.cache
 def resources(nut_map, model: FmuModel = FRICTION, token: str = TOKEN) -> dict[str, bytes]:
     """Files that an instance reads."""
     screw = screw_bytes(nut_map.header, model, table_hash(nut_map.header, model), token)

@@ -33,7 +33,7 @@ from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION
 from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, checksum
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
-LIVES, CALLS, DAMAGES, FILES = 12, 150, 4, 600  # instances of a kind, calls of each, damaged states, files
+LIVES, CALLS, DAMAGES, FILES = 8, 150, 4, 400  # instances of a kind, calls of each, damaged states, files
 WALKED = ((FRICTION, FILM_SHEAR), (MONITOR, FILM_SHEAR), (TRANSMISSION, MECHANISTIC), (AXIS, FILM_SHEAR))
 ODD = (math.nan, math.inf, -math.inf, 1e30, -1e300, -1.0, 0.0, 5e-324, 1e29, 1.7e308)
 TOPS = {"preload": 20000.0, "speed": 2000.0, "temperature": 400.0, "axial_load": 20000.0}  # beyond the map
