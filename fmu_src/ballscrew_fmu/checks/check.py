@@ -3,6 +3,9 @@
 import tempfile
 import zipfile
 import zlib
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +14,7 @@ from fmpy import validation
 from fmpy.model_description import ModelDescription
 
 from ballscrew_fmu.checks.reference import reference_of
-from ballscrew_fmu.checks.replay import AGREEMENT, CheckError, check_replay
+from ballscrew_fmu.checks.replay import AGREEMENT, CheckError, check_replay, replay
 from ballscrew_fmu.models import AXIS, FRICTION, MODELS, FmuModel
 from ballscrew_fmu.native_fmu.experiments import Reference, validation_in
 from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, hash_in
@@ -57,16 +60,31 @@ def check_file(fmu: Path) -> list[str]:
             fmpy.extract(str(fmu), unzipdir=folder)
         except (zipfile.BadZipFile, zlib.error, OSError) as error:
             raise CheckError(f"damaged archive: {error}") from error
-        name, reference = _reference_in(Path(folder), description.modelName)
-        if reference is None:
-            return [*lines, "not run: the FMU contains no reference results"]
         try:
-            worst = check_replay(folder, reference, f"{name} in the FMU:")
-        except CheckError as error:
-            raise CheckError(f"{name}: {error}") from error
-    steps = len(reference.inputs)
+            with ProcessPoolExecutor(1, get_context("spawn")) as process:
+                return [*lines, process.submit(_replayed, Path(folder), description.modelName).result()]
+        except BrokenProcessPool as error:
+            # a library that is cut short ends the process that loads it
+            raise CheckError("its library for this machine ends the process: damaged") from error
+
+
+def _replayed(folder: Path, model: str) -> str:
+    """Replay of the FMU in a folder against what it contains, or a step if that is nothing, as a line.
+
+    Raises       CheckError: what is wrong, one line
+    """
+    name, reference = _reference_in(folder, model)
+    if reference is None:
+        (outputs,) = replay(folder, [{}])
+        if wrong := [output for output, value in outputs.items() if value != value]:
+            raise CheckError(f"not a number after a step with the start values: {', '.join(wrong)}")
+        return f"a step with the start values: {len(outputs)} outputs; not replayed: no reference results in the FMU"
+    try:
+        worst = check_replay(folder, reference, f"{name} in the FMU:")
+    except CheckError as error:
+        raise CheckError(f"{name}: {error}") from error
     found = f"largest difference {worst:.1e} (limit {AGREEMENT:g})"
-    return [*lines, f"replay against {name} in the FMU, {steps} steps: {found}"]
+    return f"replay against {name} in the FMU, {len(reference.inputs)} steps: {found}"
 
 
 def _reference_in(folder: Path, model: str) -> tuple[str, Reference | None]:
