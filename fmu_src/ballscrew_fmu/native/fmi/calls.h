@@ -9,6 +9,10 @@
 
 #include "instance.h"
 
+#ifdef __GNUC__
+#pragma GCC diagnostic ignored "-Wunused-parameter" /* the standards fix the arguments */
+#endif
+
 #define RUNNING (STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE)
 #define EVALUATED (INITIALIZATION_MODE | RUNNING | TERMINATED | FAILED)
 #define SETTABLE (INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE)
@@ -34,5 +38,13 @@
         BEGIN(name, kinds, states) \
         RETURN(call); \
     }
+
+/* Output arguments are optional. */
+#define PUT(argument, value) \
+    do { \
+        if ((argument) != NULL) { \
+            *(argument) = (value); \
+        } \
+    } while (false)
 
 #endif

@@ -44,7 +44,6 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
 {
     Importer importer = {log_fmi2, NULL, NULL, calloc, free, false};
 
-    (void)visible;
     if (functions != NULL) {
         importer.logger = (void (*)(void))functions->logger;
         importer.environment = functions->componentEnvironment;
@@ -75,8 +74,7 @@ FORWARD(SetDebugLogging, BOTH_KINDS, ANY_STATE,
 FORWARD(SetupExperiment, BOTH_KINDS, INSTANTIATED,
         (fmi2Component instance, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
          fmi2Boolean stopTimeDefined, fmi2Real stopTime),
-        ((void)toleranceDefined, (void)tolerance,
-         instance_setup(self, startTime, stopTimeDefined != fmi2False, stopTime)))
+        instance_setup(self, startTime, stopTimeDefined != fmi2False, stopTime))
 FORWARD(EnterInitializationMode, BOTH_KINDS, INSTANTIATED, (fmi2Component instance),
         instance_enter(self, INITIALIZATION_MODE))
 FORWARD(ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE, (fmi2Component instance),
@@ -91,7 +89,7 @@ FORWARD(GetReal, BOTH_KINDS, EVALUATED,
         instance_get_reals(self, vr, nvr, value))
 FORWARD(SetReal, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE,
         (fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[]),
-        instance_set_reals(self, vr, nvr, value))
+        instance_set(self, vr, nvr, value, false))
 
 fmi2Status fmi2GetBoolean(fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
 {
@@ -119,7 +117,7 @@ fmi2Status fmi2SetBoolean(fmi2Component instance, const fmi2ValueReference vr[],
         RETURN(instance_missing_array(self));
     }
     for (size_t i = 0; status == STATUS_OK && i < nvr; ++i) {
-        status = instance_set_booleans(self, &vr[i], 1, &(bool){value[i] != fmi2False});
+        status = instance_set(self, &vr[i], 1, &(bool){value[i] != fmi2False}, true);
     }
     RETURN(status);
 }
@@ -128,7 +126,7 @@ fmi2Status fmi2SetBoolean(fmi2Component instance, const fmi2ValueReference vr[],
 #define NO_VARIABLES(name, type, states, modifier)                                                             \
     FORWARD(name##type, BOTH_KINDS, states,                                                                \
             (fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, modifier fmi2##type value[]),      \
-            ((void)value, instance_no_variables(self, #type, vr, nvr)))
+            instance_no_variables(self, #type, vr, nvr))
 NO_VARIABLES(Get, Integer, EVALUATED, )
 NO_VARIABLES(Set, Integer, SETTABLE, const)
 NO_VARIABLES(Get, String, EVALUATED, )
@@ -186,13 +184,8 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component instance, fmi2Boolean noSet
                                        fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation)
 {
     BEGIN(CompletedIntegratorStep, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE)
-    (void)noSetFMUStatePriorToCurrentPoint;
-    if (enterEventMode != NULL) {
-        *enterEventMode = fmi2False;
-    }
-    if (terminateSimulation != NULL) {
-        *terminateSimulation = fmi2False;
-    }
+    PUT(enterEventMode, fmi2False);
+    PUT(terminateSimulation, fmi2False);
     return fmi2OK;
 }
 
@@ -211,26 +204,22 @@ FORWARD(GetNominalsOfContinuousStates, MODEL_EXCHANGE, INSTANTIATED | EVALUATED,
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
-fmi2Status fmi2DoStep(fmi2Component instance, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
-                      fmi2Boolean noSetFMUStatePriorToCurrentPoint)
-{
-    BEGIN(DoStep, CO_SIMULATION, STEP_MODE)
-    (void)noSetFMUStatePriorToCurrentPoint;
-    /* the standard requires step sizes > 0, but importers use 0 to detect feedthrough */
-    RETURN(instance_step(self, currentCommunicationPoint, communicationStepSize, true, false));
-}
+/* the standard requires step sizes > 0, but importers use 0 to detect feedthrough */
+FORWARD(DoStep, CO_SIMULATION, STEP_MODE,
+        (fmi2Component instance, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
+         fmi2Boolean noSetFMUStatePriorToCurrentPoint),
+        instance_step(self, currentCommunicationPoint, communicationStepSize, true, false))
 
 /* steps never run in the background */
 FORWARD(CancelStep, CO_SIMULATION, 0U, (fmi2Component instance), STATUS_ERROR)
 FORWARD(SetRealInputDerivatives, CO_SIMULATION, INSTANTIATED | INITIALIZATION_MODE | STEP_MODE,
         (fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
          const fmi2Real value[]),
-        ((void)vr, (void)nvr, (void)order, (void)value,
-         instance_fail(self, "no derivatives of inputs: inputs are constant over a step")))
+        instance_fail(self, "no derivatives of inputs: inputs are constant over a step"))
 FORWARD(GetRealOutputDerivatives, CO_SIMULATION, STEP_MODE | TERMINATED | FAILED,
         (fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
          fmi2Real value[]),
-        ((void)vr, (void)nvr, (void)order, (void)value, instance_fail(self, "no derivatives of outputs over time")))
+        instance_fail(self, "no derivatives of outputs over time"))
 
 /* Other status kinds are for asynchronous steps. */
 static Status no_status(Instance *self, fmi2StatusKind kind)
@@ -240,7 +229,7 @@ static Status no_status(Instance *self, fmi2StatusKind kind)
 
 #define NO_STATUS(name, type)                                                                               \
     FORWARD(name, CO_SIMULATION, STATUS_STATES, (fmi2Component instance, const fmi2StatusKind s, type *value),      \
-            ((void)value, no_status(self, s)))
+            no_status(self, s))
 NO_STATUS(GetStatus, fmi2Status)
 NO_STATUS(GetIntegerStatus, fmi2Integer)
 NO_STATUS(GetBooleanStatus, fmi2Boolean)
