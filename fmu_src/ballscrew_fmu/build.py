@@ -114,20 +114,14 @@ def build(
         compiler = libraries.provider(nut_map.header, embed_map)
         with_page = compiler.crosses and any(kind.model is FRICTION for kind in selected)
         native = dict.fromkeys(kind.model for kind in selected if kind.native and not embed_map)
-        libraries.prepare(
-            [
-                *(libraries.native_library(nut_map.header, model) for model in native),
-                *(
-                    libraries.entry_library(nut_map.header, kind.model)
-                    for kind in selected
-                    if not kind.native
-                ),
-                *([libraries.page_library(nut_map.header)] if with_page else []),
-            ],
-            (*compiler.platforms, WASM),
-            advance,
-        )
+        needed = [libraries.native_library(nut_map.header, model) for model in native]
+        needed += [
+            libraries.entry_library(nut_map.header, kind.model) for kind in selected if not kind.native
+        ]
         page = ""
+        if with_page:
+            needed.append(libraries.page_library(nut_map.header))
+        libraries.prepare(needed, (*compiler.platforms, WASM), advance)
         if with_page:
             advance("live page", 1)
             page = inputs.live_page()
@@ -136,16 +130,8 @@ def build(
             advance(f"packing {kind.file_name}", 1)
             shown, page = (page, "") if model is FRICTION else ("", page)  # in one file
             if kind.native:
-                fmu = build_native_fmu(
-                    nut_map,
-                    kind.fmi_version,
-                    path,
-                    reference(model),
-                    compiler.platforms,
-                    model,
-                    embed_map,
-                    shown,
-                )
+                like = (reference(model), compiler.platforms, model, embed_map, shown)
+                fmu = build_native_fmu(nut_map, kind.fmi_version, path, *like)
             else:
                 fmu = build_fmu(nut_map, path, model=model, live_page=shown)
             advance(f"checking {kind.file_name}", 1)

@@ -76,23 +76,6 @@ def capabilities(model: FmuModel, fmi_version: int) -> dict[str, dict[str, str]]
     return {"ModelExchange": _FMI3 | exchange, "CoSimulation": _FMI3 | _STEPS | flags("", _PARTS) | of_step}
 
 
-TERMINALS = """\
-<?xml version="1.0" encoding="UTF-8"?>
-<fmiTerminalsAndIcons fmiVersion="3.0">
-  <GraphicalRepresentation>
-    <CoordinateSystem x1="-100" y1="-100" x2="100" y2="100" suggestedScalingFactorTo_mm="0.1" />
-    <Icon x1="-100" y1="-100" x2="100" y2="100" />
-  </GraphicalRepresentation>
-{terminals}</fmiTerminalsAndIcons>
-"""
-TERMINAL = """\
-    <Terminal name="{name}" matchingRule="plug" terminalKind="org.ballscrew-tehl.{kind}" description="{description}">
-{members}
-    </Terminal>
-"""
-MEMBER = '      <TerminalMemberVariable variableName="{0}" memberName="{1}" variableKind="{2}" />'
-
-
 def native_description(
     header: Mapping[str, Any],
     fmi_version: int,
@@ -182,16 +165,19 @@ def build_description(sources: Sequence[str], model: FmuModel = FRICTION) -> byt
 
 def terminals(model: FmuModel = FRICTION) -> bytes:
     """terminalsAndIcons/terminalsAndIcons.xml of FMI 3.0."""
-    shown = "".join(
-        TERMINAL.format(
-            name=terminal.name,
-            kind=terminal.kind,
-            description=terminal.description,
-            members="\n".join(MEMBER.format(*member.split()) for member in terminal.members.split(",")),
-        )
-        for terminal in model.terminals
-    )
-    return TERMINALS.format(terminals=f"  <Terminals>\n{shown}  </Terminals>\n" if shown else "").encode()
+    root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
+    picture = SubElement(root, "GraphicalRepresentation")
+    corners = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}
+    SubElement(picture, "CoordinateSystem", corners, suggestedScalingFactorTo_mm="0.1")
+    SubElement(picture, "Icon", corners)
+    listed = SubElement(root, "Terminals")
+    for name, kind, description, members in model.terminals:
+        about = {"name": name, "matchingRule": "plug", "terminalKind": f"org.ballscrew-tehl.{kind}"}
+        node = SubElement(listed, "Terminal", about, description=description)
+        for member in members.split(","):
+            parts = zip(("variableName", "memberName", "variableKind"), member.split(), strict=True)
+            SubElement(node, "TerminalMemberVariable", dict(parts))
+    return serialized(root)
 
 
 def serialized(root: Element) -> bytes:

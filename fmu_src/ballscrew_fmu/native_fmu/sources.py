@@ -254,7 +254,7 @@ def entry_sources(variables: Sequence[Variable]) -> dict[str, bytes]:
     )
     return {
         "entry_table.h": table.encode(),
-        "entry.c": (_HERE / "python_host" / "entry.c").read_bytes(),
+        **{name: (_HERE / "python_host" / name).read_bytes() for name in ("entry.c", "platform.h")},
         "text.h": (_HERE / "runtime" / "text.h").read_bytes(),
         **fmi_headers(2),
     }
