@@ -177,9 +177,7 @@ ROWS: tuple[Variable | Shared, ...] = (
     _parameter(
         "screw_mass", "Mass of the screw, used with a support. 0: of a cylinder of steel", "kg", 0.0, 10.0,
     ),
-    _parameter(
-        "screw_diameter", "Diameter of the screw, for inertia and mass", "m", nominal=0.01,
-    ),
+    _parameter("screw_diameter", "Diameter of the screw, for inertia and mass", "m", nominal=0.01),
     _parameter("screw_length", "Length of the screw, for inertia and mass", "m", 1.0),
     _parameter("table_mass", "Mass of the table with its load", "kg", 300.0, 100.0),
     _parameter("guide_viscous", "Viscous friction of the guide", "N.s/m", 400.0, 100.0),

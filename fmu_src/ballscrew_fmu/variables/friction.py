@@ -251,9 +251,7 @@ _FILMS = (
     ),
 )  # fmt: skip
 _OTHERS = (
-    Variable(
-        "in_range", "output", "False while an input is outside the map and clamped", depends_on=_ALL
-    ),
+    Variable("in_range", "output", "False while an input is outside the map and clamped", depends_on=_ALL),
     Variable(
         "range_margin", "output",
         "Least distance of preload, speed, temperature and force of the loaded nut from the limits of the map, as a "
