@@ -89,37 +89,30 @@ def native_description(
     Parameters   header : of the map;  fmi_version : 2 or 3;  token : guid or instantiationToken
                  sources : names of the C files in the sources folder
     """
-    names = (model.native_name, model.summary, token, generation_tool)
-    variables, interfaces = model.native_variables(header), capabilities(model, fmi_version)
-    return described(header, fmi_version, names, variables, interfaces, LOG_CATEGORIES, sources, model.step)
+    interfaces = capabilities(model, fmi_version)
+    return _description(header, fmi_version, model, token, generation_tool, interfaces, sources)
 
 
 def python_description(
     header: Mapping[str, Any], guid: str, generation_tool: str, model: FmuModel = FRICTION
 ) -> bytes:
     """modelDescription.xml of an FMU for Python hosts. Same arguments give the same bytes; header : of the map."""
-    names = (model.name, model.summary, guid, generation_tool)
-    interfaces = {"CoSimulation": _PYTHON}
-    return described(header, 2, names, model.variables(header), interfaces, _PYTHON_CATEGORIES)
+    return _description(header, 2, model, guid, generation_tool, {"CoSimulation": _PYTHON})
 
 
-def described(
+def _description(
     header: Mapping[str, Any],
     fmi_version: int,
-    names: tuple[str, str, str, str],
-    variables: Sequence[Variable],
+    model: FmuModel,
+    token: str,
+    tool: str,
     interfaces: Mapping[str, Mapping[str, str]],
-    categories: Mapping[str, str],
     sources: Sequence[str] = (),
-    step: float = 1e-3,
 ) -> bytes:
-    """modelDescription.xml of any FMU.
-
-    Parameters   names : of the model, first words of the description, token, tool;  interfaces : flags of each
-                 categories : of the log;  sources : C files, listed in FMI 2.0
-                 step : of the default experiment [s]
-    """
-    name, summary, token, tool = names
+    """interfaces : flags of each;  sources : of a native FMU."""
+    name, variables, categories = model.name, model.variables(header), _PYTHON_CATEGORIES
+    if sources:
+        name, variables, categories = model.native_name, model.native_variables(header), LOG_CATEGORIES
     of_map = f"{header['kinematics']} kinematics, map {map_hash(header)[:12]}"
     root = Element(
         "fmiModelDescription",
@@ -127,7 +120,7 @@ def described(
             "fmiVersion": f"{fmi_version}.0",
             "modelName": name,
             "guid" if fmi_version == 2 else "instantiationToken": token,
-            "description": f"{summary}, thermal elastohydrodynamic lubrication; {law_name(header)} friction law, "
+            "description": f"{model.summary}, thermal elastohydrodynamic lubrication; {law_name(header)} friction law, "
             + "; ".join(text for text in (of_map, lead_text(header), band_text(header)) if text),
             **about(),
             "generationTool": tool,
@@ -145,7 +138,7 @@ def described(
     logged = SubElement(root, "LogCategories")
     for category, text in categories.items():
         SubElement(logged, "Category", name=category, description=text)
-    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="1.0", stepSize=repr(step))
+    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="1.0", stepSize=repr(model.step))
     if fmi_version == 2:
         root.set("numberOfEventIndicators", str(sum(v.indicates for v in variables)))
     _variables(SubElement(root, "ModelVariables"), listed, fmi_version)
@@ -212,11 +205,7 @@ def _variables(parent: Element, variables: Sequence[Variable], fmi_version: int)
             about["initial"] = "exact"
         elif v.causality not in ("input", "independent"):
             about["initial"] = "calculated"
-        attributes: dict[str, str | None] = {
-            "quantity": v.quantity,
-            "unit": v.unit,
-            "displayUnit": v.display_unit,
-        }
+        attributes = {"quantity": v.quantity, "unit": v.unit, "displayUnit": v.display_unit}
         attributes["relativeQuantity"] = "true" if v.relative else None
         numbers = (("min", v.minimum), ("max", v.maximum), ("nominal", v.nominal), ("start", v.start))
         attributes |= {name: None if value is None else repr(float(value)) for name, value in numbers}

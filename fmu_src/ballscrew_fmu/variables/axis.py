@@ -144,12 +144,7 @@ ROWS: tuple[Variable | Shared, ...] = (
         "power_loss", _ALL, (*_ACCELERATED, *_GUIDED),
         description="Dissipated power of friction, guide and damping, mean of the step",
     ),
-    Variable(
-        "heat", "output",
-        "Heat of all steps of co-simulation since the start. Model exchange: of events only, at which power_loss has "
-        "no time; add the integral of power_loss",
-        "J", nominal=100.0, depends_on=_ALL, from_zero=True,
-    ),
+    _shared("heat", _ALL),
     _energy(
         "stored_energy", "Elastic energy of contacts, support and friction, 0 without load",
         (*_LOADS, *_ELEMENTS, "guide_element"), (*_ELASTIC, *_LAW, "support_stiffness", "temperature"),
@@ -201,18 +196,7 @@ ROWS: tuple[Variable | Shared, ...] = (
         "error_bound", "Allowed relative error of a part of a step of co-simulation", "1", 1e-6, 1e-6, minimum=1e-9
     ),
     *map(Shared, ("lead", "nut_stiffness", "stiffness_preload", "axial_play", "contact_damping_time")),
-    *(
-        Shared(
-            name,
-            {
-                "description": "Damping of the elasto-slip elements. "
-                f"0: stiffness times {1e3 * AXIS_DAMPING_TIME:g} ms (assumed)"
-            }
-            if name == "presliding_damping"
-            else {},
-        )
-        for name in _LAW
-    ),
+    *map(Shared, _LAW),
 )  # fmt: skip
 LOCALS: tuple[Variable | Shared, ...] = (
     _state(
@@ -274,4 +258,8 @@ def _once(v: Variable) -> Variable:
 def axis_variables(header: Header) -> tuple[Variable, ...]:
     """The table for the map with this header: inputs, outputs, parameters, then the other states, rates, indicators."""
     others = (*transmission_variables(header), *states(header))
-    return tuple(map(_once, table_of((*ROWS, *LOCALS), others, of_screw(header, screw_diameter="diameter"))))
+    damping = (
+        f"Damping of the elasto-slip elements. 0: stiffness times {1e3 * AXIS_DAMPING_TIME:g} ms (assumed)"
+    )
+    changes = {"presliding_damping": {"description": damping}, **of_screw(header, screw_diameter="diameter")}
+    return tuple(map(_once, table_of((*ROWS, *LOCALS), others, changes)))

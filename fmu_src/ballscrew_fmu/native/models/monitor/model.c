@@ -172,14 +172,6 @@ bool model_possible(const Model *model)
     return model->held >= 0.0 && model->held < TOO_LARGE;
 }
 
-void model_clear_computed(Model *model)
-{
-    model->map = NULL;
-    model->solved = model->films_known = false;
-    model->clamped = 0U;
-    model->estimate = model->elasticity = 0.0;
-}
-
 /* --- events ------------------------------------------------------------------------------------------------------ */
 
 #define RANGE_HYSTERESIS 1e-6 /* relative: avoids repeated events at the limit of in_range */
