@@ -1,11 +1,13 @@
 """modelDescription.xml of all FMUs; buildDescription.xml and terminalsAndIcons.xml of the native ones."""
 
+import os
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from importlib.metadata import distribution
 from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from ballscrew_fmu.description.about import about
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.variables.friction import (
     FIRST_REFERENCE,
@@ -16,6 +18,7 @@ from ballscrew_fmu.variables.friction import (
     law_name,
     lead_text,
 )
+from ballscrew_tehl import __date__, __version__
 from ballscrew_tehl.runtime.packed import map_hash
 
 LOG_CATEGORIES = {
@@ -33,6 +36,33 @@ _PYTHON_CATEGORIES = {
     "logStatusError": "A call that has no effect",
     "logStatusFatal": "Failures of the Python interpreter",
 }
+
+
+def licence_text() -> str:
+    """Text of the licence of this package."""
+    files = distribution("ballscrew-tehl").files or ()
+    return next(file.read_text(encoding="utf-8") for file in files if file.name == "LICENSE")
+
+
+def about() -> dict[str, str]:
+    """Version, author, copyright, licence and date by attribute of the description, the same in FMI 2.0 and 3.0.
+
+    The date is that of the version, so that the same input gives the same FMU; the variable SOURCE_DATE_EPOCH of
+    reproducible builds [s since 1970] replaces it.
+
+    Raises       ValueError: SOURCE_DATE_EPOCH is not a number of seconds
+    """
+    notice = next(line for line in licence_text().splitlines() if line.startswith("Copyright"))
+    made = datetime.fromisoformat(__date__).replace(tzinfo=UTC)
+    if epoch := os.environ.get("SOURCE_DATE_EPOCH"):
+        made = datetime.fromtimestamp(int(epoch), UTC)
+    return {
+        "author": notice.split(" ", 3)[3],  # Copyright (c) year author
+        "version": __version__,
+        "copyright": notice,
+        "license": distribution("ballscrew-tehl").metadata["License-Expression"],
+        "generationDateAndTime": made.strftime("%Y-%m-%dT%H:%M:%SZ"),
+    }
 
 
 def flags(true: str, false: str) -> dict[str, str]:

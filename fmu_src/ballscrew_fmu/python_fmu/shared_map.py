@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable, places
+from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable
 from ballscrew_tehl.runtime.constants import TOO_LARGE
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import (
@@ -49,9 +49,11 @@ class SharedMap:
 
     def __init__(self, nut_map: NutMap, table: Table) -> None:
         variables = table(nut_map.header)
-        inputs, outputs, parameters = (places(variables, of) for of in ("input", "output", "parameter"))
         self.map = nut_map
         self.table = dict(enumerate(variables, FIRST_REFERENCE))
+        inputs, outputs, parameters = (
+            [n for n, v in self.table.items() if v.causality == of] for of in ("input", "output", "parameter")
+        )
         place = self.place = {v.name: n for n, v in self.table.items()}
         self.start: list[Any] = [None] * FIRST_REFERENCE
         self.start += [0.0 if v.start is None else v.start for v in variables]

@@ -457,8 +457,3 @@ def native_variables(header: Header) -> tuple[Variable, ...]:
 
 
 TIME = Variable("time", "independent", "Time", "s")  # FMI 3 only, after the table
-
-
-def places(variables: tuple[Variable, ...], causality: str) -> tuple[int, ...]:
-    """Value references of the variables with this causality."""
-    return tuple(n for n, v in enumerate(variables, FIRST_REFERENCE) if v.causality == causality)
