@@ -24,7 +24,7 @@
 
 /* self: the instance, of the handle that the importer has as `instance` */
 #define BEGIN(name, kinds, states) \
-    static const Call legal = {FMI_TEXT(FMI) #name, kinds, states}; \
+    static const Call legal = {FMI_TEXT(FMI) FMI_TEXT(name), kinds, states}; \
     Instance *const self = instance_begin(instance, &legal); \
     if (self == NULL) { \
         return FMI_OF(FMI, Error); \

@@ -14,6 +14,9 @@
 #endif
 
 #define FMI fmi2
+#define STATE FMUstate
+#define DESERIALIZE DeSerialize
+#define DERIVATIVES GetDerivatives
 #define STATUS_STATES (STEP_MODE | TERMINATED)
 
 /* --- importer ---------------------------------------------------------------------------------------------------- */
@@ -60,14 +63,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
                            fmuGUID, fmuResourceLocation, loggingOn != fmi2False);
 }
 
-void fmi2FreeInstance(fmi2Component instance)
-{
-    instance_free(instance);
-}
-
-FORWARD(SetDebugLogging, BOTH_KINDS, ANY_STATE,
-        (fmi2Component instance, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[]),
-        instance_set_logging(self, loggingOn != fmi2False, nCategories, categories))
+#include "both.h"
 
 /* --- life cycle -------------------------------------------------------------------------------------------------- */
 
@@ -77,10 +73,6 @@ FORWARD(SetupExperiment, BOTH_KINDS, INSTANTIATED,
         instance_setup(self, startTime, stopTimeDefined != fmi2False, stopTime))
 FORWARD(EnterInitializationMode, BOTH_KINDS, INSTANTIATED, (fmi2Component instance),
         instance_enter(self, INITIALIZATION_MODE))
-FORWARD(ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE, (fmi2Component instance),
-        instance_exit_initialization(self))
-FORWARD(Terminate, BOTH_KINDS, RUNNING, (fmi2Component instance), instance_enter(self, TERMINATED))
-FORWARD(Reset, BOTH_KINDS, ANY_STATE, (fmi2Component instance), instance_reset(self))
 
 /* --- values ------------------------------------------------------------------------------------------------------ */
 
@@ -136,23 +128,6 @@ FORWARD(GetDirectionalDerivative, BOTH_KINDS, EVALUATED,
          const fmi2ValueReference vKnown_ref[], size_t nKnown, const fmi2Real dvKnown[], fmi2Real dvUnknown[]),
         instance_derivative(self, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, dvUnknown, false))
 
-/* --- saved states ------------------------------------------------------------------------------------------------ */
-
-FORWARD(GetFMUstate, BOTH_KINDS, ANY_STATE, (fmi2Component instance, fmi2FMUstate *FMUstate),
-        instance_save(self, FMUstate))
-FORWARD(SetFMUstate, BOTH_KINDS, ANY_STATE, (fmi2Component instance, fmi2FMUstate FMUstate),
-        instance_restore(self, FMUstate))
-FORWARD(FreeFMUstate, BOTH_KINDS, ANY_STATE, (fmi2Component instance, fmi2FMUstate *FMUstate),
-        instance_free_state(self, FMUstate))
-FORWARD(SerializedFMUstateSize, BOTH_KINDS, ANY_STATE, (fmi2Component instance, fmi2FMUstate FMUstate, size_t *size),
-        instance_serialized_size(self, FMUstate, size))
-FORWARD(SerializeFMUstate, BOTH_KINDS, ANY_STATE,
-        (fmi2Component instance, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size),
-        instance_serialize(self, FMUstate, (unsigned char *)serializedState, size))
-FORWARD(DeSerializeFMUstate, BOTH_KINDS, ANY_STATE,
-        (fmi2Component instance, const fmi2Byte serializedState[], size_t size, fmi2FMUstate *FMUstate),
-        instance_deserialize(self, (const unsigned char *)serializedState, size, FMUstate))
-
 /* --- model exchange ---------------------------------------------------------------------------------------------- */
 
 FORWARD(EnterEventMode, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (fmi2Component instance),
@@ -177,9 +152,6 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component instance, fmi2EventInfo *eventInf
     RETURN(status);
 }
 
-FORWARD(EnterContinuousTimeMode, MODEL_EXCHANGE, EVENT_MODE, (fmi2Component instance),
-        instance_enter(self, CONTINUOUS_TIME_MODE))
-
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component instance, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation)
 {
@@ -189,16 +161,6 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component instance, fmi2Boolean noSet
     return fmi2OK;
 }
 
-FORWARD(SetTime, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (fmi2Component instance, fmi2Real time),
-        instance_set_time(self, time))
-FORWARD(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE,
-        (fmi2Component instance, const fmi2Real x[], size_t nx), instance_set_states(self, x, nx))
-FORWARD(GetDerivatives, MODEL_EXCHANGE, EVALUATED, (fmi2Component instance, fmi2Real derivatives[], size_t nx),
-        instance_get_all(self, CAUSALITY_RATE, derivatives, nx))
-FORWARD(GetEventIndicators, MODEL_EXCHANGE, EVALUATED, (fmi2Component instance, fmi2Real eventIndicators[], size_t ni),
-        instance_get_all(self, CAUSALITY_INDICATOR, eventIndicators, ni))
-FORWARD(GetContinuousStates, MODEL_EXCHANGE, EVALUATED, (fmi2Component instance, fmi2Real x[], size_t nx),
-        instance_get_all(self, CAUSALITY_STATE, x, nx))
 FORWARD(GetNominalsOfContinuousStates, MODEL_EXCHANGE, INSTANTIATED | EVALUATED,
         (fmi2Component instance, fmi2Real x_nominal[], size_t nx), instance_get_nominals(self, x_nominal, nx))
 

@@ -14,7 +14,13 @@
 #include "calls.h"
 
 #undef FMI /* in one unit with fmi2.c */
+#undef STATE
+#undef DESERIALIZE
+#undef DERIVATIVES
 #define FMI fmi3
+#define STATE FMUState
+#define DESERIALIZE Deserialize
+#define DERIVATIVES GetContinuousStateDerivatives
 #define AT_EVENTS (INITIALIZATION_MODE | EVENT_MODE)
 
 /* Parameters of a call about variables, and of one about a type without variables. */
@@ -91,14 +97,7 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3Stri
     return NULL;
 }
 
-void fmi3FreeInstance(fmi3Instance instance)
-{
-    instance_free(instance);
-}
-
-FORWARD(SetDebugLogging, BOTH_KINDS, ANY_STATE,
-        (fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories, const fmi3String categories[]),
-        instance_set_logging(self, loggingOn, nCategories, categories))
+#include "both.h"
 
 /* --- life cycle -------------------------------------------------------------------------------------------------- */
 
@@ -111,11 +110,6 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
     status = instance_setup(self, startTime, stopTimeDefined, stopTime);
     RETURN(status == STATUS_OK ? instance_enter(self, INITIALIZATION_MODE) : status);
 }
-
-FORWARD(ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE, (fmi3Instance instance),
-        instance_exit_initialization(self))
-FORWARD(Terminate, BOTH_KINDS, RUNNING, (fmi3Instance instance), instance_enter(self, TERMINATED))
-FORWARD(Reset, BOTH_KINDS, ANY_STATE, (fmi3Instance instance), instance_reset(self))
 
 static Status no_structure(Instance *self)
 {
@@ -210,23 +204,6 @@ FORWARD(GetAdjointDerivative, BOTH_KINDS, EVALUATED, (SENSITIVITIES),
             ? instance_derivative(self, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity, true)
             : STATUS_ERROR)
 
-/* --- saved states ------------------------------------------------------------------------------------------------ */
-
-FORWARD(GetFMUState, BOTH_KINDS, ANY_STATE, (fmi3Instance instance, fmi3FMUState *FMUState),
-        instance_save(self, FMUState))
-FORWARD(SetFMUState, BOTH_KINDS, ANY_STATE, (fmi3Instance instance, fmi3FMUState FMUState),
-        instance_restore(self, FMUState))
-FORWARD(FreeFMUState, BOTH_KINDS, ANY_STATE, (fmi3Instance instance, fmi3FMUState *FMUState),
-        instance_free_state(self, FMUState))
-FORWARD(SerializedFMUStateSize, BOTH_KINDS, ANY_STATE, (fmi3Instance instance, fmi3FMUState FMUState, size_t *size),
-        instance_serialized_size(self, FMUState, size))
-FORWARD(SerializeFMUState, BOTH_KINDS, ANY_STATE,
-        (fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[], size_t size),
-        instance_serialize(self, FMUState, serializedState, size))
-FORWARD(DeserializeFMUState, BOTH_KINDS, ANY_STATE,
-        (fmi3Instance instance, const fmi3Byte serializedState[], size_t size, fmi3FMUState *FMUState),
-        instance_deserialize(self, serializedState, size, FMUState))
-
 /* --- events ------------------------------------------------------------------------------------------------------ */
 
 FORWARD(EnterEventMode, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE, (fmi3Instance instance),
@@ -255,9 +232,6 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
 
 /* --- model exchange ---------------------------------------------------------------------------------------------- */
 
-FORWARD(EnterContinuousTimeMode, MODEL_EXCHANGE, EVENT_MODE, (fmi3Instance instance),
-        instance_enter(self, CONTINUOUS_TIME_MODE))
-
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation)
 {
@@ -267,20 +241,6 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetF
     return fmi3OK;
 }
 
-FORWARD(SetTime, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (fmi3Instance instance, fmi3Float64 time),
-        instance_set_time(self, time))
-FORWARD(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE,
-        (fmi3Instance instance, const fmi3Float64 continuousStates[], size_t nContinuousStates),
-        instance_set_states(self, continuousStates, nContinuousStates))
-FORWARD(GetContinuousStateDerivatives, MODEL_EXCHANGE, EVALUATED,
-        (fmi3Instance instance, fmi3Float64 derivatives[], size_t nContinuousStates),
-        instance_get_all(self, CAUSALITY_RATE, derivatives, nContinuousStates))
-FORWARD(GetEventIndicators, MODEL_EXCHANGE, EVALUATED,
-        (fmi3Instance instance, fmi3Float64 eventIndicators[], size_t nEventIndicators),
-        instance_get_all(self, CAUSALITY_INDICATOR, eventIndicators, nEventIndicators))
-FORWARD(GetContinuousStates, MODEL_EXCHANGE, EVALUATED,
-        (fmi3Instance instance, fmi3Float64 continuousStates[], size_t nContinuousStates),
-        instance_get_all(self, CAUSALITY_STATE, continuousStates, nContinuousStates))
 FORWARD(GetNominalsOfContinuousStates, MODEL_EXCHANGE, EVALUATED,
         (fmi3Instance instance, fmi3Float64 nominals[], size_t nContinuousStates),
         instance_get_nominals(self, nominals, nContinuousStates))
