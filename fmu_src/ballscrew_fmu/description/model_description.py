@@ -254,39 +254,27 @@ def _variables(parent: Element, variables: Sequence[Variable], fmi_version: int)
             SubElement(parent, "Boolean" if v.unit is None else "Float64", about | given)
 
 
-_KINDS = {  # elements of the model structure, a group of Unknown in FMI 2.0
-    2: {"Output": "Outputs", "Derivative": "Derivatives", "Initial": "InitialUnknowns"},
-    3: {
-        "Output": "Output", "Derivative": "ContinuousStateDerivative", "Initial": "InitialUnknown",
-        "Indicator": "EventIndicator",
-    },
-}  # fmt: skip
-
-
-def _unknowns(variables: Sequence[Variable]) -> dict[str, list[tuple[Variable, tuple[str, ...]]]]:
-    """Unknowns of the model structure with their dependencies, by kind."""
+def _structure(parent: Element, variables: Sequence[Variable], fmi_version: int) -> None:
+    """Unknowns with their dependencies: in FMI 2.0 in groups, without event indicators."""
+    place = {v.name: n for n, v in enumerate(variables, 1 if fmi_version == 2 else FIRST_REFERENCE)}
     unset = {v.name for v in variables if v.name in _states(variables) and v.start is None}
     initial = [v for v in variables if v.causality == "output" or v.derivative_of or v.name in unset]
-    return {
-        "Output": [(v, v.depends_on) for v in variables if v.causality == "output"],
-        "Derivative": [(v, v.depends_on) for v in variables if v.derivative_of],
-        "Initial": [(v, tuple(n for n in v.initial_dependencies if n not in unset)) for v in initial],
-        "Indicator": [(v, v.depends_on) for v in variables if v.indicates],
-    }
-
-
-def _structure(parent: Element, variables: Sequence[Variable], fmi_version: int) -> None:
-    place = {v.name: n for n, v in enumerate(variables, 1 if fmi_version == 2 else FIRST_REFERENCE)}
-    kinds = _KINDS[fmi_version]
-    for kind, unknowns in _unknowns(variables).items():
-        if not unknowns or kind not in kinds:
+    kinds = [
+        ("Outputs", "Output", [v for v in variables if v.causality == "output"]),
+        ("Derivatives", "ContinuousStateDerivative", [v for v in variables if v.derivative_of]),
+        ("InitialUnknowns", "InitialUnknown", initial),
+        ("", "EventIndicator", [v for v in variables if v.indicates]),
+    ]
+    for group, kind, unknowns in kinds:
+        if not unknowns or (fmi_version == 2 and not group):
             continue  # the schema forbids an empty group
-        group = SubElement(parent, kinds[kind]) if fmi_version == 2 else parent
-        for v, names in unknowns:
+        node = SubElement(parent, group) if fmi_version == 2 else parent
+        for v in unknowns:
+            names = set(v.initial_dependencies) - unset if unknowns is initial else v.depends_on
             known = sorted(place[name] for name in names)
             about = {
                 "index" if fmi_version == 2 else "valueReference": str(place[v.name]),
                 "dependencies": " ".join(map(str, known)),
                 "dependenciesKind": " ".join(["dependent"] * len(known)),
             }
-            SubElement(group, "Unknown" if fmi_version == 2 else kinds[kind], about)
+            SubElement(node, "Unknown" if fmi_version == 2 else kind, about)

@@ -85,13 +85,10 @@ enum Causality {{
     CAUSALITY_INDICATOR
 }};
 
-/* evaluation of the map for an output */
-enum Needs {{ NEEDS_TORQUE, NEEDS_FILMS }};
-
 typedef struct {{
     const char *name;
     enum Causality causality;
-    enum Needs needs;
+    bool films;     /* an output for which the map of the films is evaluated */
     bool boolean;
     bool fixed;     /* a parameter that cannot be set after the initialization */
     bool shown;     /* a state that is an output, too */
@@ -350,6 +347,7 @@ def _row(v: Variable, states: Collection[str]) -> str:
     lowest = (v.minimum or 0.0) if v.causality == "parameter" else -constants.TOO_LARGE
     numbers = f"{float(lowest)!r}, {float(v.nominal or 1.0)!r}"
     flags = ", ".join(
-        str(flag).lower() for flag in (v.unit is None, v.fixed, kind == "STATE" and v.causality == "output")
+        str(flag).lower()
+        for flag in (v.needs == "films", v.unit is None, v.fixed, kind == "STATE" and v.causality == "output")
     )
-    return f'    {{"{v.name}", CAUSALITY_{kind}, NEEDS_{v.needs.upper()}, {flags}, {numbers}}},'
+    return f'    {{"{v.name}", CAUSALITY_{kind}, {flags}, {numbers}}},'

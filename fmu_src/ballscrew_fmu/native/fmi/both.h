@@ -1,5 +1,5 @@
 /* Functions that both FMI versions have alike, included by each. FMI: fmi2 or fmi3; STATE, DESERIALIZE, DERIVATIVES: words
-   that they spell differently. */
+   that they spell differently; NOMINALS_IN: states in which nominal values may be read. */
 
 void FMI_OF(FMI, FreeInstance)(void *instance)
 {
@@ -37,8 +37,11 @@ FORWARD(SetTime, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (void *insta
 FORWARD(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE, (void *instance, const double states[], size_t count),
         instance_set_states(self, states, count))
 FORWARD(GetContinuousStates, MODEL_EXCHANGE, EVALUATED, (void *instance, double states[], size_t count),
-        instance_get_all(self, CAUSALITY_STATE, states, count))
+        instance_get_all(self, CAUSALITY_STATE, false, states, count))
 FORWARD(DERIVATIVES, MODEL_EXCHANGE, EVALUATED, (void *instance, double derivatives[], size_t count),
-        instance_get_all(self, CAUSALITY_RATE, derivatives, count))
+        instance_get_all(self, CAUSALITY_RATE, false, derivatives, count))
 FORWARD(GetEventIndicators, MODEL_EXCHANGE, EVALUATED, (void *instance, double indicators[], size_t count),
-        instance_get_all(self, CAUSALITY_INDICATOR, indicators, count))
+        instance_get_all(self, CAUSALITY_INDICATOR, false, indicators, count))
+/* fmi4c asks without an array, and ends if it is refused */
+FORWARD(GetNominalsOfContinuousStates, MODEL_EXCHANGE, NOMINALS_IN, (void *instance, double nominals[], size_t count),
+        nominals == NULL ? STATUS_OK : instance_get_all(self, CAUSALITY_STATE, true, nominals, count))

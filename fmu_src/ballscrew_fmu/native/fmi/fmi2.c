@@ -17,6 +17,7 @@
 #define STATE FMUstate
 #define DESERIALIZE DeSerialize
 #define DERIVATIVES GetDerivatives
+#define NOMINALS_IN (INSTANTIATED | EVALUATED)
 #define STATUS_STATES (STEP_MODE | TERMINATED)
 
 /* --- importer ---------------------------------------------------------------------------------------------------- */
@@ -160,9 +161,6 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component instance, fmi2Boolean noSet
     PUT(terminateSimulation, fmi2False);
     return fmi2OK;
 }
-
-FORWARD(GetNominalsOfContinuousStates, MODEL_EXCHANGE, INSTANTIATED | EVALUATED,
-        (fmi2Component instance, fmi2Real x_nominal[], size_t nx), instance_get_nominals(self, x_nominal, nx))
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 

@@ -17,10 +17,12 @@
 #undef STATE
 #undef DESERIALIZE
 #undef DERIVATIVES
+#undef NOMINALS_IN
 #define FMI fmi3
 #define STATE FMUState
 #define DESERIALIZE Deserialize
 #define DERIVATIVES GetContinuousStateDerivatives
+#define NOMINALS_IN EVALUATED
 #define AT_EVENTS (INITIALIZATION_MODE | EVENT_MODE)
 
 /* Parameters of a call about variables, and of one about a type without variables. */
@@ -143,15 +145,10 @@ TYPE(Float64, SETTABLE | CONTINUOUS_TIME_MODE,
 TYPE(Boolean, SETTABLE, COUNTED(instance_get_booleans(self, valueReferences, nValueReferences, values)),
      COUNTED(instance_set(self, valueReferences, nValueReferences, values, true)))
 NO_TYPE(Float32, SETTABLE | CONTINUOUS_TIME_MODE)
-NO_TYPE(Int8, SETTABLE)
-NO_TYPE(UInt8, SETTABLE)
-NO_TYPE(Int16, SETTABLE)
-NO_TYPE(UInt16, SETTABLE)
-NO_TYPE(Int32, SETTABLE)
-NO_TYPE(UInt32, SETTABLE)
-NO_TYPE(Int64, SETTABLE)
-NO_TYPE(UInt64, SETTABLE)
-NO_TYPE(String, SETTABLE)
+
+#define NO_DISCRETE(X) X(Int8) X(UInt8) X(Int16) X(UInt16) X(Int32) X(UInt32) X(Int64) X(UInt64) X(String)
+#define NO_DISCRETE_TYPE(type) NO_TYPE(type, SETTABLE)
+NO_DISCRETE(NO_DISCRETE_TYPE)
 FORWARD(GetBinary, BOTH_KINDS, EVALUATED, (VARIABLES, size_t valueSizes[], fmi3Binary values[], size_t nValues),
         NONE_OF("Binary"))
 FORWARD(SetBinary, BOTH_KINDS, SETTABLE,
@@ -240,10 +237,6 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetF
     PUT(terminateSimulation, false);
     return fmi3OK;
 }
-
-FORWARD(GetNominalsOfContinuousStates, MODEL_EXCHANGE, EVALUATED,
-        (fmi3Instance instance, fmi3Float64 nominals[], size_t nContinuousStates),
-        instance_get_nominals(self, nominals, nContinuousStates))
 
 static Status put_number(Instance *self, size_t *to, size_t number)
 {

@@ -206,8 +206,9 @@ INTERNAL size_t instance_count(enum Causality causality)
     return count;
 }
 
-/* Values of the states, rates or event indicators, in the order of the table. */
-INTERNAL Status instance_get_all(Instance *instance, enum Causality causality, double values[], size_t length)
+/* Values of the states, rates or event indicators, in the order of the table; nominal: the nominal ones. */
+INTERNAL Status instance_get_all(Instance *instance, enum Causality causality, bool nominal, double values[],
+                                 size_t length)
 {
     const Status status = check_length(instance, values, length, instance_count(causality));
     Model *model = &instance->now.model;
@@ -220,7 +221,9 @@ INTERNAL Status instance_get_all(Instance *instance, enum Causality causality, d
     }
     for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
         if (model_variables[i].causality == causality) {
-            *values++ = causality == CAUSALITY_RATE ? model_get(model, i) : model->value[i];
+            *values++ = nominal                        ? model_variables[i].nominal
+                        : causality == CAUSALITY_RATE ? model_get(model, i)
+                                                      : model->value[i];
         }
     }
     return status;
@@ -240,22 +243,6 @@ INTERNAL Status instance_set_states(Instance *instance, const double states[], s
         if (model_variables[i].causality == CAUSALITY_STATE) {
             model_set(&instance->now.model, i, *states++);
             instance->now.stale = true;
-        }
-    }
-    return status;
-}
-
-INTERNAL Status instance_get_nominals(Instance *instance, double nominals[], size_t length)
-{
-    Status status;
-
-    if (nominals == NULL) {
-        return STATUS_OK; /* fmi4c asks like this, and ends if it is refused */
-    }
-    status = check_length(instance, nominals, length, instance_count(CAUSALITY_STATE));
-    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
-        if (model_variables[i].causality == CAUSALITY_STATE) {
-            *nominals++ = model_variables[i].nominal;
         }
     }
     return status;

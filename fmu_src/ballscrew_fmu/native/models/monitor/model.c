@@ -145,7 +145,7 @@ double model_get(Model *model, int reference)
     }
     if (variable->causality == CAUSALITY_INDICATOR) {
         model_indicators(model);
-    } else if (variable->causality == CAUSALITY_OUTPUT && variable->needs == NEEDS_FILMS) {
+    } else if (variable->causality == CAUSALITY_OUTPUT && variable->films) {
         if (!model->films_known) {
             compute_lambda_ratio(model);
         }
