@@ -83,11 +83,8 @@ def kinds(
     every = [Kind(model, 2, False) for model in MODELS]
     if not python_only:
         every += [Kind(model, version, True) for model in NATIVE_MODELS for version in (2, 3)]
-    selected = [
-        kind
-        for kind in every
-        if (not only or kind.model.layer in only) and fmi_version in (None, kind.fmi_version)
-    ]
+    of_models = [kind for kind in every if not only or kind.model.layer in only]
+    selected = [kind for kind in of_models if fmi_version in (None, kind.fmi_version)]
     if not selected:
         raise ValueError("no FMU to build: those for Python hosts are friction and monitor, of FMI 2")
     return selected
@@ -138,13 +135,11 @@ def build(
             built.append((fmu, check(fmu.path, reference(model), model)))
         for fmu, _ in built:
             os.replace(fmu.path, folder / fmu.path.name)
-    note = ""
-    if not compiler.crosses:
-        note = (
-            f"{compiler.name}: native FMUs for {', '.join(compiler.platforms)} only, no live page; for Linux, Windows "
-            f"and macOS, and the page: {INSTALL}"
-        )
-    return {folder / fmu.path.name: (fmu, line) for fmu, line in built}, note
+    note = (
+        f"{compiler.name}: native FMUs for {', '.join(compiler.platforms)} only, no live page; for Linux, Windows "
+        f"and macOS, and the page: {INSTALL}"
+    )
+    return {folder / fmu.path.name: (fmu, line) for fmu, line in built}, "" if compiler.crosses else note
 
 
 def torque_tables(inputs: Inputs) -> str:

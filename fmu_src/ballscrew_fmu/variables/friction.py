@@ -383,6 +383,7 @@ def fmu_variables(header: Header) -> tuple[Variable, ...]:
 
 
 ELEMENT_STATES = tuple(f"presliding_element_{i}" for i in range(1, ELEMENTS + 1))
+_HOLDING = (*_COEFFICIENTS, "presliding_stiffness", "presliding_damping", "seal_torque")
 _SLIPPING = (*_COEFFICIENTS, "seal_torque", "presliding", "presliding_stiffness", "presliding_side")
 
 
@@ -447,11 +448,7 @@ def native_variables(header: Header) -> tuple[Variable, ...]:
         initially = tuple(name for name in v.initially_depends_on if name in names)
         if "presliding" in initially or v.from_zero:
             v = v._replace(depends_on=(*v.depends_on, *ELEMENT_STATES))
-            initially = tuple(
-                dict.fromkeys(
-                    (*initially, *_COEFFICIENTS, "presliding_stiffness", "presliding_damping", "seal_torque")
-                )
-            )
+            initially = tuple(dict.fromkeys((*initially, *_HOLDING)))
         table.append(v._replace(initially_depends_on=initially))
     return (*table, *states(header))
 
