@@ -71,7 +71,6 @@ def live_page(
     packed = {"wasm": _packed(contents(page_library(header))[WASM]), "map": packed_map(nut_map)}
     if ends is not None:
         packed["ends"] = _packed(_by_byte(np.asarray(ends, dtype="<f8").tobytes()))
-    mean = friction["errors"].get("mean")
     about = {
         "law": tuple(SURFACES).index(law),
         "lead": header.get("screw", {}).get("lead", 0.0),
@@ -90,7 +89,7 @@ def live_page(
         "trend": (trend.THICK, trend.STEP_K, trend.STEP_LN, trend.MIN_CHANGE, _TRENDS),
         "slip": trend.MIN_FORCE_RATIO if law == MECHANISTIC and kind == FOUR_POINT else 0.0,
         "nodes": None if ends is None else TABLE_NODES,
-        "meaning": MEANING if ends is not None else _no_interval(mean),
+        "meaning": MEANING if ends is not None else _no_interval(friction["errors"].get("mean")),
         "units": {name: {"names": q.names, "units": q.units} for name, q in MEASURED.items()},
         "published": published,
     }
@@ -161,13 +160,11 @@ def _cautions(parameters: Parameters) -> list[tuple[str, str, float, float | Non
     thickest = THICKEST_FILM * 0.5 * parameters.screw.ball_diameter
     thin = trend.too_thin(0.5 * MIN_FILM)
     thick = trend.too_thick(2.0 * thickest, 0.5 * parameters.screw.ball_diameter)
+    thin, thick = (text.split(", ", 1)[1] for text in (thin, thick))
     return [
-        (f"film_thickness_{place}", label, least, most, text.split(", ", 1)[1])
-        for place, label, least, most, text in (
-            ("min", "least film", MIN_FILM, None, thin),
-            ("central_screw", "central film, screw", 0.0, thickest, thick),
-            ("central_nut", "central film, nut", 0.0, thickest, thick),
-        )
+        ("film_thickness_min", "least film", MIN_FILM, None, thin),
+        ("film_thickness_central_screw", "central film, screw", 0.0, thickest, thick),
+        ("film_thickness_central_nut", "central film, nut", 0.0, thickest, thick),
     ]
 
 
