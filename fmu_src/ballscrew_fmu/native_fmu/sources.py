@@ -226,7 +226,12 @@ def native_sources(
     includes = "\n".join(f'#include "{name}"' for name in parts)
     for version in fmi_versions:
         files |= fmi_headers(version)
-    return {**files, **generated_headers(header, model), ALL: _ALL.format(includes=includes).encode()}
+    generated = {
+        "variables.h": _variables(header, model, table_hash(header, model)),
+        "constants.h": _constants(model),
+        ALL: _ALL.format(includes=includes),
+    }
+    return files | {name: text.encode() for name, text in generated.items()}
 
 
 def units_of(model: FmuModel) -> tuple[str, str]:
@@ -293,12 +298,6 @@ def table_hash(header: Mapping[str, Any], model: FmuModel = FRICTION) -> str:
     return hashlib.sha256((_variables(header, model, "") + _constants(model)).encode()).hexdigest()
 
 
-def generated_headers(header: Mapping[str, Any], model: FmuModel = FRICTION) -> dict[str, bytes]:
-    """The table of variables and the constants as C."""
-    table = _variables(header, model, table_hash(header, model))
-    return {"variables.h": table.encode(), "constants.h": _constants(model).encode()}
-
-
 def _variables(header: Mapping[str, Any], model: FmuModel, hash_of_table: str) -> str:
     table = model.native_variables(header)
     inputs = [v for v in table if v.causality == "input"]
@@ -328,15 +327,13 @@ def _constants(model: FmuModel) -> str:
         axes=len(AXES),
         defaults=", ".join(f"{name.upper()}_DEFAULT" for name in DEFAULTS),
         laws=", ".join(f"{law.upper()}_LAW" for law in SURFACES),
-        torque="\n".join(_enumeration(names[:TORQUE_SURFACES]) for names in SURFACES.values()),
+        torque="\n".join(
+            f"enum {{ {', '.join(names[:TORQUE_SURFACES]).upper()} }};" for names in SURFACES.values()
+        ),
         torques=TORQUE_SURFACES,
-        films=", ".join(name.upper() for name in films),
+        films=", ".join(films).upper(),
         curves=", ".join(f"{name.upper()}_CURVE" for name in FORCE_CURVES),
     )
-
-
-def _enumeration(names: Sequence[str]) -> str:
-    return f"enum {{ {', '.join(name.upper() for name in names)} }};"
 
 
 def _row(v: Variable, states: Collection[str]) -> str:
