@@ -15,7 +15,6 @@ from ballscrew_fmu.native_fmu.compile import PLATFORMS, build_libraries, univers
 from ballscrew_fmu.native_fmu.experiments import FOLDER, Reference, reference_files
 from ballscrew_fmu.native_fmu.libraries import contents, native_library, provider
 from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, SCREW_FILE, map_bytes, screw_bytes
-from ballscrew_fmu.native_fmu.sources import NATIVE_NAME as NATIVE_NAME
 from ballscrew_fmu.native_fmu.sources import Embedded, is_fmi_header, native_sources, table_hash, units_of
 from ballscrew_fmu.pages.page import documentation_files, icon
 from ballscrew_fmu.python_fmu.solver_cache import digest
