@@ -83,11 +83,8 @@ def kinds(
     every = [Kind(model, 2, False) for model in MODELS]
     if not python_only:
         every += [Kind(model, version, True) for model in NATIVE_MODELS for version in (2, 3)]
-    selected = [
-        kind
-        for kind in every
-        if (not only or kind.model.layer in only) and fmi_version in (None, kind.fmi_version)
-    ]
+    of_models = [kind for kind in every if not only or kind.model.layer in only]
+    selected = [kind for kind in of_models if fmi_version in (None, kind.fmi_version)]
     if not selected:
         raise ValueError("no FMU to build: those for Python hosts are friction and monitor, of FMI 2")
     return selected
@@ -114,20 +111,14 @@ def build(
         compiler = libraries.provider(nut_map.header, embed_map)
         with_page = compiler.crosses and any(kind.model is FRICTION for kind in selected)
         native = dict.fromkeys(kind.model for kind in selected if kind.native and not embed_map)
-        libraries.prepare(
-            [
-                *(libraries.native_library(nut_map.header, model) for model in native),
-                *(
-                    libraries.entry_library(nut_map.header, kind.model)
-                    for kind in selected
-                    if not kind.native
-                ),
-                *([libraries.page_library(nut_map.header)] if with_page else []),
-            ],
-            (*compiler.platforms, WASM),
-            advance,
-        )
+        needed = [libraries.native_library(nut_map.header, model) for model in native]
+        needed += [
+            libraries.entry_library(nut_map.header, kind.model) for kind in selected if not kind.native
+        ]
         page = ""
+        if with_page:
+            needed.append(libraries.page_library(nut_map.header))
+        libraries.prepare(needed, (*compiler.platforms, WASM), advance)
         if with_page:
             advance("live page", 1)
             page = inputs.live_page()
@@ -136,29 +127,19 @@ def build(
             advance(f"packing {kind.file_name}", 1)
             shown, page = (page, "") if model is FRICTION else ("", page)  # in one file
             if kind.native:
-                fmu = build_native_fmu(
-                    nut_map,
-                    kind.fmi_version,
-                    path,
-                    reference(model),
-                    compiler.platforms,
-                    model,
-                    embed_map,
-                    shown,
-                )
+                like = (reference(model), compiler.platforms, model, embed_map, shown)
+                fmu = build_native_fmu(nut_map, kind.fmi_version, path, *like)
             else:
                 fmu = build_fmu(nut_map, path, model=model, live_page=shown)
             advance(f"checking {kind.file_name}", 1)
             built.append((fmu, check(fmu.path, reference(model), model)))
         for fmu, _ in built:
             os.replace(fmu.path, folder / fmu.path.name)
-    note = ""
-    if not compiler.crosses:
-        note = (
-            f"{compiler.name}: native FMUs for {', '.join(compiler.platforms)} only, no live page; for Linux, Windows "
-            f"and macOS, and the page: {INSTALL}"
-        )
-    return {folder / fmu.path.name: (fmu, line) for fmu, line in built}, note
+    note = (
+        f"{compiler.name}: native FMUs for {', '.join(compiler.platforms)} only, no live page; for Linux, Windows "
+        f"and macOS, and the page: {INSTALL}"
+    )
+    return {folder / fmu.path.name: (fmu, line) for fmu, line in built}, "" if compiler.crosses else note
 
 
 def torque_tables(inputs: Inputs) -> str:

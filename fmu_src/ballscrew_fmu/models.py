@@ -31,10 +31,10 @@ class FmuModel(NamedTuple):
     summary: str  # first words of the description
     variables: Table
     native_variables: Table
-    slave: str  # module of the base class {name}Base; "": native only
-    refines: bool  # the FMU contains the contact solver
     layer: str  # folder of the model in native/models
-    dual: str  # file there with the laws in dual numbers
+    dual: str = "tangent.c"  # file there with the laws in dual numbers
+    slave: str = ""  # module of the base class {name}Base; "": native only
+    refines: bool = False  # the FMU contains the contact solver
     terminals: tuple[Terminal, ...] = ()
     borrowed: tuple[str, ...] = ()  # files of other models in native/models
     step: float = 1e-3  # [s] of the default experiment
@@ -57,10 +57,9 @@ FRICTION = FmuModel(
     "Friction torque of a preloaded ball screw",
     fmu_variables,
     native_variables,
-    "ballscrew_fmu.python_fmu.slave",
+    "friction",
+    slave="ballscrew_fmu.python_fmu.slave",
     refines=True,
-    layer="friction",
-    dual="tangent.c",
     terminals=(
         Terminal(
             "shaft",
@@ -77,10 +76,9 @@ MONITOR = FmuModel(
     "Preload of a ball screw from its measured friction torque",
     monitor_variables,
     native_monitor_variables,
-    "ballscrew_fmu.python_fmu.monitor_slave",
-    refines=False,
-    layer="monitor",
+    "monitor",
     dual="search.c",
+    slave="ballscrew_fmu.python_fmu.monitor_slave",
     terminals=(
         Terminal(
             "shaft",
@@ -102,10 +100,7 @@ TRANSMISSION = FmuModel(
     "Preloaded ball screw between shaft and axis: axial stiffness and friction",
     transmission_variables,
     transmission_variables,
-    slave="",
-    refines=False,
-    layer="transmission",
-    dual="tangent.c",
+    "transmission",
     terminals=(
         Terminal(
             "shaft",
@@ -138,10 +133,7 @@ AXIS = FmuModel(
     "Ball screw axis: motor inertia, preloaded double nut with stiffness and friction, table and guide",
     axis_variables,
     axis_variables,
-    slave="",
-    refines=False,
-    layer="axis",
-    dual="tangent.c",
+    "axis",
     terminals=(
         Terminal(
             "shaft",

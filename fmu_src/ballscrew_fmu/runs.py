@@ -2,6 +2,9 @@
 
 import ast
 import contextlib
+import shutil
+import site
+import sysconfig
 from argparse import Namespace
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +16,8 @@ from ballscrew_tehl.cli.shared.files import check_output, new_folder, try_folder
 from ballscrew_tehl.cli.shared.progress import progress_bar
 from ballscrew_tehl.cli.shared.results import Answer, CommandError, say, table
 
+#: where a wheel puts the examples, below the prefix of the environment (pyproject.toml)
+INSTALLED = Path("share", "ballscrew-tehl", "examples")
 #: progress of a live page
 COMPILING = "live page: intervals computed, code compiled"
 
@@ -150,8 +155,6 @@ def run_report(args: Namespace) -> Answer:
 
 def run_examples(args: Namespace) -> Answer:
     """List or copy the example scripts."""
-    from ballscrew_fmu.example_files import copy_examples, examples_folder
-
     try:
         folder = examples_folder() if args.copy is None else copy_examples(Path(args.copy))
     except OSError as error:
@@ -161,3 +164,28 @@ def run_examples(args: Namespace) -> Answer:
         documentation = ast.get_docstring(ast.parse(script.read_bytes())) or ""
         titles[script.name if args.copy is None else str(script)] = documentation.partition("\n")[0]
     return Answer([titles], text="\n".join(f"{name}  {title}" for name, title in titles.items()))
+
+
+def examples_folder() -> Path:
+    """The folder of the examples: of the source tree, or as installed by a wheel.
+
+    Raises       FileNotFoundError: neither is there
+    """
+    package = Path(__file__).resolve().parent
+    prefixes = sysconfig.get_path("data"), site.getuserbase(), package.parent  # of `pip install --target`
+    for folder in (package.parents[1] / "examples", *(Path(prefix, INSTALLED) for prefix in prefixes)):
+        if (folder / "torque_over_speed.py").is_file():
+            return folder
+    raise FileNotFoundError("the examples are not installed: pip install the wheel of ballscrew-tehl")
+
+
+def copy_examples(folder: Path) -> Path:
+    """Copy the examples into a new folder, which is returned.
+
+    Raises       ValueError: the folder has files;  FileNotFoundError: the examples are not installed
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise ValueError(f"{folder} exists and is not empty: give a new folder")
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(examples_folder(), folder, ignore=ignored, dirs_exist_ok=True)
+    return folder

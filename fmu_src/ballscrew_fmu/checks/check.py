@@ -22,6 +22,8 @@ from ballscrew_fmu.python_fmu.shared_map import MAP_FILE as PYTHON_MAP_FILE
 from ballscrew_fmu.python_fmu.shared_map import map_in
 from ballscrew_tehl.runtime.packed import MapError
 
+_SHOWN = ("name", "causality", "unit", "start", "min", "max", "description")  # of a variable
+
 
 def check(fmu: Path, reference: Reference, model: FmuModel = FRICTION) -> str:
     """Validation and replay of a built FMU. Returns one line with the results.
@@ -124,10 +126,7 @@ def fmu_info(fmu: Path) -> dict[str, Any]:
         "map": _map_note(fmu, description.description or ""),
         "tool": description.generationTool,
         "variables": [
-            {
-                key: getattr(v, key)
-                for key in ("name", "causality", "unit", "start", "min", "max", "description")
-            }
+            {key: getattr(v, key) for key in _SHOWN}
             for v in description.modelVariables
             if v.causality in ("input", "output", "parameter")
         ],
@@ -156,7 +155,5 @@ def _map_note(fmu: Path, text: str) -> str | None:
         found = hash_in(archive.read(f"resources/{MAP_FILE}"))
     if not found:
         return f"{MAP_FILE} is damaged or of another format"
-    same = f"map {found[:12]}" in text
-    return f"map {found}" + (
-        "" if same else ", not that of the description: start values belong to another map"
-    )
+    other = ", not that of the description: start values belong to another map"
+    return f"map {found}{'' if f'map {found[:12]}' in text else other}"

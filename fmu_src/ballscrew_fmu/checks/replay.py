@@ -92,12 +92,11 @@ class FmuInstance:
 
     def get(self, *names: str) -> Any:
         """Value of one variable, or the list of several."""
-        values = [self._value(name) for name in names]
+        values: list[Any] = []
+        for name in names:
+            value = getattr(self.slave, f"get{self._types[name]}")([self.references[name]])[0]
+            values.append(bool(value) if self._types[name] == "Boolean" else float(value))
         return values if len(values) > 1 else values[0]
-
-    def _value(self, name: str) -> float | bool:
-        value = getattr(self.slave, f"get{self._types[name]}")([self.references[name]])[0]
-        return bool(value) if self._types[name] == "Boolean" else float(value)
 
     def outputs(self) -> dict[str, Any]:
         names = [v.name for v in self.description.modelVariables if v.causality == "output"]

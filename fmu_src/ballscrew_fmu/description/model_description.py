@@ -1,11 +1,13 @@
 """modelDescription.xml of all FMUs; buildDescription.xml and terminalsAndIcons.xml of the native ones."""
 
+import os
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from importlib.metadata import distribution
 from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from ballscrew_fmu.description.about import about
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.variables.friction import (
     FIRST_REFERENCE,
@@ -16,6 +18,7 @@ from ballscrew_fmu.variables.friction import (
     law_name,
     lead_text,
 )
+from ballscrew_tehl import __date__, __version__
 from ballscrew_tehl.runtime.packed import map_hash
 
 LOG_CATEGORIES = {
@@ -33,6 +36,33 @@ _PYTHON_CATEGORIES = {
     "logStatusError": "A call that has no effect",
     "logStatusFatal": "Failures of the Python interpreter",
 }
+
+
+def licence_text() -> str:
+    """Text of the licence of this package."""
+    files = distribution("ballscrew-tehl").files or ()
+    return next(file.read_text(encoding="utf-8") for file in files if file.name == "LICENSE")
+
+
+def about() -> dict[str, str]:
+    """Version, author, copyright, licence and date by attribute of the description, the same in FMI 2.0 and 3.0.
+
+    The date is that of the version, so that the same input gives the same FMU; the variable SOURCE_DATE_EPOCH of
+    reproducible builds [s since 1970] replaces it.
+
+    Raises       ValueError: SOURCE_DATE_EPOCH is not a number of seconds
+    """
+    notice = next(line for line in licence_text().splitlines() if line.startswith("Copyright"))
+    made = datetime.fromisoformat(__date__).replace(tzinfo=UTC)
+    if epoch := os.environ.get("SOURCE_DATE_EPOCH"):
+        made = datetime.fromtimestamp(int(epoch), UTC)
+    return {
+        "author": notice.split(" ", 3)[3],  # Copyright (c) year author
+        "version": __version__,
+        "copyright": notice,
+        "license": distribution("ballscrew-tehl").metadata["License-Expression"],
+        "generationDateAndTime": made.strftime("%Y-%m-%dT%H:%M:%SZ"),
+    }
 
 
 def flags(true: str, false: str) -> dict[str, str]:
@@ -76,23 +106,6 @@ def capabilities(model: FmuModel, fmi_version: int) -> dict[str, dict[str, str]]
     return {"ModelExchange": _FMI3 | exchange, "CoSimulation": _FMI3 | _STEPS | flags("", _PARTS) | of_step}
 
 
-TERMINALS = """\
-<?xml version="1.0" encoding="UTF-8"?>
-<fmiTerminalsAndIcons fmiVersion="3.0">
-  <GraphicalRepresentation>
-    <CoordinateSystem x1="-100" y1="-100" x2="100" y2="100" suggestedScalingFactorTo_mm="0.1" />
-    <Icon x1="-100" y1="-100" x2="100" y2="100" />
-  </GraphicalRepresentation>
-{terminals}</fmiTerminalsAndIcons>
-"""
-TERMINAL = """\
-    <Terminal name="{name}" matchingRule="plug" terminalKind="org.ballscrew-tehl.{kind}" description="{description}">
-{members}
-    </Terminal>
-"""
-MEMBER = '      <TerminalMemberVariable variableName="{0}" memberName="{1}" variableKind="{2}" />'
-
-
 def native_description(
     header: Mapping[str, Any],
     fmi_version: int,
@@ -106,37 +119,30 @@ def native_description(
     Parameters   header : of the map;  fmi_version : 2 or 3;  token : guid or instantiationToken
                  sources : names of the C files in the sources folder
     """
-    names = (model.native_name, model.summary, token, generation_tool)
-    variables, interfaces = model.native_variables(header), capabilities(model, fmi_version)
-    return described(header, fmi_version, names, variables, interfaces, LOG_CATEGORIES, sources, model.step)
+    interfaces = capabilities(model, fmi_version)
+    return _description(header, fmi_version, model, token, generation_tool, interfaces, sources)
 
 
 def python_description(
     header: Mapping[str, Any], guid: str, generation_tool: str, model: FmuModel = FRICTION
 ) -> bytes:
     """modelDescription.xml of an FMU for Python hosts. Same arguments give the same bytes; header : of the map."""
-    names = (model.name, model.summary, guid, generation_tool)
-    interfaces = {"CoSimulation": _PYTHON}
-    return described(header, 2, names, model.variables(header), interfaces, _PYTHON_CATEGORIES)
+    return _description(header, 2, model, guid, generation_tool, {"CoSimulation": _PYTHON})
 
 
-def described(
+def _description(
     header: Mapping[str, Any],
     fmi_version: int,
-    names: tuple[str, str, str, str],
-    variables: Sequence[Variable],
+    model: FmuModel,
+    token: str,
+    tool: str,
     interfaces: Mapping[str, Mapping[str, str]],
-    categories: Mapping[str, str],
     sources: Sequence[str] = (),
-    step: float = 1e-3,
 ) -> bytes:
-    """modelDescription.xml of any FMU.
-
-    Parameters   names : of the model, first words of the description, token, tool;  interfaces : flags of each
-                 categories : of the log;  sources : C files, listed in FMI 2.0
-                 step : of the default experiment [s]
-    """
-    name, summary, token, tool = names
+    """interfaces : flags of each;  sources : of a native FMU."""
+    name, variables, categories = model.name, model.variables(header), _PYTHON_CATEGORIES
+    if sources:
+        name, variables, categories = model.native_name, model.native_variables(header), LOG_CATEGORIES
     of_map = f"{header['kinematics']} kinematics, map {map_hash(header)[:12]}"
     root = Element(
         "fmiModelDescription",
@@ -144,7 +150,7 @@ def described(
             "fmiVersion": f"{fmi_version}.0",
             "modelName": name,
             "guid" if fmi_version == 2 else "instantiationToken": token,
-            "description": f"{summary}, thermal elastohydrodynamic lubrication; {law_name(header)} friction law, "
+            "description": f"{model.summary}, thermal elastohydrodynamic lubrication; {law_name(header)} friction law, "
             + "; ".join(text for text in (of_map, lead_text(header), band_text(header)) if text),
             **about(),
             "generationTool": tool,
@@ -162,7 +168,7 @@ def described(
     logged = SubElement(root, "LogCategories")
     for category, text in categories.items():
         SubElement(logged, "Category", name=category, description=text)
-    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="1.0", stepSize=repr(step))
+    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="1.0", stepSize=repr(model.step))
     if fmi_version == 2:
         root.set("numberOfEventIndicators", str(sum(v.indicates for v in variables)))
     _variables(SubElement(root, "ModelVariables"), listed, fmi_version)
@@ -182,16 +188,19 @@ def build_description(sources: Sequence[str], model: FmuModel = FRICTION) -> byt
 
 def terminals(model: FmuModel = FRICTION) -> bytes:
     """terminalsAndIcons/terminalsAndIcons.xml of FMI 3.0."""
-    shown = "".join(
-        TERMINAL.format(
-            name=terminal.name,
-            kind=terminal.kind,
-            description=terminal.description,
-            members="\n".join(MEMBER.format(*member.split()) for member in terminal.members.split(",")),
-        )
-        for terminal in model.terminals
-    )
-    return TERMINALS.format(terminals=f"  <Terminals>\n{shown}  </Terminals>\n" if shown else "").encode()
+    root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
+    picture = SubElement(root, "GraphicalRepresentation")
+    corners = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}
+    SubElement(picture, "CoordinateSystem", corners, suggestedScalingFactorTo_mm="0.1")
+    SubElement(picture, "Icon", corners)
+    listed = SubElement(root, "Terminals")
+    for name, kind, description, members in model.terminals:
+        about = {"name": name, "matchingRule": "plug", "terminalKind": f"org.ballscrew-tehl.{kind}"}
+        node = SubElement(listed, "Terminal", about, description=description)
+        for member in members.split(","):
+            parts = zip(("variableName", "memberName", "variableKind"), member.split(), strict=True)
+            SubElement(node, "TerminalMemberVariable", dict(parts))
+    return serialized(root)
 
 
 def serialized(root: Element) -> bytes:
@@ -226,11 +235,7 @@ def _variables(parent: Element, variables: Sequence[Variable], fmi_version: int)
             about["initial"] = "exact"
         elif v.causality not in ("input", "independent"):
             about["initial"] = "calculated"
-        attributes: dict[str, str | None] = {
-            "quantity": v.quantity,
-            "unit": v.unit,
-            "displayUnit": v.display_unit,
-        }
+        attributes = {"quantity": v.quantity, "unit": v.unit, "displayUnit": v.display_unit}
         attributes["relativeQuantity"] = "true" if v.relative else None
         numbers = (("min", v.minimum), ("max", v.maximum), ("nominal", v.nominal), ("start", v.start))
         attributes |= {name: None if value is None else repr(float(value)) for name, value in numbers}
@@ -249,39 +254,27 @@ def _variables(parent: Element, variables: Sequence[Variable], fmi_version: int)
             SubElement(parent, "Boolean" if v.unit is None else "Float64", about | given)
 
 
-_KINDS = {  # elements of the model structure, a group of Unknown in FMI 2.0
-    2: {"Output": "Outputs", "Derivative": "Derivatives", "Initial": "InitialUnknowns"},
-    3: {
-        "Output": "Output", "Derivative": "ContinuousStateDerivative", "Initial": "InitialUnknown",
-        "Indicator": "EventIndicator",
-    },
-}  # fmt: skip
-
-
-def _unknowns(variables: Sequence[Variable]) -> dict[str, list[tuple[Variable, tuple[str, ...]]]]:
-    """Unknowns of the model structure with their dependencies, by kind."""
+def _structure(parent: Element, variables: Sequence[Variable], fmi_version: int) -> None:
+    """Unknowns with their dependencies: in FMI 2.0 in groups, without event indicators."""
+    place = {v.name: n for n, v in enumerate(variables, 1 if fmi_version == 2 else FIRST_REFERENCE)}
     unset = {v.name for v in variables if v.name in _states(variables) and v.start is None}
     initial = [v for v in variables if v.causality == "output" or v.derivative_of or v.name in unset]
-    return {
-        "Output": [(v, v.depends_on) for v in variables if v.causality == "output"],
-        "Derivative": [(v, v.depends_on) for v in variables if v.derivative_of],
-        "Initial": [(v, tuple(n for n in v.initial_dependencies if n not in unset)) for v in initial],
-        "Indicator": [(v, v.depends_on) for v in variables if v.indicates],
-    }
-
-
-def _structure(parent: Element, variables: Sequence[Variable], fmi_version: int) -> None:
-    place = {v.name: n for n, v in enumerate(variables, 1 if fmi_version == 2 else FIRST_REFERENCE)}
-    kinds = _KINDS[fmi_version]
-    for kind, unknowns in _unknowns(variables).items():
-        if not unknowns or kind not in kinds:
+    kinds = [
+        ("Outputs", "Output", [v for v in variables if v.causality == "output"]),
+        ("Derivatives", "ContinuousStateDerivative", [v for v in variables if v.derivative_of]),
+        ("InitialUnknowns", "InitialUnknown", initial),
+        ("", "EventIndicator", [v for v in variables if v.indicates]),
+    ]
+    for group, kind, unknowns in kinds:
+        if not unknowns or (fmi_version == 2 and not group):
             continue  # the schema forbids an empty group
-        group = SubElement(parent, kinds[kind]) if fmi_version == 2 else parent
-        for v, names in unknowns:
+        node = SubElement(parent, group) if fmi_version == 2 else parent
+        for v in unknowns:
+            names = set(v.initial_dependencies) - unset if unknowns is initial else v.depends_on
             known = sorted(place[name] for name in names)
             about = {
                 "index" if fmi_version == 2 else "valueReference": str(place[v.name]),
                 "dependencies": " ".join(map(str, known)),
                 "dependenciesKind": " ".join(["dependent"] * len(known)),
             }
-            SubElement(group, "Unknown" if fmi_version == 2 else kinds[kind], about)
+            SubElement(node, "Unknown" if fmi_version == 2 else kind, about)

@@ -2,8 +2,7 @@
 
 The interval of a torque needs the balls, so that the page has a table of it (nut_map.interval.interval_table): ends
 mostly within some tenths of a percent of the torque without axial load, within some percent with one, with oversize
-balls 16 %. Plots by uPlot, which is in the
-folder uplot with its licence.
+balls 16 %. Plots by uPlot, which is in the folder uplot with its licence.
 """
 
 import base64
@@ -37,7 +36,7 @@ from ballscrew_tehl.tables.headings import MEASURED, MEASURED_EXAMPLE
 
 _ROOT = importlib.resources.files("ballscrew_fmu")
 _TRENDS = ["", *(trend.Trend(*at).text for at in ((True, False), (False, True), (True, True)))]
-_START_SPEED = 1000.0  # [r/min]
+_START_SPEED, _START_TEMPERATURE = 1000.0, 303.15  # [r/min], [K]
 
 
 def _source(name: str) -> Html:
@@ -69,13 +68,9 @@ def live_page(
     friction = header.get("friction") or {"set": "", "provenance": "", "carried_over": "", "errors": {}}
     kind = parameters.screw.preload_kind
     published, words = _published(parameters), PRELOAD_WORDS[kind]
-    packed = {
-        "wasm": _packed(contents(page_library(header))[WASM]),
-        "map": packed_map(nut_map),
-    }
+    packed = {"wasm": _packed(contents(page_library(header))[WASM]), "map": packed_map(nut_map)}
     if ends is not None:
         packed["ends"] = _packed(_by_byte(np.asarray(ends, dtype="<f8").tobytes()))
-    mean = friction["errors"].get("mean")
     about = {
         "law": tuple(SURFACES).index(law),
         "lead": header.get("screw", {}).get("lead", 0.0),
@@ -94,7 +89,7 @@ def live_page(
         "trend": (trend.THICK, trend.STEP_K, trend.STEP_LN, trend.MIN_CHANGE, _TRENDS),
         "slip": trend.MIN_FORCE_RATIO if law == MECHANISTIC and kind == FOUR_POINT else 0.0,
         "nodes": None if ends is None else TABLE_NODES,
-        "meaning": MEANING if ends is not None else _no_interval(mean),
+        "meaning": MEANING if ends is not None else _no_interval(friction["errors"].get("mean")),
         "units": {name: {"names": q.names, "units": q.units} for name, q in MEASURED.items()},
         "published": published,
     }
@@ -155,15 +150,9 @@ def _inputs(header: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         "axial_load": ("Axial load", "N", -force, force, False),
     }
     names = ("label", "unit", "min", "max", "log", "least", "most")
-    return {
-        name: dict(zip(names, (*row, *_finite(allowed.min_, allowed.max_)), strict=True))
-        for (name, row), allowed in zip(rows.items(), TORQUE_POINT, strict=True)
-    }
-
-
-def _finite(*numbers: float) -> tuple[float | None, ...]:
-    """None instead of the infinite ones, which JSON has not."""
-    return tuple(x if math.isfinite(x) else None for x in numbers)
+    bounds = [[x if math.isfinite(x) else None for x in (q.min_, q.max_)] for q in TORQUE_POINT]
+    fields = [(*row, *allowed) for row, allowed in zip(rows.values(), bounds, strict=True)]
+    return {name: dict(zip(names, field, strict=True)) for name, field in zip(rows, fields, strict=True)}
 
 
 def _cautions(parameters: Parameters) -> list[tuple[str, str, float, float | None, str]]:
@@ -171,29 +160,22 @@ def _cautions(parameters: Parameters) -> list[tuple[str, str, float, float | Non
     thickest = THICKEST_FILM * 0.5 * parameters.screw.ball_diameter
     thin = trend.too_thin(0.5 * MIN_FILM)
     thick = trend.too_thick(2.0 * thickest, 0.5 * parameters.screw.ball_diameter)
+    thin, thick = (text.split(", ", 1)[1] for text in (thin, thick))
     return [
-        (f"film_thickness_{place}", label, least, most, text.split(", ", 1)[1])
-        for place, label, least, most, text in (
-            ("min", "least film", MIN_FILM, None, thin),
-            ("central_screw", "central film, screw", 0.0, thickest, thick),
-            ("central_nut", "central film, nut", 0.0, thickest, thick),
-        )
+        ("film_thickness_min", "least film", MIN_FILM, None, thin),
+        ("film_thickness_central_screw", "central film, screw", 0.0, thickest, thick),
+        ("film_thickness_central_nut", "central film, nut", 0.0, thickest, thick),
     ]
 
 
 def _start(header: Mapping[str, Any], point: OperatingPoint | None) -> dict[str, float]:
     axes = header["axes"]
-    if point is not None:
-        speed, temperature = round(point.speed / RPM, 6), round(point.temperature - CELSIUS, 6)
-        return {"preload": point.preload, "speed": speed, "temperature": temperature, "axial_load": 0.0}
-    return {
-        "preload": start_preload(header),
-        "speed": round(min(_START_SPEED, axes["speed"][1] / RPM)),
-        "temperature": round(
-            min(max(30.0, axes["temperature"][0] - CELSIUS), axes["temperature"][1] - CELSIUS), 2
-        ),
-        "axial_load": 0.0,
-    }
+    if point is None:
+        speed = RPM * round(min(_START_SPEED, axes["speed"][1] / RPM))
+        temperature = min(max(_START_TEMPERATURE, axes["temperature"][0]), axes["temperature"][1])
+        point = OperatingPoint(start_preload(header), speed, temperature)
+    speed, temperature = round(point.speed / RPM, 6), round(point.temperature - CELSIUS, 6)
+    return {"preload": point.preload, "speed": speed, "temperature": temperature, "axial_load": 0.0}
 
 
 def _no_interval(mean: float | None) -> str:

@@ -100,16 +100,12 @@ def _rows(name: str, content: bytes) -> tuple[list[dict[str, float]], list[float
 
 def _manifest(related: Mapping[str, _Related]) -> bytes:
     ElementTree.register_namespace("fmi-ls", LS_NAMESPACE)
-    root = Element(
-        "fmiReferences",
-        {
-            f"{{{LS_NAMESPACE}}}fmi-ls-name": "org.fmi-standard.fmi-ls-ref",
-            f"{{{LS_NAMESPACE}}}fmi-ls-version": LS_VERSION,
-            f"{{{LS_NAMESPACE}}}fmi-ls-description": (
-                "Layered Standard providing information on related files included in an FMU."
-            ),
-        },
-    )
+    standard = {
+        "name": "org.fmi-standard.fmi-ls-ref",
+        "version": LS_VERSION,
+        "description": "Layered Standard providing information on related files included in an FMU.",
+    }
+    root = Element("fmiReferences", {f"{{{LS_NAMESPACE}}}fmi-ls-{key}": v for key, v in standard.items()})
     for name, file in related.items():
         SubElement(
             root, "Related", type=file.type, source=name, role=file.role, description=file.description,

@@ -9,7 +9,6 @@ of sources and options, and in the cache the compiler: what other sources left b
 import atexit
 import contextlib
 import functools
-import hashlib
 import importlib.resources
 import os
 import re
@@ -41,7 +40,7 @@ from ballscrew_fmu.native_fmu.sources import (
     page_sources,
     units_of,
 )
-from ballscrew_fmu.python_fmu.solver_cache import user_cache
+from ballscrew_fmu.python_fmu.solver_cache import digest, user_cache
 
 PREBUILT = importlib.resources.files("ballscrew_fmu") / "prebuilt"
 COMPILER_FILE = "compiler.txt"  # its name, in the folder prebuilt
@@ -58,11 +57,9 @@ class Library(NamedTuple):
 
     def file(self, platform: str) -> str:
         """Name of its file where it is kept. The FMI headers, of the standard, do not count."""
-        recipe = hashlib.sha256(repr((COMPILER_OPTIONS, TARGETS[platform], self.units)).encode())
-        for name, content in sorted(self.sources.items()):
-            if not is_fmi_header(name):
-                recipe.update(f"{name}\0{len(content)}\0".encode() + content)
-        return f"{self.name}.{platform}.{recipe.hexdigest()[:20]}"
+        own = {name: content for name, content in self.sources.items() if not is_fmi_header(name)}
+        recipe = repr((COMPILER_OPTIONS, TARGETS[platform], self.units)).encode()
+        return f"{self.name}.{platform}.{digest({**own, 'recipe': recipe})[:20]}"
 
 
 def native_library(header: Mapping[str, Any], model: FmuModel) -> Library:

@@ -15,7 +15,6 @@ from ballscrew_fmu.native_fmu.compile import PLATFORMS, build_libraries, univers
 from ballscrew_fmu.native_fmu.experiments import FOLDER, Reference, reference_files
 from ballscrew_fmu.native_fmu.libraries import contents, native_library, provider
 from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, SCREW_FILE, map_bytes, screw_bytes
-from ballscrew_fmu.native_fmu.sources import NATIVE_NAME as NATIVE_NAME
 from ballscrew_fmu.native_fmu.sources import Embedded, is_fmi_header, native_sources, table_hash, units_of
 from ballscrew_fmu.pages.page import documentation_files, icon
 from ballscrew_fmu.python_fmu.solver_cache import digest
@@ -51,14 +50,11 @@ def native_files(
     tool = f"ballscrew-tehl {__version__} with {provider(header, embed_map).name}"
     hash_of_table = table_hash(header, model)
     map_file = {f"resources/{MAP_FILE}": map_bytes(nut_map)}
-    files = {
-        # FMILibrary refuses the file of FMI 3.0 in an FMI 2.0 FMU
-        **({"terminalsAndIcons/terminalsAndIcons.xml": terminals(model)} if fmi_version == 3 else {}),
-        "terminalsAndIcons/icon.svg": icon("svg"),
-        "terminalsAndIcons/icon.png": icon("png"),
-    }
+    files = {f"terminalsAndIcons/icon.{kind}": icon(kind) for kind in ("svg", "png")}
     if fmi_version == 2:
         files["model.png"] = icon("png")
+    else:  # FMILibrary refuses this file in an FMI 2.0 FMU
+        files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals(model)
     built_for = f"libraries for {', '.join(platforms)}"
     documentation = documentation_files(header, model, live_page, (fmi_version, built_for))
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
@@ -77,16 +73,12 @@ def native_files(
     description, screw = of_token("")
     token = str(uuid.uuid5(NAMESPACE, digest({**files, **map_file, **description, SCREW_FILE: screw})))
     description, screw = of_token(token)
+    files |= description
     if not embed_map:
-        return {**files, **description, **map_file, f"resources/{SCREW_FILE}": screw}
+        return {**files, **map_file, f"resources/{SCREW_FILE}": screw}
     sources = native_sources(header, (fmi_version,), model, Embedded(nut_map, screw))
     libraries = build_libraries(sources, units, model.native_name, platforms)
-    return {
-        **files,
-        **description,
-        **_in_fmu(sources),
-        **_binaries(libraries, fmi_version, model.native_name),
-    }
+    return {**files, **_in_fmu(sources), **_binaries(libraries, fmi_version, model.native_name)}
 
 
 def _in_fmu(sources: Mapping[str, bytes]) -> dict[str, bytes]:

@@ -85,13 +85,10 @@ enum Causality {{
     CAUSALITY_INDICATOR
 }};
 
-/* evaluation of the map for an output */
-enum Needs {{ NEEDS_TORQUE, NEEDS_FILMS }};
-
 typedef struct {{
     const char *name;
     enum Causality causality;
-    enum Needs needs;
+    bool films;     /* an output for which the map of the films is evaluated */
     bool boolean;
     bool fixed;     /* a parameter that cannot be set after the initialization */
     bool shown;     /* a state that is an output, too */
@@ -229,7 +226,12 @@ def native_sources(
     includes = "\n".join(f'#include "{name}"' for name in parts)
     for version in fmi_versions:
         files |= fmi_headers(version)
-    return {**files, **generated_headers(header, model), ALL: _ALL.format(includes=includes).encode()}
+    generated = {
+        "variables.h": _variables(header, model, table_hash(header, model)),
+        "constants.h": _constants(model),
+        ALL: _ALL.format(includes=includes),
+    }
+    return files | {name: text.encode() for name, text in generated.items()}
 
 
 def units_of(model: FmuModel) -> tuple[str, str]:
@@ -254,7 +256,7 @@ def entry_sources(variables: Sequence[Variable]) -> dict[str, bytes]:
     )
     return {
         "entry_table.h": table.encode(),
-        "entry.c": (_HERE / "python_host" / "entry.c").read_bytes(),
+        **{name: (_HERE / "python_host" / name).read_bytes() for name in ("entry.c", "platform.h")},
         "text.h": (_HERE / "runtime" / "text.h").read_bytes(),
         **fmi_headers(2),
     }
@@ -296,12 +298,6 @@ def table_hash(header: Mapping[str, Any], model: FmuModel = FRICTION) -> str:
     return hashlib.sha256((_variables(header, model, "") + _constants(model)).encode()).hexdigest()
 
 
-def generated_headers(header: Mapping[str, Any], model: FmuModel = FRICTION) -> dict[str, bytes]:
-    """The table of variables and the constants as C."""
-    table = _variables(header, model, table_hash(header, model))
-    return {"variables.h": table.encode(), "constants.h": _constants(model).encode()}
-
-
 def _variables(header: Mapping[str, Any], model: FmuModel, hash_of_table: str) -> str:
     table = model.native_variables(header)
     inputs = [v for v in table if v.causality == "input"]
@@ -331,15 +327,13 @@ def _constants(model: FmuModel) -> str:
         axes=len(AXES),
         defaults=", ".join(f"{name.upper()}_DEFAULT" for name in DEFAULTS),
         laws=", ".join(f"{law.upper()}_LAW" for law in SURFACES),
-        torque="\n".join(_enumeration(names[:TORQUE_SURFACES]) for names in SURFACES.values()),
+        torque="\n".join(
+            f"enum {{ {', '.join(names[:TORQUE_SURFACES]).upper()} }};" for names in SURFACES.values()
+        ),
         torques=TORQUE_SURFACES,
-        films=", ".join(name.upper() for name in films),
+        films=", ".join(films).upper(),
         curves=", ".join(f"{name.upper()}_CURVE" for name in FORCE_CURVES),
     )
-
-
-def _enumeration(names: Sequence[str]) -> str:
-    return f"enum {{ {', '.join(name.upper() for name in names)} }};"
 
 
 def _row(v: Variable, states: Collection[str]) -> str:
@@ -350,6 +344,7 @@ def _row(v: Variable, states: Collection[str]) -> str:
     lowest = (v.minimum or 0.0) if v.causality == "parameter" else -constants.TOO_LARGE
     numbers = f"{float(lowest)!r}, {float(v.nominal or 1.0)!r}"
     flags = ", ".join(
-        str(flag).lower() for flag in (v.unit is None, v.fixed, kind == "STATE" and v.causality == "output")
+        str(flag).lower()
+        for flag in (v.needs == "films", v.unit is None, v.fixed, kind == "STATE" and v.causality == "output")
     )
-    return f'    {{"{v.name}", CAUSALITY_{kind}, NEEDS_{v.needs.upper()}, {flags}, {numbers}}},'
+    return f'    {{"{v.name}", CAUSALITY_{kind}, {flags}, {numbers}}},'

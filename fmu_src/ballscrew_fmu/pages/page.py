@@ -7,7 +7,7 @@ from typing import Any
 
 from jinja2 import ChoiceLoader, PackageLoader
 
-from ballscrew_fmu.description.about import licence_text
+from ballscrew_fmu.description.model_description import licence_text
 from ballscrew_fmu.models import FmuModel
 from ballscrew_fmu.variables.friction import TIME, Variable, band_text, law_name
 from ballscrew_tehl.report.page import TEMPLATES as ELEMENTS

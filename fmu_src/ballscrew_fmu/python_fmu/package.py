@@ -16,18 +16,25 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from importlib.machinery import ModuleSpec, PathFinder
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, built
 from ballscrew_fmu.description.model_description import python_description
 from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.native_fmu.compile import INSTALL, BuildError
+from ballscrew_fmu.native_fmu.libraries import contents, entry_library, provider
 from ballscrew_fmu.pages.page import documentation_files
-from ballscrew_fmu.python_fmu.entry_library import TOKEN_FILE, binaries
 from ballscrew_fmu.python_fmu.shared_map import MAP_FILE, PAGE_FILE
 from ballscrew_fmu.python_fmu.solver_cache import SOLVER_FOLDER, digest, solver_name
 from ballscrew_tehl import __version__
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import npz_bytes
 
+TOKEN_FILE = "guid.txt"  # in the resources: the GUID that fmi2Instantiate accepts; as in entry.c
+PLATFORMS = {  # of pythonfmu: platform, library of pythonfmu in a folder of binaries, suffix of the entry library
+    "x86_64-linux": ("linux64", "libpythonfmu-export.so", ".so"),
+    "x86_64-windows": ("win64", "pythonfmu-export.dll", ".dll"),
+}
 #: prefixes of modules that travel if the slave of a model imports them, directly or indirectly
 TRAVELLING = (
     "ballscrew_fmu.python_fmu.",
@@ -155,6 +162,30 @@ def _imports(node: ast.AST, package: str) -> Iterator[tuple[str, bool]]:
             yield from ((name, True) for name in below if _find_spec(name))
     for child in ast.iter_child_nodes(node):
         yield from _imports(child, package)
+
+
+def binaries(header: Mapping[str, Any], model: FmuModel) -> dict[str, bytes]:
+    """Libraries by path in the FMU: entry libraries with the name of the model, and pythonfmu's, which they call.
+
+    Raises       BuildError: there is no compiler for them, or it fails;  ImportError: pythonfmu is missing
+    """
+    specification = importlib.util.find_spec("pythonfmu")
+    if specification is None or specification.origin is None:
+        raise ImportError("module pythonfmu not found; python -m pip install pythonfmu")
+    theirs = Path(specification.origin).parent / "resources" / "binaries"
+    compiler, library = provider(header), entry_library(header, model)
+    platforms = [name for name in library.platforms if name in compiler.platforms]
+    if not platforms:
+        raise BuildError(
+            f"{compiler.name} compiles for {', '.join(compiler.platforms)}, pythonfmu runs on {', '.join(PLATFORMS)}: "
+            f"{INSTALL}, which compiles for these too"
+        )
+    files = {}
+    for platform, content in contents(library, platforms).items():
+        folder, shared, suffix = PLATFORMS[platform]
+        files[f"binaries/{folder}/{model.name}{suffix}"] = content
+        files[f"binaries/{folder}/{shared}"] = (theirs / folder / shared).read_bytes()
+    return files
 
 
 def fmu_files(

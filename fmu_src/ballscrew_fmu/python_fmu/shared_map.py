@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable, places
+from ballscrew_fmu.variables.friction import FIRST_REFERENCE, Variable
 from ballscrew_tehl.runtime.constants import TOO_LARGE
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import (
@@ -49,9 +49,11 @@ class SharedMap:
 
     def __init__(self, nut_map: NutMap, table: Table) -> None:
         variables = table(nut_map.header)
-        inputs, outputs, parameters = (places(variables, of) for of in ("input", "output", "parameter"))
         self.map = nut_map
         self.table = dict(enumerate(variables, FIRST_REFERENCE))
+        inputs, outputs, parameters = (
+            [n for n, v in self.table.items() if v.causality == of] for of in ("input", "output", "parameter")
+        )
         place = self.place = {v.name: n for n, v in self.table.items()}
         self.start: list[Any] = [None] * FIRST_REFERENCE
         self.start += [0.0 if v.start is None else v.start for v in variables]
@@ -103,20 +105,18 @@ def map_in(resources: str) -> NutMap:
 def arrays_of(numbers: NDArray[np.float64], counts: list[int]) -> dict[str, NDArray[np.float64]]:
     """Coefficients of a map from the numbers in nut_map.bin; counts: of coefficients along AXES."""
     force, speed, temperature, preload, share = counts
-    rest = numbers[3 * len(AXES) + len(DEFAULTS) + 2 :]
-
-    def taken(*shape: int) -> NDArray[np.float64]:
-        nonlocal rest
-        found, rest = rest[: math.prod(shape)].reshape(shape), rest[math.prod(shape) :]
-        return found
-
     plane, films = (speed, temperature, force), len(SURFACES[FILM_SHEAR]) - TORQUE_SURFACES  # of each law
-    surfaces = np.concatenate([taken(*plane, TORQUE_SURFACES), taken(*plane, films)], axis=-1)
+    shapes = (
+        (*plane, TORQUE_SURFACES), (*plane, films), (force, len(FORCE_CURVES)), (2, preload), (2, preload, share),
+    )  # fmt: skip
+    ends = np.cumsum([3 * len(AXES) + len(DEFAULTS) + 2, *map(math.prod, shapes)])
+    parts = [part.reshape(shape) for part, shape in zip(np.split(numbers, ends)[1:-1], shapes, strict=True)]
+    torques, others, curves, separation, sharing = parts
     return {
-        "coefficients": surfaces.transpose(2, 0, 1, 3),
-        "force_coefficients": taken(force, len(FORCE_CURVES)),
-        "separation_coefficients": taken(2, preload).T,
-        "sharing_coefficients": taken(2, preload, share).transpose(1, 2, 0),
+        "coefficients": np.concatenate([torques, others], axis=-1).transpose(2, 0, 1, 3),
+        "force_coefficients": curves,
+        "separation_coefficients": separation.T,
+        "sharing_coefficients": sharing.transpose(1, 2, 0),
     }
 
 

@@ -58,21 +58,18 @@ def installed(shipped: Path, cache: Path) -> Path:
     if _intact(target):
         return target
     cache.mkdir(parents=True, exist_ok=True)
-    scratch = Path(tempfile.mkdtemp(dir=cache, prefix=".new_"))
-    try:
-        fresh = scratch / shipped.name
+    with tempfile.TemporaryDirectory(dir=cache, prefix=".new_", ignore_cleanup_errors=True) as scratch:
+        fresh = Path(scratch, shipped.name)
         shutil.copytree(
             shipped, fresh, ignore=shutil.ignore_patterns("__pycache__"), copy_function=shutil.copyfile
         )
         if target.exists() and not _intact(target):
-            target.rename(scratch / "damaged")
+            target.rename(Path(scratch, "damaged"))
         try:
             fresh.rename(target)
         except OSError:
             if not _intact(target):  # otherwise another process has created it
                 raise
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
     return target
 
 

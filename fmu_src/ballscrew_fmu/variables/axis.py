@@ -72,11 +72,6 @@ def _energy(name: str, description: str, depends_on: Names, initially: Names = (
     )  # fmt: skip
 
 
-def _state(name: str, description: str, unit: str, initially: Names = (), **fields: Any) -> Variable:
-    """A state that follows from the parameters at the start. As an output it depends on itself alone."""
-    return Variable(name, description=description, unit=unit, initially_depends_on=initially, **fields)
-
-
 def _parameter(
     name: str, description: str, unit: str, start: float | None = None, nominal: float = 1.0, **fields: Any
 ) -> Variable:
@@ -106,20 +101,20 @@ ROWS: tuple[Variable | Shared, ...] = (
     ),
     Shared("temperature"),
     Shared("preload"),
-    _state(
-        "angle", "Angle of the screw", "rad", _START, causality="output", nominal=1.0, display_unit="deg",
-        depends_on=("angle",),
+    Variable(
+        "angle", "output", "Angle of the screw", "rad", nominal=1.0, display_unit="deg",
+        depends_on=("angle",), initially_depends_on=_START,
     ),
-    _state(
-        "speed", "Speed of the screw", "rad/s", nominal=10.0, causality="output", depends_on=("speed",),
+    Variable(
+        "speed", "output", "Speed of the screw", "rad/s", nominal=10.0, depends_on=("speed",),
         display_unit="rev/min",
     ),
-    _state(
-        "position", "Position of the table, along the screw", "m", _START, causality="output", nominal=0.1,
-        depends_on=("position",),
+    Variable(
+        "position", "output", "Position of the table, along the screw", "m", nominal=0.1,
+        depends_on=("position",), initially_depends_on=_START,
     ),
-    _state(
-        "velocity", "Velocity of the table", "m/s", causality="output", nominal=0.1, depends_on=("velocity",),
+    Variable(
+        "velocity", "output", "Velocity of the table", "m/s", nominal=0.1, depends_on=("velocity",),
         display_unit="m/min",
     ),
     _shared("friction_torque", _TORQUE, (*_ELASTIC, *_LAW)),
@@ -144,12 +139,7 @@ ROWS: tuple[Variable | Shared, ...] = (
         "power_loss", _ALL, (*_ACCELERATED, *_GUIDED),
         description="Dissipated power of friction, guide and damping, mean of the step",
     ),
-    Variable(
-        "heat", "output",
-        "Heat of all steps of co-simulation since the start. Model exchange: of events only, at which power_loss has "
-        "no time; add the integral of power_loss",
-        "J", nominal=100.0, depends_on=_ALL, from_zero=True,
-    ),
+    _shared("heat", _ALL),
     _energy(
         "stored_energy", "Elastic energy of contacts, support and friction, 0 without load",
         (*_LOADS, *_ELEMENTS, "guide_element"), (*_ELASTIC, *_LAW, "support_stiffness", "temperature"),
@@ -177,9 +167,7 @@ ROWS: tuple[Variable | Shared, ...] = (
     _parameter(
         "screw_mass", "Mass of the screw, used with a support. 0: of a cylinder of steel", "kg", 0.0, 10.0,
     ),
-    _parameter(
-        "screw_diameter", "Diameter of the screw, for inertia and mass", "m", nominal=0.01,
-    ),
+    _parameter("screw_diameter", "Diameter of the screw, for inertia and mass", "m", nominal=0.01),
     _parameter("screw_length", "Length of the screw, for inertia and mass", "m", 1.0),
     _parameter("table_mass", "Mass of the table with its load", "kg", 300.0, 100.0),
     _parameter("guide_viscous", "Viscous friction of the guide", "N.s/m", 400.0, 100.0),
@@ -203,38 +191,27 @@ ROWS: tuple[Variable | Shared, ...] = (
         "error_bound", "Allowed relative error of a part of a step of co-simulation", "1", 1e-6, 1e-6, minimum=1e-9
     ),
     *map(Shared, ("lead", "nut_stiffness", "stiffness_preload", "axial_play", "contact_damping_time")),
-    *(
-        Shared(
-            name,
-            {
-                "description": "Damping of the elasto-slip elements. "
-                f"0: stiffness times {1e3 * AXIS_DAMPING_TIME:g} ms (assumed)"
-            }
-            if name == "presliding_damping"
-            else {},
-        )
-        for name in _LAW
-    ),
+    *map(Shared, _LAW),
 )  # fmt: skip
 LOCALS: tuple[Variable | Shared, ...] = (
-    _state(
-        "screw_displacement", "Axial displacement of the screw in its support, a continuous state", "m",
-        causality="local", nominal=1e-6, display_unit="um",
+    Variable(
+        "screw_displacement", "local", "Axial displacement of the screw in its support, a continuous state", "m",
+        nominal=1e-6, display_unit="um",
     ),
-    _state(
-        "screw_velocity", "Axial velocity of the screw, a continuous state", "m/s", causality="local", nominal=1e-2,
+    Variable(
+        "screw_velocity", "local", "Axial velocity of the screw, a continuous state", "m/s", nominal=1e-2,
         display_unit="m/min",
     ),
     *(
-        _state(
-            name, f"Deflection of presliding element {i} times the root of its stiffness, a continuous state", "rad",
-            (*_ELASTIC, *_LAW, "temperature", "preload"), causality="local", nominal=1e-3, display_unit="deg",
+        Variable(
+            name, "local", f"Deflection of presliding element {i} times the root of its stiffness, a continuous state",
+            "rad", initially_depends_on=(*_ELASTIC, *_LAW, "temperature", "preload"), nominal=1e-3, display_unit="deg",
         )
         for i, name in enumerate(_ELEMENTS, 1)
     ),
-    _state(
-        "guide_element", "Deflection of the guide times the root of its stiffness, a continuous state", "m",
-        causality="local", nominal=1e-2, display_unit="um",
+    Variable(
+        "guide_element", "local", "Deflection of the guide times the root of its stiffness, a continuous state", "m",
+        nominal=1e-2, display_unit="um",
     ),
     _rate("angle", "rad/s", 10.0, ("speed",), display_unit="rev/min"),
     _rate("speed", "rad/s2", 100.0, (*_FORCE, *_TORQUE, "motor_torque"), (*_ACCELERATED, *_INERTIA)),
@@ -276,4 +253,9 @@ def _once(v: Variable) -> Variable:
 def axis_variables(header: Header) -> tuple[Variable, ...]:
     """The table for the map with this header: inputs, outputs, parameters, then the other states, rates, indicators."""
     others = (*transmission_variables(header), *states(header))
-    return tuple(map(_once, table_of((*ROWS, *LOCALS), others, of_screw(header, screw_diameter="diameter"))))
+    damping = (
+        f"Damping of the elasto-slip elements. 0: stiffness times {1e3 * AXIS_DAMPING_TIME:g} ms (assumed)"
+    )
+    changes: dict[str, dict[str, Any]] = {"presliding_damping": {"description": damping}}
+    changes |= of_screw(header, screw_diameter="diameter")
+    return tuple(map(_once, table_of((*ROWS, *LOCALS), others, changes)))

@@ -251,9 +251,7 @@ _FILMS = (
     ),
 )  # fmt: skip
 _OTHERS = (
-    Variable(
-        "in_range", "output", "False while an input is outside the map and clamped", depends_on=_ALL
-    ),
+    Variable("in_range", "output", "False while an input is outside the map and clamped", depends_on=_ALL),
     Variable(
         "range_margin", "output",
         "Least distance of preload, speed, temperature and force of the loaded nut from the limits of the map, as a "
@@ -385,6 +383,7 @@ def fmu_variables(header: Header) -> tuple[Variable, ...]:
 
 
 ELEMENT_STATES = tuple(f"presliding_element_{i}" for i in range(1, ELEMENTS + 1))
+_HOLDING = (*_COEFFICIENTS, "presliding_stiffness", "presliding_damping", "seal_torque")
 _SLIPPING = (*_COEFFICIENTS, "seal_torque", "presliding", "presliding_stiffness", "presliding_side")
 
 
@@ -449,18 +448,9 @@ def native_variables(header: Header) -> tuple[Variable, ...]:
         initially = tuple(name for name in v.initially_depends_on if name in names)
         if "presliding" in initially or v.from_zero:
             v = v._replace(depends_on=(*v.depends_on, *ELEMENT_STATES))
-            initially = tuple(
-                dict.fromkeys(
-                    (*initially, *_COEFFICIENTS, "presliding_stiffness", "presliding_damping", "seal_torque")
-                )
-            )
+            initially = tuple(dict.fromkeys((*initially, *_HOLDING)))
         table.append(v._replace(initially_depends_on=initially))
     return (*table, *states(header))
 
 
 TIME = Variable("time", "independent", "Time", "s")  # FMI 3 only, after the table
-
-
-def places(variables: tuple[Variable, ...], causality: str) -> tuple[int, ...]:
-    """Value references of the variables with this causality."""
-    return tuple(n for n, v in enumerate(variables, FIRST_REFERENCE) if v.causality == causality)

@@ -15,8 +15,12 @@ from fmu_checks import findings, members, unit_findings, variables_of
 from native_library import CS, ME, OK
 from synthetic_map import LAWS, closed_form
 
-from ballscrew_fmu.description.about import about
-from ballscrew_fmu.description.model_description import native_description, python_description, terminals
+from ballscrew_fmu.description.model_description import (
+    about,
+    native_description,
+    python_description,
+    terminals,
+)
 from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, NATIVE_MODELS
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
 from ballscrew_tehl import __date__, __version__

@@ -21,8 +21,7 @@ from synthetic_map import make_map
 from ballscrew_fmu.checks.reference import friction_results
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.models import MONITOR
-from ballscrew_fmu.python_fmu.entry_library import PLATFORMS
-from ballscrew_fmu.python_fmu.package import build_fmu
+from ballscrew_fmu.python_fmu.package import PLATFORMS, build_fmu
 from ballscrew_fmu.variables.friction import origin_text
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MECHANISTIC, sealed

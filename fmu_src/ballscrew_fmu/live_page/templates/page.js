@@ -148,8 +148,9 @@ function table(id, head, rows) {
   const cells = (row, tag) => {
     const line = document.createElement("tr");
     for (const cell of row) {
-      const one = line.appendChild(document.createElement(tag));
-      cell instanceof Node ? one.append(cell) : (one.textContent = cell.text ?? cell);
+      const one = line.appendChild(document.createElement(cell.heads ? "th" : tag));
+      if (cell.heads) one.scope = "row";
+      cell instanceof Node ? one.append(cell) : (one.textContent = cell.heads ?? cell.text ?? cell);
       if (cell.far) one.className = "far";
     }
     return line;
@@ -175,19 +176,9 @@ function results() {
   element("headline").textContent = torque;
   element("headline-interval").textContent = words;
   element("desk").classList.toggle("stale", stale !== "");
-  const body = element("results").tBodies[0];
-  if (!body.rows.length) {
-    for (const _ of RESULTS) {
-      const row = body.insertRow();
-      row.append(Object.assign(document.createElement("th"), { scope: "row" }));
-      row.insertCell();
-    }
-  }
-  RESULTS.forEach(([label, value, unit, loaded], n) => {
-    const text = format(value(v));
-    body.rows[n].cells[0].textContent = loaded && state.axial_load ? `${label} (${loaded})` : label;
-    body.rows[n].cells[1].textContent = text === "-" ? text : `${text} ${unit}`;
-  });
+  table("results", [], RESULTS.map(([label, value, unit, loaded]) => [
+    { heads: loaded && state.axial_load ? `${label} (${loaded})` : label }, withUnit(value(v), unit),
+  ]));
   const text = [outside(v.clamped), ...cares].join(" ").trim();
   if (element("outside").textContent !== text) element("outside").textContent = text;
   element("outside").hidden = !text;

@@ -34,9 +34,6 @@ static inline Number times(double factor, Number a) { return number(factor * a.v
 static inline Number negative(Number a) { return number(-a.v, -a.d); }
 static inline Number over(Number a, double divisor) { return number(a.v / divisor, a.d / divisor); }
 
-/* 1 - exp(-a) */
-static inline Number saturation(Number a) { return number(-expm1(-a.v), exp(-a.v) * a.d); }
-
 #else
 
 typedef double Number;
@@ -62,7 +59,6 @@ static inline Number divide(Number a, Number b) { return a / b; }
 static inline Number times(double factor, Number a) { return factor * a; }
 static inline Number negative(Number a) { return -a; }
 static inline Number over(Number a, double divisor) { return a / divisor; }
-static inline Number saturation(Number a) { return -expm1(-a); }
 
 #endif
 

@@ -9,6 +9,10 @@
 
 #include "instance.h"
 
+#ifdef __GNUC__
+#pragma GCC diagnostic ignored "-Wunused-parameter" /* the standards fix the arguments */
+#endif
+
 #define RUNNING (STEP_MODE | EVENT_MODE | CONTINUOUS_TIME_MODE)
 #define EVALUATED (INITIALIZATION_MODE | RUNNING | TERMINATED | FAILED)
 #define SETTABLE (INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE)
@@ -20,7 +24,7 @@
 
 /* self: the instance, of the handle that the importer has as `instance` */
 #define BEGIN(name, kinds, states) \
-    static const Call legal = {FMI_TEXT(FMI) #name, kinds, states}; \
+    static const Call legal = {FMI_TEXT(FMI) FMI_TEXT(name), kinds, states}; \
     Instance *const self = instance_begin(instance, &legal); \
     if (self == NULL) { \
         return FMI_OF(FMI, Error); \
@@ -34,5 +38,13 @@
         BEGIN(name, kinds, states) \
         RETURN(call); \
     }
+
+/* Output arguments are optional. */
+#define PUT(argument, value) \
+    do { \
+        if ((argument) != NULL) { \
+            *(argument) = (value); \
+        } \
+    } while (false)
 
 #endif

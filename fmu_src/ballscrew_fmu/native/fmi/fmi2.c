@@ -14,6 +14,10 @@
 #endif
 
 #define FMI fmi2
+#define STATE FMUstate
+#define DESERIALIZE DeSerialize
+#define DERIVATIVES GetDerivatives
+#define NOMINALS_IN (INSTANTIATED | EVALUATED)
 #define STATUS_STATES (STEP_MODE | TERMINATED)
 
 /* --- importer ---------------------------------------------------------------------------------------------------- */
@@ -44,7 +48,6 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
 {
     Importer importer = {log_fmi2, NULL, NULL, calloc, free, false};
 
-    (void)visible;
     if (functions != NULL) {
         importer.logger = (void (*)(void))functions->logger;
         importer.environment = functions->componentEnvironment;
@@ -61,28 +64,16 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
                            fmuGUID, fmuResourceLocation, loggingOn != fmi2False);
 }
 
-void fmi2FreeInstance(fmi2Component instance)
-{
-    instance_free(instance);
-}
-
-FORWARD(SetDebugLogging, BOTH_KINDS, ANY_STATE,
-        (fmi2Component instance, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[]),
-        instance_set_logging(self, loggingOn != fmi2False, nCategories, categories))
+#include "both.h"
 
 /* --- life cycle -------------------------------------------------------------------------------------------------- */
 
 FORWARD(SetupExperiment, BOTH_KINDS, INSTANTIATED,
         (fmi2Component instance, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
          fmi2Boolean stopTimeDefined, fmi2Real stopTime),
-        ((void)toleranceDefined, (void)tolerance,
-         instance_setup(self, startTime, stopTimeDefined != fmi2False, stopTime)))
+        instance_setup(self, startTime, stopTimeDefined != fmi2False, stopTime))
 FORWARD(EnterInitializationMode, BOTH_KINDS, INSTANTIATED, (fmi2Component instance),
         instance_enter(self, INITIALIZATION_MODE))
-FORWARD(ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE, (fmi2Component instance),
-        instance_exit_initialization(self))
-FORWARD(Terminate, BOTH_KINDS, RUNNING, (fmi2Component instance), instance_enter(self, TERMINATED))
-FORWARD(Reset, BOTH_KINDS, ANY_STATE, (fmi2Component instance), instance_reset(self))
 
 /* --- values ------------------------------------------------------------------------------------------------------ */
 
@@ -91,7 +82,7 @@ FORWARD(GetReal, BOTH_KINDS, EVALUATED,
         instance_get_reals(self, vr, nvr, value))
 FORWARD(SetReal, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE,
         (fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[]),
-        instance_set_reals(self, vr, nvr, value))
+        instance_set(self, vr, nvr, value, false))
 
 fmi2Status fmi2GetBoolean(fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
 {
@@ -119,7 +110,7 @@ fmi2Status fmi2SetBoolean(fmi2Component instance, const fmi2ValueReference vr[],
         RETURN(instance_missing_array(self));
     }
     for (size_t i = 0; status == STATUS_OK && i < nvr; ++i) {
-        status = instance_set_booleans(self, &vr[i], 1, &(bool){value[i] != fmi2False});
+        status = instance_set(self, &vr[i], 1, &(bool){value[i] != fmi2False}, true);
     }
     RETURN(status);
 }
@@ -128,7 +119,7 @@ fmi2Status fmi2SetBoolean(fmi2Component instance, const fmi2ValueReference vr[],
 #define NO_VARIABLES(name, type, states, modifier)                                                             \
     FORWARD(name##type, BOTH_KINDS, states,                                                                \
             (fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, modifier fmi2##type value[]),      \
-            ((void)value, instance_no_variables(self, #type, vr, nvr)))
+            instance_no_variables(self, #type, vr, nvr))
 NO_VARIABLES(Get, Integer, EVALUATED, )
 NO_VARIABLES(Set, Integer, SETTABLE, const)
 NO_VARIABLES(Get, String, EVALUATED, )
@@ -137,23 +128,6 @@ FORWARD(GetDirectionalDerivative, BOTH_KINDS, EVALUATED,
         (fmi2Component instance, const fmi2ValueReference vUnknown_ref[], size_t nUnknown,
          const fmi2ValueReference vKnown_ref[], size_t nKnown, const fmi2Real dvKnown[], fmi2Real dvUnknown[]),
         instance_derivative(self, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, dvUnknown, false))
-
-/* --- saved states ------------------------------------------------------------------------------------------------ */
-
-FORWARD(GetFMUstate, BOTH_KINDS, ANY_STATE, (fmi2Component instance, fmi2FMUstate *FMUstate),
-        instance_save(self, FMUstate))
-FORWARD(SetFMUstate, BOTH_KINDS, ANY_STATE, (fmi2Component instance, fmi2FMUstate FMUstate),
-        instance_restore(self, FMUstate))
-FORWARD(FreeFMUstate, BOTH_KINDS, ANY_STATE, (fmi2Component instance, fmi2FMUstate *FMUstate),
-        instance_free_state(self, FMUstate))
-FORWARD(SerializedFMUstateSize, BOTH_KINDS, ANY_STATE, (fmi2Component instance, fmi2FMUstate FMUstate, size_t *size),
-        instance_serialized_size(self, FMUstate, size))
-FORWARD(SerializeFMUstate, BOTH_KINDS, ANY_STATE,
-        (fmi2Component instance, fmi2FMUstate FMUstate, fmi2Byte serializedState[], size_t size),
-        instance_serialize(self, FMUstate, (unsigned char *)serializedState, size))
-FORWARD(DeSerializeFMUstate, BOTH_KINDS, ANY_STATE,
-        (fmi2Component instance, const fmi2Byte serializedState[], size_t size, fmi2FMUstate *FMUstate),
-        instance_deserialize(self, (const unsigned char *)serializedState, size, FMUstate))
 
 /* --- model exchange ---------------------------------------------------------------------------------------------- */
 
@@ -179,58 +153,33 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component instance, fmi2EventInfo *eventInf
     RETURN(status);
 }
 
-FORWARD(EnterContinuousTimeMode, MODEL_EXCHANGE, EVENT_MODE, (fmi2Component instance),
-        instance_enter(self, CONTINUOUS_TIME_MODE))
-
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component instance, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation)
 {
     BEGIN(CompletedIntegratorStep, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE)
-    (void)noSetFMUStatePriorToCurrentPoint;
-    if (enterEventMode != NULL) {
-        *enterEventMode = fmi2False;
-    }
-    if (terminateSimulation != NULL) {
-        *terminateSimulation = fmi2False;
-    }
+    PUT(enterEventMode, fmi2False);
+    PUT(terminateSimulation, fmi2False);
     return fmi2OK;
 }
 
-FORWARD(SetTime, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (fmi2Component instance, fmi2Real time),
-        instance_set_time(self, time))
-FORWARD(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE,
-        (fmi2Component instance, const fmi2Real x[], size_t nx), instance_set_states(self, x, nx))
-FORWARD(GetDerivatives, MODEL_EXCHANGE, EVALUATED, (fmi2Component instance, fmi2Real derivatives[], size_t nx),
-        instance_get_all(self, CAUSALITY_RATE, derivatives, nx))
-FORWARD(GetEventIndicators, MODEL_EXCHANGE, EVALUATED, (fmi2Component instance, fmi2Real eventIndicators[], size_t ni),
-        instance_get_all(self, CAUSALITY_INDICATOR, eventIndicators, ni))
-FORWARD(GetContinuousStates, MODEL_EXCHANGE, EVALUATED, (fmi2Component instance, fmi2Real x[], size_t nx),
-        instance_get_all(self, CAUSALITY_STATE, x, nx))
-FORWARD(GetNominalsOfContinuousStates, MODEL_EXCHANGE, INSTANTIATED | EVALUATED,
-        (fmi2Component instance, fmi2Real x_nominal[], size_t nx), instance_get_nominals(self, x_nominal, nx))
-
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
-fmi2Status fmi2DoStep(fmi2Component instance, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
-                      fmi2Boolean noSetFMUStatePriorToCurrentPoint)
-{
-    BEGIN(DoStep, CO_SIMULATION, STEP_MODE)
-    (void)noSetFMUStatePriorToCurrentPoint;
-    /* the standard requires step sizes > 0, but importers use 0 to detect feedthrough */
-    RETURN(instance_step(self, currentCommunicationPoint, communicationStepSize, true, false));
-}
+/* the standard requires step sizes > 0, but importers use 0 to detect feedthrough */
+FORWARD(DoStep, CO_SIMULATION, STEP_MODE,
+        (fmi2Component instance, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
+         fmi2Boolean noSetFMUStatePriorToCurrentPoint),
+        instance_step(self, currentCommunicationPoint, communicationStepSize, true, false))
 
 /* steps never run in the background */
 FORWARD(CancelStep, CO_SIMULATION, 0U, (fmi2Component instance), STATUS_ERROR)
 FORWARD(SetRealInputDerivatives, CO_SIMULATION, INSTANTIATED | INITIALIZATION_MODE | STEP_MODE,
         (fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
          const fmi2Real value[]),
-        ((void)vr, (void)nvr, (void)order, (void)value,
-         instance_fail(self, "no derivatives of inputs: inputs are constant over a step")))
+        instance_fail(self, "no derivatives of inputs: inputs are constant over a step"))
 FORWARD(GetRealOutputDerivatives, CO_SIMULATION, STEP_MODE | TERMINATED | FAILED,
         (fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
          fmi2Real value[]),
-        ((void)vr, (void)nvr, (void)order, (void)value, instance_fail(self, "no derivatives of outputs over time")))
+        instance_fail(self, "no derivatives of outputs over time"))
 
 /* Other status kinds are for asynchronous steps. */
 static Status no_status(Instance *self, fmi2StatusKind kind)
@@ -240,7 +189,7 @@ static Status no_status(Instance *self, fmi2StatusKind kind)
 
 #define NO_STATUS(name, type)                                                                               \
     FORWARD(name, CO_SIMULATION, STATUS_STATES, (fmi2Component instance, const fmi2StatusKind s, type *value),      \
-            ((void)value, no_status(self, s)))
+            no_status(self, s))
 NO_STATUS(GetStatus, fmi2Status)
 NO_STATUS(GetIntegerStatus, fmi2Integer)
 NO_STATUS(GetBooleanStatus, fmi2Boolean)

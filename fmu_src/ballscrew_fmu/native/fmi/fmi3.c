@@ -14,12 +14,20 @@
 #include "calls.h"
 
 #undef FMI /* in one unit with fmi2.c */
+#undef STATE
+#undef DESERIALIZE
+#undef DERIVATIVES
+#undef NOMINALS_IN
 #define FMI fmi3
+#define STATE FMUState
+#define DESERIALIZE Deserialize
+#define DERIVATIVES GetContinuousStateDerivatives
+#define NOMINALS_IN EVALUATED
 #define AT_EVENTS (INITIALIZATION_MODE | EVENT_MODE)
 
-/* Parameters of a call about variables; the parameters named here are not used. */
+/* Parameters of a call about variables, and of one about a type without variables. */
 #define VARIABLES fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences
-#define NONE_OF(type, unused) (unused, instance_no_variables(self, type, valueReferences, nValueReferences))
+#define NONE_OF(type) instance_no_variables(self, type, valueReferences, nValueReferences)
 
 /* --- importer ---------------------------------------------------------------------------------------------------- */
 
@@ -53,7 +61,6 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String in
 {
     const Importer importer = importer_of(instanceEnvironment, logMessage);
 
-    (void)visible;
     return instance_create(&importer, MODEL_EXCHANGE, instanceName, instantiationToken, resourcePath, loggingOn);
 }
 
@@ -68,7 +75,6 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
 {
     const Importer importer = importer_of(instanceEnvironment, logMessage);
 
-    (void)visible, (void)earlyReturnAllowed, (void)requiredIntermediateVariables, (void)intermediateUpdate;
     if (eventModeUsed) {
         importer_error(&importer, instanceName, "eventModeUsed: this FMU has no event mode in co-simulation");
         return NULL;
@@ -89,20 +95,11 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3Stri
 {
     const Importer importer = importer_of(instanceEnvironment, logMessage);
 
-    (void)instantiationToken, (void)resourcePath, (void)visible, (void)loggingOn;
-    (void)clockUpdate, (void)lockPreemption, (void)unlockPreemption;
     importer_error(&importer, instanceName, "no scheduled execution; needs co-simulation or model exchange");
     return NULL;
 }
 
-void fmi3FreeInstance(fmi3Instance instance)
-{
-    instance_free(instance);
-}
-
-FORWARD(SetDebugLogging, BOTH_KINDS, ANY_STATE,
-        (fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories, const fmi3String categories[]),
-        instance_set_logging(self, loggingOn, nCategories, categories))
+#include "both.h"
 
 /* --- life cycle -------------------------------------------------------------------------------------------------- */
 
@@ -112,16 +109,9 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
     Status status;
 
     BEGIN(EnterInitializationMode, BOTH_KINDS, INSTANTIATED)
-    (void)toleranceDefined;
-    (void)tolerance;
     status = instance_setup(self, startTime, stopTimeDefined, stopTime);
     RETURN(status == STATUS_OK ? instance_enter(self, INITIALIZATION_MODE) : status);
 }
-
-FORWARD(ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE, (fmi3Instance instance),
-        instance_exit_initialization(self))
-FORWARD(Terminate, BOTH_KINDS, RUNNING, (fmi3Instance instance), instance_enter(self, TERMINATED))
-FORWARD(Reset, BOTH_KINDS, ANY_STATE, (fmi3Instance instance), instance_reset(self))
 
 static Status no_structure(Instance *self)
 {
@@ -142,72 +132,45 @@ static Status check_counts(Instance *self, size_t references, size_t values)
                                                 (unsigned long)references);
 }
 
-FORWARD(GetFloat64, BOTH_KINDS, EVALUATED, (VARIABLES, fmi3Float64 values[], size_t nValues),
-        check_counts(self, nValueReferences, nValues) == STATUS_OK
-            ? instance_get_reals(self, valueReferences, nValueReferences, values)
-            : STATUS_ERROR)
-FORWARD(SetFloat64, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE,
-        (VARIABLES, const fmi3Float64 values[], size_t nValues),
-        check_counts(self, nValueReferences, nValues) == STATUS_OK
-            ? instance_set_reals(self, valueReferences, nValueReferences, values)
-            : STATUS_ERROR)
+/* The two functions of a type. */
+#define TYPE(type, settable, get, set)                                                                   \
+    FORWARD(Get##type, BOTH_KINDS, EVALUATED, (VARIABLES, fmi3##type values[], size_t nValues), get)      \
+    FORWARD(Set##type, BOTH_KINDS, settable, (VARIABLES, const fmi3##type values[], size_t nValues), set)
+#define COUNTED(call) (check_counts(self, nValueReferences, nValues) == STATUS_OK ? call : STATUS_ERROR)
+#define NO_TYPE(type, settable) TYPE(type, settable, NONE_OF(#type), NONE_OF(#type))
 
-FORWARD(GetBoolean, BOTH_KINDS, EVALUATED, (VARIABLES, fmi3Boolean values[], size_t nValues),
-        check_counts(self, nValueReferences, nValues) == STATUS_OK
-            ? instance_get_booleans(self, valueReferences, nValueReferences, values)
-            : STATUS_ERROR)
-FORWARD(SetBoolean, BOTH_KINDS, SETTABLE, (VARIABLES, const fmi3Boolean values[], size_t nValues),
-        check_counts(self, nValueReferences, nValues) == STATUS_OK
-            ? instance_set_booleans(self, valueReferences, nValueReferences, values)
-            : STATUS_ERROR)
-
-/* Types without variables. */
-#define NO_TYPE(type, settable)                                                                     \
-    FORWARD(Get##type, BOTH_KINDS, EVALUATED, (VARIABLES, fmi3##type values[], size_t nValues),       \
-            NONE_OF(#type, ((void)values, (void)nValues)))                                          \
-    FORWARD(Set##type, BOTH_KINDS, settable, (VARIABLES, const fmi3##type values[], size_t nValues),  \
-            NONE_OF(#type, ((void)values, (void)nValues)))
-
+TYPE(Float64, SETTABLE | CONTINUOUS_TIME_MODE,
+     COUNTED(instance_get_reals(self, valueReferences, nValueReferences, values)),
+     COUNTED(instance_set(self, valueReferences, nValueReferences, values, false)))
+TYPE(Boolean, SETTABLE, COUNTED(instance_get_booleans(self, valueReferences, nValueReferences, values)),
+     COUNTED(instance_set(self, valueReferences, nValueReferences, values, true)))
 NO_TYPE(Float32, SETTABLE | CONTINUOUS_TIME_MODE)
-NO_TYPE(Int8, SETTABLE)
-NO_TYPE(UInt8, SETTABLE)
-NO_TYPE(Int16, SETTABLE)
-NO_TYPE(UInt16, SETTABLE)
-NO_TYPE(Int32, SETTABLE)
-NO_TYPE(UInt32, SETTABLE)
-NO_TYPE(Int64, SETTABLE)
-NO_TYPE(UInt64, SETTABLE)
-NO_TYPE(String, SETTABLE)
 
+#define NO_DISCRETE(X) X(Int8) X(UInt8) X(Int16) X(UInt16) X(Int32) X(UInt32) X(Int64) X(UInt64) X(String)
+#define NO_DISCRETE_TYPE(type) NO_TYPE(type, SETTABLE)
+NO_DISCRETE(NO_DISCRETE_TYPE)
 FORWARD(GetBinary, BOTH_KINDS, EVALUATED, (VARIABLES, size_t valueSizes[], fmi3Binary values[], size_t nValues),
-        NONE_OF("Binary", ((void)valueSizes, (void)values, (void)nValues)))
+        NONE_OF("Binary"))
 FORWARD(SetBinary, BOTH_KINDS, SETTABLE,
-        (VARIABLES, const size_t valueSizes[], const fmi3Binary values[], size_t nValues),
-        NONE_OF("Binary", ((void)valueSizes, (void)values, (void)nValues)))
+        (VARIABLES, const size_t valueSizes[], const fmi3Binary values[], size_t nValues), NONE_OF("Binary"))
 
 /* --- clocks (not supported) -------------------------------------------------------------------------------------- */
 
-#define NO_CLOCK(name, values) \
-    FORWARD(name, BOTH_KINDS, AT_EVENTS, (VARIABLES, values), NONE_OF("Clock", (void)first))
-#define NO_CLOCK_2(name, values, more) \
-    FORWARD(name, BOTH_KINDS, AT_EVENTS, (VARIABLES, values, more), NONE_OF("Clock", ((void)first, (void)second)))
+#define NO_CLOCK(name, ...) FORWARD(name, BOTH_KINDS, AT_EVENTS, (VARIABLES, __VA_ARGS__), NONE_OF("Clock"))
 
-NO_CLOCK(GetClock, fmi3Clock first[])
-NO_CLOCK(SetClock, const fmi3Clock first[])
-NO_CLOCK_2(GetIntervalDecimal, fmi3Float64 first[], fmi3IntervalQualifier second[])
-NO_CLOCK(GetShiftDecimal, fmi3Float64 first[])
-NO_CLOCK_2(GetShiftFraction, fmi3UInt64 first[], fmi3UInt64 second[])
-NO_CLOCK(SetIntervalDecimal, const fmi3Float64 first[])
-NO_CLOCK_2(SetIntervalFraction, const fmi3UInt64 first[], const fmi3UInt64 second[])
-NO_CLOCK(SetShiftDecimal, const fmi3Float64 first[])
-NO_CLOCK_2(SetShiftFraction, const fmi3UInt64 first[], const fmi3UInt64 second[])
-
-FORWARD(GetIntervalFraction, BOTH_KINDS, AT_EVENTS,
-        (VARIABLES, fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[]),
-        NONE_OF("Clock", ((void)counters, (void)resolutions, (void)qualifiers)))
+NO_CLOCK(GetClock, fmi3Clock values[])
+NO_CLOCK(SetClock, const fmi3Clock values[])
+NO_CLOCK(GetIntervalDecimal, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])
+NO_CLOCK(GetIntervalFraction, fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
+NO_CLOCK(GetShiftDecimal, fmi3Float64 shifts[])
+NO_CLOCK(GetShiftFraction, fmi3UInt64 counters[], fmi3UInt64 resolutions[])
+NO_CLOCK(SetIntervalDecimal, const fmi3Float64 intervals[])
+NO_CLOCK(SetIntervalFraction, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
+NO_CLOCK(SetShiftDecimal, const fmi3Float64 shifts[])
+NO_CLOCK(SetShiftFraction, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
 FORWARD(ActivateModelPartition, BOTH_KINDS, 0U,
         (fmi3Instance instance, fmi3ValueReference clockReference, fmi3Float64 activationTime),
-        ((void)activationTime, instance_no_variables(self, "Clock", &clockReference, 1)))
+        instance_no_variables(self, "Clock", &clockReference, 1))
 
 /* --- structure and derivatives ----------------------------------------------------------------------------------- */
 
@@ -218,14 +181,12 @@ static Status no_elements(Instance *self)
 }
 
 FORWARD(GetNumberOfVariableDependencies, BOTH_KINDS, ANY_STATE,
-        (fmi3Instance instance, fmi3ValueReference valueReference, size_t *nDependencies),
-        ((void)valueReference, (void)nDependencies, no_elements(self)))
+        (fmi3Instance instance, fmi3ValueReference valueReference, size_t *nDependencies), no_elements(self))
 FORWARD(GetVariableDependencies, BOTH_KINDS, ANY_STATE,
         (fmi3Instance instance, fmi3ValueReference dependent, size_t elementIndicesOfDependent[],
          fmi3ValueReference independents[], size_t elementIndicesOfIndependents[],
          fmi3DependencyKind dependencyKinds[], size_t nDependencies),
-        ((void)dependent, (void)elementIndicesOfDependent, (void)independents, (void)elementIndicesOfIndependents,
-         (void)dependencyKinds, (void)nDependencies, no_elements(self)))
+        no_elements(self))
 
 #define SENSITIVITIES                                                                                             \
     fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns, const fmi3ValueReference knowns[], \
@@ -240,32 +201,7 @@ FORWARD(GetAdjointDerivative, BOTH_KINDS, EVALUATED, (SENSITIVITIES),
             ? instance_derivative(self, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity, true)
             : STATUS_ERROR)
 
-/* --- saved states ------------------------------------------------------------------------------------------------ */
-
-FORWARD(GetFMUState, BOTH_KINDS, ANY_STATE, (fmi3Instance instance, fmi3FMUState *FMUState),
-        instance_save(self, FMUState))
-FORWARD(SetFMUState, BOTH_KINDS, ANY_STATE, (fmi3Instance instance, fmi3FMUState FMUState),
-        instance_restore(self, FMUState))
-FORWARD(FreeFMUState, BOTH_KINDS, ANY_STATE, (fmi3Instance instance, fmi3FMUState *FMUState),
-        instance_free_state(self, FMUState))
-FORWARD(SerializedFMUStateSize, BOTH_KINDS, ANY_STATE, (fmi3Instance instance, fmi3FMUState FMUState, size_t *size),
-        instance_serialized_size(self, FMUState, size))
-FORWARD(SerializeFMUState, BOTH_KINDS, ANY_STATE,
-        (fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[], size_t size),
-        instance_serialize(self, FMUState, serializedState, size))
-FORWARD(DeserializeFMUState, BOTH_KINDS, ANY_STATE,
-        (fmi3Instance instance, const fmi3Byte serializedState[], size_t size, fmi3FMUState *FMUState),
-        instance_deserialize(self, serializedState, size, FMUState))
-
 /* --- events ------------------------------------------------------------------------------------------------------ */
-
-/* Output arguments are optional. */
-static void put_bool(fmi3Boolean *to, bool value)
-{
-    if (to != NULL) {
-        *to = value;
-    }
-}
 
 FORWARD(EnterEventMode, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE, (fmi3Instance instance),
         instance_enter(self, EVENT_MODE))
@@ -282,49 +218,25 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
 
     BEGIN(UpdateDiscreteStates, MODEL_EXCHANGE, EVENT_MODE)
     status = instance_event(self, &changed);
-    put_bool(discreteStatesNeedUpdate, false);
-    put_bool(terminateSimulation, false);
-    put_bool(nominalsOfContinuousStatesChanged, false);
-    put_bool(valuesOfContinuousStatesChanged, changed);
-    put_bool(nextEventTimeDefined, false);
-    if (nextEventTime != NULL) {
-        *nextEventTime = 0.0;
-    }
+    PUT(discreteStatesNeedUpdate, false);
+    PUT(terminateSimulation, false);
+    PUT(nominalsOfContinuousStatesChanged, false);
+    PUT(valuesOfContinuousStatesChanged, changed);
+    PUT(nextEventTimeDefined, false);
+    PUT(nextEventTime, 0.0);
     RETURN(status);
 }
 
 /* --- model exchange ---------------------------------------------------------------------------------------------- */
 
-FORWARD(EnterContinuousTimeMode, MODEL_EXCHANGE, EVENT_MODE, (fmi3Instance instance),
-        instance_enter(self, CONTINUOUS_TIME_MODE))
-
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation)
 {
     BEGIN(CompletedIntegratorStep, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE)
-    (void)noSetFMUStatePriorToCurrentPoint;
-    put_bool(enterEventMode, false);
-    put_bool(terminateSimulation, false);
+    PUT(enterEventMode, false);
+    PUT(terminateSimulation, false);
     return fmi3OK;
 }
-
-FORWARD(SetTime, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (fmi3Instance instance, fmi3Float64 time),
-        instance_set_time(self, time))
-FORWARD(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE,
-        (fmi3Instance instance, const fmi3Float64 continuousStates[], size_t nContinuousStates),
-        instance_set_states(self, continuousStates, nContinuousStates))
-FORWARD(GetContinuousStateDerivatives, MODEL_EXCHANGE, EVALUATED,
-        (fmi3Instance instance, fmi3Float64 derivatives[], size_t nContinuousStates),
-        instance_get_all(self, CAUSALITY_RATE, derivatives, nContinuousStates))
-FORWARD(GetEventIndicators, MODEL_EXCHANGE, EVALUATED,
-        (fmi3Instance instance, fmi3Float64 eventIndicators[], size_t nEventIndicators),
-        instance_get_all(self, CAUSALITY_INDICATOR, eventIndicators, nEventIndicators))
-FORWARD(GetContinuousStates, MODEL_EXCHANGE, EVALUATED,
-        (fmi3Instance instance, fmi3Float64 continuousStates[], size_t nContinuousStates),
-        instance_get_all(self, CAUSALITY_STATE, continuousStates, nContinuousStates))
-FORWARD(GetNominalsOfContinuousStates, MODEL_EXCHANGE, EVALUATED,
-        (fmi3Instance instance, fmi3Float64 nominals[], size_t nContinuousStates),
-        instance_get_nominals(self, nominals, nContinuousStates))
 
 static Status put_number(Instance *self, size_t *to, size_t number)
 {
@@ -346,8 +258,7 @@ FORWARD(GetNumberOfContinuousStates, MODEL_EXCHANGE, ANY_STATE, (fmi3Instance in
 FORWARD(EnterStepMode, CO_SIMULATION, 0U, (fmi3Instance instance), STATUS_ERROR)
 FORWARD(GetOutputDerivatives, CO_SIMULATION, STEP_MODE | TERMINATED | FAILED,
         (VARIABLES, const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues),
-        ((void)valueReferences, (void)nValueReferences, (void)orders, (void)values, (void)nValues,
-         instance_fail(self, "no derivatives of outputs over time")))
+        instance_fail(self, "no derivatives of outputs over time"))
 
 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoint, fmi3Float64 communicationStepSize,
                       fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded,
@@ -356,13 +267,10 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     Status status;
 
     BEGIN(DoStep, CO_SIMULATION, STEP_MODE)
-    (void)noSetFMUStatePriorToCurrentPoint;
     status = instance_step(self, currentCommunicationPoint, communicationStepSize, false, true);
-    put_bool(eventHandlingNeeded, false);
-    put_bool(terminateSimulation, false);
-    put_bool(earlyReturn, false);
-    if (lastSuccessfulTime != NULL) {
-        *lastSuccessfulTime = self->now.time;
-    }
+    PUT(eventHandlingNeeded, false);
+    PUT(terminateSimulation, false);
+    PUT(earlyReturn, false);
+    PUT(lastSuccessfulTime, self->now.time);
     RETURN(status);
 }

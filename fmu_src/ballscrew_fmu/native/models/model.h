@@ -57,9 +57,6 @@ INTERNAL unsigned model_clamped(Model *model);
 /* Whether the fields of a saved state other than value and latched are valid. */
 INTERNAL bool model_possible(const Model *model);
 
-/* Clear the map and all fields that are computed from the others. */
-INTERNAL void model_clear_computed(Model *model);
-
 /* Co-simulation: a warning about the step just made, in text. False: none. */
 INTERNAL bool model_warns_of_step(Model *model, char *text, size_t size);
 

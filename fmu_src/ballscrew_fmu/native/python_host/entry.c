@@ -11,17 +11,13 @@
 #include "fmi2Functions.h"
 
 #include <math.h>
-#include <stdlib.h>
 
-#ifdef _WIN32
-#include <windows.h>
-#define LIBRARY "pythonfmu-export.dll"
-#else
-#include <dlfcn.h>
-#define LIBRARY "libpythonfmu-export.so"
-#endif
-
+#include "platform.h"
 #include "text.h"
+
+#ifdef __GNUC__
+#pragma GCC diagnostic ignored "-Wunused-parameter" /* the standard fixes the arguments */
+#endif
 
 typedef struct {
     const char *name;
@@ -42,18 +38,16 @@ static const char *const phases[] = {"Initialization Mode", "Step Mode", "Termin
 #define SCRIPT_FILE "slavemodule.txt"
 #define LONGEST_TOKEN 127
 
-#define FORWARDED(X)                                                                                             \
-    X(SetDebugLogging) X(SetupExperiment) X(EnterInitializationMode) X(ExitInitializationMode) X(Terminate)      \
-    X(Reset) X(GetReal) X(GetInteger) X(GetBoolean) X(GetString) X(SetReal) X(SetInteger) X(SetBoolean)          \
-    X(SetString) X(GetFMUstate) X(SetFMUstate) X(FreeFMUstate) X(SerializedFMUstateSize) X(SerializeFMUstate)    \
-    X(DeSerializeFMUstate) X(GetDirectionalDerivative) X(SetRealInputDerivatives) X(GetRealOutputDerivatives)    \
-    X(DoStep) X(CancelStep) X(GetRealStatus)
-#define OWN(X) X(Instantiate) X(FreeInstance)
+#define CALLS(X)                                                                                        \
+    X(Instantiate) X(FreeInstance) X(SetDebugLogging) X(SetupExperiment) X(EnterInitializationMode)     \
+    X(ExitInitializationMode) X(Terminate) X(Reset) X(GetReal) X(GetInteger) X(GetBoolean) X(GetString) \
+    X(SetReal) X(SetInteger) X(SetBoolean) X(SetString) X(GetFMUstate) X(SetFMUstate) X(FreeFMUstate)   \
+    X(SerializedFMUstateSize) X(SerializeFMUstate) X(DeSerializeFMUstate) X(GetDirectionalDerivative)   \
+    X(SetRealInputDerivatives) X(GetRealOutputDerivatives) X(DoStep) X(CancelStep) X(GetRealStatus)
 #define AS_POINTER(name) fmi2##name##TYPE *name;
 
 typedef struct {
-    OWN(AS_POINTER)
-    FORWARDED(AS_POINTER)
+    CALLS(AS_POINTER)
 } Calls;
 
 typedef struct {
@@ -117,87 +111,6 @@ static bool reject(Entry *entry, const char *format, ...)
 
 /* --- library of pythonfmu ---------------------------------------------------------------------------------------- */
 
-typedef void (*Function)(void);
-
-#ifdef _WIN32
-static void *open_library(char *reason, size_t size)
-{
-    enum { LONGEST = 32768 };
-    wchar_t *path = calloc(LONGEST, sizeof *path);
-    static const int here = 0;
-    HMODULE own = NULL, library = NULL;
-    DWORD length = 0;
-
-    if (path != NULL
-        && GetModuleHandleExW(
-            GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT,
-            (LPCWSTR)(const void *)&here, &own)) {
-        length = GetModuleFileNameW(own, path, LONGEST);
-    }
-    while (length > 0 && path[length - 1] != L'\\') {
-        --length;
-    }
-    if (length > 0 && length + sizeof LIBRARY < LONGEST) {
-        for (size_t i = 0; i < sizeof LIBRARY; ++i) {
-            path[length + i] = (wchar_t)LIBRARY[i];
-        }
-        library = LoadLibraryW(path);
-    }
-    if (library == NULL) {
-        (void)snprintf(reason, size, "Windows error %lu", (unsigned long)GetLastError());
-    }
-    free(path);
-    return (void *)library;
-}
-
-static Function function_of(void *library, const char *name)
-{
-    const FARPROC found = GetProcAddress((HMODULE)library, name);
-    Function function;
-
-    memcpy(&function, &found, sizeof function);
-    return function;
-}
-#else
-static void *open_library(char *reason, size_t size)
-{
-    static const int here = 0;
-    Dl_info own;
-    size_t length;
-    char *path;
-    void *library = NULL;
-
-    (void)snprintf(reason, size, "folder not found");
-    if (dladdr(&here, &own) == 0 || own.dli_fname == NULL) {
-        return NULL;
-    }
-    for (length = strlen(own.dli_fname); length > 0 && own.dli_fname[length - 1] != '/';) {
-        --length;
-    }
-    path = calloc(1, length + sizeof LIBRARY);
-    if (path != NULL) {
-        memcpy(path, own.dli_fname, length);
-        strcpy(path + length, LIBRARY);
-        library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-        if (library == NULL) {
-            const char *error = dlerror();
-            (void)snprintf(reason, size, "%s", error != NULL ? error : "unknown reason");
-        }
-    }
-    free(path);
-    return library;
-}
-
-static Function function_of(void *library, const char *name)
-{
-    void *const found = dlsym(library, name);
-    Function function;
-
-    memcpy(&function, &found, sizeof function); /* ISO C has no conversion */
-    return function;
-}
-#endif
-
 static bool load(Entry *entry)
 {
     char error[300];
@@ -209,88 +122,12 @@ static bool load(Entry *entry)
         entry->calls.name = (fmi2##name##TYPE *)function_of(library, "fmi2" #name);  \
         missing = entry->calls.name == NULL ? "fmi2" #name " not found" : NULL;      \
     }
-    OWN(LOAD)
-    FORWARDED(LOAD)
+    CALLS(LOAD)
     /* never closed: it stays loaded until the process ends */
     return missing == NULL
            || reject(entry,
                      "needs a host that runs Python, see documentation/externalDependencies.txt; elsewhere use the "
                      "native FMU. " LIBRARY ": %s", missing);
-}
-
-/* --- folder of the resources ------------------------------------------------------------------------------------- */
-
-static bool is_utf8(const char *text)
-{
-    int more = 0; /* bytes of a character that has begun */
-
-    for (; *text != '\0' || more > 0; ++text) {
-        const unsigned char byte = (unsigned char)*text;
-
-        if (more > 0 ? (byte & 0xC0) != 0x80 : (byte >= 0x80 && byte < 0xC2) || byte >= 0xF5) {
-            return false;
-        }
-        more = more > 0 ? more - 1 : byte >= 0xF0 ? 3 : byte >= 0xE0 ? 2 : byte >= 0xC2 ? 1 : 0;
-    }
-    return true;
-}
-
-/* strstr is a macro of C11 in some libraries */
-static bool contains(const char *text, const char *part)
-{
-    while (*text != '\0' && strncmp(text, part, strlen(part)) != 0) {
-        ++text;
-    }
-    return *text != '\0';
-}
-
-#ifdef _WIN32
-/* pythonfmu opens files by the code page of the system: with other characters by the short name of the folder. Path in
-   new memory; NULL: there is none. */
-static char *readable_path(char *path)
-{
-    enum { LONGEST = 32768 };
-    wchar_t *wide = calloc(2 * LONGEST, sizeof *wide), *brief = wide != NULL ? wide + LONGEST : NULL;
-    bool good = wide != NULL && MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, LONGEST) > 0;
-
-    for (const char *c = path; good && *c != '\0'; ++c) {
-        if ((unsigned char)*c >= 0x80) {
-            good = GetShortPathNameW(wide, brief, LONGEST) > 0;
-            for (size_t i = 0; good && (i == 0 || brief[i - 1] != 0); ++i) {
-                good = brief[i] < 0x80;
-                path[i] = (char)brief[i]; /* shorter than in UTF-8 */
-            }
-            break;
-        }
-    }
-    free(wide);
-    return good ? path : NULL;
-}
-#else
-static char *readable_path(char *path)
-{
-    return path;
-}
-#endif
-
-/* First line of a file in the folder; false: it cannot be read. */
-static bool first_line(const char *folder, const char *file, char *line, int size)
-{
-    char *path = calloc(1, strlen(folder) + strlen(file) + 2);
-    FILE *stream = NULL;
-    bool found = false;
-
-    if (path != NULL) {
-        (void)sprintf(path, "%s/%s", folder, file);
-        stream = fopen(path, "rb");
-        free(path);
-    }
-    if (stream != NULL) {
-        found = fgets(line, size, stream) != NULL;
-        (void)fclose(stream);
-        line[found ? strcspn(line, "\r\n") : 0] = '\0';
-    }
-    return found;
 }
 
 /* --- interface --------------------------------------------------------------------------------------------------- */
@@ -314,7 +151,9 @@ static bool find_resources(Entry *entry, char *folder, const char *guid, const c
     while (length > 1 && (folder[length - 1] == '/' || folder[length - 1] == '\\')) {
         folder[--length] = '\0';
     }
-    if (!is_utf8(folder) || readable_path(folder) == NULL || contains(folder, "%20") || contains(folder, "file://")) {
+    /* in brackets: not the macro of C11 that some libraries have */
+    if (!is_utf8(folder) || readable_path(folder) == NULL || (strstr)(folder, "%20") != NULL
+        || (strstr)(folder, "file://") != NULL) {
         return reject(entry,
                       "Python cannot be given this folder of resources; unpack the FMU below a path without %%20 and "
                       "with characters that the system can name in UTF-8: %.900s", uri);
@@ -622,7 +461,6 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
 #define NO_STATUS(name, type)                                                               \
     fmi2Status fmi2Get##name(fmi2Component c, const fmi2StatusKind s, type *value)          \
     {                                                                                       \
-        (void)c, (void)s, (void)value;                                                      \
         return fmi2Discard;                                                                 \
     }
 NO_STATUS(Status, fmi2Status)

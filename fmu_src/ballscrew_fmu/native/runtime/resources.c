@@ -3,7 +3,7 @@
 
 #include "instance.h"
 
-/* --- the screw: layout in native_fmu/resource_files.py ---------------------------------------------------------------- */
+/* --- the screw: layout in native_fmu/resource_files.py --- */
 
 #define SCREW_SIZE (FILE_HEAD_SIZE + 4 * HASH_SIZE + 8 + 8 * VARIABLE_COUNT + ORIGIN_SIZE)
 
@@ -18,10 +18,10 @@ static const unsigned char *text_of(const unsigned char *bytes, size_t length, c
     return bytes + length;
 }
 
-/* Screw from the bytes of a file; name for messages. False, with the reason in message, if it is not one of this
-   library. */
-INTERNAL bool screw_from_bytes(const unsigned char *bytes, size_t size, const char *name, Screw *screw, char *message,
-                               size_t message_size)
+/* Screw from the bytes of a file; name for messages, token: of the importer. False, with the reason in message, if it
+   is not one of this library, or that of another model description. */
+INTERNAL bool screw_from_bytes(const unsigned char *bytes, size_t size, const char *name, const char *token, Screw *screw,
+                               char *message, size_t message_size)
 {
     char model[HASH_SIZE + 1], table[HASH_SIZE + 1];
     const unsigned char *at;
@@ -57,19 +57,12 @@ INTERNAL bool screw_from_bytes(const unsigned char *bytes, size_t size, const ch
         }
     }
     (void)text_of(at, ORIGIN_SIZE - 1, screw->origin);
-    return true;
-}
-
-/* --- both ----------------------------------------------------------------------------------------------------------- */
-
-/* True, with the reason in message, if the model description is of another FMU. */
-static bool token_fails(const char *token, const Screw *screw, char *message, size_t message_size)
-{
-    if (token != NULL && strcmp(token, screw->token) == 0) {
+    if (token == NULL || strcmp(token, screw->token) != 0) {
+        (void)snprintf(message, message_size, "GUID or instantiation token is %.100s, the resources have %s: model "
+                       "description and resources belong to different FMUs", token != NULL ? token : "NULL",
+                       screw->token);
         return false;
     }
-    (void)snprintf(message, message_size, "GUID or instantiation token is %.100s, the resources have %s: model description "
-                   "and resources belong to different FMUs", token != NULL ? token : "NULL", screw->token);
     return true;
 }
 
@@ -80,8 +73,8 @@ static bool token_fails(const char *token, const Screw *screw, char *message, si
 static Map *read_resources(const char *folder, const char *token, Screw *screw, char *message, size_t message_size)
 {
     (void)folder;
-    return screw_from_bytes(screw_file, sizeof screw_file, "screw that is compiled in", screw, message, message_size)
-                   && !token_fails(token, screw, message, message_size)
+    return screw_from_bytes(screw_file, sizeof screw_file, "screw that is compiled in", token, screw, message,
+                            message_size)
                ? map_compiled(message, message_size)
                : NULL;
 }
@@ -102,8 +95,7 @@ static Map *read_resources(char *folder, const char *token, Screw *screw, char *
     }
     strcpy(folder + length, SCREW_FILE);
     bytes = file_read(folder, &size, message, message_size);
-    good = bytes != NULL && screw_from_bytes(bytes, size, folder, screw, message, message_size)
-           && !token_fails(token, screw, message, message_size);
+    good = bytes != NULL && screw_from_bytes(bytes, size, folder, token, screw, message, message_size);
     free(bytes);
     strcpy(folder + length, MAP_FILE);
     return good ? map_read(folder, screw->law, message, message_size) : NULL;

@@ -92,14 +92,6 @@ static bool can_be_set(Instance *instance, unsigned index, double value)
     return false;
 }
 
-static void put(Instance *instance, unsigned index, double value)
-{
-    if (is_settable(instance, index)) {
-        model_set(&instance->now.model, (int)index, value);
-        instance->now.stale = true;
-    }
-}
-
 INTERNAL Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[])
 {
     if (count > 0 && (references == NULL || values == NULL)) {
@@ -137,31 +129,6 @@ static bool check_references(Instance *instance, const unsigned references[], co
     return true;
 }
 
-INTERNAL Status instance_set_reals(Instance *instance, const unsigned references[], size_t count, const double values[])
-{
-    if (!check_references(instance, references, values, count, false, "settable Real")) {
-        return STATUS_ERROR;
-    }
-    for (size_t i = 0; i < count; ++i) {
-        if (!can_be_set(instance, instance_index(references[i]), values[i])) {
-            return STATUS_ERROR;
-        }
-    }
-    for (size_t i = 0; i < count; ++i) {
-        const unsigned index = instance_index(references[i]);
-        if (!model_accepts((int)index, values[i])) {
-            if (instance->kind == MODEL_EXCHANGE) {
-                return invalid(instance, index, values[i]);
-            }
-            instance->now.unchecked = true; /* the step is discarded */
-        }
-    }
-    for (size_t i = 0; i < count; ++i) {
-        put(instance, instance_index(references[i]), values[i]);
-    }
-    return STATUS_OK;
-}
-
 INTERNAL Status instance_get_booleans(Instance *instance, const unsigned references[], size_t count, bool values[])
 {
     if (!check_references(instance, references, values, count, true, "Boolean")) {
@@ -174,18 +141,36 @@ INTERNAL Status instance_get_booleans(Instance *instance, const unsigned referen
     return STATUS_OK;
 }
 
-INTERNAL Status instance_set_booleans(Instance *instance, const unsigned references[], size_t count, const bool values[])
+/* values: bool of Boolean variables, double of the others */
+INTERNAL Status instance_set(Instance *instance, const unsigned references[], size_t count, const void *values,
+                             bool boolean)
 {
-    if (!check_references(instance, references, values, count, true, "settable Boolean")) {
+    const bool *booleans = values;
+    const double *reals = values;
+
+    if (!check_references(instance, references, values, count, boolean, boolean ? "settable Boolean" : "settable Real")) {
         return STATUS_ERROR;
     }
     for (size_t i = 0; i < count; ++i) {
-        if (!can_be_set(instance, instance_index(references[i]), values[i])) {
+        if (!can_be_set(instance, instance_index(references[i]), boolean ? booleans[i] : reals[i])) {
             return STATUS_ERROR;
         }
     }
+    for (size_t i = 0; !boolean && i < count; ++i) {
+        const unsigned index = instance_index(references[i]);
+        if (!model_accepts((int)index, reals[i])) {
+            if (instance->kind == MODEL_EXCHANGE) {
+                return invalid(instance, index, reals[i]);
+            }
+            instance->now.unchecked = true; /* the step is discarded */
+        }
+    }
     for (size_t i = 0; i < count; ++i) {
-        put(instance, instance_index(references[i]), values[i]);
+        const unsigned index = instance_index(references[i]);
+        if (is_settable(instance, index)) {
+            model_set(&instance->now.model, (int)index, boolean ? booleans[i] : reals[i]);
+            instance->now.stale = true;
+        }
     }
     return STATUS_OK;
 }
@@ -221,8 +206,9 @@ INTERNAL size_t instance_count(enum Causality causality)
     return count;
 }
 
-/* Values of the states, rates or event indicators, in the order of the table. */
-INTERNAL Status instance_get_all(Instance *instance, enum Causality causality, double values[], size_t length)
+/* Values of the states, rates or event indicators, in the order of the table; nominal: the nominal ones. */
+INTERNAL Status instance_get_all(Instance *instance, enum Causality causality, bool nominal, double values[],
+                                 size_t length)
 {
     const Status status = check_length(instance, values, length, instance_count(causality));
     Model *model = &instance->now.model;
@@ -235,7 +221,9 @@ INTERNAL Status instance_get_all(Instance *instance, enum Causality causality, d
     }
     for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
         if (model_variables[i].causality == causality) {
-            *values++ = causality == CAUSALITY_RATE ? model_get(model, i) : model->value[i];
+            *values++ = nominal                        ? model_variables[i].nominal
+                        : causality == CAUSALITY_RATE ? model_get(model, i)
+                                                      : model->value[i];
         }
     }
     return status;
@@ -255,22 +243,6 @@ INTERNAL Status instance_set_states(Instance *instance, const double states[], s
         if (model_variables[i].causality == CAUSALITY_STATE) {
             model_set(&instance->now.model, i, *states++);
             instance->now.stale = true;
-        }
-    }
-    return status;
-}
-
-INTERNAL Status instance_get_nominals(Instance *instance, double nominals[], size_t length)
-{
-    Status status;
-
-    if (nominals == NULL) {
-        return STATUS_OK; /* fmi4c asks like this, and ends if it is refused */
-    }
-    status = check_length(instance, nominals, length, instance_count(CAUSALITY_STATE));
-    for (int i = 0; status == STATUS_OK && i < VARIABLE_COUNT; ++i) {
-        if (model_variables[i].causality == CAUSALITY_STATE) {
-            *nominals++ = model_variables[i].nominal;
         }
     }
     return status;

@@ -57,26 +57,19 @@ static inline PreslidingLevel level_of(const Map *map, const Number at[], double
                                        const Friction *friction, const Parts *parts)
 {
     const Number stiffness = held > 0.0 ? constant(held) : stiffness_at(at, map, loads, friction);
-
     const Number damping = value_of(at[PRESLIDING_DAMPING]) > 0.0 ? at[PRESLIDING_DAMPING]
                                                                   : times(AXIS_DAMPING_TIME, stiffness);
 
     return presliding_level(coulomb_magnitude(parts), stiffness, damping);
 }
 
-static inline Number cylinder_mass(const Number at[])
-{
-    const Number diameter = at[SCREW_DIAMETER];
-
-    return times(STEEL_DENSITY * TWO_PI / 8.0, multiply(multiply(diameter, diameter), at[SCREW_LENGTH]));
-}
-
 static inline void mechanics_of(const Number at[], Mechanics *out)
 {
-    const Number cylinder = cylinder_mass(at), travel = greater(at[GUIDE_PRESLIDING_TRAVEL], constant(LEAST_TRAVEL));
-    const Number inertia = value_of(at[SCREW_INERTIA]) > 0.0
-                               ? at[SCREW_INERTIA]
-                               : times(0.125, multiply(cylinder, multiply(at[SCREW_DIAMETER], at[SCREW_DIAMETER])));
+    const Number travel = greater(at[GUIDE_PRESLIDING_TRAVEL], constant(LEAST_TRAVEL));
+    const Number square = multiply(at[SCREW_DIAMETER], at[SCREW_DIAMETER]);
+    const Number cylinder = times(STEEL_DENSITY * TWO_PI / 8.0, multiply(square, at[SCREW_LENGTH])); /* [kg] */
+    const Number inertia = value_of(at[SCREW_INERTIA]) > 0.0 ? at[SCREW_INERTIA]
+                                                             : times(0.125, multiply(cylinder, square));
     const Number screw = value_of(at[SCREW_MASS]) > 0.0 ? at[SCREW_MASS] : cylinder;
     const Number pull = function(at[INCLINATION], -STANDARD_GRAVITY * sin(value_of(at[INCLINATION])),
                                  -STANDARD_GRAVITY * cos(value_of(at[INCLINATION])));
@@ -135,21 +128,18 @@ typedef struct {
 
 static inline Guide guide_at_instant(const Mechanics *mechanics, Number element, Number velocity, int slip)
 {
-    const Number limit = mechanics->guide_limit, held = element_within(element, limit);
-    const Number loaded = value_of(velocity) < 0.0 ? negative(element) : element;
+    const Number limit = mechanics->guide_limit, direction = slip != 0 ? constant(slip) : velocity;
+    const bool at_limit = value_of(velocity) != 0.0 && value_of(with_sign_of(element, velocity)) >= value_of(limit);
     Guide out = {constant(0.0), constant(0.0), constant(0.0)};
 
     if (slip == 0) { /* on past the limit, as the elements */
         out.rate = multiply(mechanics->guide_root, velocity);
     }
-    if (slip != 0) {
-        out.force = multiply(mechanics->guide_root, slip < 0 ? negative(limit) : limit);
-        out.power = multiply(out.force, velocity);
-    } else if (value_of(velocity) != 0.0 && value_of(loaded) >= value_of(limit)) {
-        out.force = multiply(mechanics->guide_root, with_sign_of(limit, velocity));
+    if (slip != 0 || at_limit) {
+        out.force = multiply(mechanics->guide_root, with_sign_of(limit, direction));
         out.power = multiply(out.force, velocity);
     } else {
-        out.force = multiply(mechanics->guide_root, held);
+        out.force = multiply(mechanics->guide_root, element_within(element, limit));
     }
     return out;
 }

@@ -139,13 +139,6 @@ bool model_possible(const Model *model)
            && (last->slip != 0 || last->slips == 0U);
 }
 
-void model_clear_computed(Model *model)
-{
-    model->map = NULL;
-    memset(&model->point, 0, sizeof model->point);
-    model->located = model->outputs_known = model->films_known = false;
-}
-
 /* --- events --- */
 
 /* Without a limit, an element that sticks has no event. */

@@ -175,14 +175,6 @@ bool model_possible(const Model *model)
            && sum + model->stiffness + model->stiffness_here < HUGE_VAL;
 }
 
-void model_clear_computed(Model *model)
-{
-    model->map = NULL;
-    memset(&model->point, 0, sizeof model->point);
-    memset(&model->parts, 0, sizeof model->parts);
-    model->located = model->parts_known = model->outputs_known = model->films_known = false;
-}
-
 /* --- events --- */
 
 static double present_limit(Model *model)

@@ -64,7 +64,7 @@ double model_get(Model *model, int reference)
         model->value[RANGE_MARGIN] = range_margin(model);
     } else if (variable->causality == CAUSALITY_INDICATOR) {
         model_indicators(model);
-    } else if (variable->causality == CAUSALITY_OUTPUT && variable->needs == NEEDS_FILMS) {
+    } else if (variable->causality == CAUSALITY_OUTPUT && variable->films) {
         if (!model->films_known) {
             compute_films(model);
         }

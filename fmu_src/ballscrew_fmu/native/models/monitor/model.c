@@ -145,7 +145,7 @@ double model_get(Model *model, int reference)
     }
     if (variable->causality == CAUSALITY_INDICATOR) {
         model_indicators(model);
-    } else if (variable->causality == CAUSALITY_OUTPUT && variable->needs == NEEDS_FILMS) {
+    } else if (variable->causality == CAUSALITY_OUTPUT && variable->films) {
         if (!model->films_known) {
             compute_lambda_ratio(model);
         }
@@ -170,14 +170,6 @@ bool model_warns_of_step(Model *model, char *text, size_t size)
 bool model_possible(const Model *model)
 {
     return model->held >= 0.0 && model->held < TOO_LARGE;
-}
-
-void model_clear_computed(Model *model)
-{
-    model->map = NULL;
-    model->solved = model->films_known = false;
-    model->clamped = 0U;
-    model->estimate = model->elasticity = 0.0;
 }
 
 /* --- events ------------------------------------------------------------------------------------------------------ */
