@@ -21,6 +21,7 @@ from native_library import (
     doubles,
 )  # fmt: skip
 from native_walk import sealed
+from synthetic_map import make_map
 
 from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, NATIVE_MODELS, TRANSMISSION
 
@@ -185,6 +186,12 @@ def test_states_of_another_kind_are_refused(version):
             assert status == OK
             assert other.restore(state) == ERROR
             assert f"of the other kind, {kind}: not restored" in other.last
+    other_map = make_map(viscous_scale=1.5)
+    with NativeInstance(version).start() as one, NativeInstance(version, nut_map=other_map).start() as other:
+        assert other.restore(one.save()) == ERROR
+        assert "of another map: not restored" in other.last
+        with NativeInstance(version, nut_map=other_map).start() as same:
+            assert same.restore(other.save()) == OK
 
 
 @both_versions

@@ -50,8 +50,10 @@ INTERNAL Status instance_restore(Instance *instance, const void *state)
         return instance_fail(instance, "FMU state is of the other kind, %s: not restored",
                              saved->situation.model.continuous ? "model exchange" : "co-simulation");
     }
+    if (saved->situation.model.map != instance->map) { /* equal maps are one in a process */
+        return instance_fail(instance, "FMU state is of another map: not restored");
+    }
     instance->now = saved->situation;
-    instance->now.model.map = instance->map;
     return STATUS_OK;
 }
 
@@ -214,6 +216,7 @@ INTERNAL Status instance_deserialize(Instance *instance, const unsigned char *by
         return instance_fail(instance, "serialized FMU state is of another version or map; this FMU has %s and map %.12s",
                              instance->screw.token, instance->map->identity.content_hash);
     }
+    situation.model.map = instance->map;
     if (store(instance, &situation, &fresh) != STATUS_OK) {
         return STATUS_ERROR;
     }
