@@ -41,7 +41,6 @@ from ballscrew_tehl.runtime.packed import (
     map_hash,
 )
 
-NATIVE_NAME = FRICTION.native_name
 FMI_HEADERS = {
     2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
     3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),

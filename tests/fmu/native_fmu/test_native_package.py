@@ -26,7 +26,6 @@ from ballscrew_fmu.native_fmu.libraries import entry_library, native_library, pa
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_files
 from ballscrew_fmu.native_fmu.resource_files import map_bytes, screw_bytes
 from ballscrew_fmu.native_fmu.sources import (
-    NATIVE_NAME,
     SourceError,
     is_fmi_header,
     native_sources,
@@ -35,6 +34,7 @@ from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 pytestmark = pytest.mark.slow
+NATIVE_NAME = FRICTION.native_name
 REFERENCE = Reference(
     1e-3,
     [{"preload": 2000.0, "speed": 10.0 * n, "temperature": 303.15, "axial_load": 0.0} for n in range(5)],
