@@ -19,7 +19,6 @@ from ..parameters.file import Parameters, ScrewParameters
 from ..physics.ball_law import Array
 from ..runtime.bspline import fit as coefficients_of
 from ..runtime.packed import POINT
-from .grid import ball_range, grid_of
 
 if TYPE_CHECKING:
     from ..runtime.evaluate import NutMap
@@ -28,10 +27,9 @@ if TYPE_CHECKING:
 BAND = "mechanistic_interval"
 #: temperature [K] nearest to which the band of a map is stated
 BAND_TEMPERATURE = 303.15
-#: nodes of interval_table. Ends of the interval without axial load, five maps of other screws, 80 points each: off by
-#: 0.02 % in the mean, 0.24 % at most; in cold oil at high speed, where the supply of oil begins to fail, 0.1 % and 0.2
-#: to 0.8 % at 95 % of 60 points, 9 % at most
-TABLE_NODES = 17, 17, 13
+#: nodes of interval_table: ends of the interval without axial load, two maps, 768 points: off by 0.15 % in the mean,
+#: 0.7 % at 95 %, 2.5 % at most, in cold oil at high speed, where the supply of oil begins to fail
+TABLE_NODES = 9, 11, 7
 
 
 def map_interval(
@@ -81,8 +79,7 @@ def interval_table(
     (light, heavy), (slow, fast), (cold, hot) = (axes[name][:2] for name in ("force", "speed", "temperature"))
     forces, speeds = np.geomspace(light, heavy, nodes[0]), np.geomspace(slow, fast, nodes[1])
     temperatures = np.linspace(cold, hot, nodes[2])
-    contacts = BallContacts(parameters, ball_range(parameters, grid_of(axes)))
-    found = relative_intervals(parameters, axes, friction_set, forces, speeds, temperatures, contacts)
+    found = relative_intervals(parameters, axes, friction_set, forces, speeds, temperatures)
     return coefficients_of(np.log(found), (0, 1, 2))
 
 
@@ -93,7 +90,6 @@ def relative_intervals(
     preloads: Array,
     speeds: Array,
     temperatures: Array,
-    contacts: BallContacts | None = None,
 ) -> Array:
     """Low and high end of the interval over the torque without axial load, on a grid within a map.
 
@@ -101,8 +97,8 @@ def relative_intervals(
     Returns      (p, s, t, 2)
     Raises       ArithmeticError: equilibrium of a ball not found
     """
-    read, friction_set = contacts or BallContacts(parameters), _calibrated_within(axes, friction_set)
-    return np.stack(interval_ends(parameters, preloads, read, speeds, temperatures, friction_set), axis=-1)
+    contacts, friction_set = BallContacts(parameters), _calibrated_within(axes, friction_set)
+    return np.stack(interval_ends(parameters, preloads, contacts, speeds, temperatures, friction_set), axis=-1)
 
 
 #: relative accuracy of the ends of a preload
