@@ -1,5 +1,6 @@
 /* Files of the resources: eight characters that name the format, size of the file, checksum of what follows, content.
    Little-endian, a multiple of eight bytes. */
+#include <errno.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -12,7 +13,8 @@
 #define FILE_MAGIC_SIZE 8
 #define FILE_HEAD_SIZE (FILE_MAGIC_SIZE + 16)
 
-#define LARGEST_FILE 268435456
+#define LARGEST_FILE 67108864 /* bytes, thirty times a map */
+#define SHOWN_PATH 300U       /* bytes of a path in a message, which has room for the reason then */
 
 static inline uint64_t little_endian(const unsigned char bytes[8])
 {
@@ -73,6 +75,17 @@ INTERNAL void file_seal(unsigned char *bytes, size_t size, const char *magic)
 
 #ifndef EMBEDDED_RESOURCES
 
+/* Path for a message, of a long one its end. */
+INTERNAL const char *end_of_path(const char *path)
+{
+    const size_t length = strlen(path);
+    path += length > SHOWN_PATH ? length - SHOWN_PATH : 0;
+    while ((*path & 0xC0) == 0x80) {
+        ++path; /* within a character of UTF-8 */
+    }
+    return path;
+}
+
 #if defined(_WIN32)
 
 #include <windows.h>
@@ -97,8 +110,9 @@ static FILE *open_file(const char *path)
     struct stat found;
     FILE *file = NULL;
 
-    if (descriptor >= 0 && fstat(descriptor, &found) == 0 && S_ISREG(found.st_mode)) {
-        file = fdopen(descriptor, "rb");
+    if (descriptor >= 0 && fstat(descriptor, &found) == 0) {
+        errno = S_ISDIR(found.st_mode) ? EISDIR : EINVAL;
+        file = S_ISREG(found.st_mode) ? fdopen(descriptor, "rb") : NULL;
     }
     if (descriptor >= 0 && file == NULL) {
         (void)close(descriptor);
@@ -120,18 +134,20 @@ INTERNAL unsigned char *file_read(const char *path, size_t *size, char *message,
     long length = -1;
 
     if (file == NULL) {
-        (void)snprintf(message, message_size, "%s: cannot be opened; needs a file, not a folder or a link", path);
+        (void)snprintf(message, message_size, "%s: %s; needs a file that can be read, not a folder or a link",
+                       end_of_path(path), strerror(errno));
         return NULL;
     }
     if (fseek(file, 0, SEEK_END) == 0) {
         length = ftell(file);
     }
     if (length < 0 || length > LARGEST_FILE || fseek(file, 0, SEEK_SET) != 0) {
-        (void)snprintf(message, message_size, "%s: cannot be read, or too large", path);
+        (void)snprintf(message, message_size, "%s: cannot be read, or is larger than %d bytes", end_of_path(path),
+                       LARGEST_FILE);
     } else if ((bytes = malloc((size_t)length + 1)) == NULL) {
-        (void)snprintf(message, message_size, "%s: not enough memory to read it", path);
+        (void)snprintf(message, message_size, "%s: not enough memory to read it", end_of_path(path));
     } else if (fread(bytes, 1, (size_t)length, file) != (size_t)length) {
-        (void)snprintf(message, message_size, "%s: cannot be read", path);
+        (void)snprintf(message, message_size, "%s: cannot be read", end_of_path(path));
         free(bytes);
         bytes = NULL;
     }

@@ -285,7 +285,7 @@ INTERNAL Map *map_read(const char *path, int law, char *message, size_t message_
 {
     size_t size;
     unsigned char *bytes = file_read(path, &size, message, message_size);
-    Map *map = bytes != NULL ? map_from_bytes(bytes, size, law, path, message, message_size) : NULL;
+    Map *map = bytes != NULL ? map_from_bytes(bytes, size, law, end_of_path(path), message, message_size) : NULL;
 
     free(bytes);
     return map;

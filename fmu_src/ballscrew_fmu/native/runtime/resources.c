@@ -95,7 +95,7 @@ static Map *read_resources(char *folder, const char *token, Screw *screw, char *
     }
     strcpy(folder + length, SCREW_FILE);
     bytes = file_read(folder, &size, message, message_size);
-    good = bytes != NULL && screw_from_bytes(bytes, size, folder, token, screw, message, message_size);
+    good = bytes != NULL && screw_from_bytes(bytes, size, end_of_path(folder), token, screw, message, message_size);
     free(bytes);
     strcpy(folder + length, MAP_FILE);
     return good ? map_read(folder, screw->law, message, message_size) : NULL;
@@ -111,8 +111,8 @@ INTERNAL Map *importer_resources(const Importer *importer, const char *name, con
     char message[MESSAGE_SIZE], *folder = NULL;
     Map *map = NULL;
 
-    if (resources == NULL && NEEDS_RESOURCES) {
-        importer_error(importer, name, "location of the resources is NULL; needed to read " SCREW_FILE);
+    if (NEEDS_RESOURCES && (resources == NULL || resources[0] == '\0')) {
+        importer_error(importer, name, "location of the resources is NULL or empty; needed to read " SCREW_FILE);
         return NULL;
     }
     resources = resources != NULL ? resources : "";
