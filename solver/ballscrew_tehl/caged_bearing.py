@@ -167,7 +167,7 @@ def bearing(
             name in CONSTANTS, "friction", name, "", ", ".join(CONSTANTS), "a bearing has no other constant"
         )
     try:
-        law = FrictionTable(**given, net_sliding_coefficient=0.0)
+        law = FrictionTable(**given, net_sliding_coefficient=0.0, neighbour_oil=0.0)
     except ValidationError as err:
         first = err.errors()[0]
         where = ".".join(map(str, ("friction", *first["loc"])))

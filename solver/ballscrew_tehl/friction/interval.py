@@ -18,8 +18,11 @@ Calibrated on one torque: with every constant moved, the coefficient is fitted a
 that constants count for what they do elsewhere; the scatter is that of the packaged fit, for want of an own one.
 
 A constant that the screw file states counts as known. The supply of the oil counts by the length of its inlet, from 3
-half-widths to flooded, uniform in 1/length. Not in the interval: viscosity of the oil, the solver's error, seals; and
-what a fit at other constants would take up of their effect, so that a fitted interval is rather too wide.
+half-widths to flooded, uniform in 1/length. The temperature of the oil counts with the tolerance of the screw file, its
+viscosity with that of an ISO grade, +-10 % (ISO 3448), where the file names the grade: taken as the temperature at
+which the oil of the file has this viscosity. Both are off by as much at the one torque of a calibration. Not in the
+interval: the solver's error, seals; and what a fit at other constants would take up of their effect, so that a fitted
+interval is rather too wide.
 """
 
 import math
@@ -33,7 +36,9 @@ from ..parameters.file import PACKAGED_VG100, Parameters, load_screw
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash
 from ..parameters.screw import ball_ball_coefficient
+from ..parameters.units import COLDEST, HOTTEST
 from ..physics.ball_law import Array
+from ..physics.lubricant import eta0
 from .mechanistic import ContactValues, CountedNut, law_constants, loaded_nuts, powers_of_nuts, torque_line
 from .sets import CALIBRATED_AT, FrictionSet, load_friction_sets
 
@@ -43,6 +48,8 @@ DEVIATIONS = 1.2816
 FIT_DEVIATIONS, SCATTER_DEVIATION = 2.0 * 1.96, math.sqrt(0.5 * math.pi)
 #: names of what a fit contributes: its coefficient, the error of a point left out
 FITTED_COEFFICIENT, LEFT_OUT = "net_sliding_coefficient", "leave_one_out"
+#: the oil: its temperature, its viscosity over that of its grade, and how far that may be off
+OIL_TEMPERATURE, OIL_VISCOSITY, GRADE_TOLERANCE = "oil_temperature", "oil_viscosity", 0.1
 #: constants that act through the level of the torque, which a measured one fixes
 BY_ONE_TORQUE = (FITTED_COEFFICIENT, "boundary_friction", "limiting_shear_coefficient")
 #: what the ends of an interval are
@@ -99,6 +106,10 @@ def _remedy(name: str, fitted: bool) -> str:
         return "torques measured around this point (calibrate MEASUREMENTS.csv)"
     if not fitted and name in BY_ONE_TORQUE:
         return "one measured torque (calibrate --torque-nm)"
+    if name == OIL_TEMPERATURE:
+        return "a known oil temperature (temperature_tolerance)"
+    if name == OIL_VISCOSITY:
+        return "the viscosity of the oil in place of its grade in the screw file"
     return f"{'raceway_rq and ball_rq' if name == 'roughness_height' else name} in the screw file"
 
 
@@ -113,6 +124,18 @@ def unknown_constants(parameters: Parameters) -> tuple[str, ...]:
         "supply_length": friction.replenishment_constant > 0.0,
     }
     return tuple(name for name in BOUNDED if name not in stated and not implied.get(name, False))
+
+
+def oil_shifts(parameters: Parameters, temperature: Any) -> dict[str, tuple[Any, Any]]:
+    """Temperatures [K] of the oil at both ends of what is not known of it, by name, lower value first."""
+    oil, shifts = parameters.lubricant, {}
+    if tolerance := oil.temperature_tolerance:
+        shifts[OIL_TEMPERATURE] = temperature - tolerance, temperature + tolerance
+    if oil.iso_vg is not None:
+        thinning = 0.5 * np.log(eta0(oil, temperature - 1.0) / eta0(oil, temperature + 1.0))  # per kelvin
+        low, high = (-math.log(1.0 + side * GRADE_TOLERANCE) / thinning for side in (-1.0, 1.0))
+        shifts[OIL_VISCOSITY] = temperature + low, temperature + high
+    return {name: tuple(np.clip(one, COLDEST, HOTTEST) for one in pair) for name, pair in shifts.items()}
 
 
 def with_constants(parameters: Parameters, values: Mapping[str, float]) -> Parameters:
@@ -211,9 +234,10 @@ def _effects(
     names = [name for name in unknown_constants(parameters) if fit is None or name != "ball_thrust"]
     values = [{}, *({name: end} for name in names for end in (BOUNDED[name].low, BOUNDED[name].high))]
     variants = [with_constants(parameters, value) for value in values]
-    kappa = implied_thrust(coefficient, parameters)
+    kappa, shifted = implied_thrust(coefficient, parameters), oil_shifts(parameters, temperature)
+    again: list[float] | None = None
     if fit is not None and friction_set.calibrated_at:
-        coefficients = _fitted_again(variants, contacts, friction_set)
+        coefficients, again = _fitted_again(variants, contacts, friction_set)
     elif fit is not None or parameters.friction.net_sliding_coefficient is not None:
         coefficients = [coefficient] * len(variants)
     else:
@@ -223,11 +247,16 @@ def _effects(
         ]
     ratio = friction_set.apparent_viscosity_ratio
     lines = _lines(variants, points, contacts, speed, temperature, ratio)
+    lines += _oil_lines(parameters, points, contacts, speed, shifted, ratio, lines[0][0].shape)
+    coefficients += again or [coefficient] * 2 * len(shifted)
     at, *of_ends = (rest + k * slope for (rest, slope), k in zip(lines, coefficients, strict=True))
+    names += shifted
     ends = dict(zip(names, zip(of_ends[::2], of_ends[1::2], strict=True), strict=True))
     moments: dict[str, tuple[Any, Any]] = {}
     for name, (low, high) in ends.items():
-        place = BOUNDED[name].place(kappa if name == "ball_thrust" else BOUNDED[name].value)
+        place = 0.5
+        if name not in shifted:
+            place = BOUNDED[name].place(kappa if name == "ball_thrust" else BOUNDED[name].value)
         moments[name] = uniform_moments(np.log(low / at), np.log(high / at), place)
     if fit is not None:
         rest, slope = lines[0]
@@ -255,16 +284,42 @@ def _lines(
     return result
 
 
+def _oil_lines(
+    parameters: Parameters,
+    points: Sequence[Sequence[CountedNut]],
+    contacts: ContactValues,
+    speed: Any,
+    shifted: Mapping[str, tuple[Any, Any]],
+    ratio: float,
+    shape: tuple[int, ...],
+) -> list[tuple[Array, Array]]:
+    """torque_line at both temperatures of each of the oil_shifts, of this shape (points, ...)."""
+    if not shifted:
+        return []
+    temperatures = np.concatenate([np.atleast_1d(one) for pair in shifted.values() for one in pair])
+    ((rest, slope),) = _lines([parameters], points, contacts, speed, temperatures, ratio)
+    of_each = (
+        np.split(np.broadcast_to(part, rest.shape), 2 * len(shifted), axis=-1) for part in (rest, slope)
+    )
+    return [(one.reshape(shape), other.reshape(shape)) for one, other in zip(*of_each, strict=True)]
+
+
 def _fitted_again(
     variants: Sequence[Parameters], contacts: ContactValues, friction_set: FrictionSet
-) -> list[float]:
-    """Coefficients, at least 0, with which the torque at the point of the calibration is that of the first variant."""
+) -> tuple[list[float], list[float]]:
+    """Coefficients, at least 0, with which the torque at the point of the calibration is that of the first variant:
+
+    of the variants, and of the oil_shifts there.
+    """
     ratio, coefficient, _ = friction_set.values
     preload, speed, temperature = (friction_set.calibrated_at[name] for name in CALIBRATED_AT)
     points = [loaded_nuts(variants[0], [preload, preload])]
     lines = _lines(variants, points, contacts, speed, temperature, ratio)
     torque = lines[0][0] + coefficient * lines[0][1]
-    return [max(float((torque - rest)[0] / slope[0]), 0.0) for rest, slope in lines]
+    shifted = oil_shifts(variants[0], temperature)
+    lines += _oil_lines(variants[0], points, contacts, speed, shifted, ratio, torque.shape)
+    found = [max(float((torque - rest)[0] / slope[0]), 0.0) for rest, slope in lines]
+    return found[: len(variants)], found[len(variants) :]
 
 
 def _ends(moments: Mapping[str, tuple[Any, Any]]) -> tuple[Any, Any]:

@@ -5,15 +5,19 @@ T w = sum over balls and raceways (P_roll + P_shear + P_hysteresis) + sum over b
 P_roll        loss of the contact in pure rolling (contact.ContactResult.rolling_loss), times the factor of oil supply
 P_shear       spin, differential and helix slip with the shear stress of an Eyring oil limited at Lambda p, and of the
               asperities: the equilibrium of the ball gives its motion (ball_equilibrium)
-P_hysteresis  3/16 mu_hs Q b/r_b times the rolling speed (Zhao 2023, Eq. 18)
+P_hysteresis  3/16 mu_hs Q b times the angular speed of rolling, u_e/R_x (Zhao 2023, Eq. 18; differs from paper:
+              u_e/r_b)
+P_neighbour   oil sheared in the gap between neighbouring balls, part of the rolling torque: half of it counts for each
+              raceway, with its factor of oil supply; neighbour_oil is the filled share of the gap
 P_ball_ball   neighbours slide on each other with twice the speed of their surfaces (physics.ball_motion) and have no
               entrainment, so that no film parts them: mu_b N times that speed. N = kappa Lambda Q times thrust_factor
 
 Fitted: kappa, as the one number 2 mu_b Lambda kappa that multiplies Q u_e (net_sliding_coefficient of the set).
 
-Assumptions: only the load-carrying balls cost power, not those in the returns; balls touch each other without spacers;
-seals, grease churning and the returns are not modelled. The shear stress acts on the core of the pressure
-(contact.integrals.pressure_core) with the central film and the mean temperature of the film.
+Assumptions: only the load-carrying balls cost power, not those in the returns; balls touch each other, or smaller ones
+between them roll on both and cost nothing (spacer_balls); seals, grease churning and the returns are not modelled. The
+shear stress acts on the core of the pressure (contact.integrals.pressure_core) with the central film and the mean
+temperature of the film.
 """
 
 import math
@@ -33,7 +37,7 @@ from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
 from ..physics.kinematics import entrainment_speed
 from ..physics.load import nut_loads
 from ..physics.lubricant import ambient_density, eta0, viscosity
-from ..physics.rolling_resistance import replenishment_factor
+from ..physics.rolling_resistance import neighbour_drag_power, replenishment_factor
 from ..physics.supply import FLOODED, supply_factor
 from .ball_equilibrium import Traction, ball_equilibrium, radial_nodes
 from .torque import TorqueParts, check_motion, hysteresis_sum
@@ -135,23 +139,26 @@ def _supplied(
 ) -> Any:
     """Rolling loss of a ball with the oil supply of the file over the flooded one (s, t); mean: contacts of the ball.
 
-    Source       physics.supply, or SKF's replenishment: d, D of the angular contact bearing with this ball and pitch
+    Source       physics.supply, times SKF's replenishment: d, D of the angular contact bearing with this ball and pitch
                  diameter, whose section D - d is the ball diameter over 0.3 (assumption: geometry of bearings)
     """
     friction, screw, oil = parameters.friction, parameters.screw, parameters.lubricant
     inlet = eta0(oil, temperature)
-    if friction.replenishment_constant > 0.0:
-        nu = inlet / ambient_density(oil, temperature)
-        pitch, section = 2e3 * screw.nominal_radius, 1e3 * screw.ball_diameter / BALL_OVER_SECTION
-        return replenishment_factor(
-            friction.replenishment_constant, K_Z, speed / RPM, 1e6 * nu, pitch - 0.5 * section,
-            pitch + 0.5 * section,
-        )  # fmt: skip
+    nu = inlet / ambient_density(oil, temperature)
+    pitch, section = 2e3 * screw.nominal_radius, 1e3 * screw.ball_diameter / BALL_OVER_SECTION
+    replenished = replenishment_factor(
+        friction.replenishment_constant,
+        K_Z,
+        speed / RPM,
+        1e6 * nu,
+        pitch - 0.5 * section,
+        pitch + 0.5 * section,
+    )
     R_x, R_y = reduced_radii(screw, float(contact_angle_at_ball_load(screw, load)), raceway)
     b = ellipse(load, R_x, R_y, E_prime(screw)).b
     loss, film = mean["rolling_loss"][0], mean["central_film"][0]
     u_e = entrainment_speed(screw, speed)
-    return supply_factor(friction.supply_length, load, loss, u_e, inlet, film, b, R_x, R_y)
+    return replenished * supply_factor(friction.supply_length, load, loss, u_e, inlet, film, b, R_x, R_y)
 
 
 def law_constants(parameters: Parameters) -> dict[str, float | None]:
@@ -164,7 +171,7 @@ def law_constants(parameters: Parameters) -> dict[str, float | None]:
             name: getattr(friction, name)
             for name in (
                 "limiting_shear_coefficient", "boundary_friction", "asperity_film_ratio", "hysteresis_coefficient",
-                "ball_thrust", "supply_length", "replenishment_constant",
+                "ball_thrust", "supply_length", "replenishment_constant", "neighbour_oil",
             )
         },
     }  # fmt: skip
@@ -365,7 +372,7 @@ def _powers(
     """Powers of a nut with the shear power of its mean ball [W] (s, t)."""
     mean, u = nut.means[0], float(entrainment_speed(parameters.screw, 1.0))
     rolling = [
-        _supplied(parameters, name, mean, speed, temperature, nut.contacts[0][name]) * nut.lost[name] / speed
+        rolling_torque(parameters, name, nut.loads, speed, temperature, nut.lost[name], nut.contacts[0][name])
         for name in RACEWAYS
     ]
     share = ball.traction.asperities[..., :: len(nut.means)].mean(axis=-1)
@@ -378,8 +385,9 @@ def _powers(
     rolling_screw, rolling_nut, slid, thrust, share = (
         float(part[0, 0]) if speed.size == 1 else part for part in parts
     )
-    hysteresis = u * hysteresis_sum(parameters, nut.loads)
-    ball_ball = u * neighbour_sliding(parameters.screw, nut.motion) * float(nut.loads.sum())
+    hysteresis = u * hysteresis_sum(parameters, nut.loads, rolling=True)
+    touching = 0.0 if parameters.screw.spacer_balls else 1.0
+    ball_ball = touching * u * neighbour_sliding(parameters.screw, nut.motion) * float(nut.loads.sum())
     return NutPowers(rolling_screw, rolling_nut, slid, thrust, hysteresis, ball_ball, share)
 
 
@@ -389,14 +397,21 @@ def rolling_torque(
     loads: Array,
     speed: Array,
     temperature: Array,
-    contacts: ContactValues,
+    lost: Array,
     mean: Mapping[str, Array],
 ) -> Array:
-    """Rolling torque of one raceway of a nut (s, t) [N.m]; loads (n,) > 0; speed, temperature (s, t).
+    """Rolling torque of one raceway of a nut, with half of the oil between neighbours (s, t) [N.m].
 
-    mean: contacts of the ball with their mean_load
+    Parameters   loads (n,) > 0 [N];  speed, temperature (s, t);  lost : flooded rolling loss of all balls (s, t) [W]
+                 mean : contacts of the ball with their mean_load
     """
-    lost = contacts.values(raceway, loads, speed[:, :1], temperature[0])["rolling_loss"].sum(axis=0)
+    screw, filled = parameters.screw, parameters.friction.neighbour_oil
+    if not screw.spacer_balls:
+        sliding = 2.0 * entrainment_speed(screw, speed)
+        pair = neighbour_drag_power(
+            0.5 * screw.ball_diameter, sliding, eta0(parameters.lubricant, temperature)
+        )
+        lost = lost + 0.5 * filled * len(loads) * pair
     return np.asarray(
         _supplied(parameters, raceway, mean_load(loads), speed, temperature, mean) * lost / speed
     )

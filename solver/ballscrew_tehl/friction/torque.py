@@ -13,7 +13,7 @@ import numpy as np
 
 from ..parameters.file import Parameters, ScrewParameters
 from ..physics.ball_law import check_force, contact_angle_at_ball_load, rising_root
-from ..physics.hertz import RACEWAYS, ball_ellipse
+from ..physics.hertz import RACEWAYS, ball_ellipse, reduced_radii
 from ..physics.kinematics import surface_speeds
 from ..physics.load import double_nut_loads, nut_loads
 from ..physics.lubricant import eta0
@@ -50,16 +50,16 @@ def roughness_share_slope(film: Any, roughness_height: Any) -> Any:
     return -2.0 * x / film / np.square(1.0 + np.square(x))
 
 
-def hysteresis_force(load: Any, b: Any, ball_radius: float, coefficient: float) -> Any:
+def hysteresis_force(load: Any, b: Any, radius: float, coefficient: float) -> Any:
     """Rolling resistance of one contact by elastic hysteresis.
 
-    Parameters   load : Q [N], >= 0;  b : semi-axis along rolling [m];  ball_radius : r_b [m]
+    Parameters   load : Q [N], >= 0;  b : semi-axis along rolling [m];  radius : r_b, of rolling R_x [m]
                  coefficient : share of the elastic work that is lost [1]
-    Returns      3 mu_hs Q b/(16 r_b) [N]
+    Returns      3 mu_hs Q b/(16 r) [N]
     Source       Zhao 2023, Eq. (18); errata: the printed integrand lacks the square root of the Hertz
                  pressure, the printed result has it
     """
-    return 3.0 * coefficient * np.asarray(load) * b / (16.0 * ball_radius)
+    return 3.0 * coefficient * np.asarray(load) * b / (16.0 * radius)
 
 
 class FilmModel(Protocol):
@@ -171,14 +171,18 @@ def load_torques(parameters: Parameters, loads: np.ndarray) -> tuple[float, floa
     return arm * hysteresis_sum(parameters, loads), arm * float(loads.sum())
 
 
-def hysteresis_sum(parameters: Parameters, loads: np.ndarray) -> float:
-    """Force of the hysteresis of all balls on both raceways [N]; arguments as nut_sums, loads > 0."""
+def hysteresis_sum(parameters: Parameters, loads: np.ndarray, rolling: bool = False) -> float:
+    """Force of the hysteresis of all balls on both raceways [N]; arguments as nut_sums, loads > 0.
+
+    Parameters   rolling : by the angular speed of rolling, u_e/R_x, in place of that of the paper, u_e/r_b
+    """
     screw, coefficient = parameters.screw, parameters.friction.hysteresis_coefficient
-    beta = _contact_angle(screw, loads)
-    widths = (ball_ellipse(screw, beta, raceway, loads).b for raceway in RACEWAYS)
-    return sum(
-        float(hysteresis_force(loads, b, 0.5 * screw.ball_diameter, coefficient).sum()) for b in widths
-    )
+    beta, force = _contact_angle(screw, loads), 0.0
+    for raceway in RACEWAYS:
+        radius = float(reduced_radii(screw, beta, raceway)[0]) if rolling else 0.5 * screw.ball_diameter
+        width = ball_ellipse(screw, beta, raceway, loads).b
+        force += float(hysteresis_force(loads, width, radius, coefficient).sum())
+    return force
 
 
 def _contact_angle(screw: ScrewParameters, loads: np.ndarray) -> float:

@@ -98,7 +98,9 @@ def relative_intervals(
     Raises       ArithmeticError: equilibrium of a ball not found
     """
     contacts, friction_set = BallContacts(parameters), _calibrated_within(axes, friction_set)
-    return np.stack(interval_ends(parameters, preloads, contacts, speeds, temperatures, friction_set), axis=-1)
+    return np.stack(
+        interval_ends(parameters, preloads, contacts, speeds, temperatures, friction_set), axis=-1
+    )
 
 
 #: relative accuracy of the ends of a preload
@@ -183,6 +185,7 @@ def band(parameters: Parameters, axes: Mapping[str, Any], friction_set: Friction
     numbers = {
         "constants": law_constants(parameters),
         "unknown": list(unknown_constants(parameters)),
+        "oil": [parameters.lubricant.temperature_tolerance, parameters.lubricant.iso_vg],
         "values": list(friction_set.values[:2]),
         "fit": None if fit is None else list(fit),
     }

@@ -56,6 +56,10 @@ BOUNDED: dict[str, BoundedConstant] = {
         "bearings (SKF's friction model): 4 to 8 b [read]; 3 b elastic inlet of Houpert 1987; flooded: open grooves of "
         "Balan 2015 [read]; uniform in 1/length",
     ),
+    "neighbour_oil": BoundedConstant(
+        1.0, 0.0, 1.0, "1", "filled share of the gap between neighbouring balls",
+        "full: resistance of two spheres, Jeffrey & Onishi 1984 [read]; none: oil that is short or aerated",
+    ),
     "hysteresis_coefficient": BoundedConstant(
         0.01, 0.005, 0.012, "1", "share of elastic work that is lost, mu_hs of Eq. 18",
         "Zhao 2023, Table 1 [read]; rolling of bearing steel 0.005 to 0.012 [code, memory]",

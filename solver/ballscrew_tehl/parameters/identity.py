@@ -15,18 +15,20 @@ from .template import entry_of
 #: they differ from its header
 NOT_IN_MAP: dict[str, Any] = {
     "map": True,
-    "lubricant": {"iso_vg", "viscosity_index", "density_15c", "nlgi", "rheology", "eyring_stress"},
+    "lubricant": {
+        "iso_vg", "viscosity_index", "density_15c", "nlgi", "rheology", "eyring_stress", "temperature_tolerance",
+    },
     "screw": {"return_ball_count", "dynamic_rating", "ball_material", "seal_torque"},
     "friction": {
         "law", "sliding_coefficient", "apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height",
         "raceway_rq", "ball_rq", "limiting_shear_coefficient", "boundary_friction", "asperity_film_ratio",
-        "ball_thrust", "supply_length", "replenishment_constant",
+        "ball_thrust", "supply_length", "replenishment_constant", "neighbour_oil",
     },
 }  # fmt: skip
 #: key of the header of a map
 SCREW_FILE = "screw_file"
 #: fields added after the first maps: they enter only where they differ from this value, or from that of this field
-LATER = {"preload_kind": "double_nut"}
+LATER = {"preload_kind": "double_nut", "spacer_balls": False}
 LATER_AS = {"ball_youngs_modulus": "youngs_modulus", "ball_poisson_ratio": "poisson_ratio"}
 #: fields by which screws and oils are told apart first; most that a message names
 FIRST, NAMED = ("lead", "ball_diameter", "nominal_radius", "viscosity"), 3

@@ -129,6 +129,10 @@ class LubricantParameters(Table):
         default="newtonian",
         description="flow of the film in a contact; shear thinning: eyring_stress, in the friction law",
     )
+    temperature_tolerance: float = quantity(
+        "temperature_difference", "the oil of the contacts may be so much warmer or colder than stated: the interval",
+        default=5.0, ge=0, le=50,
+    )  # fmt: skip
     eyring_stress: float = quantity(
         "pressure", "Eyring stress tau_0 of the friction law", default=5e6, ge=1e5, le=1e9
     )

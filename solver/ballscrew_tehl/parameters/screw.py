@@ -30,9 +30,9 @@ def _loaded_balls(screw: dict[str, Any]) -> int:
 
 
 def _touching_balls(screw: dict[str, Any]) -> int:
-    """Largest number of touching balls in the turns."""
+    """Largest number of touching balls in the turns, with spacer balls half of it."""
     helix = screw["turns"] * 2.0 * math.pi * screw["nominal_radius"] / math.cos(screw["lead_angle"])
-    return int(helix / screw["ball_diameter"])
+    return int(helix / screw["ball_diameter"]) // (2 if screw["spacer_balls"] else 1)
 
 
 class ScrewParameters(Table):
@@ -60,6 +60,10 @@ class ScrewParameters(Table):
     )  # fmt: skip
     turns: float = Field(
         gt=0, le=100, description="loaded turns of one nut; of a half with single_nut_offset"
+    )
+    spacer_balls: bool = Field(
+        default=False,
+        description="every second ball is smaller and carries no load; ball_count is of the others",
     )
     return_ball_count: int | None = Field(
         default=None, ge=0, le=10000, description="balls in the returns; instead of loaded_ball_count"
@@ -218,10 +222,11 @@ class FrictionTable(Table):
         description="instead of net_sliding_coefficient, which is 2 boundary_friction limiting_shear_coefficient times "
         f"it, mechanistic only: {BOUNDED['ball_thrust'].meaning}",
     )  # fmt: skip
+    neighbour_oil: float = bounded("neighbour_oil", ge=0, le=1)
     supply_length: float = bounded("supply_length", ge=2, allow_inf_nan=True)
     replenishment_constant: float = Field(
         default=0.0, ge=0, le=1e-6,
-        description="K_rs of SKF in place of supply_length, 6e-8 grease or oil-air, 3e-8 oil bath, mechanistic only",
+        description="K_rs of SKF, a further factor: 6e-8 grease or oil-air, 3e-8 oil bath, mechanistic only",
     )  # fmt: skip
     roughness_height: float | None = quantity(
         "length", "override of the set; default: composite of raceway_rq and ball_rq, if given",
@@ -251,8 +256,6 @@ class FrictionTable(Table):
 
     @model_validator(mode="after")
     def _stated_once(self) -> Self:
-        one = self.replenishment_constant == 0.0 or "supply_length" not in self.model_fields_set
-        require(one, "replenishment_constant", "no entry with supply_length", "choose one of both")
         for name, other in (("raceway_rq", "ball_rq"), ("ball_rq", "raceway_rq")):
             both = getattr(self, name) is not None or getattr(self, other) is None
             require(both, name, "a value", f"the composite with {other} needs it; 0 for a smooth surface")

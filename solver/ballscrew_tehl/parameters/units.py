@@ -18,6 +18,7 @@ UNITS: dict[str, dict[str, tuple[float, float, float]]] = {
     "torque": {"Nm": (1, 1, 0), "mNm": (1, 1e3, 0)},
     "pressure": {"MPa": (1e6, 1, 0), "GPa": (1e9, 1, 0), "Pa": (1, 1, 0)},
     "temperature": {"degC": (1, 1, CELSIUS), "K": (1, 1, 0)},
+    "temperature_difference": {"K": (1, 1, 0)},
     "viscosity": {"Pas": (1, 1, 0), "mPas": (1, 1e3, 0)},
     "kinematic_viscosity": {"mm2_s": (1, 1e6, 0), "cSt": (1, 1e6, 0), "m2_s": (1, 1, 0)},
     "pressure_coefficient": {"per_GPa": (1, 1e9, 0), "per_MPa": (1, 1e6, 0), "per_Pa": (1, 1, 0)},
