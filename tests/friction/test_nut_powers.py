@@ -64,14 +64,15 @@ def test_torque_times_speed_is_the_power_of_the_parts():
             power += factor[-1] * loss[:-1].sum()
             of_each += ((factor - factor[-1]) * loss)[:-1].sum()
             for load, half in zip(loads, b, strict=False):
-                lost = hysteresis_force(
-                    load, half, 0.5 * SCREW.ball_diameter, FRICTION.hysteresis_coefficient
-                )
+                lost = hysteresis_force(load, half, float(R_x), FRICTION.hysteresis_coefficient)
                 power += float(lost) * u_e
         # a ball slides on its neighbour with nearly twice the rolling speed: k Q u_e = mu_b N 2 u_e
         thrust = K * nut.thrust_factor * loads / (2.0 * FRICTION.boundary_friction)
         sliding = 2.0 * u_e * neighbour_sliding(SCREW, contact_motion(SCREW, angle))
         power += float(np.sum(FRICTION.boundary_friction * thrust * sliding))
+        # and shears the oil between them: two spheres at a gap of 1 um
+        radius = 0.5 * SCREW.ball_diameter
+        power += len(loads) * np.pi * float(viscosity) * radius * np.log(radius / 1e-6) * sliding**2
         assert abs(nut.torque(1.0, K) * speed / power - 1.0) <= 1e-6
         assert abs(of_each / power) <= 5e-5
 
@@ -136,15 +137,16 @@ def test_thrust_is_that_of_two_contacts_at_the_same_creep():
 
 
 def test_supply_only_takes_from_the_rolling_part():
-    """By SKF's replenishment too: d, D of the bearing from pitch circle and ball diameter/0.3 = D - d."""
+    """SKF's replenishment on top of it: d, D of the bearing from pitch circle and ball diameter/0.3 = D - d."""
     flooded = at(1000.0, 2500.0, ClosedContacts(), changed(VG100, friction={"supply_length": FLOODED}))
+    short = at(1000.0, 2500.0, ClosedContacts())
     greased = at(1000.0, 2500.0, ClosedContacts(), changed(VG100, friction={"replenishment_constant": 6e-8}))
     nu = 1e6 * float(eta0(VG100.lubricant, 303.0) / ambient_density(VG100.lubricant, 303.0))
     pitch, half = 2e3 * SCREW.nominal_radius, 0.5e3 * SCREW.ball_diameter / 0.3
     factor = float(replenishment_factor(6e-8, 4.4, 2500.0, nu, pitch - half, pitch + half))
     assert 0.2 < factor < 0.8
-    assert greased.rolling_nut == pytest.approx(factor * flooded.rolling_nut, rel=1e-12)
-    assert at(1000.0, 2500.0, ClosedContacts()).rolling_nut < flooded.rolling_nut
+    assert greased.rolling_nut == pytest.approx(factor * short.rolling_nut, rel=1e-12)
+    assert short.rolling_nut < flooded.rolling_nut
     for part in ("shear", "hysteresis", "ball_ball", "thrust_factor"):
         assert getattr(greased, part) == getattr(flooded, part)
 
@@ -156,6 +158,16 @@ def test_bad_input_is_refused():
     ]:  # fmt: skip
         with pytest.raises(ValueError, match=message):
             nut_powers(VG100, np.array(loads), speed, 303.0, ClosedContacts())
+
+
+def test_between_spacer_balls_nothing_slides():
+    """The same loads on balls with smaller ones between them: neither oil nor thrust between neighbours."""
+    spaced = changed(VG100, screw={"spacer_balls": True, "ball_count": 36, "loaded_ball_count": 36})
+    dry = changed(VG100, friction={"neighbour_oil": 0.0})
+    loads = np.full(36, 30.0)
+    nut, same = (nut_powers(one, loads, 100.0, 303.0, ClosedContacts()) for one in (spaced, dry))
+    assert nut.ball_ball == 0.0
+    assert nut.torque(1.0, K) == pytest.approx(same.torque(1.0, 0.0), rel=1e-12)
 
 
 FOUR = changed(VG100, screw={"preload_kind": FOUR_POINT})

@@ -126,10 +126,11 @@ def test_preload_is_not_in_range_with_a_separated_nut(nut_map):
 @pytest.mark.parametrize("file", [None, PACKAGED_VG100])
 def test_torque_rises_with_preload_over_the_packaged_maps(file):
     """Elasticity d ln torque/d ln preload without axial load, by differences 3.5 % of preload apart; else no fall.
-    The shear of the mechanistic law rises less; in the lowest cell of its map the splines swing."""
+    The mechanistic law rises less in cold fast oil: that between the balls knows no load; in the lowest cell of its map
+    the splines swing."""
     nut_map = load_map(None, load_screw(file))
     axis, speeds, temperatures = nut_map.force, nut_map.speed, nut_map.temperature
-    lowest, rises = (0.1, 0.5) if file is None else (4.0, 0.05)
+    lowest, rises = (0.1, 0.5) if file is None else (4.0, 0.0)
     preload = np.geomspace(lowest * axis.lo, axis.hi, 200)[:, None, None]
     speed = np.geomspace(0.01 * speeds.lo, speeds.hi, 20)[None, :, None]
     temperature = np.linspace(temperatures.lo, temperatures.hi, 5)[None, None, :]

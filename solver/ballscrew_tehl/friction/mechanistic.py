@@ -7,8 +7,8 @@ P_shear       spin, differential and helix slip with the shear stress of an Eyri
               asperities: the equilibrium of the ball gives its motion (ball_equilibrium)
 P_hysteresis  3/16 mu_hs Q b times the angular speed of rolling, u_e/R_x (Zhao 2023, Eq. 18; differs from paper:
               u_e/r_b)
-P_neighbour   oil sheared in the gap between neighbouring balls, part of the rolling torque: half of it counts for each
-              raceway, with its factor of oil supply; neighbour_oil is the filled share of the gap
+P_neighbour   oil sheared in the gap between neighbouring balls, part of the rolling torque, half for each raceway;
+              neighbour_oil is the filled share of the gap, times the replenishment of a starved nut
 P_ball_ball   neighbours slide on each other with twice the speed of their surfaces (physics.ball_motion) and have no
               entrainment, so that no film parts them: mu_b N times that speed. N = kappa Lambda Q times thrust_factor
 
@@ -129,6 +129,20 @@ def breakaway_factor(friction: FrictionTable) -> float:
     return max(float(thrust_factor(friction, 1.0)), 1.0)
 
 
+def _replenished(parameters: Parameters, speed: Array, temperature: Array) -> Any:
+    """Factor (s, t) of SKF's replenishment, of the losses of the oil that the supply of the file leaves.
+
+    Source       d, D of the angular contact bearing with this ball and pitch diameter, whose section D - d is the ball
+                 diameter over 0.3 (assumption: geometry of bearings)
+    """
+    screw, oil = parameters.screw, parameters.lubricant
+    nu = eta0(oil, temperature) / ambient_density(oil, temperature)
+    pitch, section = 2e3 * screw.nominal_radius, 1e3 * screw.ball_diameter / BALL_OVER_SECTION
+    bore, outer = pitch - 0.5 * section, pitch + 0.5 * section
+    constant = parameters.friction.replenishment_constant
+    return replenishment_factor(constant, K_Z, speed / RPM, 1e6 * nu, bore, outer)
+
+
 def _supplied(
     parameters: Parameters,
     raceway: str,
@@ -137,28 +151,13 @@ def _supplied(
     temperature: Array,
     mean: Mapping[str, Array],
 ) -> Any:
-    """Rolling loss of a ball with the oil supply of the file over the flooded one (s, t); mean: contacts of the ball.
-
-    Source       physics.supply, times SKF's replenishment: d, D of the angular contact bearing with this ball and pitch
-                 diameter, whose section D - d is the ball diameter over 0.3 (assumption: geometry of bearings)
-    """
-    friction, screw, oil = parameters.friction, parameters.screw, parameters.lubricant
-    inlet = eta0(oil, temperature)
-    nu = inlet / ambient_density(oil, temperature)
-    pitch, section = 2e3 * screw.nominal_radius, 1e3 * screw.ball_diameter / BALL_OVER_SECTION
-    replenished = replenishment_factor(
-        friction.replenishment_constant,
-        K_Z,
-        speed / RPM,
-        1e6 * nu,
-        pitch - 0.5 * section,
-        pitch + 0.5 * section,
-    )
+    """Rolling loss of a ball with oil from the supply length on over the flooded one (s, t); mean: its contacts."""
+    friction, screw = parameters.friction, parameters.screw
     R_x, R_y = reduced_radii(screw, float(contact_angle_at_ball_load(screw, load)), raceway)
     b = ellipse(load, R_x, R_y, E_prime(screw)).b
     loss, film = mean["rolling_loss"][0], mean["central_film"][0]
-    u_e = entrainment_speed(screw, speed)
-    return replenished * supply_factor(friction.supply_length, load, loss, u_e, inlet, film, b, R_x, R_y)
+    u_e, inlet = entrainment_speed(screw, speed), eta0(parameters.lubricant, temperature)
+    return supply_factor(friction.supply_length, load, loss, u_e, inlet, film, b, R_x, R_y)
 
 
 def law_constants(parameters: Parameters) -> dict[str, float | None]:
@@ -372,7 +371,9 @@ def _powers(
     """Powers of a nut with the shear power of its mean ball [W] (s, t)."""
     mean, u = nut.means[0], float(entrainment_speed(parameters.screw, 1.0))
     rolling = [
-        rolling_torque(parameters, name, nut.loads, speed, temperature, nut.lost[name], nut.contacts[0][name])
+        rolling_torque(
+            parameters, name, nut.loads, speed, temperature, nut.lost[name], nut.contacts[0][name], nut.motion
+        )
         for name in RACEWAYS
     ]
     share = ball.traction.asperities[..., :: len(nut.means)].mean(axis=-1)
@@ -399,22 +400,24 @@ def rolling_torque(
     temperature: Array,
     lost: Array,
     mean: Mapping[str, Array],
+    motion: ContactMotion,
 ) -> Array:
     """Rolling torque of one raceway of a nut, with half of the oil between neighbours (s, t) [N.m].
 
+    Of oversize balls it is that of one pair of flanks, which has half of that if the other pair carries load, too. So
+    does a map where the other pair is free.
+
     Parameters   loads (n,) > 0 [N];  speed, temperature (s, t);  lost : flooded rolling loss of all balls (s, t) [W]
-                 mean : contacts of the ball with their mean_load
+                 mean : contacts of the ball with their mean_load;  motion : of its contacts
     """
-    screw, filled = parameters.screw, parameters.friction.neighbour_oil
+    screw = parameters.screw
+    lost = _supplied(parameters, raceway, mean_load(loads), speed, temperature, mean) * lost
     if not screw.spacer_balls:
-        sliding = 2.0 * entrainment_speed(screw, speed)
-        pair = neighbour_drag_power(
-            0.5 * screw.ball_diameter, sliding, eta0(parameters.lubricant, temperature)
-        )
-        lost = lost + 0.5 * filled * len(loads) * pair
-    return np.asarray(
-        _supplied(parameters, raceway, mean_load(loads), speed, temperature, mean) * lost / speed
-    )
+        gaps = parameters.friction.neighbour_oil * len(loads) / len(motion.raceways)
+        sliding = 2.0 * neighbour_sliding(screw, motion) * entrainment_speed(screw, speed)
+        oil = eta0(parameters.lubricant, temperature)
+        lost = lost + gaps * neighbour_drag_power(0.5 * screw.ball_diameter, sliding, oil)
+    return np.asarray(_replenished(parameters, speed, temperature) * lost / speed)
 
 
 def loaded_nuts(parameters: Parameters, forces: Sequence[float]) -> list[CountedNut]:

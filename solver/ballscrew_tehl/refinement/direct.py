@@ -13,8 +13,9 @@ from ..contact import THICKEST, ContactResult, solve_ball
 from ..friction.mechanistic import mean_load, nuts_powers, rolling_torque
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
-from ..parameters.file import Parameters, ScrewParameters, changed
+from ..parameters.file import FOUR_POINT, Parameters, ScrewParameters, changed
 from ..physics.ball_law import Array, contact_angle_at_ball_load
+from ..physics.ball_motion import contact_motion
 from ..physics.film import film_formula
 from ..physics.hertz import RACEWAYS, ball_ellipse
 from ..physics.kinematics import ROLLING_FRAME
@@ -172,7 +173,9 @@ class NutContacts:
             at = np.array([[speed]]), np.array([[temperature]])
             mean = contacts.values(raceway, np.array([load]), *at)
             lost = contacts.values(raceway, loads, *at)["rolling_loss"].sum(axis=0)
-            rolling = rolling_torque(self.parameters, raceway, loads, *at, lost, mean)
+            diagonals = 2 if screw.preload_kind == FOUR_POINT else 1
+            motion = contact_motion(screw, [float(contact_angle_at_ball_load(screw, load))] * diagonals)
+            rolling = rolling_torque(self.parameters, raceway, loads, *at, lost, mean, motion)
             return np.array([rolling[0, 0], hot["central_film"], *extremes])
         own = hot["central_film"]
         if self.film == "solved":
