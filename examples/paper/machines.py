@@ -53,16 +53,16 @@ ROLLING = {
     "law, film": "rolling",
     "law, film and hysteresis": "film_and_hysteresis",
     "law, flooded film": "rolling_flooded",
-    "law, film, SKF's replenishment": "rolling_replenished",
     "Houpert, inlet heating of Aihara": "rolling_houpert",
 }
 TOTALS = {
     "law": "total",
     "law, flooded": "total_flooded",
-    "law, SKF's replenishment": "total_replenished",
     "Palmgren, oil mist": "total_palmgren_mist",
     "Palmgren, oil bath": "total_palmgren_bath",
 }
+#: replenished totals of the law over those of SKF
+REPLENISHED = {"law and SKF's, both with SKF's replenishment": "total_replenished"}
 #: sets of the bearing points, and ranges of nu n
 POINTS: dict[str, Callable[[pd.DataFrame], pd.Series]] = {
     f"data, nu n <= {USUAL_NU_N:g}": lambda p: p.in_data & (p.nu_n <= USUAL_NU_N),
@@ -185,6 +185,7 @@ def bearing_text(points: pd.DataFrame) -> list[str]:
             ["nu n", *(f"{load:g} C" for load in by_load.columns)],
             ([f"{nu_n:g}", *row] for nu_n, row in zip(by_load.index, by_load.values, strict=True)),
         ),
+        _spread_table("Both replenished", spreads(points, REPLENISHED, "skf_replenished", POINTS)),
         table("SKF's total inside the interval of the law", ["points", "inside"], held),
     ]  # fmt: skip
 

@@ -25,7 +25,7 @@ def nsk_slope(screw: ScrewParameters) -> float:
     """Drag torque per newton of preload after NSK.
 
     Returns      0.05 L_p/(2 pi sqrt(tan lambda)) [N.m/N]; 0.2524 N.m per kN for the GD4008-3
-    Source       JIS B1192 / ISO 3408-3 form, as used in Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231
+    Source       form of JIS B 1192 (100 r/min, ISO VG 68), as used in Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231
     """
     return 0.05 * screw.lead / (2.0 * math.pi * math.sqrt(math.tan(screw.lead_angle)))
 

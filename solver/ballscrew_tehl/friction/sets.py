@@ -43,7 +43,7 @@ EARLIER = ("correlations", "other_losses", "film_model")
 PACKAGED_SETS = PACKAGED_DATA / "friction_sets.toml"
 
 #: name of the catalogue formula, baselines.nsk_torque
-CATALOGUE = "JIS B 1192 / ISO 3408-3"
+CATALOGUE = "JIS B 1192, ISO VG 68"
 #: why it differs from the mechanistic law, and where measured screws lie; measured torques of other leads: none known
 CATALOGUE_DIFFERS = (
     "a catalogue torque goes as lead/sqrt(tan(lead angle)), friction between balls does not depend on the lead; "

@@ -20,7 +20,9 @@ from ..shared.points import read_points
 from ..shared.quantities import SCREW_POINT
 from ..shared.results import Answer, say, width, write_text
 
-CONDITIONS = "JIS B 1192: 100 r/min, oil ISO VG 68, no seals; a convention, proportional to the preload"
+CONDITIONS = (
+    "JIS B 1192: 100 r/min, oil ISO VG 68, no seals; a convention, proportional to the preload; ISO 3408-3: ISO VG 100"
+)
 #: of a table
 COLUMNS = (
     "preload_n", "axial_load_n", "catalogue_torque_nm", "friction_torque_nm", "efficiency", "in_range", "static_safety",
