@@ -49,8 +49,7 @@ def monitor_step(
 ) -> MonitorStep:
     """Preload, its interval and sensitivity, film over roughness height, and whether they are in range.
 
-    held : preload of the last step that was in range [N], None before the first. The caller has checked that all are
-    finite numbers.
+    held : preload of the last step that was in range [N], None before the first. All are finite: the caller checks.
     """
     given, speed, slowest = parameters, inputs.speed, parameters.speed_min
     friction = FrictionParameters(*(getattr(given, name) for name in DEFAULTS))

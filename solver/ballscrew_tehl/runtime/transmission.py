@@ -250,6 +250,6 @@ def _nuts(
             clamped.append(name)
     low, high = sorted(min(force, highest) for force in forces)
     friction = FrictionParameters._make(getattr(parameters, name) for name in DEFAULTS)
-    nut = nut_map.evaluate_forces(low, high, inputs.speed, inputs.temperature, friction)
-    clamped += nut.clamped
-    return nut._replace(in_range=not clamped, clamped=tuple(clamped), seal_torque=parameters.seal_torque)
+    clamped += nut_map.outside(inputs.speed, inputs.temperature)
+    nut = nut_map.evaluate_forces(low, high, inputs.speed, inputs.temperature, friction, clamped)
+    return nut._replace(seal_torque=parameters.seal_torque)
