@@ -14,18 +14,11 @@ from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION, FmuModel
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu
-from ballscrew_tehl.runtime.constants import DAMPING_TIME
+from ballscrew_tehl.runtime import outputs
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
-from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS, POINT, FrictionParameters
-from ballscrew_tehl.runtime.standstill import (
-    RELAXED,
-    Elements,
-    held_stiffness,
-    presliding_friction,
-    regularised_friction,
-)
+from ballscrew_tehl.runtime.standstill import RELAXED, Elements, StandstillLaw
 from ballscrew_tehl.runtime.transmission import TransmissionInputs, TransmissionParameters, transmission_step
 
 STEP = 1e-3  # [s] communication step of the replay
@@ -73,12 +66,6 @@ def _starts(nut_map: NutMap, model: FmuModel) -> dict[str, float]:
     return {v.name: float(v.start or 0.0) for v in table if v.causality == "parameter"}
 
 
-def _parameters(nut_map: NutMap, model: FmuModel, kind: Any) -> Any:
-    """Start values of the parameters as a NamedTuple of this kind."""
-    starts = _starts(nut_map, model)
-    return kind(*(starts[name] for name in kind._fields))
-
-
 def _outputs(nut_map: NutMap, model: FmuModel, results: Iterable[Mapping[str, Any]]) -> list[Row]:
     """The outputs among these results, in the order of the table."""
     names = [v.name for v in model.variables(nut_map.header) if v.causality == "output"]
@@ -105,44 +92,26 @@ def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
 
 
 def friction_step(
-    nut_map: NutMap, given: Mapping[str, float], step: float, before: Elements
+    nut_map: NutMap, given: Mapping[str, float], step: float, before: Elements, heat: float = 0.0
 ) -> tuple[dict[str, Any], Elements]:
-    """Outputs of BallScrewFriction at the end of a step, except heat, and the elements there.
-
-    Parameters   given : inputs and parameters by name;  step : [s];  before : elements at its start
-    """
-    preload, speed, temperature, axial_load = (given[name] for name in POINT)
-    friction = FrictionParameters(*(given[name] for name in DEFAULTS))
-    nut = nut_map.evaluate(preload, speed, temperature, axial_load, *friction)
-    nut = nut._replace(seal_torque=given["seal_torque"])
-    if given["presliding"]:
-        present = given["presliding_stiffness"] or nut_map.presliding_stiffness(
-            preload, axial_load, friction.net_sliding_coefficient, friction.breakaway_factor
-        ) + nut_map.seal_stiffness(nut.seal_torque)
-        stiffness = held_stiffness(before, present)
-        damping = given["presliding_damping"] or DAMPING_TIME * stiffness
-        law = presliding_friction(nut.coulomb_torque, speed, step, before, stiffness, damping)
-    else:
-        law = regularised_friction(nut.coulomb_torque, speed, step, given["regularization_speed"], before)
-    outputs = friction_outputs(nut, speed, law, loads_a=axial_load >= 0.0)
-    outputs["range_margin"] = nut_map.range_margin(preload, speed, temperature, axial_load)
-    return outputs, law.elements
+    """Outputs of BallScrewFriction and elements at the end of a step [s]; given: inputs and parameters by name."""
+    point = [given[name] for name in (*POINT, *DEFAULTS)]
+    nut = nut_map.evaluate(*point)._replace(seal_torque=given["seal_torque"])
+    law = StandstillLaw(*(given[name] for name in StandstillLaw._fields))  # type: ignore[arg-type]
+    result, coulomb = outputs.friction_step(nut_map, nut, point, law, step, before, heat)
+    return result, coulomb.elements
 
 
 def friction_results(
     nut_map: NutMap, inputs: Iterable[Mapping[str, float]], step: float = STEP, **parameters: float
 ) -> list[Row]:
-    """Outputs of BallScrewFriction after each step of an input sequence, from a new instance.
-
-    Parameters   inputs : rows by name;  step : [s]
-                 parameters : by name; the others keep their start values
-    """
+    """Outputs of BallScrewFriction after each step [s] of an input sequence; parameters off their start values."""
     given = _starts(nut_map, FRICTION) | parameters
     elements, heat, results = RELAXED, 0.0, []
     for row in inputs:
-        outputs, elements = friction_step(nut_map, {**given, **row}, step, elements)
-        heat = outputs["heat"] = heat + step * outputs["power_loss"]
-        results.append(outputs)
+        result, elements = friction_step(nut_map, {**given, **row}, step, elements, heat)
+        heat = result["heat"]
+        results.append(result)
     return _outputs(nut_map, FRICTION, results)
 
 
@@ -150,12 +119,9 @@ def friction_results(
 
 
 def monitor_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]]) -> list[Row]:
-    """Outputs after each step of an input sequence, from a new instance.
-
-    Parameters   inputs : torque [N.m], speed [rad/s], temperature [K], axial_load [N]
-    """
-    parameters = _parameters(nut_map, MONITOR, MonitorParameters)
-    held, results = None, []
+    """Outputs of BallScrewPreloadMonitor after each step of an input sequence."""
+    starts, held, results = _starts(nut_map, MONITOR), None, []
+    parameters = MonitorParameters(*(starts[name] for name in MonitorParameters._fields))
     for row in inputs:
         done = monitor_step(nut_map, MonitorInputs(**row), parameters, held)
         results.append(done.outputs)
@@ -196,7 +162,8 @@ def _transmission_input(header: Mapping[str, Any], step: float) -> Iterator[dict
 
 
 def _transmission_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]], step: float) -> list[Row]:
-    parameters = _parameters(nut_map, TRANSMISSION, TransmissionParameters)
+    starts = _starts(nut_map, TRANSMISSION)
+    parameters = TransmissionParameters(*(starts[name] for name in TransmissionParameters._fields))  # type: ignore[arg-type]
     before, heat, results = RELAXED, 0.0, []  # at rest before the first step
     for row in inputs:
         done = transmission_step(nut_map, TransmissionInputs(**row), parameters, step, before, heat)

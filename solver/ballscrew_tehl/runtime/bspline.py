@@ -40,8 +40,8 @@ def cubic_slopes(t: Any) -> Weights:
     return (-0.5 * u * u, 0.5 * t * (3.0 * t - 4.0), 0.5 * u * (4.0 - 3.0 * u), 0.5 * t * t)
 
 
-def weighted(weights: Weights, values: Sequence[Any], first: int) -> Any:
-    """Four neighbouring values of a list, from `first` on, under the weights of their cell."""
+def weighted(weights: Weights, values: Any, first: Any) -> Any:
+    """Four neighbouring values of a list or array, from `first` on, under the weights of their cell."""
     a, b, c, d = weights
     return a * values[first] + b * values[first + 1] + c * values[first + 2] + d * values[first + 3]
 

@@ -291,7 +291,9 @@ class NutMap:
             np.concatenate(column).reshape(shape)
             for column in zip(*(piece[:-2] for piece in pieces), strict=True)
         ]
-        return DoubleNutState(*columns, tuple(n for n in POINT if any(n in piece.clamped for piece in pieces)))
+        return DoubleNutState(
+            *columns, tuple(n for n in POINT if any(n in piece.clamped for piece in pieces))
+        )
 
     def _evaluate_piece(
         self, preload: Array, speed: Array, temperature: Array, axial_load: Array, *friction: Array

@@ -206,14 +206,14 @@ def double_nut(
     """State from nut_torques and nut_extremes of the relieved and the loaded nut: torques added, extremes over both."""
     (relieved, extremes), (loaded, other_extremes) = first, second
     viscous, hysteresis, sliding = (a + b for a, b in zip(relieved[:3], loaded[:3], strict=True))
-    films = [ops.least(a, b) for a, b in zip(extremes[:3], other_extremes[:3], strict=True)]
-    largest = [ops.most(a, b) for a, b in zip(extremes[3:], other_extremes[3:], strict=True)]
+    film, screw, nut = (ops.least(a, b) for a, b in zip(extremes[:3], other_extremes[:3], strict=True))
+    rise, pressure, load = (ops.most(a, b) for a, b in zip(extremes[3:], other_extremes[3:], strict=True))
     freed = freed_shear(relieved, loaded, ops)
     # share of the relieved set of flanks: that of the shear of balls held by all four, a convention
     share = relieved.shear / ops.most(relieved.shear + loaded.shear, SMOOTH)
-    lambda_ratio = ops.least(films[0] / ops.most(roughness, SMOOTH), LAMBDA_RATIO_MAX)
+    lambda_ratio = ops.least(film / ops.most(roughness, SMOOTH), LAMBDA_RATIO_MAX)
     relieved_coulomb = relieved.hysteresis + relieved.sliding + freed * share
     return DoubleNutState(
-        viscous, hysteresis, sliding + freed, *films, *largest, lambda_ratio, relieved.viscous, relieved_coulomb,
-        in_range, clamped,
+        viscous, hysteresis, sliding + freed, film, screw, nut, rise, pressure, load, lambda_ratio,
+        relieved.viscous, relieved_coulomb, in_range, clamped,
     )  # fmt: skip

@@ -76,8 +76,8 @@ class OverPreload:
         if i not in self._columns:
             # four neighbours over force: surfaces, below the axis of speed their slopes, curves
             flat = self._block[:, :, i : i + 4].reshape(16, -1)
-            surfaces = (self._weights @ flat).reshape(-1, 4, TORQUE_SURFACES).transpose(0, 2, 1).tolist()
-            self._columns[i] = [*surfaces, self._map.curves[i : i + 4, :TORQUE_CURVES].T.tolist()]
+            columns = (self._weights @ flat).reshape(-1, 4, TORQUE_SURFACES).transpose(0, 2, 1).tolist()
+            self._columns[i] = [*columns, self._map.curves[i : i + 4, :TORQUE_CURVES].T.tolist()]
         inside = axis.lo <= force.value <= axis.hi  # with its ends, where the derivative is that of the map
         w = cubic_weights(Dual(t, axis.scale * force.slope / force.value if inside else 0.0))
         *surfaces, curves = [_duals(w, column) for column in self._columns[i]]
