@@ -1,9 +1,8 @@
 """Look-up of the nut map: friction torque, film and contact extremes of the double nut at an operating point.
 
-Numpy and the standard library only: this module travels inside the FMU. Torque of the double nut = nut(F_1) +
-nut(F_2), where the axial load moves force from one nut to the other. Every quantity is stored as the
-logarithm of its value in a tricubic B-spline (bspline.py) over (ln force, ln speed, temperature); packed.py
-names the columns.
+Torque of the double nut = nut(F_1) + nut(F_2), where the axial load moves force from one nut to the other. Every
+quantity is stored as the logarithm of its value in a tricubic B-spline (bspline.py) over (ln force, ln speed,
+temperature); packed.py names the columns.
 
 Limits:
 - a force below the axis follows the power laws of Hertz from its end: viscous torque F^(2/3), sliding torque
@@ -31,8 +30,6 @@ from ballscrew_tehl.runtime.nut_law import (
     ARRAYS,
     FLOATS,
     DoubleNutState,
-    Numbers,
-    NutTorques,
     Ops,
     double_nut,
     nut_extremes,
@@ -170,10 +167,23 @@ class NutMap:
 
         clamped : names of all inputs beyond the map
         """
-        point = (*self.placed(speed, temperature), friction, correction)
-        first = self._nut_point(relieved, *point)
-        second = first if loaded == relieved else self._nut_point(loaded, *point)
-        return double_nut(first, second, friction.roughness_height, not clamped, tuple(clamped), FLOATS)
+        j, k, weights, s = self.placed(speed, temperature)
+        block, nuts = self.blocks[j : j + 4, k : k + 4], []
+        for force in (relieved,) if loaded == relieved else (relieved, loaded):
+            i, t = self.force.place(force)
+            w = np.array(cubic_weights(t))
+            contracted = weights.dot(block[:, :, i : i + 4].reshape(16, -1))
+            # dot takes less time than @ on arrays of this size, for the same digits
+            values = [w.dot(row.reshape(4, -1)).tolist() for row in contracted]
+            curves = w.dot(self.curves[i : i + 4]).tolist()
+            if correction is not None:
+                values[0] = correction(force, values[0])
+            f = force / self.force.lo if force < self.force.lo else 1.0
+            slopes = values[1] if s < 1.0 else None
+            torques = nut_torques(self.law, values[0], slopes, curves, f, s, friction, FLOATS)
+            nuts.append((torques, nut_extremes(values[0], curves, f, s, FLOATS)))
+        roughness = friction.roughness_height
+        return double_nut(nuts[0], nuts[-1], roughness, not clamped, tuple(clamped), FLOATS)
 
     def placed(self, speed: float, temperature: float) -> tuple[int, int, Array, float]:
         """Cells of a speed, sign free, and temperature; weights of their 16 neighbours; speed over the lowest, up to 1.
@@ -231,30 +241,6 @@ class NutMap:
         _, loaded = self._forces_point(preload, axial_load)
         return min(margin, (highest - loaded) / highest)
 
-    def _nut_point(
-        self,
-        force: float,
-        j: int,
-        k: int,
-        weights: Array,
-        s: float,
-        friction: FrictionParameters,
-        correction: Correction | None,
-    ) -> tuple[NutTorques, Numbers]:
-        """Torques and extremes of one nut at a force; the others as from placed()."""
-        i, ti = self.force.place(force)
-        w_i = np.array(cubic_weights(ti))
-        contracted = weights.dot(self.blocks[j : j + 4, k : k + 4, i : i + 4].reshape(16, -1))
-        # dot takes less time than @ on arrays of this size, for the same digits
-        values = [w_i.dot(row.reshape(4, -1)).tolist() for row in contracted]
-        curves = w_i.dot(self.curves[i : i + 4]).tolist()
-        if correction is not None:
-            values[0] = correction(force, values[0])
-        f = force / self.force.lo if force < self.force.lo else 1.0
-        slopes = values[1] if s < 1.0 else None
-        torques = nut_torques(self.law, values[0], slopes, curves, f, s, friction, FLOATS)
-        return torques, nut_extremes(values[0], curves, f, s, FLOATS)
-
     def _forces_point(self, preload: float, axial_load: float) -> tuple[float, float]:
         """Forces of the relieved and of the loaded nut under an axial load, not clamped; preload clamped."""
         preload = min(max(preload, 0.0), self.force.hi)
@@ -291,9 +277,8 @@ class NutMap:
             np.concatenate(column).reshape(shape)
             for column in zip(*(piece[:-2] for piece in pieces), strict=True)
         ]
-        return DoubleNutState(
-            *columns, tuple(n for n in POINT if any(n in piece.clamped for piece in pieces))
-        )
+        names = tuple(name for name in POINT if any(name in piece.clamped for piece in pieces))
+        return DoubleNutState._make([*columns, names, 0.0])
 
     def _evaluate_piece(
         self, preload: Array, speed: Array, temperature: Array, axial_load: Array, *friction: Array

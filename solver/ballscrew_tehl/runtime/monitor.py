@@ -1,7 +1,4 @@
-"""Outputs of the FMU BallScrewPreloadMonitor by name: one step from measured torque to preload.
-
-Standard library only besides the modules of the map: this module travels inside the FMU. Twin: native/monitor/model.c.
-"""
+"""One step of the FMU BallScrewPreloadMonitor from measured torque to preload. Twin: native/models/monitor/model.c."""
 
 import math
 from typing import Any, NamedTuple
