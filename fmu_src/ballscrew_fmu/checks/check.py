@@ -26,10 +26,7 @@ _SHOWN = ("name", "causality", "unit", "start", "min", "max", "description")  # 
 
 
 def check(fmu: Path, reference: Reference, model: FmuModel = FRICTION) -> str:
-    """Validation and replay of a built FMU. Returns one line with the results.
-
-    Raises       CheckError
-    """
+    """Validation and replay of a built FMU: a line with the results, or CheckError."""
     _refuse_findings(fmu)
     source = "its recorded results" if model is AXIS else "the map"
     try:
@@ -40,7 +37,7 @@ def check(fmu: Path, reference: Reference, model: FmuModel = FRICTION) -> str:
 
 
 def _refuse_findings(fmu: Path) -> None:
-    """Raises CheckError with what the validation of fmpy finds."""
+    """CheckError with what the validation of fmpy finds."""
     if findings := validation.validate_fmu(str(fmu)):
         raise CheckError(f"fmpy validation of {fmu.name}: {' | '.join(findings)}")
 
@@ -48,13 +45,12 @@ def _refuse_findings(fmu: Path) -> None:
 def check_file(fmu: Path) -> list[str]:
     """Checks of an FMU file, a line each: validation, map, replay of the validation or of the map that it contains.
 
-    Raises       ValueError: not an FMU; CheckError: what is wrong, one line
+    ValueError: not an FMU; CheckError: what is wrong, one line
     """
     description = read_description(fmu)
     _refuse_findings(fmu)
-    lines = ["fmpy validation: no finding"]
-    if (note := _map_note(fmu, description.description or "")) is not None:
-        lines.append(note)
+    note = _map_note(fmu, description.description or "")
+    lines = ["fmpy validation: no finding", *filter(None, [note])]
     if fmpy.platform not in fmpy.supported_platforms(str(fmu)):
         return [*lines, f"not run: no library for this machine ({fmpy.platform})"]
     with tempfile.TemporaryDirectory(prefix="ballscrew_fmu_", ignore_cleanup_errors=True) as folder:
@@ -71,11 +67,18 @@ def check_file(fmu: Path) -> list[str]:
 
 
 def _replayed(folder: Path, model: str) -> str:
-    """Replay of the FMU in a folder against what it contains, or a step if that is nothing, as a line.
-
-    Raises       CheckError: what is wrong, one line
-    """
-    name, reference = _reference_in(folder, model)
+    """Replay of an unpacked FMU against what it contains, or a step if that is nothing, as a line; or CheckError."""
+    name, resources = f"{model}_validation", folder / "resources"
+    slave = next((one for one in MODELS if one.name == model), None)
+    try:
+        if slave is not None and (resources / PYTHON_MAP_FILE).exists():
+            name, reference = "map", reference_of(map_in(str(resources)), slave)
+        else:
+            reference = validation_in(folder)
+    except MapError as error:
+        raise CheckError(f"made by another version of this package: {error}") from error
+    except ValueError as error:
+        raise CheckError(str(error)) from error
     if reference is None:
         (outputs,) = replay(folder, [{}])
         if wrong := [output for output, value in outputs.items() if value != value]:
@@ -89,28 +92,8 @@ def _replayed(folder: Path, model: str) -> str:
     return f"replay against {name} in the FMU, {len(reference.inputs)} steps: {found}"
 
 
-def _reference_in(folder: Path, model: str) -> tuple[str, Reference | None]:
-    """Name and content of the reference of an unpacked FMU; for Python hosts, computed from its map.
-
-    Raises       CheckError: it cannot be read
-    """
-    slave = next((one for one in MODELS if one.name == model), None)
-    resources = folder / "resources"
-    try:
-        if slave is not None and (resources / PYTHON_MAP_FILE).exists():
-            return "map", reference_of(map_in(str(resources)), slave)
-        return f"{model}_validation", validation_in(folder)
-    except MapError as error:
-        raise CheckError(f"made by another version of this package: {error}") from error
-    except ValueError as error:
-        raise CheckError(str(error)) from error
-
-
 def fmu_info(fmu: Path) -> dict[str, Any]:
-    """Names, kinds, platforms and variables of an FMU; JSON-able.
-
-    Raises       ValueError: not an FMU that fmpy can read
-    """
+    """Names, kinds, platforms and variables of an FMU for JSON; ValueError: not an FMU that fmpy can read."""
     description = read_description(fmu)
     kinds = {"co-simulation": description.coSimulation, "model exchange": description.modelExchange}
     with zipfile.ZipFile(fmu) as archive:
@@ -134,10 +117,7 @@ def fmu_info(fmu: Path) -> dict[str, Any]:
 
 
 def read_description(fmu: Path) -> ModelDescription:
-    """Model description of an FMU file.
-
-    Raises       ValueError: it cannot be read, with the reason
-    """
+    """Model description of an FMU file; ValueError: it cannot be read, with the reason."""
     if not fmu.is_file():
         raise ValueError(f"{fmu}: {'a folder; give an FMU file' if fmu.is_dir() else 'no such file'}")
     try:

@@ -32,32 +32,34 @@ Row = dict[str, Any]
 def reference_of(nut_map: NutMap, model: FmuModel = FRICTION) -> Reference:
     """Reference input and the outputs of the map for it, with the start values of the parameters.
 
-    Raises       CheckError: the monitor does not recover the preload that its torque is computed from; as check_axis
+    CheckError: the monitor does not recover the preload that its torque is computed from; as check_axis
     """
     header = nut_map.header
     if model is AXIS:
         rows = list(axis_input(header))
-        return Reference(STEP, rows, _axis_results(nut_map, rows))
+        with tempfile.TemporaryDirectory(prefix="ballscrew_axis_") as scratch:
+            fmu = Path(scratch) / "axis.fmu"
+            build_native_fmu(nut_map, 2, fmu, platforms=(this_platform(),), model=AXIS)
+            results = replay(fmu, rows, STEP)
+        check_axis(nut_map, rows, results)
+        return Reference(STEP, rows, results)
     if model is TRANSMISSION:
-        rows = list(_transmission_input(header, STEP))
-        return Reference(STEP, rows, _transmission_outputs(nut_map, rows, STEP))
+        rows = list(_transmission_input(header))
+        return Reference(STEP, rows, _transmission_outputs(nut_map, rows))
     rows = list(reference_input(header))
     if model is FRICTION:
         return Reference(STEP, rows, friction_results(nut_map, rows))
+    torques = [row["friction_torque"] for row in friction_results(nut_map, rows, presliding=False)]
     inputs = [
-        {"torque": result["friction_torque"]}
-        | {name: row[name] for name in ("speed", "temperature", "axial_load")}
-        for row, result in zip(rows, friction_results(nut_map, rows, presliding=False), strict=True)
+        {"torque": torque} | {name: row[name] for name in ("speed", "temperature", "axial_load")}
+        for row, torque in zip(rows, torques, strict=True)
     ]
-    outputs = monitor_outputs(nut_map, inputs)
-    errors = [
-        abs(result["preload"] / row["preload"] - 1.0)
-        for row, result in zip(rows, outputs, strict=True)
-        if result["in_range"]
-    ]
+    results = monitor_outputs(nut_map, inputs)
+    pairs = zip(rows, results, strict=True)
+    errors = [abs(found["preload"] / row["preload"] - 1.0) for row, found in pairs if found["in_range"]]
     if not (errors and all(error <= RECOVERY for error in errors)):
         raise CheckError(f"preload from torque: relative errors {errors}; allowed {RECOVERY:g}")
-    return Reference(STEP, inputs, outputs)
+    return Reference(STEP, inputs, results)
 
 
 def _starts(nut_map: NutMap, model: FmuModel) -> dict[str, float]:
@@ -70,9 +72,6 @@ def _outputs(nut_map: NutMap, model: FmuModel, results: Iterable[Mapping[str, An
     """The outputs among these results, in the order of the table."""
     names = [v.name for v in model.variables(nut_map.header) if v.causality == "output"]
     return [{name: row[name] for name in names} for row in results]
-
-
-# of the friction
 
 
 def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
@@ -115,9 +114,6 @@ def friction_results(
     return _outputs(nut_map, FRICTION, results)
 
 
-# of the monitor
-
-
 def monitor_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]]) -> list[Row]:
     """Outputs of BallScrewPreloadMonitor after each step of an input sequence."""
     starts, held, results = _starts(nut_map, MONITOR), None, []
@@ -129,10 +125,7 @@ def monitor_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]]) -> l
     return _outputs(nut_map, MONITOR, results)
 
 
-# of the transmission
-
-
-def _transmission_input(header: Mapping[str, Any], step: float) -> Iterator[dict[str, float]]:
+def _transmission_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
     """Motion from rest, in both directions, under a load that changes its sign, partly outside the map."""
     axes = header["axes"]
     force_hi, fastest = axes["force"][1], axes["speed"][1]
@@ -154,25 +147,22 @@ def _transmission_input(header: Mapping[str, Any], step: float) -> Iterator[dict
             "angle": angle,
             "speed": speed,
             "position": ratio * angle - x,
-            "velocity": ratio * speed - (x_next - x) / step,
+            "velocity": ratio * speed - (x_next - x) / STEP,
             "temperature": cold + (hot - cold) * (1.1 * phase - 0.05),
             "preload": force_hi * (0.02 + 0.5 * phase),
         }
-        angle += speed * step
+        angle += speed * STEP
 
 
-def _transmission_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]], step: float) -> list[Row]:
+def _transmission_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]]) -> list[Row]:
     starts = _starts(nut_map, TRANSMISSION)
     parameters = TransmissionParameters(*(starts[name] for name in TransmissionParameters._fields))  # type: ignore[arg-type]
     before, heat, results = RELAXED, 0.0, []  # at rest before the first step
     for row in inputs:
-        done = transmission_step(nut_map, TransmissionInputs(**row), parameters, step, before, heat)
+        done = transmission_step(nut_map, TransmissionInputs(**row), parameters, STEP, before, heat)
         results.append(done.outputs)
         before, heat = done.elements, done.outputs["heat"]
     return _outputs(nut_map, TRANSMISSION, results)
-
-
-# of the axis
 
 
 def axis_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
@@ -189,23 +179,12 @@ def axis_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
         }
 
 
-def _axis_results(nut_map: NutMap, inputs: Sequence[Mapping[str, float]]) -> list[Row]:
-    """Outputs of the axis, recorded from an FMU for this machine, once three checks have found them right."""
-    with tempfile.TemporaryDirectory(prefix="ballscrew_axis_") as scratch:
-        fmu = Path(scratch) / "axis.fmu"
-        build_native_fmu(nut_map, 2, fmu, platforms=(this_platform(),), model=AXIS)
-        results = replay(fmu, inputs, STEP)
-    check_axis(nut_map, inputs, results)
-    return results
-
-
 def check_axis(
     nut_map: NutMap, inputs: Sequence[Mapping[str, float]], results: Sequence[Mapping[str, Any]]
 ) -> float:
     """Energies of an axis, its friction against the map, its motion against an integration in Python (axis_motion).
 
-    Returns      largest difference of the motion, over the range of the quantity
-    Raises       CheckError
+    Returns the largest difference of the motion over the range of the quantity; CheckError above MOTION or BALANCE.
     """
     defaults = FrictionParameters(*nut_map.defaults)
     for n, (row, result) in enumerate(zip(inputs, results, strict=True)):

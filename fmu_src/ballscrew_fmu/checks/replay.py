@@ -132,10 +132,7 @@ class FmuInstance:
 
 @contextlib.contextmanager
 def running(fmu: Path | str) -> Iterator[FmuInstance]:
-    """An instance of an FMU, packed or in a folder.
-
-    Raises       CheckError: it cannot be loaded, instantiated or stepped, with what the FMU says itself
-    """
+    """An instance of an FMU; CheckError: it cannot be loaded, instantiated or stepped, with what it says itself."""
     messages: list[tuple[int, str]] = []
     try:
         instance = FmuInstance(fmu, messages)
@@ -155,10 +152,7 @@ def _failed(messages: Sequence[tuple[int, str]], error: Exception) -> CheckError
 def replay(
     fmu: Path | str, rows: Iterable[Mapping[str, float]], step_size: float = 1e-3
 ) -> list[dict[str, Any]]:
-    """Outputs after each step of an input sequence. A row may be limited to the inputs that change.
-
-    Raises       CheckError: as running, or the FMU discards a step
-    """
+    """Outputs after each step of an input sequence, a row of inputs that change each; CheckError: it fails a step."""
     results = []
     with running(fmu) as instance:
         for row in rows:
@@ -172,9 +166,7 @@ def largest_difference(results: Rows, expected: Rows) -> tuple[float, int, str, 
     """The largest relative one of two sequences of outputs, NaN before all; its row, name, result and expected value.
 
     Relative to the value, or to FLOOR of the largest value of that output where the value is smaller: the force on a
-    nut is a difference of forces, and rounds as they do.
-
-    Raises       ValueError: their names or lengths differ
+    nut is a difference of forces, and rounds as they do. ValueError: their names or lengths differ.
     """
     if any(row.keys() != wanted.keys() for row, wanted in zip(results, expected, strict=True)):
         raise ValueError(f"outputs {sorted(results[0])}; expected {sorted(expected[0])}")
@@ -188,10 +180,7 @@ def largest_difference(results: Rows, expected: Rows) -> tuple[float, int, str, 
 
 
 def check_replay(fmu: Path | str, reference: Reference, source: str) -> float:
-    """Largest relative difference between an FMU in fmpy and a reference, which comes from `source`.
-
-    Raises       CheckError: an output differs by more than AGREEMENT, or as replay
-    """
+    """Largest relative difference between an FMU and a reference from `source`; CheckError above AGREEMENT."""
     outputs = replay(fmu, reference.inputs, reference.step)
     try:
         worst, n, name, value, wanted = largest_difference(outputs, reference.outputs)

@@ -17,9 +17,7 @@ from pathlib import Path
 BINARIES = "binaries/linux64"  # in the parent folder of the resources
 RESET = "finalizePythonInterpreter"  # called by the destructor; a second call has no effect
 
-_libraries: dict[
-    str, ctypes.CDLL
-] = {}  # by path; a reference is kept so that the registered function stays valid
+_libraries: dict[str, ctypes.CDLL] = {}  # by path; kept so that the registered function stays valid
 
 
 def reset_at_exit(resources: str) -> None:

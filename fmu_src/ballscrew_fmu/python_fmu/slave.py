@@ -44,7 +44,7 @@ class BallScrewFrictionBase(MapSlave):
         self._elements, self._heat = Elements(tuple(states), *others), state["heat"]
         self._refinement, self._refinement_state = None, state["refinement"]
 
-    def _evaluate(self, step: float | None) -> bool:
+    def _evaluate(self, step: float | None) -> tuple[Mapping[str, Any], tuple[str, ...]]:
         point, law = self._point(self._values), StandstillLaw(*self._law(self._values))
         refine, tolerance = self._refining(self._values)
         nut = self._refined(tolerance, point) if refine else None
@@ -53,17 +53,13 @@ class BallScrewFrictionBase(MapSlave):
         nut = nut._replace(seal_torque=self._seal(self._values))
         before = None if step is None else self._elements
         outputs, coulomb = friction_step(self._map, nut, point, law, step, before, self._heat)
-        self._set_outputs(outputs)
         self._elements, self._heat = coulomb.elements, outputs["heat"]
         # rotor and elements that both step with the values of the last step: stable in the elastic range for
         # step stiffness/damping < 1 - step damping/inertia
         stiffness = coulomb.elements.stiffness
-        damping, moving = (
-            law.presliding_damping or DAMPING_TIME * stiffness,
-            point[POINT.index("speed")] != 0.0,
-        )
-        sticks = law.presliding and abs(coulomb.sign) < 1.0 - 1e-9
-        if step and moving and sticks and step * stiffness >= damping > 0.0:
+        damping = law.presliding_damping or DAMPING_TIME * stiffness
+        sticks = law.presliding and point[POINT.index("speed")] != 0.0 and abs(coulomb.sign) < 1.0 - 1e-9
+        if step and sticks and step * stiffness >= damping > 0.0:
             self._log_once(
                 "step",
                 f"step = {step} s; an inertia coupled with the values of the last step comes to rest for steps below "
@@ -71,8 +67,7 @@ class BallScrewFrictionBase(MapSlave):
                 f"{damping / stiffness:.6g} s (logged once)",
                 Fmi2Status.warning,
             )
-        self._warn(nut.clamped)
-        return True
+        return outputs, nut.clamped
 
     def _refined(self, tolerance: float, point: tuple[float, ...]) -> DoubleNutState | None:
         """The refined map at a point. None if the solver cannot be used, which is logged once."""

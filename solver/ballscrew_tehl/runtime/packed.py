@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 FORMAT_VERSION = 3
 FILM_SHEAR, MECHANISTIC = "film_shear", "mechanistic"  # friction laws, header["law"]
-_EXTREMES = (
+EXTREMES = (  # surfaces of both laws, after those of torque
     "minimum_film_screw",  # [m] thermal
     "minimum_film_nut",
     "central_film_screw",
@@ -30,14 +30,14 @@ SURFACES = {  # by law: logarithms over (ln force, ln speed, temperature) of one
         "viscous_torque_nut",
         "effective_film_screw",  # [m] isothermal, for the viscous share at a roughness height
         "effective_film_nut",
-        *_EXTREMES,
+        *EXTREMES,
     ),
     MECHANISTIC: (
         "rolling_torque_screw",  # [N.m] hydrodynamic rolling loss
         "rolling_torque_nut",
         "shear_torque",  # [N.m] spin, differential and helix slip
         "thrust_factor",  # [1] >= 1, by which asperities raise the thrust of balls on each other
-        *_EXTREMES,
+        *EXTREMES,
     ),
 }
 FORCE_CURVES = (  # logarithms over ln force of one nut
