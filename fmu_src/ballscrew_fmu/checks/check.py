@@ -14,7 +14,7 @@ from fmpy import validation
 from fmpy.model_description import ModelDescription
 
 from ballscrew_fmu.checks.reference import reference_of
-from ballscrew_fmu.checks.replay import AGREEMENT, CheckError, check_replay, replay
+from ballscrew_fmu.checks.replay import CheckError, largest_difference, replay
 from ballscrew_fmu.models import AXIS, FRICTION, MODELS, FmuModel
 from ballscrew_fmu.native_fmu.experiments import Reference, validation_in
 from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, hash_in
@@ -22,6 +22,7 @@ from ballscrew_fmu.python_fmu.shared_map import MAP_FILE as PYTHON_MAP_FILE
 from ballscrew_fmu.python_fmu.shared_map import map_in
 from ballscrew_tehl.runtime.packed import MapError
 
+AGREEMENT = 1e-9  # relative difference between an FMU and its reference
 _SHOWN = ("name", "causality", "unit", "start", "min", "max", "description")  # of a variable
 
 
@@ -29,11 +30,28 @@ def check(fmu: Path, reference: Reference, model: FmuModel = FRICTION) -> str:
     """Validation and replay of a built FMU: a line with the results, or CheckError."""
     _refuse_findings(fmu)
     source = "its recorded results" if model is AXIS else "the map"
+    return f"fmpy: no finding; replay against {source}: {_agreement(fmu, reference, source, fmu.name)}"
+
+
+def _agreement(fmu: Path, reference: Reference, source: str, name: str) -> str:
+    """Result of check_replay as text; CheckError begins with the name of what is checked."""
     try:
         worst = check_replay(fmu, reference, f"{source}:")
     except CheckError as error:
-        raise CheckError(f"{fmu.name}: {error}") from error
-    return f"fmpy: no finding; replay against {source}: largest difference {worst:.1e} (limit {AGREEMENT:g})"
+        raise CheckError(f"{name}: {error}") from error
+    return f"largest difference {worst:.1e} (limit {AGREEMENT:g})"
+
+
+def check_replay(fmu: Path | str, reference: Reference, source: str) -> float:
+    """Largest relative difference between an FMU and a reference from `source`; CheckError above AGREEMENT."""
+    outputs = replay(fmu, reference.inputs, reference.step)
+    try:
+        worst, n, name, value, wanted = largest_difference(outputs, reference.outputs)
+    except ValueError as error:
+        raise CheckError(f"replay: {error}") from error
+    if not worst <= AGREEMENT:
+        raise CheckError(f"replay step {n}: {name} = {value!r}; {source} {wanted!r}")
+    return worst
 
 
 def _refuse_findings(fmu: Path) -> None:
@@ -68,13 +86,11 @@ def check_file(fmu: Path) -> list[str]:
 
 def _replayed(folder: Path, model: str) -> str:
     """Replay of an unpacked FMU against what it contains, or a step if that is nothing, as a line; or CheckError."""
-    name, resources = f"{model}_validation", folder / "resources"
-    slave = next((one for one in MODELS if one.name == model), None)
+    resources = folder / "resources"
+    slaves = [one for one in MODELS if one.name == model and (resources / PYTHON_MAP_FILE).exists()]
+    name = "map" if slaves else f"{model}_validation"
     try:
-        if slave is not None and (resources / PYTHON_MAP_FILE).exists():
-            name, reference = "map", reference_of(map_in(str(resources)), slave)
-        else:
-            reference = validation_in(folder)
+        reference = reference_of(map_in(str(resources)), slaves[0]) if slaves else validation_in(folder)
     except MapError as error:
         raise CheckError(f"made by another version of this package: {error}") from error
     except ValueError as error:
@@ -84,11 +100,7 @@ def _replayed(folder: Path, model: str) -> str:
         if wrong := [output for output, value in outputs.items() if value != value]:
             raise CheckError(f"not a number after a step with the start values: {', '.join(wrong)}")
         return f"a step with the start values: {len(outputs)} outputs; not replayed: no reference results in the FMU"
-    try:
-        worst = check_replay(folder, reference, f"{name} in the FMU:")
-    except CheckError as error:
-        raise CheckError(f"{name}: {error}") from error
-    found = f"largest difference {worst:.1e} (limit {AGREEMENT:g})"
+    found = _agreement(folder, reference, f"{name} in the FMU", name)
     return f"replay against {name} in the FMU, {len(reference.inputs)} steps: {found}"
 
 

@@ -130,12 +130,10 @@ def _transmission_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]
     axes = header["axes"]
     force_hi, fastest = axes["force"][1], axes["speed"][1]
     cold, hot = axes["temperature"][:2]
-    numbers = header["screw"]
-    ratio = numbers["lead"] / (2.0 * math.pi)
+    screw = header["screw"]
+    ratio = screw["lead"] / (2.0 * math.pi)
     # way at which one nut comes free at the middle preload
-    way = (
-        (0.3 * force_hi * numbers["stiffness_preload"] ** 0.5) ** (2.0 / 3.0) * 3.0 / numbers["nut_stiffness"]
-    )
+    way = (0.3 * force_hi * screw["stiffness_preload"] ** 0.5) ** (2.0 / 3.0) * 3.0 / screw["nut_stiffness"]
     angle = 0.0
     for n in range(STEPS):
         phase = n / STEPS
@@ -189,10 +187,9 @@ def check_axis(
     defaults = FrictionParameters(*nut_map.defaults)
     for n, (row, result) in enumerate(zip(inputs, results, strict=True)):
         kept = [result[name] for name in ("heat", "kinetic_energy", "potential_energy", "stored_energy")]
-        if not abs(result["supplied_energy"] - sum(kept)) <= BALANCE * sum(map(abs, kept)):
-            raise CheckError(
-                f"axis, step {n}: {result['supplied_energy']!r} J supplied, {sum(kept)!r} J kept"
-            )
+        supplied = result["supplied_energy"]
+        if not abs(supplied - sum(kept)) <= BALANCE * sum(map(abs, kept)):
+            raise CheckError(f"axis, step {n}: {supplied!r} J supplied, {sum(kept)!r} J kept")
         low, high = sorted(min(result[f"force_nut_{nut}"], nut_map.force.hi) for nut in "ab")
         nut = nut_map.evaluate_forces(low, high, result["speed"], row["temperature"], defaults)
         viscous = result["viscous_torque"]
@@ -200,9 +197,7 @@ def check_axis(
             raise CheckError(f"axis, step {n}: viscous_torque = {viscous!r}; the map {nut.viscous_torque!r}")
     motion = list(axis_motion(nut_map, inputs, STEP))
     names = list(motion[0])
-    integrated, recorded = (
-        np.array([[row[name] for name in names] for row in of]) for of in (motion, results)
-    )
+    integrated, recorded = (np.array([[row[x] for x in names] for row in of]) for of in (motion, results))
     differences = np.max(np.abs(integrated - recorded), axis=0) / np.ptp(integrated, axis=0)
     n = int(np.argmax(differences))  # a NaN before all
     name, worst = names[n], float(differences[n])

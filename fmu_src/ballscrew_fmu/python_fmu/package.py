@@ -7,6 +7,7 @@ time, are in a folder of that package (solver_cache.py).
 """
 
 import ast
+import importlib.resources
 import importlib.util
 import re
 import sys
@@ -145,21 +146,14 @@ def _imports(node: ast.AST, package: str) -> Iterator[tuple[str, bool]]:
 
 
 def binaries(header: Mapping[str, Any], model: FmuModel) -> dict[str, bytes]:
-    """Libraries by path in the FMU: entry libraries with the name of the model, and pythonfmu's, which they call.
-
-    BuildError: there is no compiler for them, or it fails;  ImportError: pythonfmu is missing
-    """
-    pythonfmu = _file("pythonfmu")
-    if pythonfmu is None:
-        raise ImportError("module pythonfmu not found; python -m pip install pythonfmu")
-    theirs = pythonfmu.parent / "resources" / "binaries"
+    """Libraries by path in the FMU: entry libraries with the name of the model, and pythonfmu's, which they call."""
+    theirs = importlib.resources.files("pythonfmu") / "resources" / "binaries"
     compiler, library = provider(header), entry_library(header, model)
     platforms = [name for name in library.platforms if name in compiler.platforms]
     if not platforms:
-        raise BuildError(
-            f"{compiler.name} compiles for {', '.join(compiler.platforms)}, pythonfmu runs on {', '.join(PLATFORMS)}: "
-            f"{INSTALL}, which compiles for these too"
-        )
+        ours, others = ", ".join(compiler.platforms), ", ".join(PLATFORMS)
+        found = f"{compiler.name} compiles for {ours}, pythonfmu runs on {others}"
+        raise BuildError(f"{found}: {INSTALL}, which compiles for these too")
     files = {}
     for platform, content in contents(library, platforms).items():
         folder, shared, suffix = PLATFORMS[platform]
@@ -216,6 +210,5 @@ def build_fmu(
     """Build the FMU of a map. Same map and same code give the same bytes and GUID.
 
     Parameters   path : of the FMU; an existing file is replaced;  others as in fmu_files
-    Returns      BuiltFmu
     """
     return built(path, fmu_files(nut_map, sources, solver, model, live_page))

@@ -27,8 +27,7 @@ class BallScrewFrictionBase(MapSlave):
         super().__init__(fmu_variables, **kwargs)
         self._point = self._shared.getter(*POINT, *DEFAULTS)
         self._law = self._shared.getter(*StandstillLaw._fields)
-        self._seal = self._shared.getter("seal_torque")
-        self._refining = self._shared.getter("refine", "refine_tolerance")
+        self._others = self._shared.getter("seal_torque", "refine", "refine_tolerance")
         self._elements = RELAXED
         self._heat = 0.0  # [J] dissipated in the steps
         self._refinement: Any = None  # created at the first refined step
@@ -46,11 +45,11 @@ class BallScrewFrictionBase(MapSlave):
 
     def _evaluate(self, step: float | None) -> tuple[Mapping[str, Any], tuple[str, ...]]:
         point, law = self._point(self._values), StandstillLaw(*self._law(self._values))
-        refine, tolerance = self._refining(self._values)
+        seal_torque, refine, tolerance = self._others(self._values)
         nut = self._refined(tolerance, point) if refine else None
         if nut is None:
             nut = self._map.evaluate_point(*point)
-        nut = nut._replace(seal_torque=self._seal(self._values))
+        nut = nut._replace(seal_torque=seal_torque)
         before = None if step is None else self._elements
         outputs, coulomb = friction_step(self._map, nut, point, law, step, before, self._heat)
         self._elements, self._heat = coulomb.elements, outputs["heat"]
@@ -75,7 +74,15 @@ class BallScrewFrictionBase(MapSlave):
             return None
         try:
             if self._refinement is None:
-                self._refinement = self._make_refinement()
+                # imports the solver, and compiles it if that was not done yet
+                solver, remark = load_solver(Path(self.resources, str(__package__)))
+                if remark:
+                    self._log_once("cache", f"refine: {remark}", Fmi2Status.warning)
+                refinement = solver.Refinement(self._map, report=self._report)
+                refinement.prepare()
+                if self._refinement_state is not None:
+                    refinement.restore(self._refinement_state)
+                self._refinement = refinement
             self._refinement.tolerance = tolerance
             return self._refinement.evaluate_point(*point)
         except Exception as error:  # the step continues with the map
@@ -85,17 +92,6 @@ class BallScrewFrictionBase(MapSlave):
             reason = str(error) if isinstance(error, SolverError) else f"{type(error).__name__}: {error}"
             self._log_once("refine", f"refine: {reason}; results are those of the map", Fmi2Status.error)
             return None
-
-    def _make_refinement(self) -> Any:
-        """Refinement of this map with its saved state. Imports the solver, and compiles it if that was not done yet."""
-        solver, remark = load_solver(Path(self.resources, str(__package__)))
-        if remark:
-            self._log_once("cache", f"refine: {remark}", Fmi2Status.warning)
-        refinement = solver.Refinement(self._map, report=self._report)
-        refinement.prepare()
-        if self._refinement_state is not None:
-            refinement.restore(self._refinement_state)
-        return refinement
 
     def _report(self, solve: Any) -> None:
         if solve.failure:

@@ -1,14 +1,12 @@
 """Base class of the slaves: FMI 2.0 co-simulation of a table of variables with a nut map.
 
-Inside the FMU this module is in a package named by its content (package.py), with copies of all modules that it
-imports. All imports are at the top: an import during a step would fail if the folder of the FMU copy that was loaded
-first has been deleted.
+Inside the FMU this module is in a package named by its content (package.py). All imports are at the top: an import
+during a step would fail if the folder of the FMU copy that was loaded first has been deleted.
 
 No call may raise once the instance exists: pythonfmu 0.7 then releases its objects twice, at the exception and when
-the instance is freed, which crashes the host process. The entry library (native/python_host/entry.c) refuses what is
-illegal: references that are unknown or cannot be set, all Integer and String variables, impossible steps, states that
-cannot be read.
-Steps that fail are discarded.
+the instance is freed, which crashes the host process. Steps that fail are discarded. The entry library
+(native/python_host/entry.c) refuses what is illegal: references that are unknown or cannot be set, all Integer and
+String variables, impossible steps, states that cannot be read.
 """
 
 import hashlib
@@ -85,12 +83,13 @@ class MapSlave(Fmi2Slave):
         self._phase = TERMINATED
 
     def get_real(self, vrs: list[int]) -> list[float]:
-        self._refresh()
+        if self._stale and self._phase == INITIALIZING:
+            self._stale = False
+            self._update(None)
         return [float(self._values[vr]) for vr in vrs]
 
     def get_boolean(self, vrs: list[int]) -> list[bool]:
-        self._refresh()
-        return [bool(self._values[vr]) for vr in vrs]
+        return [bool(value) for value in self.get_real(vrs)]
 
     def get_integer(self, vrs: list[int]) -> list[int]:
         """The phase, for the entry library."""
@@ -134,12 +133,6 @@ class MapSlave(Fmi2Slave):
         return dict(json.loads(text)) if hashlib.sha256(text).digest() == found else {}
 
     # evaluation
-
-    def _refresh(self) -> None:
-        """In initialization mode, update the outputs when they are read."""
-        if self._stale and self._phase == INITIALIZING:
-            self._stale = False
-            self._update(None)
 
     def _discard(self, message: str) -> bool:
         self.log(message, Fmi2Status.discard)
