@@ -10,7 +10,7 @@ the other nut and does not depend on the preload: such a point is not in range.
 import math
 from typing import NamedTuple
 
-from ballscrew_tehl.runtime.bspline import Weights, cubic_weights, weighted
+from ballscrew_tehl.runtime.bspline import Weights, cubic_slopes, cubic_weights, weighted
 from ballscrew_tehl.runtime.constants import (
     ACCURACY,
     JUMP,
@@ -65,8 +65,9 @@ class OverPreload:
         second = first
         if self._load > 0.0:
             second = self._nut(loaded if loaded.value <= end else Dual(end, 0.0))
-        viscous, hysteresis, sliding = (a + b for a, b in zip(first[:3], second[:3], strict=True))
-        total = viscous + self._sign * (hysteresis + sliding + freed_shear(first, second, DUALS))
+        coulomb = first.hysteresis + first.sliding + (second.hysteresis + second.sliding)
+        coulomb = coulomb + freed_shear(first, second, DUALS)
+        total = first.viscous + second.viscous + self._sign * coulomb
         return TorqueOverPreload(total.value, total.slope, loaded.value)
 
     def _nut(self, force: Dual) -> NutTorques:
@@ -78,12 +79,16 @@ class OverPreload:
             flat = self._block[:, :, i : i + 4].reshape(16, -1)
             columns = (self._weights @ flat).reshape(-1, 4, TORQUE_SURFACES).transpose(0, 2, 1).tolist()
             self._columns[i] = [*columns, self._map.curves[i : i + 4, :TORQUE_CURVES].T.tolist()]
-        inside = axis.lo <= force.value <= axis.hi  # with its ends, where the derivative is that of the map
-        w = cubic_weights(Dual(t, axis.scale * force.slope / force.value if inside else 0.0))
-        *surfaces, curves = [_duals(w, column) for column in self._columns[i]]
-        f = force / axis.lo if force.value < axis.lo else 1.0
+        # over the logarithm of the force, with the ends of the axis, where the derivative is that of the map
+        scale = axis.scale if axis.lo <= force.value <= axis.hi else 0.0
+        w, w_d = cubic_weights(t), tuple(scale * slope for slope in cubic_slopes(t))
+        *surfaces, curves = [_duals(w, w_d, column) for column in self._columns[i]]
+        f = Dual(force.value / axis.lo, force.value / axis.lo) if force.value < axis.lo else 1.0
         slopes = surfaces[1] if self._s < 1.0 else None
-        return nut_torques(self._map.law, surfaces[0], slopes, curves, f, self._s, self._friction, DUALS)
+        law, friction = self._map.law, self._friction
+        parts = nut_torques(law, surfaces[0], slopes, curves, f, self._s, friction, DUALS)
+        rate = force.slope / max(force.value, 1e-30)
+        return NutTorques(*(Dual(x.value, rate * x.slope) if isinstance(x, Dual) else x for x in parts))
 
     def separation_preload(self) -> float:
         """Preload at or below which the axial load parts the nuts [N]; 0 without axial load, at most the map's end."""
@@ -100,9 +105,9 @@ class OverPreload:
         return min(preload, self._map.force.hi)
 
 
-def _duals(weights: Weights, columns: list[list[float]]) -> list[Dual]:
+def _duals(weights: Weights, slopes: Weights, columns: list[list[float]]) -> list[Dual]:
     """Each column of four neighbours under their weights, with the derivative."""
-    (a, da), (b, db), (c, dc), (d, dd) = ((w.value, w.slope) for w in weights)
+    (a, b, c, d), (da, db, dc, dd) = weights, slopes
     return [Dual(a * p + b * q + c * r + d * s, da * p + db * q + dc * r + dd * s) for p, q, r, s in columns]
 
 
