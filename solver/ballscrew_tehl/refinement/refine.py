@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from ..parameters.file import Parameters
 from ..parameters.identity import map_parameters
 from ..physics.hertz import RACEWAYS
-from ..runtime.packed import MECHANISTIC
+from ..runtime.packed import MECHANISTIC, FrictionParameters
 from .direct import Array, NutContacts
 
 if TYPE_CHECKING:  # an import would pack the module into the Python FMU, which has a copy of its own
@@ -293,17 +293,10 @@ class Refinement:
         return type(states[0])(**fields | {"clamped": clamped, "seal_torque": seal})
 
     def evaluate_point(
-        self,
-        preload: float,
-        speed: float,
-        temperature: float,
-        axial_load: float,
-        ratio: float,
-        net: float,
-        roughness: float,
-        breakaway: float,
+        self, preload: float, speed: float, temperature: float, axial_load: float, *friction: float
     ) -> DoubleNutState:
         """evaluate() for floats that the caller has checked: the step of the FMU."""
+        roughness = FrictionParameters(*friction).roughness_height
         point = (
             min(max(abs(speed), self.nut_map.speed.lo), self.nut_map.speed.hi),
             min(max(temperature, self.nut_map.temperature.lo), self.nut_map.temperature.hi),
@@ -328,7 +321,7 @@ class Refinement:
         for solves in range(MAX_SOLVES + 1):
             asked.clear()
             state = self.nut_map.evaluate_point(
-                preload, speed, temperature, axial_load, ratio, net, roughness, breakaway, correction
+                preload, speed, temperature, axial_load, *friction, correction=correction
             )
             wanted = self._wanted(state, asked) if state.in_range and solves < MAX_SOLVES else None
             if wanted is None:

@@ -13,8 +13,9 @@ from synthetic_map import LAWS, closed_form, make_map
 from ballscrew_fmu.__main__ import main
 from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks import check as checks
+from ballscrew_fmu.checks.check import check_replay
 from ballscrew_fmu.checks.reference import STEP, axis_input, check_axis, reference_input, reference_of
-from ballscrew_fmu.checks.replay import CheckError, check_replay, largest_difference, running
+from ballscrew_fmu.checks.replay import CheckError, largest_difference, running
 from ballscrew_fmu.models import AXIS, FRICTION, NATIVE_MODELS
 from ballscrew_fmu.native_fmu.experiments import FOLDER, MANIFEST, Reference
 from ballscrew_fmu.python_fmu.package import build_fmu, runtime_sources

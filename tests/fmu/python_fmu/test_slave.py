@@ -103,7 +103,7 @@ def test_an_exception_is_logged_and_has_no_effect(unpacked):
         before = one.outputs()
         package = next(Path(unpacked).glob("resources/_ballscrew_*")).name  # others may be loaded as well
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(f"{package}.python_fmu_slave.presliding_friction", None)
+            patch.setattr(f"{package}.python_fmu_slave.friction_step", None)
             assert one.step(presliding_stiffness=1.0) is False
         assert one.messages[-1][1].startswith("step failed: TypeError")
         assert one.outputs() == before
