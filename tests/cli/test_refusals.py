@@ -177,7 +177,7 @@ POINTS = (
     (f"{NUMBERS}1,2,3\n1,nan,3\n", "points.csv: row 2: speed_rpm = nan; allowed: a finite number"),
     (f"{NUMBERS}1,,3\n", "row 1: speed_rpm (missing); allowed: a finite number, in a column or by "),
     ("preload_n,speed_rpm,axial_load\n1,2,3\n", "column 'axial_load': unit missing; write axial_load [UNIT]"),
-    ("preload [kN],preload_n,speed_rpm\n2,100,3\n", "columns given twice: preload_n, also as preload [kN]"),
+    ("preload [kN],preload_n,speed_rpm\n2,100,3\n", "columns 'preload [kN]' and 'preload_n' both are preload"),
     ("preload_n;speed_rpm;temperature_c\n1.500;2,5;3\n", "no point (thousands or decimal?), 1.500 or 1500"),
     ("moes,radius_ratio,lore\n20 5,1,barus\n", "row 1: unrecognized arguments: --lore barus"),
     ("moes,radius_ratio,law\n20 x,1,barus\n", "row 1: --moes = x; allowed: a finite number"),

@@ -12,11 +12,9 @@ from io import TextIOWrapper
 from pkgutil import resolve_name
 
 from .parser import SOLVER, Command, build_parser
-from .shared.files import os_error_text
+from .shared.files import REMEDIES
 from .shared.results import CommandError, say, show
 
-#: exit code after Ctrl-C: 128 and the number of the signal
-INTERRUPTED = 130
 #: optional package: extra of pyproject.toml that brings it
 EXTRAS = {
     **dict.fromkeys(("matplotlib", "jinja2", "markupsafe"), "report"),
@@ -38,9 +36,8 @@ def main(
 ) -> int:
     """Run one command.
 
-    Parameters   arguments : without the program's name; None = those of the process
-                 prog : name of the program in help and messages;  command : its commands, or its only one
-    Returns      exit code, see the top of this file
+    Parameters   arguments : without the program's name;  prog : that name in help and messages
+    Returns      exit code
     """
     # the solver's matrices are small: BLAS threads would cost more than they save (read when numpy is imported)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -54,8 +51,7 @@ def main(
         argcomplete.autocomplete(parser)
     args = parser.parse_args(arguments)
     try:
-        answer = resolve_name(args.run)(args)
-        code = answer if isinstance(answer, int) else show(answer, args.json)
+        code = show(resolve_name(args.run)(args), args.json)
         print(end="", flush=True)
         return code
     except BrokenPipeError:
@@ -73,7 +69,12 @@ def main(
 def _failure(error: BaseException, interrupted: str) -> tuple[int, str]:
     """Exit code and line of an exception; line "": a defect of the program."""
     if isinstance(error, OSError):
-        return 2, f"error: {os_error_text(error)}"
+        remedy = REMEDIES.get(error.errno or 0, "check path and permissions")
+        named = error.filename and error.strerror
+        return (
+            2,
+            f"error: {error.filename}: {error.strerror}; remedy: {remedy}" if named else f"error: {error}",
+        )
     for kind, code, words in FAILURES:
         if isinstance(error, kind):
             return code, f"{words}: {error}"
@@ -86,5 +87,6 @@ def _failure(error: BaseException, interrupted: str) -> tuple[int, str]:
     while isinstance(cause, SystemError):
         cause = cause.__cause__
     if isinstance(cause, KeyboardInterrupt):
-        return INTERRUPTED, "; ".join(filter(None, ("interrupted", interrupted)))
+        # 128 and the number of the signal
+        return 130, "; ".join(filter(None, ("interrupted", interrupted)))
     return 1, ""

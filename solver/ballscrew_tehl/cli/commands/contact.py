@@ -7,8 +7,8 @@ from typing import Any, NoReturn
 
 from ..._version import __version__
 from ...tables.csv_file import read_rows
-from ..parser import CONTACT, Parser
-from ..shared.chosen import key_of
+from ..parser import COMMANDS, Parser
+from ..shared.chosen import keyed
 from ..shared.points import check_rows
 from ..shared.progress import each
 from ..shared.quantities import CONTACT_POINT
@@ -38,23 +38,17 @@ class _RowParser(Parser):
 
 
 def _with_row(args: Namespace, row: Mapping[str, str]) -> Namespace:
-    """Options of the command, replaced by the fields of a row.
-
-    Raises       ValueError: an unknown field or a value that is not allowed
-    """
+    """Options of the command, replaced by the fields of a row."""
     parser = _RowParser(prog="")
-    for flag, settings in CONTACT["contact"].options:
+    for flag, settings in COMMANDS["contact"].options:
         parser.add_argument(flag, **settings)
-    values = Namespace(**vars(args))
-    words = []
+    values, words = Namespace(**vars(args)), []
     for name, text in row.items():
-        if not text:
-            continue
-        if name.lower() == "isothermal":
+        if text and name.lower() == "isothermal":
             if text.lower() not in WORDS:
                 raise ValueError(f"--isothermal = {text}; allowed: {', '.join(WORDS)}")
             values.isothermal = WORDS[text.lower()]
-        else:
+        elif text:
             words += [f"--{name.lower().replace('_', '-')}", *text.split()]
     return parser.parse_args(words, values)
 
@@ -99,8 +93,7 @@ def _solve(contact: Namespace) -> dict[str, Any]:
 
     options = SolverOptions(thermal=not (contact.moes or contact.isothermal))
     if contact.domain:
-        x_in, x_out, y_max = contact.domain
-        options = replace(options, x_in=x_in, x_out=x_out, y_max=y_max)
+        options = replace(options, **dict(zip(("x_in", "x_out", "y_max"), contact.domain, strict=True)))
     if contact.refine is not None:
         options = options.refined(contact.refine)
     if contact.moes:
@@ -111,4 +104,4 @@ def _solve(contact: Namespace) -> dict[str, Any]:
     load, R_x, R_y, u_1, u_2, temperature = (getattr(contact, name) for name in DIMENSIONS)
     conditions = ContactConditions(load, R_x, R_y, u_1, u_2, temperature, E_prime(parameters.screw))
     result = solve(conditions, parameters.lubricant, parameters.solids, options)
-    return {key_of(name): getattr(result, name) for name in OF_DIMENSIONS}
+    return keyed({name: getattr(result, name) for name in OF_DIMENSIONS})

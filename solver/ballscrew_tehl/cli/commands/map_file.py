@@ -1,14 +1,13 @@
 """The commands `map build`, `map check` and `map info`: makes a map file, compares it, states what it holds."""
 
 import shlex
-import textwrap
 from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from ...nut_map.build import build_map
-from ...nut_map.certificate import STAGE, claim, deviation_from_direct, points_of
+from ...nut_map.certificate import claim, deviation_from_direct
 from ...nut_map.file import is_map_file, load_map, save_map
 from ...nut_map.grid import MapGrid, largest_pressure, screw_grid
 from ...nut_map.workers import worker_pool
@@ -19,7 +18,7 @@ from ..shared.chosen import screw_of
 from ..shared.files import check_output, try_folder, written
 from ..shared.progress import QUIET, progress_bar
 from ..shared.quantities import REPORT_POINT
-from ..shared.results import Answer, listing, say, table, width
+from ..shared.results import Answer, filled, listing, say, table
 
 #: errors of a certificate, with their columns
 QUANTITIES = ("torque_error", "film_error", "minimum_film_error", "temperature_rise_error")
@@ -39,13 +38,14 @@ def run_map_build(args: Namespace) -> Answer:
     results = []
     with progress_bar(QUIET) as progress:
         for parameters, path, grid in jobs:
-            say(_plan(parameters, grid))
-            try:
-                built = build_map(parameters, grid, progress)
-            except ValueError as error:
-                if args.family is None:
-                    raise
-                raise ValueError(f"{path.stem}.toml: {error}; the maps before it are written") from error
+            axes = ((quantity.axis, *getattr(grid, quantity.axis)[:2]) for quantity in REPORT_POINT)
+            preload, speed, oil = (_range(*ends) for ends in axes)
+            pressure = 1e-9 * largest_pressure(parameters.screw, grid.preload[1])
+            say(
+                f"{path}: {parameters.name}, kinematics {parameters.friction.kinematics}: preload {preload} (up to "
+                f"{pressure:.3g} GPa), speed {speed}, oil {oil}"
+            )
+            built = build_map(parameters, grid, progress)
             fraction = built.header["atlas_fraction"]
             if fraction < 1.0:
                 say(
@@ -56,34 +56,21 @@ def run_map_build(args: Namespace) -> Answer:
                 file_hash = save_map(path, built)
             totals = certificate_totals(built.header["certificate"])
             results.append({"file": str(path), "file_hash": file_hash, "atlas_fraction": fraction, **totals})
-    path = jobs[0][1]
+    if args.family is not None:
+        return Answer(results, many=True, columns=("file", "atlas_fraction", *OF_BUILD))
     file, fmus = (shlex.quote(str(name)) for name in (path, path.with_name(f"{path.stem}_fmus")))
     errors = listing({key: results[0][key] for key in OF_BUILD})
     text = f"{errors}\nmore: ballscrew map info {file}\nnext: ballscrew build --map {file} --output {fmus}"
-    many = args.family is not None
-    return Answer(results, many, text=None if many else text, columns=("file", "atlas_fraction", *OF_BUILD))
+    return Answer(results, text=text)
 
 
 def _grid(parameters: Parameters, args: Namespace) -> MapGrid:
     """Range of a map: by options, else the table [map] of the screw file, else what the screw allows."""
     user: dict[str, float] = {}
     for quantity in REPORT_POINT:
-        if (ends := getattr(args, quantity.name)) is not None:
-            low, high = (SHOWN[quantity.axis].si(end) for end in ends)
-            user |= {f"{quantity.axis}_min": low, f"{quantity.axis}_max": high}
+        for end, value in zip(("min", "max"), getattr(args, quantity.name) or (), strict=False):
+            user[f"{quantity.axis}_{end}"] = SHOWN[quantity.axis].si(value)
     return screw_grid(parameters, user)
-
-
-def _plan(parameters: Parameters, grid: MapGrid) -> str:
-    """The range of a map."""
-    preload, speed, oil = (
-        _range(axis, *getattr(grid, axis)[:2]) for axis in ("preload", "speed", "temperature")
-    )
-    pressure = largest_pressure(parameters.screw, grid.preload[1])
-    return (
-        f"{parameters.name}, kinematics {parameters.friction.kinematics}: preload {preload} (up to "
-        f"{1e-9 * pressure:.3g} GPa), speed {speed}, oil {oil}"
-    )
 
 
 def _screws(args: Namespace) -> list[tuple[Parameters, Path]]:
@@ -106,10 +93,8 @@ def _screws(args: Namespace) -> list[tuple[Parameters, Path]]:
         check_output("--output", path, "a file *.npz")
         if path.exists() and not is_map_file(path):
             raise ValueError(f"--output = {path}; allowed: a new file *.npz, or a map to replace")
-    return [
-        (screw_of(Namespace(screw=file, map=None, kinematics=args.kinematics)), path)
-        for file, path in maps.items()
-    ]
+    common = {"map": None, "kinematics": args.kinematics}
+    return [(screw_of(Namespace(screw=file, **common)), path) for file, path in maps.items()]
 
 
 def run_map_info(args: Namespace) -> Answer:
@@ -120,8 +105,20 @@ def run_map_info(args: Namespace) -> Answer:
         f"certificate: relative errors against direct solves at points of {certificate['what']}, mean, quantiles, "
         f"largest. {claim(certificate['points'])}"
     )
-    lines = [listing(_rows(header)), "", textwrap.fill(about, width()), _certificate_table(certificate)]
-    return Answer([header], text="\n".join(lines))
+    # SI, entries of a table behind its name; tables of tables are in --json only
+    rows: dict[str, Any] = {}
+    for key, value in header.items():
+        if key == "axes":
+            rows |= {
+                f"axes.{name}": f"{_range(name, *ends)}, {n} nodes" for name, (*ends, n) in value.items()
+            }
+        elif isinstance(value, Mapping) and key != "certificate":
+            simple = {name: entry for name, entry in value.items() if not isinstance(entry, Mapping | None)}
+            rows |= {f"{key}.{name}": entry for name, entry in simple.items()}
+        elif key not in ("certificate", "parameters_json", "screw_file"):
+            rows[key] = value
+    text = f"{listing(rows)}\n\n{filled(about)}\n{_certificate_table(certificate)}"
+    return Answer([header], text=text)
 
 
 def _certificate_table(certificate: Mapping[str, Any]) -> str:
@@ -138,40 +135,18 @@ def _certificate_table(certificate: Mapping[str, Any]) -> str:
     return table(["", "points", *COLUMNS], lines)
 
 
-def _rows(header: Mapping[str, Any]) -> dict[str, Any]:
-    """One row per entry, SI, those of a table behind its name; tables of tables are in --json only."""
-    rows: dict[str, Any] = {}
-    for key, value in header.items():
-        if key == "axes":
-            rows |= {
-                f"axes.{name}": f"{_range(name, *ends)}, {n} nodes" for name, (*ends, n) in value.items()
-            }
-        elif isinstance(value, Mapping) and key != "certificate":
-            simple = {name: entry for name, entry in value.items() if not isinstance(entry, Mapping | None)}
-            rows |= {f"{key}.{name}": entry for name, entry in simple.items()}
-        elif key not in ("certificate", "parameters_json", "screw_file"):
-            rows[key] = value
-    return rows
-
-
 def _range(axis: str, low: float, high: float) -> str:
     unit = SHOWN[axis]
     return f"{unit.of(low):.6g} to {unit.of(high):.6g} {unit.unit}"
 
 
 def run_map_check(args: Namespace) -> Answer:
-    """Load a map, which verifies hash and parameters, and compare it with direct solves at random points.
-
-    Exit code 1 if its error is larger than the certificate states.
-    """
+    """Compare a map with direct solves at random points; exit code 1 if its error is beyond its certificate."""
     parameters = screw_of(args)
     nut_map = load_map(args.map, parameters)
     with worker_pool(args.workers) as executor, progress_bar() as progress:
-        # the first point may take as long as compiling the solver
-        progress(0, points_of(args.count), STAGE)
         deviation = deviation_from_direct(nut_map, parameters, args.count, executor, progress)
-    result = certificate_totals(deviation)
-    certificate = nut_map.header["certificate"]
+    result, certificate = certificate_totals(deviation), nut_map.header["certificate"]
     allowed = float(certificate.get("against_direct_solves", certificate)["torque_error_max"])
     error = result["torque_error_max"]
     good = error <= allowed + 1e-6

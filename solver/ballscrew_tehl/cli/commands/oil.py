@@ -10,6 +10,7 @@ from ...physics import lubricant
 from ..shared.results import Answer, table
 
 TEMPERATURES_C = (20.0, 40.0, 60.0, 80.0, 100.0)
+HEADS = ("T [C]", "nu [mm2/s]", "eta [mPa s]", "rho [kg/m3]", "alpha [1/GPa]", "So & Klaus", "AGMA 925")
 
 
 def _oil_of(args: Namespace) -> LubricantParameters:
@@ -71,9 +72,6 @@ def assumptions(oil: LubricantParameters) -> list[str]:
             "for it, give pressure_viscosity"
         )
     return lines
-
-
-HEADS = ("T [C]", "nu [mm2/s]", "eta [mPa s]", "rho [kg/m3]", "alpha [1/GPa]", "So & Klaus", "AGMA 925")
 
 
 def run_oil(args: Namespace) -> Answer:

@@ -1,6 +1,5 @@
 """The commands screw and init: what a ball-screw program states of a screw; a screw file to fill in."""
 
-import textwrap
 from argparse import Namespace
 from typing import Any
 
@@ -14,11 +13,11 @@ from ...parameters.template import (
 )
 from ...parameters.units import CELSIUS, RPM
 from ...physics.rating import STATIC_PRESSURE, computed_dynamic_rating, dynamic_rating
-from ..shared.chosen import Chosen, chosen_of, key_of, say_outside
+from ..shared.chosen import Chosen, chosen_of, keyed, say_outside
 from ..shared.files import check_output
 from ..shared.points import read_points
-from ..shared.quantities import SCREW_POINT
-from ..shared.results import Answer, say, width, write_text
+from ..shared.quantities import AXIAL_LOAD, PRELOAD
+from ..shared.results import Answer, filled, say, write_text
 
 CONDITIONS = "JIS B 1192: 100 r/min, oil ISO VG 68, no seals; a convention, proportional to the preload"
 #: of a table
@@ -36,16 +35,14 @@ def run_screw(args: Namespace) -> Answer:
     screw = chosen.parameters.screw
     if (args.speed_rpm is None) != (args.temperature_c is None):
         raise ValueError("--speed-rpm and --temperature-c: give both, for the efficiency, or none")
-    if args.preload_n is None:
-        args.preload_n = CATALOGUE_SHARE * dynamic_rating(screw)
-    points = read_points(args, SCREW_POINT)
+    catalogue = PRELOAD._replace(default=CATALOGUE_SHARE * dynamic_rating(screw))
+    points = read_points(args, (catalogue, AXIAL_LOAD))
     constants = screw_constants(screw)
     _compare_rating(screw)
     results: list[dict[str, Any]] = []
     for point in points:
-        loaded = loaded_screw(screw, constants, point["preload_n"], point["axial_load_n"])
-        values = {key_of(name): value for name, value in loaded._asdict().items()}
-        results.append({**point, **values, "conditions": CONDITIONS})
+        loaded = loaded_screw(screw, constants, *point.values())
+        results.append({**point, **keyed(loaded._asdict()), "conditions": CONDITIONS})
     if crushed := [result for result in results if result["pressure_over_static"] > 1.0]:
         pressure = 1e-9 * crushed[0]["contact_pressure_max_pa"]
         say(f"contact pressure {pressure:.3g} GPa; the static rating allows {1e-9 * STATIC_PRESSURE:.3g} GPa")
@@ -81,28 +78,22 @@ def _add_efficiency(results: list[dict[str, Any]], chosen: Chosen, args: Namespa
 
 def _compare_rating(screw: ScrewParameters) -> None:
     """One line on stderr if the rating of a screw file is not that which its geometry gives."""
-    if screw.dynamic_rating is None:
-        return
-    computed, (low, high) = computed_dynamic_rating(screw), RATING_AGREES
-    if not low <= computed / screw.dynamic_rating <= high:
+    stated, computed = screw.dynamic_rating, computed_dynamic_rating(screw)
+    low, high = RATING_AGREES
+    if stated is not None and not low <= computed / stated <= high:
         say(
-            f"dynamic_rating {screw.dynamic_rating:.6g} N of the screw file; computed {computed:.4g} N: check turns "
+            f"dynamic_rating {stated:.6g} N of the screw file; computed {computed:.4g} N: check turns "
             "and balls (of one nut), ball_diameter and the nut it is of"
         )
 
 
 def _sizes(args: Namespace) -> CatalogueSizes | None:
-    """Sizes of the options; None without them.
-
-    Raises       ValueError: the diameter or the lead missing, a ball that does not fit them
-    """
+    """Sizes of the options; None without them."""
     sizes = {name: value for name in CatalogueSizes._fields if (value := getattr(args, name)) is not None}
     if not sizes:
         return None
-    for name in ("diameter_mm", "lead_mm"):
-        if name not in sizes:
-            option = f"--{name.replace('_', '-')}"
-            raise ValueError(f"{option} (missing); allowed: --diameter-mm and --lead-mm together")
+    if not {"diameter_mm", "lead_mm"} <= sizes.keys():
+        raise ValueError("--diameter-mm, --lead-mm (missing); allowed: both together, or no size")
     ball, pitch = sizes.get("ball_mm", 0.0), sizes["lead_mm"] / sizes.get("starts", 1)
     if not ball < min(pitch, 0.5 * sizes["diameter_mm"]):
         raise ValueError(
@@ -126,4 +117,4 @@ def run_init(args: Namespace) -> Answer:
     if assumed:
         entries = [line.partition("#")[0].strip() for line in content.splitlines() if "# assumed: " in line]
         text = f"{path}: check the oil, and what is assumed: {'; '.join(entries)}"
-    return Answer([{"file": str(path)}], text=textwrap.fill(text, width(), break_long_words=False))
+    return Answer([{"file": str(path)}], text=filled(text))

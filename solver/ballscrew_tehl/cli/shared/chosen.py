@@ -140,19 +140,17 @@ _NAMES = {
     "n_per_m": "axial_stiffness",
     "nm": "catalogue_torque",
 }
-_UNITS = {name: unit for unit, names in _NAMES.items() for name in names.split()}
-
-
-def key_of(name: str) -> str:
-    """Key of a number of a result, with its unit at the end."""
-    return f"{name}_{_UNITS[name]}" if name in _UNITS else name
-
-
+_KEYS = {name: f"{name}_{unit}" for unit, names in _NAMES.items() for name in names.split()}
 #: output of the map -> key of the command line
 EXTREMES = {
-    name: key_of(name)
+    name: _KEYS.get(name, name)
     for name in (
         "film_thickness_min", "film_thickness_central_screw", "film_thickness_central_nut", "film_temperature_rise",
         "contact_pressure_max", "ball_load_max", "lambda_ratio",
     )
 }  # fmt: skip
+
+
+def keyed(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Numbers of a result by key, which has the unit at its end."""
+    return {_KEYS.get(name, name): value for name, value in values.items()}

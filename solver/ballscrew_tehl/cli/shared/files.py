@@ -19,19 +19,9 @@ REMEDIES = {
 }
 
 
-def os_error_text(error: OSError) -> str:
-    """An error of the system in one line: the file that it names, reason, remedy."""
-    if error.strerror is None or not error.filename:
-        return str(error)
-    remedy = REMEDIES.get(error.errno or 0, "check path and permissions")
-    return f"{error.filename}: {error.strerror}; remedy: {remedy}"
-
-
 def check_output(option: str, given: Path | str, kind: str, inputs: Sequence[str | None] = ()) -> Path:
-    """Refuse a file that could not be written, by trying its folder or where that is created; nothing is left behind.
+    """The path of an option; refused if it cannot be written, is none of the kind "a file *.png" or one of the inputs.
 
-    Parameters   option : name of the option, for the message;  kind : allowed files, "a file *.png"
-                 inputs : files that the command reads, None = none
     Raises       ValueError
     """
     path = Path(given)
@@ -76,10 +66,7 @@ def new_folder(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def written(option: str, path: Path | str) -> Iterator[None]:
-    """Create the folder of a file that is written in the block; name option and path where that fails nevertheless.
-
-    Raises       ValueError in place of OSError
-    """
+    """Create the folder of a file that is written in the block; name option and path where that fails nevertheless."""
     with _one_line(f"{option} = {path}:"), new_folder(Path(path).parent):
         yield
 
@@ -91,5 +78,6 @@ def _one_line(where: str) -> Iterator[None]:
         yield
     except OSError as error:
         remedy = REMEDIES.get(error.errno or 0, OTHER_FOLDER)
-        reason = error.strerror or str(error)
-        raise ValueError(f"{where} cannot be written ({reason}); remedy: {remedy}") from error
+        raise ValueError(
+            f"{where} cannot be written ({error.strerror or error}); remedy: {remedy}"
+        ) from error

@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from ...parameters.units import SHOWN
 from ...tables.csv_file import open_table, read_columns
-from ...tables.headings import MEASURED, NO_UNIT, Kind
-from ...tables.headings import Quantity as Heading
+from ...tables.headings import MEASURED, Kind
 from .files import check_output
 from .quantities import Quantity
 from .results import say
@@ -16,85 +15,61 @@ from .results import say
 def check_rows(args: Namespace) -> None:
     """Refuse an --output that could not be written."""
     if args.output:
-        check_output(
-            "--output", args.output, "a file *.csv", (args.points, args.screw, getattr(args, "map", None))
-        )
+        inputs = args.points, args.screw, getattr(args, "map", None)
+        check_output("--output", args.output, "a file *.csv", inputs)
 
 
 def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[str, float]]:
-    """The operating points given by the options; one without --points.
+    """The operating points by name: a field of --points, else an option, else a default; one point without --points.
 
-    Raises       ValueError: a value missing or not allowed, an unknown column similar to a known one
+    Raises       ValueError: a value missing, not allowed or given twice, a column similar to a known one
     """
     check_rows(args)
-    common = {q.name: value for q in quantities if (value := q.of(args)) is not None}
-    defaults = {q.name: q.default for q in quantities if q.default is not None} | common
-    if args.points is None:
-        for quantity in quantities:
-            if quantity.name not in defaults:
-                raise ValueError(
-                    f"{quantity.option} (missing); allowed: {quantity.allowed}, or --points FILE.csv"
-                )
-        return [{quantity.name: defaults[quantity.name] for quantity in quantities}]
-    texts = _read(args.points, quantities, common)
-    for name in common.keys() & texts.keys():
-        if all(texts[name]):
-            option = next(quantity.option for quantity in quantities if quantity.name == name)
+    rows: list[dict[str, str]] = [{}] if args.points is None else _read(args, quantities)
+    for quantity in quantities:
+        value = getattr(args, quantity.name)
+        if value is not None and all(row.get(quantity.name) for row in rows):
             raise ValueError(
-                f"{option} = {common[name]:g}, {args.points} has this column in all rows; remedy: remove one"
+                f"{quantity.option} = {value:g}, {args.points} has this column in all rows; remedy: remove one"
             )
-    rows = zip(*texts.values(), strict=True)
     return [
-        _point(f"{args.points}: row {index}: ", dict(zip(texts, row, strict=True)), quantities, defaults)
-        for index, row in enumerate(rows, start=1)
+        {quantity.name: _value(args, number, row, quantity) for quantity in quantities}
+        for number, row in enumerate(rows, start=1)
     ]
 
 
-def _read(path: str, quantities: Sequence[Quantity], common: Mapping[str, float]) -> dict[str, list[str]]:
-    """Fields of each quantity that a file has, in the units of the options.
-
-    Headings are names of options, or as `calibrate` reads them, `preload [kN]`.
-
-    Parameters   common : values of options, by name
-    Raises       ValueError: a column given twice or similar to a known one
-    """
-    headings = {q.name: Heading((q.name,), NO_UNIT) for q in quantities}
-    headings |= {q.axis: MEASURED[q.axis] for q in quantities if q.axis in MEASURED}
-    kind = Kind(headings, {"of the point": tuple(headings)}, ", ".join(q.name for q in quantities))
-    table = open_table(path, kind)
-    used = table.single_columns([name.rpartition("_")[0] for name in (*table.columns, *common)])
-    for quantity in quantities:
-        if {quantity.name, quantity.axis} <= used.keys():
-            twice = f"{quantity.name}, also as {used[quantity.axis].heading}"
-            raise ValueError(f"{path}: columns given twice: {twice}; remedy: remove one")
+def _read(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[str, str]]:
+    """Rows of the file by name in the units of the options, under headings as `calibrate` reads them."""
+    headings = {quantity.axis: MEASURED[quantity.axis] for quantity in quantities}
+    example = ", ".join(quantity.name for quantity in quantities)
+    kind = Kind(headings, {"of the point": tuple(headings)}, example)
+    table = open_table(args.points, kind)
+    used = table.single_columns([q.axis for q in quantities if getattr(args, q.name) is not None])
     if unused := table.unused(used):
-        say(f"{path}: {unused}")
-    rows, texts = read_columns(table, used, kind), {}
+        say(f"{args.points}: {unused}")
+    rows = read_columns(table, used, kind)
+    fields = {}
     for quantity in quantities:
-        axis = quantity.axis
-        if quantity.name in used:
-            texts[quantity.name] = [text.replace(",", ".") for text in rows.texts[quantity.name]]
-        elif axis in used:
-            texts[quantity.name] = [
-                text if math.isnan(value) else f"{SHOWN[axis].of(value):.12g}"
-                for text, value in zip(rows.texts[axis], rows.values[axis].tolist(), strict=True)
+        if quantity.axis in used:
+            # a field that is no number is refused by its text; digits: without those of the units
+            texts, values = rows.texts[quantity.axis], rows.values[quantity.axis].tolist()
+            fields[quantity.name] = [
+                text if math.isnan(value) else f"{SHOWN[quantity.axis].of(value):.13g}"
+                for text, value in zip(texts, values, strict=True)
             ]
-    return texts
+    return [dict(zip(fields, row, strict=True)) for row in zip(*fields.values(), strict=True)]
 
 
-def _point(
-    where: str, texts: Mapping[str, str], quantities: Sequence[Quantity], defaults: Mapping[str, float]
-) -> dict[str, float]:
-    """Values of a row, else those of the options, else the defaults."""
-    point = {}
-    for quantity in quantities:
-        name = quantity.name
-        if texts.get(name):
-            point[name] = quantity.checked(where + name, texts[name])
-        elif name in defaults:
-            point[name] = defaults[name]
-        else:
-            raise ValueError(
-                f"{where}{name} (missing); allowed: {quantity.allowed}, in a column or by {quantity.option}"
-            )
-    return point
+def _value(args: Namespace, number: int, row: Mapping[str, str], quantity: Quantity) -> float:
+    """Value of a row, from 1, or of the options."""
+    where = f"{args.points}: row {number}: {quantity.name}"
+    if text := row.get(quantity.name):
+        return quantity(text, where)
+    value: float | None = getattr(args, quantity.name)
+    if value is None:
+        value = quantity.default
+    if value is not None:
+        return value
+    if args.points is None:
+        raise ValueError(f"{quantity.option} (missing); allowed: {quantity.allowed}, or --points FILE.csv")
+    raise ValueError(f"{where} (missing); allowed: {quantity.allowed}, in a column or by {quantity.option}")

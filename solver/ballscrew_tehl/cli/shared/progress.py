@@ -1,6 +1,5 @@
 """Progress of long commands on stderr."""
 
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -20,7 +19,7 @@ BETWEEN, IN_FILE = 0.5, 10.0
 
 @contextmanager
 def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
-    """A bar with the time left of each stage on a terminal, else lines.
+    """A bar of the present stage with the time left on a terminal, else lines.
 
     Parameters   quiet : seconds from the beginning in which nothing is shown, nor anything imported for it
     """
@@ -34,36 +33,14 @@ def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
             if quiet > 0.0 and (what != stage if finished == total else time.monotonic() < due):
                 return
             stage, due = what, time.monotonic() + BETWEEN
-            if display is None:
-                display = stack.enter_context(_bar()) if sys.stderr.isatty() else _lines()
+            display = display or stack.enter_context(_display())
             display(finished, total, what)
 
         yield progress
 
 
-def _lines() -> Progress:
-    stage, begun, before, last = ("", 0), 0.0, 0, 0.0
-
-    def line(finished: int, total: int, what: str) -> None:
-        nonlocal stage, begun, before, last
-        now, done = time.monotonic(), finished == total
-        if (what, total) != stage:
-            stage, begun, before = (what, total), now, finished
-        elif not done and now < last + IN_FILE:
-            return
-        last, seconds, clock = now, now - begun, ""
-        if done:
-            clock = f" in {_clock(seconds)}"
-        elif finished > before:
-            clock = f", {_clock(seconds * (total - finished) / (finished - before))} left"
-        say(f"{what}: {finished} of {total}{clock}")
-
-    return line
-
-
 @contextmanager
-def _bar() -> Iterator[Progress]:
-    """A bar for each stage; those of work that begins anew take the place of the others."""
+def _display() -> Iterator[Progress]:
     from rich import progress as rich
     from rich.console import Console
 
@@ -71,17 +48,26 @@ def _bar() -> Iterator[Progress]:
         rich.TextColumn("{task.description}"), rich.BarColumn(), rich.MofNCompleteColumn(),
         rich.TimeElapsedColumn(), rich.TextColumn("left"), rich.TimeRemainingColumn(),
     )  # fmt: skip
-    with rich.Progress(*columns, console=Console(stderr=True)) as bar:
-        stages: dict[str, rich.TaskID] = {}
+    console, due = Console(stderr=True), 0.0
+    lines = not console.is_terminal
+    # times left by all steps, for one may take minutes
+    with rich.Progress(*columns, console=console, disable=lines, speed_estimate_period=1e9) as bar:
+        bar.add_task("")
+        (task,) = bar.tasks
 
         def progress(finished: int, total: int, what: str) -> None:
-            if what in stages and what != next(reversed(stages)):
-                for task in stages.values():
-                    bar.remove_task(task)
-                stages.clear()
-            if what not in stages:
-                stages[what] = bar.add_task(what, total=total)
-            bar.update(stages[what], completed=finished, total=total)
+            nonlocal due
+            if what != task.description or finished < task.completed:
+                bar.reset(task.id, description=what)
+                due = 0.0
+            bar.update(task.id, completed=finished, total=total)
+            if lines and (finished == total or time.monotonic() > due):
+                due, form = time.monotonic() + IN_FILE, ", {} left"
+                seconds = task.time_remaining
+                if finished == total:
+                    seconds, form = task.elapsed, " in {}"
+                clock = "" if seconds is None else form.format(timedelta(seconds=round(seconds)))
+                say(f"{what}: {finished} of {total}{clock}")
 
         yield progress
 
@@ -93,7 +79,3 @@ def each(items: Sequence[Item], what: str, quiet: float = QUIET) -> Iterator[Ite
             progress(number, len(items), what)
             yield item
         progress(len(items), len(items), what)
-
-
-def _clock(seconds: float) -> str:
-    return str(timedelta(seconds=round(seconds)))

@@ -16,6 +16,10 @@ from .files import written
 Row = Mapping[str, Any]
 
 
+#: widest column of keys in a listing
+KEYS = 40
+
+
 class CommandError(Exception):
     """A check or a build that failed, on input that is allowed: one line, exit code 1."""
 
@@ -56,79 +60,57 @@ def to_builtin(value: Any) -> Any:
 
 
 def show(answer: Answer, as_json: bool) -> int:
-    """Print an answer on stdout, or write its CSV file. Returns the exit code."""
-    rows = answer.rows
-    if answer.output:
+    """Write the CSV file of an answer, print it on stdout. Returns the exit code."""
+    rows, many, text, columns, output, code = answer
+    if output or (many and text is None and not as_json):
         import pandas as pd
 
         cells = [{key: " ".join(v) if isinstance(v, list) else v for key, v in row.items()} for row in rows]
-        write_text("--output", answer.output, pd.DataFrame(cells).to_csv(index=False))
+        frame = pd.DataFrame(cells)
+        if output:
+            write_text("--output", output, frame.to_csv(index=False))
+        else:
+            main = frame[[key for key in columns if key in frame]]
+            further = "--json" if output == "" else "--output FILE.csv, or --json"
+            say(f"{len(frame.columns) - len(main.columns)} further columns: {further}")
+            width, form = shutil.get_terminal_size().columns, "{:.5g}".format
+            print(main.to_string(index=False, line_width=width, float_format=form, na_rep="-"))
     if as_json:
-        print(json.dumps(to_builtin(rows if answer.many else rows[0]), allow_nan=False))
-    elif answer.text is not None:
-        print(answer.text)
-    elif not answer.many:
-        print(listing(rows[0]))
-    elif not answer.output:
-        print(_main_columns(answer))
-    return answer.code
-
-
-def _main_columns(answer: Answer) -> str:
-    """Table of the main keys, in pieces that fit the terminal."""
-    import pandas as pd
-
-    frame = pd.DataFrame(answer.rows)
-    keys = [key for key in answer.columns if key in frame]
-    further = "--json" if answer.output == "" else "--output FILE.csv, or --json"
-    say(f"{len(frame.columns) - len(keys)} further columns: {further}")
-    columns = shutil.get_terminal_size().columns
-    return str(
-        frame[keys].to_string(index=False, line_width=columns, float_format="{:.5g}".format, na_rep="-")
-    )
+        print(json.dumps(to_builtin(rows if many else rows[0]), allow_nan=False))
+    elif text is not None or not many:
+        print(listing(rows[0]) if text is None else text)
+    return code
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> str:
     """Text columns below their heads, the first `left` of them to the left."""
     lines = [head, *rows]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    return "\n".join(
-        "  ".join(
-            f"{cell:{'<' if number < left else '>'}{w}}"
-            for number, (cell, w) in enumerate(zip(line, widths, strict=True))
-        )
-        for line in lines
-    )
+    form = "  ".join(f"{{:{'<' if k < left else '>'}{width}}}" for k, width in enumerate(widths))
+    return "\n".join(form.format(*line) for line in lines)
+
+
+def filled(text: str, head: str = "") -> str:
+    """A head and a text beside it, in lines that fit the terminal, at most 80 columns."""
+    width = max(min(shutil.get_terminal_size().columns, 80), len(head) + 18)
+    return textwrap.fill(
+        text, width, initial_indent=head, subsequent_indent=" " * len(head), break_long_words=False,
+        break_on_hyphens=False,
+    )  # fmt: skip
+
+
+def listing(row: Row) -> str:
+    """A line per key, long texts continued below their beginning."""
+    names = min(max(map(len, row)), KEYS)
+    return "\n".join(filled(shown(value), f"{key:<{names}}  ") for key, value in row.items())
 
 
 def shown(value: Any) -> str:
     """A value as text for a listing."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
     if isinstance(value, list | tuple):
         return ", ".join(map(shown, value)) or "-"
-    if isinstance(value, int | str):
-        return str(value) or "-"
-    return "-" if value is None else f"{float(value):.6g}"
-
-
-#: widest column of keys
-KEYS = 40
-
-
-def width() -> int:
-    """Columns of the terminal, at most 80."""
-    return min(shutil.get_terminal_size().columns, 80)
-
-
-def listing(row: Row) -> str:
-    """A line per key, long texts continued below their beginning within width()."""
-    names = min(max(map(len, row)), KEYS)
-    return "\n".join(
-        textwrap.fill(
-            shown(value), max(width(), names + 20),
-            initial_indent=f"{key:<{names}}  ", subsequent_indent=" " * (names + 2),
-            break_long_words=False, break_on_hyphens=False,
-        )
-        for key, value in row.items()
-    )  # fmt: skip
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if value is None or value == "":
+        return "-"
+    return str(value) if isinstance(value, int | str) else f"{float(value):.6g}"
