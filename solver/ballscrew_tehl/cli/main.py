@@ -12,14 +12,11 @@ from io import TextIOWrapper
 from pkgutil import resolve_name
 
 from .parser import SOLVER, Command, build_parser
-from .shared.files import REMEDIES
-from .shared.results import CommandError, say, show
+from .shared.output import REMEDIES, CommandError, say, show
 
 #: optional package: extra of pyproject.toml that brings it
-EXTRAS = {
-    **dict.fromkeys(("matplotlib", "jinja2", "markupsafe"), "report"),
-    **{"fmpy": "fmu", "pythonfmu": "fmu", "distributed": "dask", "numba": "direct"},
-}
+EXTRAS = {"matplotlib": "report", "jinja2": "report", "markupsafe": "report", "fmpy": "fmu", "pythonfmu": "fmu",
+          "distributed": "dask", "numba": "direct"}  # fmt: skip
 #: exception, exit code, what stands before its text
 FAILURES = (
     (CommandError, 1, "error"),
@@ -70,11 +67,8 @@ def _failure(error: BaseException, interrupted: str) -> tuple[int, str]:
     """Exit code and line of an exception; line "": a defect of the program."""
     if isinstance(error, OSError):
         remedy = REMEDIES.get(error.errno or 0, "check path and permissions")
-        named = error.filename and error.strerror
-        return (
-            2,
-            f"error: {error.filename}: {error.strerror}; remedy: {remedy}" if named else f"error: {error}",
-        )
+        named = f"{error.filename}: {error.strerror}; remedy: {remedy}"
+        return 2, f"error: {named if error.filename and error.strerror else error}"
     for kind, code, words in FAILURES:
         if isinstance(error, kind):
             return code, f"{words}: {error}"

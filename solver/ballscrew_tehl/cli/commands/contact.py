@@ -8,11 +8,9 @@ from typing import Any, NoReturn
 from ..._version import __version__
 from ...tables.csv_file import read_rows
 from ..parser import COMMANDS, Parser
-from ..shared.chosen import keyed
-from ..shared.points import check_rows
-from ..shared.progress import each
+from ..shared.inputs import check_rows, key_of
+from ..shared.output import Answer, each
 from ..shared.quantities import CONTACT_POINT
-from ..shared.results import Answer
 
 DIMENSIONS = tuple(quantity.name for quantity in CONTACT_POINT)
 MOES = ("moes", "radius_ratio", "law")
@@ -55,13 +53,14 @@ def _with_row(args: Namespace, row: Mapping[str, str]) -> Namespace:
 
 def _check(args: Namespace) -> None:
     """Refuse what is neither a contact by its dimensions nor one by its Moes numbers."""
-    group, other = (DIMENSIONS, MOES) if args.moes is None else (MOES, DIMENSIONS)
-    for name in (*group, *other):
-        value, option = getattr(args, name), f"--{name.replace('_', '-')}"
-        if name in group and value is None:
-            raise ValueError(f"{option} (missing); allowed: {', '.join(group)} together")
-        if name in other and value is not None:
-            raise ValueError(f"{option} = {value}; allowed: either {', '.join(MOES)} or dimensions")
+    needed = DIMENSIONS if args.moes is None else MOES
+    for name in (*needed, *DIMENSIONS, *MOES):
+        value = getattr(args, name)
+        if (value is None) == (name in needed):
+            stated = f"--{name.replace('_', '-')} {'(missing)' if value is None else f'= {value}'}"
+            raise ValueError(
+                f"{stated}; allowed: either {', '.join(MOES)} or {', '.join(DIMENSIONS)}, each of them"
+            )
     if args.domain:
         x_in, x_out, y_max = args.domain
         if not (x_in < -1.0 and x_out > 1.0 and y_max > 1.0):
@@ -104,4 +103,4 @@ def _solve(contact: Namespace) -> dict[str, Any]:
     load, R_x, R_y, u_1, u_2, temperature = (getattr(contact, name) for name in DIMENSIONS)
     conditions = ContactConditions(load, R_x, R_y, u_1, u_2, temperature, E_prime(parameters.screw))
     result = solve(conditions, parameters.lubricant, parameters.solids, options)
-    return keyed({name: getattr(result, name) for name in OF_DIMENSIONS})
+    return {key_of(name): getattr(result, name) for name in OF_DIMENSIONS}

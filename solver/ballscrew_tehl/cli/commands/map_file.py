@@ -14,11 +14,9 @@ from ...nut_map.workers import worker_pool
 from ...parameters.file import Parameters
 from ...parameters.units import SHOWN
 from ...runtime.packed import certificate_totals
-from ..shared.chosen import screw_of
-from ..shared.files import check_output, try_folder, written
-from ..shared.progress import QUIET, progress_bar
+from ..shared.inputs import screw_of
+from ..shared.output import QUIET, Answer, check_output, filled, listing, progress_bar, say, table, written
 from ..shared.quantities import REPORT_POINT
-from ..shared.results import Answer, filled, listing, say, table
 
 #: errors of a certificate, with their columns
 QUANTITIES = ("torque_error", "film_error", "minimum_film_error", "temperature_rise_error")
@@ -86,9 +84,7 @@ def _screws(args: Namespace) -> list[tuple[Parameters, Path]]:
             raise ValueError("--family and --screw; allowed: one of them")
         if not files:
             raise ValueError(f"--family = {folder}; allowed: a folder with screw files *.toml")
-        target = Path(args.output or folder)
-        try_folder(f"--output = {target}", target)
-        maps = {str(file): target / f"{file.stem}.npz" for file in files}
+        maps = {str(file): Path(args.output or folder, f"{file.stem}.npz") for file in files}
     for path in maps.values():
         check_output("--output", path, "a file *.npz")
         if path.exists() and not is_map_file(path):

@@ -13,11 +13,9 @@ from ...parameters.template import (
 )
 from ...parameters.units import CELSIUS, RPM
 from ...physics.rating import STATIC_PRESSURE, computed_dynamic_rating, dynamic_rating
-from ..shared.chosen import Chosen, chosen_of, keyed, say_outside
-from ..shared.files import check_output
-from ..shared.points import read_points
+from ..shared.inputs import Chosen, chosen_of, key_of, read_points, say_outside
+from ..shared.output import Answer, check_output, filled, say, write_text
 from ..shared.quantities import AXIAL_LOAD, PRELOAD
-from ..shared.results import Answer, filled, say, write_text
 
 CONDITIONS = "JIS B 1192: 100 r/min, oil ISO VG 68, no seals; a convention, proportional to the preload"
 #: of a table
@@ -42,7 +40,8 @@ def run_screw(args: Namespace) -> Answer:
     results: list[dict[str, Any]] = []
     for point in points:
         loaded = loaded_screw(screw, constants, *point.values())
-        results.append({**point, **keyed(loaded._asdict()), "conditions": CONDITIONS})
+        values = {key_of(name): value for name, value in loaded._asdict().items()}
+        results.append({**point, **values, "conditions": CONDITIONS})
     if crushed := [result for result in results if result["pressure_over_static"] > 1.0]:
         pressure = 1e-9 * crushed[0]["contact_pressure_max_pa"]
         say(f"contact pressure {pressure:.3g} GPa; the static rating allows {1e-9 * STATIC_PRESSURE:.3g} GPa")

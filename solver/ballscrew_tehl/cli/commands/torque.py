@@ -4,7 +4,7 @@ import functools
 import math
 from argparse import Namespace
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..._version import __version__
 from ...friction.baselines import nsk_torque
@@ -19,57 +19,54 @@ from ...parameters.units import CELSIUS, RPM
 from ...physics.kinematics import ROLLING_FRAME
 from ...runtime.constants import LAMBDA_RATIO_MAX, SMOOTH
 from ...runtime.evaluate import NutMap
+from ...runtime.nut_law import DoubleNutState
 from ...runtime.packed import MECHANISTIC
-from ..shared.chosen import EXTREMES, Chosen, chosen_of, say_outside, some_of
-from ..shared.points import read_points
-from ..shared.progress import each
+from ..shared.inputs import Chosen, chosen_of, key_of, read_points, say_outside, some_of
+from ..shared.output import Answer, each, say
 from ..shared.quantities import TORQUE_POINT
-from ..shared.results import Answer, say
 
 Values = dict[str, Any]
+#: of an operating point; notes on trend and flanks, "" = none
+State = tuple[DoubleNutState, TorqueInterval | None, tuple[str, str]]
 #: of a table
 COLUMNS = (
     "preload_n", "speed_rpm", "temperature_c", "axial_load_n", "friction_torque_nm", "torque_low_nm", "torque_high_nm",
     "in_range", "film_thickness_min_m",
 )  # fmt: skip
+#: outputs of the map
+EXTREMES = (
+    "film_thickness_min", "film_thickness_central_screw", "film_thickness_central_nut", "film_temperature_rise",
+    "contact_pressure_max", "ball_load_max", "lambda_ratio",
+)  # fmt: skip
 PARTS = ("viscous_torque_nm", "hysteresis_torque_nm", "sliding_torque_nm")
 #: torque at which motion begins, of an answer at speed 0
 BREAKAWAY = "breakaway_torque_nm"
-#: oil that is no continuum; the others are out of range: a film beyond lubrication theory, a torque that goes the
-#: wrong way, oversize balls that slip
-TOO_THIN, *OUT_OF_RANGE = RESERVATIONS = (
-    "too_thin_film", "too_thick_film", "unphysical_trend", "unlike_flanks",
-)  # fmt: skip
-
-
-class _State(NamedTuple):
-    """Operating point of the double nut, by the map or by direct solves."""
-
-    parts: tuple[float, ...]  # magnitudes of PARTS [N.m]
-    extremes: Mapping[str, float]  # by the names of EXTREMES, SI
-    interval: TorqueInterval | None
-    notes: tuple[str, str]  # on trend and flanks, "" = none
-    keys: Values  # further ones of the answer
+#: a film beyond lubrication theory, a torque that goes the wrong way, oversize balls that slip
+OUT_OF_RANGE = ("too_thick_film", "unphysical_trend", "unlike_flanks")
+RESERVATIONS = ("too_thin_film", *OUT_OF_RANGE)
 
 
 def run_torque(args: Namespace) -> Answer:
     """Friction torque, films and contact extremes at one or many operating points."""
     points = read_points(args, TORQUE_POINT)
     chosen = chosen_of(args)
+    screw = chosen.parameters.screw
     if args.direct:
         if any(point["speed_rpm"] == 0.0 or point["preload_n"] == 0.0 for point in points):
             raise ValueError("speed_rpm or preload_n = 0; allowed with --direct: not 0 (no film at rest)")
-        axes = {"preload": (0.0, math.inf)}
-        state_at, work = _by_solves(chosen), each(points, "points solved", quiet=0.0)
+        axes, work = {"preload": (0.0, math.inf)}, each(points, "points solved", quiet=0.0)
+        state_at, of_all = _by_solves(chosen)
     else:
         nut_map = chosen.nut_map(args)
-        axes = nut_map.header["axes"]
-        state_at, work = functools.partial(_by_map, chosen, nut_map), each(points, "points")
-    screw = chosen.parameters.screw
+        header, work = nut_map.header, each(points, "points")
+        axes, state_at = header["axes"], functools.partial(_by_map, chosen, nut_map)
+        of_all = {"film_kinematics": header["film_kinematics"], "map_hash": header["file_hash"]}
     results = [_result(screw, point, state_at) for point in work]
     say_outside(results, axes)
+    of_all |= chosen.described | {"version": __version__}
     if other := carried_over(chosen.friction_set, chosen.parameters):
         say(other)
+        of_all |= {"friction_note": other} if args.json else {}
     if resting := [result for result in results if BREAKAWAY in result]:
         say(
             f"speed_rpm 0: {some_of(resting, results)}at rest friction balances the torque of the drive up to "
@@ -86,58 +83,50 @@ def run_torque(args: Namespace) -> Answer:
             result["catalogue_torque_nm"] = float(nsk_torque(screw, result["preload_n"]))
             result |= chosen.catalogue_note
             result |= {} if screw.preload_kind == "double_nut" else {"preload_kind": screw.preload_kind}
-        result |= chosen.described | ({"friction_note": other} if other and args.json else {})
-        result["version"] = __version__
+        result |= of_all
     return Answer(results, bool(args.points), columns=COLUMNS, output=args.output)
 
 
-def _result(screw: ScrewParameters, point: Mapping[str, float], state_at: Callable[..., _State]) -> Values:
+def _result(screw: ScrewParameters, point: Mapping[str, float], state_at: Callable[..., State]) -> Values:
     """Keys of an answer; torques oppose the motion: sign of the speed, 0 at rest."""
     preload, rpm, celsius, axial_load = (point[quantity.name] for quantity in TORQUE_POINT)
-    state = state_at(preload, rpm * RPM, celsius + CELSIUS, axial_load)
+    state, interval, notes = state_at(preload, rpm * RPM, celsius + CELSIUS, axial_load)
     sign = math.copysign(1.0, rpm) if rpm else 0.0
-    parts = [sign * float(part) for part in state.parts]
+    magnitudes = state.viscous_torque, state.hysteresis_torque, state.sliding_torque
+    parts = [sign * float(part) for part in magnitudes]
     torque, seal = sum(parts), sign * screw.seal_torque
     result: Values = {**point, "friction_torque_nm": torque + seal, **dict(zip(PARTS, parts, strict=True))}
     if seal:
         result["seal_torque_nm"] = seal
-    if state.interval is not None:
+    if interval is not None:
         # at rest the torque is that of the drive
-        meaning = state.interval.meaning if torque else "none at rest"
-        low, high = sorted(end * torque + seal for end in state.interval.relative)
+        meaning = interval.meaning if torque else "none at rest"
+        low, high = sorted(end * torque + seal for end in interval.relative)
         result |= {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": meaning}
-    extremes = {key: float(state.extremes[name]) for name, key in EXTREMES.items()}
-    thickest = max(extremes["film_thickness_central_screw_m"], extremes["film_thickness_central_nut_m"])
-    films = too_thin(extremes["film_thickness_min_m"]), too_thick(thickest, 0.5 * screw.ball_diameter)
-    notes = dict(zip(RESERVATIONS, (*films, *state.notes), strict=True))
-    result |= {key: text for key, text in notes.items() if text} | extremes | state.keys
-    result["in_range"] = state.keys.get("in_range", True) and not any(notes[key] for key in OUT_OF_RANGE)
-    return result
+    if not rpm:
+        result[BREAKAWAY] = float(state.friction_torque)
+    thickest = max(state.film_thickness_central_screw, state.film_thickness_central_nut)
+    films = too_thin(state.film_thickness_min), too_thick(thickest, 0.5 * screw.ball_diameter)
+    reservations = dict(zip(RESERVATIONS, (*films, *notes), strict=True))
+    result |= {key: text for key, text in reservations.items() if text}
+    result |= {key_of(name): float(getattr(state, name)) for name in EXTREMES}
+    result["in_range"] = bool(state.in_range) and not any(reservations[key] for key in OUT_OF_RANGE)
+    return result | {"clamped": list(state.clamped)}
 
 
 def _by_map(
     chosen: Chosen, nut_map: NutMap, preload: float, speed: float, temperature: float, axial_load: float
-) -> _State:
+) -> State:
     """State by a map at a preload [N], speed [rad/s], temperature [K] and axial load [N]."""
-    at = preload, speed, temperature, axial_load
-    header, parameters = nut_map.header, chosen.parameters
-    state, interval, unlike = nut_map.evaluate(*at), None, ""
-    keys: Values = {
-        "in_range": bool(state.in_range), "clamped": list(state.clamped),
-        "film_kinematics": header["film_kinematics"], "map_hash": header["file_hash"],
-    }  # fmt: skip
-    if speed == 0.0:
-        keys[BREAKAWAY] = float(state.friction_torque)
+    at, interval, unlike = (preload, speed, temperature, axial_load), None, ""
     if preload > 0.0 and nut_map.law == MECHANISTIC:
-        interval = map_interval(parameters, header["axes"], chosen.friction_set, *at)
-        unlike = unlike_flanks(parameters, preload, axial_load, interval.torque)
-    parts = state.viscous_torque, state.hysteresis_torque, state.sliding_torque
-    notes = unphysical_trend(nut_map, *at).text, unlike
-    return _State(parts, state._asdict(), interval, notes, keys)
+        interval = map_interval(chosen.parameters, nut_map.header["axes"], chosen.friction_set, *at)
+        unlike = unlike_flanks(chosen.parameters, preload, axial_load, interval.torque)
+    return nut_map.evaluate(*at), interval, (unphysical_trend(nut_map, *at).text, unlike)
 
 
-def _by_solves(chosen: Chosen) -> Callable[..., _State]:
-    """States by solves of the contacts, arguments as of _by_map."""
+def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
+    """States by solves of the contacts, arguments as of _by_map; keys of all of them."""
     from ...atlas.contact_atlas import load_atlas
     from ...refinement.direct import DirectContacts, DirectFilm, direct_extremes, rolling_parameters
 
@@ -148,14 +137,13 @@ def _by_solves(chosen: Chosen) -> Callable[..., _State]:
     rolling = rolling_parameters(parameters)
     contacts = DirectContacts(parameters)
     film_model = DirectFilm(parameters, friction_set.film_model == "solved_thermal")
-    keys: Values = {"clamped": [], "film_kinematics": ROLLING_FRAME}
+    of_all: Values = {"film_kinematics": ROLLING_FRAME}
     if mechanistic:
         # errors of the grid of these solves, against a finer one
         errors = load_atlas().header["certificate"]["of_direct_solves"]
-        keys |= {f"direct_torque_error_{key}": errors[f"torque_error_{key}"] for key in ("mean", "99")}
+        of_all |= {f"direct_torque_error_{key}": errors[f"torque_error_{key}"] for key in ("mean", "99")}
 
-    def state_at(preload: float, speed: float, temperature: float, axial_load: float) -> _State:
-        interval = None
+    def state_at(preload: float, speed: float, temperature: float, axial_load: float) -> State:
         if mechanistic:
             forces = nut_forces(parameters, preload, axial_load)
             place = parameters, forces, contacts, abs(speed), temperature
@@ -163,10 +151,12 @@ def _by_solves(chosen: Chosen) -> Callable[..., _State]:
             interval = torque_interval(*place, friction_set)
         else:
             at = preload, speed, temperature, axial_load
-            parts = double_nut_torque(parameters, friction_set, film_model, *at)
+            parts, interval = double_nut_torque(parameters, friction_set, film_model, *at), None
         extremes = direct_extremes(rolling, preload, axial_load, abs(speed), temperature)
-        thinnest = extremes["film_thickness_min"]
-        extremes["lambda_ratio"] = min(thinnest / max(height, SMOOTH), LAMBDA_RATIO_MAX)
-        return _State(tuple(parts[:3]), extremes, interval, ("", ""), keys)
+        ratio = min(extremes["film_thickness_min"] / max(height, SMOOTH), LAMBDA_RATIO_MAX)
+        # the shares of the relieved nut are not known
+        state = DoubleNutState(*parts, **extremes, lambda_ratio=ratio, relieved_viscous_torque=math.nan,
+                               relieved_coulomb_torque=math.nan, in_range=True, clamped=())  # fmt: skip
+        return state, interval, ("", "")
 
-    return state_at
+    return state_at, of_all

@@ -20,10 +20,8 @@ class Quantity(NamedTuple):
     min_: float = -math.inf
     max_: float = math.inf
     default: float | None = None
-    #: zero is rejected
-    not_zero: bool = False
-    #: the bounds are those of the magnitude
-    signed: bool = False
+    not_zero: bool = False  # zero is rejected
+    signed: bool = False  # the bounds are those of the magnitude
     whole: bool = False
 
     @property
@@ -77,9 +75,7 @@ TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", 0.0)
 
 TORQUE_POINT = (PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD)
 PRELOAD_POINT = (TORQUE, SPEED._replace(not_zero=True), TEMPERATURE)
-CALIBRATION_POINT = (
-    TORQUE._replace(not_zero=True), PRELOAD._replace(not_zero=True), SPEED._replace(not_zero=True), TEMPERATURE,
-)  # fmt: skip
+CALIBRATION_POINT = (*(number._replace(not_zero=True) for number in (TORQUE, PRELOAD, SPEED)), TEMPERATURE)
 REPORT_POINT = (PRELOAD, SPEED, TEMPERATURE)
 CONTACT_POINT = (
     Quantity("load_n", "load [N]"),

@@ -1,5 +1,6 @@
-"""Shared by several commands: screw and map of their options, keys of the results."""
+"""What the commands read: screw, map and friction set of the options, operating points of options or a CSV file."""
 
+import math
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,18 +18,19 @@ from ...friction.sets import (
 )
 from ...parameters.file import PACKAGED_VG100, Parameters, changed, load_screw
 from ...parameters.screw import Law
+from ...parameters.units import SHOWN
 from ...runtime.evaluate import NutMap
 from ...runtime.packed import MECHANISTIC
-from .progress import QUIET, progress_bar
-from .quantities import TORQUE_POINT
-from .results import say
+from ...tables.csv_file import open_table, read_columns
+from ...tables.headings import MEASURED, Kind
+from .output import QUIET, check_output, progress_bar, say
+from .quantities import TORQUE_POINT, Quantity
 
 
 def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
     """The parameters selected by --screw, else those in the file of --map, and by --kinematics.
 
     Parameters   default : screw file without both; None = the packaged one
-    Raises       ParameterError, MapError (a ValueError)
     """
     if args.screw is None and args.map is not None:
         from ...nut_map.file import screw_of_map
@@ -80,17 +82,11 @@ class Chosen(NamedTuple):
 
 
 def chosen_of(args: Namespace) -> Chosen:
-    """Screw and friction set selected by --screw, --map, --kinematics and --friction.
-
-    Raises       ValueError: no such set or file, a file for another screw or other kinematics
-    """
-    name = args.friction
-    if name is None:
-        parameters = screw_of(args)
-        return Chosen(parameters, default_friction_set(parameters), None)
-    packaged = load_friction_sets()
-    if name in packaged:
-        parameters = with_set(screw_of(args, PACKAGED_VG100 if name == MECHANISTIC else None), name)
+    """Screw and friction set selected by --screw, --map, --kinematics and --friction."""
+    packaged, name, of_file = load_friction_sets(), args.friction, None
+    if name is None or name in packaged:
+        parameters = screw_of(args, PACKAGED_VG100 if name == MECHANISTIC else None)
+        parameters = parameters if name is None else with_set(parameters, name)
         return Chosen(parameters, default_friction_set(parameters), None)
     if not Path(name).is_file():
         raise ValueError(
@@ -104,6 +100,63 @@ def chosen_of(args: Namespace) -> Chosen:
     return Chosen(without_overrides(parameters, of_file.name), of_file, of_file)
 
 
+def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[str, float]]:
+    """The operating points by name: a field of --points, else an option, else a default; one point without --points."""
+    check_rows(args)
+    rows: list[dict[str, str]] = [{}] if args.points is None else _rows(args, quantities)
+    for quantity in quantities:
+        value = getattr(args, quantity.name)
+        if value is not None and all(row.get(quantity.name) for row in rows):
+            raise ValueError(
+                f"{quantity.option} = {value:g}, {args.points} has this column in all rows; remedy: remove one"
+            )
+    return [
+        {quantity.name: _value(args, number, row, quantity) for quantity in quantities}
+        for number, row in enumerate(rows, start=1)
+    ]
+
+
+def check_rows(args: Namespace) -> None:
+    """Refuse an --output that could not be written."""
+    if args.output:
+        inputs = args.points, args.screw, getattr(args, "map", None)
+        check_output("--output", args.output, "a file *.csv", inputs)
+
+
+def _rows(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[str, str]]:
+    """Rows of --points by name in the units of the options, under headings as `calibrate` reads them."""
+    headings = {quantity.axis: MEASURED[quantity.axis] for quantity in quantities}
+    example = ", ".join(quantity.name for quantity in quantities)
+    kind = Kind(headings, {"of the point": tuple(headings)}, example)
+    table = open_table(args.points, kind)
+    used = table.single_columns([q.axis for q in quantities if getattr(args, q.name) is not None])
+    if unused := table.unused(used):
+        say(f"{args.points}: {unused}")
+    rows, fields = read_columns(table, used, kind), {}
+    for name, axis in ((quantity.name, quantity.axis) for quantity in quantities if quantity.axis in used):
+        # a field that is no number is refused by its text; digits: without those of the units
+        fields[name] = [
+            text if math.isnan(value) else f"{SHOWN[axis].of(value):.13g}"
+            for text, value in zip(rows.texts[axis], rows.values[axis].tolist(), strict=True)
+        ]
+    return [dict(zip(fields, row, strict=True)) for row in zip(*fields.values(), strict=True)]
+
+
+def _value(args: Namespace, number: int, row: Mapping[str, str], quantity: Quantity) -> float:
+    """Value of a row, from 1, or of the options."""
+    where = f"{args.points}: row {number}: {quantity.name}"
+    if text := row.get(quantity.name):
+        return quantity(text, where)
+    value: float | None = getattr(args, quantity.name)
+    value = quantity.default if value is None else value
+    if value is not None:
+        return value
+    remedy = f"in a column or by {quantity.option}"
+    if args.points is None:
+        where, remedy = quantity.option, "or --points FILE.csv"
+    raise ValueError(f"{where} (missing); allowed: {quantity.allowed}, {remedy}")
+
+
 def some_of(some: Sequence[Any], results: Sequence[Any]) -> str:
     """How many of several results a line is about; "" of a single one."""
     return "" if len(results) == 1 else f"{len(some)} of {len(results)} points, the first: "
@@ -111,16 +164,13 @@ def some_of(some: Sequence[Any], results: Sequence[Any]) -> str:
 
 def say_outside(results: Sequence[Mapping[str, Any]], axes: Mapping[str, Any]) -> None:
     """One line on stderr about answers beyond a map, with the first of them; axes: of its header."""
-    outside = [result for result in results if result.get("clamped")]
-    if not outside:
+    if not (outside := [result for result in results if result["clamped"]]):
         return
-    first = outside[0]
-    keys = {quantity.axis: quantity.name for quantity in TORQUE_POINT}
-    values = ", ".join(
-        f"{keys[name]} {first[keys[name]]:g}" if name in keys else name for name in first["clamped"]
-    )
+    first, keys = outside[0], {quantity.axis: quantity.name for quantity in TORQUE_POINT}
+    clamped = [keys.get(name, name) for name in first["clamped"]]
+    values = ", ".join(f"{key} {first[key]:g}" if key in keys.values() else key for key in clamped)
     # below its lowest preload a map continues by power laws
-    light = list(first["clamped"]) == ["preload"] and first["preload_n"] < axes["preload"][0]
+    light = clamped == ["preload_n"] and first["preload_n"] < axes["preload"][0]
     edge = "extrapolated from its lowest preload" if light else "those at its edge"
     say(
         f"in_range: false; {some_of(outside, results)}{values} is outside the map, the numbers are {edge} (ranges: "
@@ -141,16 +191,8 @@ _NAMES = {
     "nm": "catalogue_torque",
 }
 _KEYS = {name: f"{name}_{unit}" for unit, names in _NAMES.items() for name in names.split()}
-#: output of the map -> key of the command line
-EXTREMES = {
-    name: _KEYS.get(name, name)
-    for name in (
-        "film_thickness_min", "film_thickness_central_screw", "film_thickness_central_nut", "film_temperature_rise",
-        "contact_pressure_max", "ball_load_max", "lambda_ratio",
-    )
-}  # fmt: skip
 
 
-def keyed(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Numbers of a result by key, which has the unit at its end."""
-    return {_KEYS.get(name, name): value for name, value in values.items()}
+def key_of(name: str) -> str:
+    """Key of a number of a result, with its unit at the end."""
+    return _KEYS.get(name, name)
