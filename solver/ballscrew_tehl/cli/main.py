@@ -31,11 +31,7 @@ def main(
     prog: str = "python -m ballscrew_tehl",
     command: Command = SOLVER,
 ) -> int:
-    """Run one command.
-
-    Parameters   arguments : without the program's name;  prog : that name in help and messages
-    Returns      exit code
-    """
+    """Exit code of one command; arguments without the program's name, prog: that name in help and messages."""
     # the solver's matrices are small: BLAS threads would cost more than they save (read when numpy is imported)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if isinstance(sys.stdout, TextIOWrapper):
@@ -56,14 +52,14 @@ def main(
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         return 0
     except (Exception, KeyboardInterrupt) as error:
-        code, text = _failure(error, args.interrupted)
+        code, text = _failure(error)
         if not text:
             raise
         say(f"{args.prog}: {' '.join(text.split())}")
         return code
 
 
-def _failure(error: BaseException, interrupted: str) -> tuple[int, str]:
+def _failure(error: BaseException) -> tuple[int, str]:
     """Exit code and line of an exception; line "": a defect of the program."""
     if isinstance(error, OSError):
         remedy = REMEDIES.get(error.errno or 0, "check path and permissions")
@@ -82,5 +78,5 @@ def _failure(error: BaseException, interrupted: str) -> tuple[int, str]:
         cause = cause.__cause__
     if isinstance(cause, KeyboardInterrupt):
         # 128 and the number of the signal
-        return 130, "; ".join(filter(None, ("interrupted", interrupted)))
+        return 130, "interrupted"
     return 1, ""

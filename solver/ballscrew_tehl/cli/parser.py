@@ -20,8 +20,7 @@ from .shared.quantities import Quantity, with_error
 KINEMATICS = ("published", "rolling_frame")
 SET_NAMES = ("two_parameter", "three_parameter", "mechanistic")
 DROP_KINDS = ("impossible", "outside", "outliers")
-OILS = ("viscosities", "iso_vg")
-LUBRICANTS = ("oil", "grease")
+OILS, LUBRICANTS = ("viscosities", "iso_vg"), ("oil", "grease")
 EXPORT_FORMATS = ("twincat", "csv", "modelica", "matlab", "json")
 LAWS = ("barus", "roelands")
 #: package of the commands
@@ -41,7 +40,6 @@ class Command(NamedTuple):
     description: str = ""
     actions: Mapping[str, "Command"] = {}
     groups: Mapping[str, Sequence[str]] = {}  # headings over names of actions
-    interrupted: str = ""  # what is said after Ctrl-C
 
 
 def option(flag: str, text: str, metavar: str | tuple[str, ...] | None = None, **settings: Any) -> Option:
@@ -56,10 +54,9 @@ def switch(flag: str, text: str, action: str = "store_true", **settings: Any) ->
 
 def numbers(*quantities: Quantity, **settings: Any) -> list[Option]:
     """An option for each quantity, with its unit as metavar."""
-    metavars = [one.name.rpartition("_")[2].upper() for one in quantities]
     return [
-        option(one.option, one.help, **{"type": one, "metavar": metavar} | settings)
-        for one, metavar in zip(quantities, metavars, strict=True)
+        (one.option, {"help": one.help, "type": one, "metavar": one.name.split("_")[-1].upper()} | settings)
+        for one in quantities
     ]
 
 
@@ -244,7 +241,7 @@ def build_parser(prog: str, command: Command, new: Callable[..., Parser] = Parse
     else:
         lines.append(textwrap.fill(f"{about} {command.description}", shutil.get_terminal_size().columns - 2))
     parser = new(prog=prog, usage=" ".join([*usage, "[options]"]), description="\n".join(lines))
-    parser.set_defaults(run=command.run, prog=prog, interrupted=command.interrupted)
+    parser.set_defaults(run=command.run, prog=prog)
     groups = {"options": command.options, "common options": (*command.shared, HELP, VERSION)}
     for title, options in groups.items():
         group = parser.add_argument_group(title)

@@ -2,7 +2,6 @@
 
 from argparse import Namespace
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any, NoReturn
 
 from ..._version import __version__
@@ -19,11 +18,9 @@ COLUMNS = ("Hc", "Hm", "M", "L", "h_c_m", "h_m_m", "p_max_pa", "temperature_rise
            "error_estimate")  # fmt: skip
 #: of an answer, by Moes numbers and by dimensions
 OF_MOES = ("converged", "branch", "error_estimate", "seconds", "M", "L", "reason")
-OF_DIMENSIONS = (
-    "h_c", "h_m", "p_max", "temperature_rise", "traction_force", "traction_force_1", "traction_force_2",
-    "rolling_loss", "temperature_rise_mean", "temperature_rise_smooth", "converged", "iterations", "seconds", "M", "L",
-    "branch", "error_estimate", "reason",
-)  # fmt: skip
+OF_DIMENSIONS = ("h_c", "h_m", "p_max", "temperature_rise", "traction_force", "traction_force_1", "traction_force_2",
+                 "rolling_loss", "temperature_rise_mean", "temperature_rise_smooth", "converged", "iterations",
+                 "seconds", "M", "L", "branch", "error_estimate", "reason")  # fmt: skip
 #: words of a column isothermal
 WORDS = {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False}
 
@@ -35,8 +32,8 @@ class _RowParser(Parser):
         raise ValueError(self.explained(message))
 
 
-def _with_row(args: Namespace, row: Mapping[str, str]) -> Namespace:
-    """Options of the command, replaced by the fields of a row."""
+def _contact(args: Namespace, row: Mapping[str, str]) -> Namespace:
+    """Options of the command, replaced by the fields of a row: a contact by its dimensions or by its Moes numbers."""
     parser = _RowParser(prog="")
     for flag, settings in COMMANDS["contact"].options:
         parser.add_argument(flag, **settings)
@@ -48,23 +45,20 @@ def _with_row(args: Namespace, row: Mapping[str, str]) -> Namespace:
             values.isothermal = WORDS[text.lower()]
         elif text:
             words += [f"--{name.lower().replace('_', '-')}", *text.split()]
-    return parser.parse_args(words, values)
-
-
-def _check(args: Namespace) -> None:
-    """Refuse what is neither a contact by its dimensions nor one by its Moes numbers."""
-    needed = DIMENSIONS if args.moes is None else MOES
+    contact = parser.parse_args(words, values)
+    needed = DIMENSIONS if contact.moes is None else MOES
     for name in (*needed, *DIMENSIONS, *MOES):
-        value = getattr(args, name)
+        value = getattr(contact, name)
         if (value is None) == (name in needed):
             stated = f"--{name.replace('_', '-')} {'(missing)' if value is None else f'= {value}'}"
             raise ValueError(
-                f"{stated}; allowed: either {', '.join(MOES)} or {', '.join(DIMENSIONS)}, each of them"
+                f"{stated}; allowed: either {', '.join(MOES)} or {', '.join(DIMENSIONS)}, together"
             )
-    if args.domain:
-        x_in, x_out, y_max = args.domain
+    if contact.domain:
+        x_in, x_out, y_max = contact.domain
         if not (x_in < -1.0 and x_out > 1.0 and y_max > 1.0):
             raise ValueError(f"--domain = {x_in:g} {x_out:g} {y_max:g}; allowed: XA < -1, XB > 1, Y > 1")
+    return contact
 
 
 def run_contact(args: Namespace) -> Answer:
@@ -73,8 +67,7 @@ def run_contact(args: Namespace) -> Answer:
     contacts = []
     for number, row in enumerate(rows, start=1):
         try:
-            contacts.append(_with_row(args, row))
-            _check(contacts[-1])
+            contacts.append(_contact(args, row))
         except ValueError as error:
             where = "" if args.points is None else f"{args.points}: row {number}: "
             raise ValueError(f"{where}{error}") from None
@@ -90,9 +83,8 @@ def _solve(contact: Namespace) -> dict[str, Any]:
     from ...parameters.file import load_screw
     from ...physics.hertz import E_prime
 
-    options = SolverOptions(thermal=not (contact.moes or contact.isothermal))
-    if contact.domain:
-        options = replace(options, **dict(zip(("x_in", "x_out", "y_max"), contact.domain, strict=True)))
+    domain = dict(zip(("x_in", "x_out", "y_max"), contact.domain or (), strict=False))
+    options = SolverOptions(thermal=not (contact.moes or contact.isothermal), **domain)
     if contact.refine is not None:
         options = options.refined(contact.refine)
     if contact.moes:

@@ -21,21 +21,15 @@ from ..shared.quantities import REPORT_POINT
 #: errors of a certificate, with their columns
 QUANTITIES = ("torque_error", "film_error", "minimum_film_error", "temperature_rise_error")
 COLUMNS = ("mean", "50", "99", "999", "max")
-PARTS = {
-    "against_direct_solves": "against direct solves on their own grid",
-    "of_direct_solves": "of these direct solves",
-}
 #: those that are printed with a new map
 OF_BUILD = tuple(f"{name}_{key}" for name in QUANTITIES[:2] for key in ("mean", "99", "max"))
 
 
 def run_map_build(args: Namespace) -> Answer:
     """Sum the contacts of the atlas over the nut of a screw, or of every screw file of a folder, and write the maps."""
-    # all are read before the first map is made
-    jobs = [(parameters, path, _grid(parameters, args)) for parameters, path in _screws(args)]
     results = []
     with progress_bar(QUIET) as progress:
-        for parameters, path, grid in jobs:
+        for path, parameters, grid in _jobs(args):
             axes = ((quantity.axis, *getattr(grid, quantity.axis)[:2]) for quantity in REPORT_POINT)
             preload, speed, oil = (_range(*ends) for ends in axes)
             pressure = 1e-9 * largest_pressure(parameters.screw, grid.preload[1])
@@ -62,35 +56,32 @@ def run_map_build(args: Namespace) -> Answer:
     return Answer(results, text=text)
 
 
-def _grid(parameters: Parameters, args: Namespace) -> MapGrid:
-    """Range of a map: by options, else the table [map] of the screw file, else what the screw allows."""
-    user: dict[str, float] = {}
-    for quantity in REPORT_POINT:
-        for end, value in zip(("min", "max"), getattr(args, quantity.name) or (), strict=False):
-            user[f"{quantity.axis}_{end}"] = SHOWN[quantity.axis].si(value)
-    return screw_grid(parameters, user)
-
-
-def _screws(args: Namespace) -> list[tuple[Parameters, Path]]:
-    """Parameters and map file of every map that is requested."""
+def _jobs(args: Namespace) -> list[tuple[Path, Parameters, MapGrid]]:
+    """File, parameters and range of every map that is requested."""
     if args.family is None:
         if args.output is None:
             raise ValueError("--output (missing); allowed: a file *.npz for the map")
         maps = {args.screw: Path(args.output)}
     else:
-        folder = Path(args.family)
-        files = sorted(folder.glob("*.toml"))
+        files = sorted(Path(args.family).glob("*.toml"))
         if args.screw is not None:
             raise ValueError("--family and --screw; allowed: one of them")
         if not files:
-            raise ValueError(f"--family = {folder}; allowed: a folder with screw files *.toml")
-        maps = {str(file): Path(args.output or folder, f"{file.stem}.npz") for file in files}
-    for path in maps.values():
+            raise ValueError(f"--family = {args.family}; allowed: a folder with screw files *.toml")
+        maps = {str(file): Path(args.output or args.family, f"{file.stem}.npz") for file in files}
+    # without options the table [map] of the screw file, else what the screw allows
+    user: dict[str, float] = {}
+    for quantity in REPORT_POINT:
+        for end, value in zip(("min", "max"), getattr(args, quantity.name) or (), strict=False):
+            user[f"{quantity.axis}_{end}"] = SHOWN[quantity.axis].si(value)
+    jobs = []
+    for file, path in maps.items():
         check_output("--output", path, "a file *.npz")
         if path.exists() and not is_map_file(path):
             raise ValueError(f"--output = {path}; allowed: a new file *.npz, or a map to replace")
-    common = {"map": None, "kinematics": args.kinematics}
-    return [(screw_of(Namespace(screw=file, **common)), path) for file, path in maps.items()]
+        parameters = screw_of(Namespace(screw=file, map=None, kinematics=args.kinematics))
+        jobs.append((path, parameters, screw_grid(parameters, user)))
+    return jobs
 
 
 def run_map_info(args: Namespace) -> Answer:
@@ -120,7 +111,7 @@ def run_map_info(args: Namespace) -> Answer:
 def _certificate_table(certificate: Mapping[str, Any]) -> str:
     """Errors of the whole and of its regions; the names of --json are those of row and column, torque_error_99."""
     lines: list[list[str]] = []
-    parts = {name: certificate[key] for key, name in PARTS.items() if key in certificate}
+    parts = {key: value for key, value in certificate.items() if key.endswith("direct_solves")}
     for region, errors in {"": certificate, **certificate.get("regions", {}), **parts}.items():
         if region:
             lines.append([region, *[""] * (1 + len(COLUMNS))])

@@ -13,17 +13,6 @@ TEMPERATURES_C = (20.0, 40.0, 60.0, 80.0, 100.0)
 HEADS = ("T [C]", "nu [mm2/s]", "eta [mPa s]", "rho [kg/m3]", "alpha [1/GPa]", "So & Klaus", "AGMA 925")
 
 
-def _oil_of(args: Namespace) -> LubricantParameters:
-    grade = (args.iso_vg, args.viscosity_index)
-    if args.screw is not None:
-        if (*grade, args.density_15c_kg_m3) != (None, None, None):
-            raise ValueError("--screw; allowed: alone, or --iso-vg with --viscosity-index: give one oil")
-        return load_screw(args.screw).lubricant
-    if None in grade:
-        raise ValueError("--iso-vg, --viscosity-index (missing); allowed: both, or --screw FILE.toml")
-    return graded_oil(*grade, args.density_15c_kg_m3)
-
-
 def oil_rows(oil: LubricantParameters) -> list[dict[str, float]]:
     """Viscosities, density and pressure-viscosity coefficient at TEMPERATURES_C, for a grade also by other rules."""
     points = oil.astm_viscosity_1, oil.astm_temperature_1, oil.astm_viscosity_2, oil.astm_temperature_2
@@ -71,7 +60,15 @@ def assumptions(oil: LubricantParameters) -> list[str]:
 
 def run_oil(args: Namespace) -> Answer:
     """One oil over temperature."""
-    oil = _oil_of(args)
+    grade = args.iso_vg, args.viscosity_index
+    if args.screw is not None:
+        if (*grade, args.density_15c_kg_m3) != (None, None, None):
+            raise ValueError("--screw; allowed: alone, or --iso-vg with --viscosity-index: give one oil")
+        oil = load_screw(args.screw).lubricant
+    elif None in grade:
+        raise ValueError("--iso-vg, --viscosity-index (missing); allowed: both, or --screw FILE.toml")
+    else:
+        oil = graded_oil(*grade, args.density_15c_kg_m3)
     rows, assumed = oil_rows(oil), assumptions(oil)
     result = {
         "oil": oil.name, "iso_vg": oil.iso_vg, "viscosity_index": oil.viscosity_index,

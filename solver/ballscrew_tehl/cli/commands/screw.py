@@ -4,7 +4,6 @@ from argparse import Namespace
 from typing import Any
 
 from ...mechanics import CATALOGUE_SHARE, efficiency, loaded_screw, screw_constants
-from ...parameters.file import ScrewParameters
 from ...parameters.template import (
     CatalogueSizes,
     catalogue_parameters,
@@ -19,10 +18,8 @@ from ..shared.quantities import AXIAL_LOAD, PRELOAD
 
 CONDITIONS = "JIS B 1192: 100 r/min, oil ISO VG 68, no seals; a convention, proportional to the preload"
 #: of a table
-COLUMNS = (
-    "preload_n", "axial_load_n", "catalogue_torque_nm", "friction_torque_nm", "efficiency", "in_range", "static_safety",
-    "life_turns", "contact_pressure_max_pa",
-)  # fmt: skip
+COLUMNS = ("preload_n", "axial_load_n", "catalogue_torque_nm", "friction_torque_nm", "efficiency", "in_range",
+           "static_safety", "life_turns", "contact_pressure_max_pa")  # fmt: skip
 #: ratio of a computed rating to that of a catalogue within which they agree; catalogues differ so much themselves
 RATING_AGREES = (0.75, 1.33)
 
@@ -36,19 +33,20 @@ def run_screw(args: Namespace) -> Answer:
     catalogue = PRELOAD._replace(default=CATALOGUE_SHARE * dynamic_rating(screw))
     points = read_points(args, (catalogue, AXIAL_LOAD))
     constants = screw_constants(screw)
-    _compare_rating(screw)
+    stated, computed = screw.dynamic_rating, computed_dynamic_rating(screw)
+    if stated is not None and not RATING_AGREES[0] <= computed / stated <= RATING_AGREES[1]:
+        what = "check turns and balls (of one nut), ball_diameter and the nut it is of"
+        say(f"dynamic_rating {stated:.6g} N of the screw file; computed {computed:.4g} N: {what}")
     results: list[dict[str, Any]] = []
     for point in points:
         loaded = loaded_screw(screw, constants, *point.values())
         values = {key_of(name): value for name, value in loaded._asdict().items()}
-        results.append({**point, **values, "conditions": CONDITIONS})
+        results.append({**point, **values, "conditions": CONDITIONS, **chosen.described})
     if crushed := [result for result in results if result["pressure_over_static"] > 1.0]:
         pressure = 1e-9 * crushed[0]["contact_pressure_max_pa"]
         say(f"contact pressure {pressure:.3g} GPa; the static rating allows {1e-9 * STATIC_PRESSURE:.3g} GPa")
     if args.speed_rpm is not None:
         _add_efficiency(results, chosen, args)
-    for result in results:
-        result |= chosen.described
     return Answer(results, bool(args.points), columns=COLUMNS, output=args.output)
 
 
@@ -75,41 +73,23 @@ def _add_efficiency(results: list[dict[str, Any]], chosen: Chosen, args: Namespa
     say_outside(results, axes)
 
 
-def _compare_rating(screw: ScrewParameters) -> None:
-    """One line on stderr if the rating of a screw file is not that which its geometry gives."""
-    stated, computed = screw.dynamic_rating, computed_dynamic_rating(screw)
-    low, high = RATING_AGREES
-    if stated is not None and not low <= computed / stated <= high:
-        say(
-            f"dynamic_rating {stated:.6g} N of the screw file; computed {computed:.4g} N: check turns "
-            "and balls (of one nut), ball_diameter and the nut it is of"
-        )
-
-
-def _sizes(args: Namespace) -> CatalogueSizes | None:
-    """Sizes of the options; None without them."""
-    sizes = {name: value for name in CatalogueSizes._fields if (value := getattr(args, name)) is not None}
-    if not sizes:
-        return None
-    if not {"diameter_mm", "lead_mm"} <= sizes.keys():
-        raise ValueError("--diameter-mm, --lead-mm (missing); allowed: both together, or no size")
-    ball, pitch = sizes.get("ball_mm", 0.0), sizes["lead_mm"] / sizes.get("starts", 1)
-    if not ball < min(pitch, 0.5 * sizes["diameter_mm"]):
-        raise ValueError(
-            f"--ball-mm = {ball:g}; allowed: less than half of --diameter-mm, and than --lead-mm over --starts = "
-            f"{pitch:g} mm, or grooves meet"
-        )
-    return CatalogueSizes(**sizes)
-
-
 def run_init(args: Namespace) -> Answer:
     """A screw file to fill in."""
     path = check_output("FILE.toml", args.file, "a new file *.toml")
     if path.exists():
         raise ValueError(f"{path}: exists already; allowed: a new file; choose another name")
     parameters, assumed = example_parameters(args.oil, args.lubricant), frozenset[str]()
-    if sizes := _sizes(args):
-        parameters, assumed = catalogue_parameters(sizes, parameters)
+    sizes = {name: value for name in CatalogueSizes._fields if (value := getattr(args, name)) is not None}
+    if sizes:
+        if not {"diameter_mm", "lead_mm"} <= sizes.keys():
+            raise ValueError("--diameter-mm, --lead-mm (missing); allowed: both together, or no size")
+        ball, pitch = sizes.get("ball_mm", 0.0), sizes["lead_mm"] / sizes.get("starts", 1)
+        if not ball < min(pitch, 0.5 * sizes["diameter_mm"]):
+            raise ValueError(
+                f"--ball-mm = {ball:g}; allowed: less than half of --diameter-mm, and than --lead-mm over --starts = "
+                f"{pitch:g} mm, or grooves meet"
+            )
+        parameters, assumed = catalogue_parameters(CatalogueSizes(**sizes), parameters)
     content = screw_template(parameters, assumed)
     write_text("FILE.toml", path, content)
     text = f"{path}: enter the values of your screw and oil; the first lines explain the next steps"

@@ -29,15 +29,11 @@ Values = dict[str, Any]
 #: of an operating point; notes on trend and flanks, "" = none
 State = tuple[DoubleNutState, TorqueInterval | None, tuple[str, str]]
 #: of a table
-COLUMNS = (
-    "preload_n", "speed_rpm", "temperature_c", "axial_load_n", "friction_torque_nm", "torque_low_nm", "torque_high_nm",
-    "in_range", "film_thickness_min_m",
-)  # fmt: skip
+COLUMNS = ("preload_n", "speed_rpm", "temperature_c", "axial_load_n", "friction_torque_nm", "torque_low_nm",
+           "torque_high_nm", "in_range", "film_thickness_min_m")  # fmt: skip
 #: outputs of the map
-EXTREMES = (
-    "film_thickness_min", "film_thickness_central_screw", "film_thickness_central_nut", "film_temperature_rise",
-    "contact_pressure_max", "ball_load_max", "lambda_ratio",
-)  # fmt: skip
+EXTREMES = ("film_thickness_min", "film_thickness_central_screw", "film_thickness_central_nut",
+            "film_temperature_rise", "contact_pressure_max", "ball_load_max", "lambda_ratio")  # fmt: skip
 PARTS = ("viscous_torque_nm", "hysteresis_torque_nm", "sliding_torque_nm")
 #: torque at which motion begins, of an answer at speed 0
 BREAKAWAY = "breakaway_torque_nm"
@@ -55,18 +51,16 @@ def run_torque(args: Namespace) -> Answer:
         if any(point["speed_rpm"] == 0.0 or point["preload_n"] == 0.0 for point in points):
             raise ValueError("speed_rpm or preload_n = 0; allowed with --direct: not 0 (no film at rest)")
         axes, work = {"preload": (0.0, math.inf)}, each(points, "points solved", quiet=0.0)
-        state_at, of_all = _by_solves(chosen)
+        state_at, origin = _by_solves(chosen)
     else:
         nut_map = chosen.nut_map(args)
         header, work = nut_map.header, each(points, "points")
         axes, state_at = header["axes"], functools.partial(_by_map, chosen, nut_map)
-        of_all = {"film_kinematics": header["film_kinematics"], "map_hash": header["file_hash"]}
+        origin = {"film_kinematics": header["film_kinematics"], "map_hash": header["file_hash"]}
     results = [_result(screw, point, state_at) for point in work]
     say_outside(results, axes)
-    of_all |= chosen.described | {"version": __version__}
     if other := carried_over(chosen.friction_set, chosen.parameters):
         say(other)
-        of_all |= {"friction_note": other} if args.json else {}
     if resting := [result for result in results if BREAKAWAY in result]:
         say(
             f"speed_rpm 0: {some_of(resting, results)}at rest friction balances the torque of the drive up to "
@@ -78,12 +72,14 @@ def run_torque(args: Namespace) -> Answer:
             at = ", ".join(f"{quantity.name} {marked[0][quantity.name]:g}" for quantity in TORQUE_POINT)
             say(f"{key}: {len(marked)} of {len(results)} points, the first: {at}: {marked[0][key]}")
     for result in results:
+        result |= origin
         if result["preload_n"] <= axes["preload"][1]:
             # else the torque is that of the edge of the map: another preload
             result["catalogue_torque_nm"] = float(nsk_torque(screw, result["preload_n"]))
             result |= chosen.catalogue_note
             result |= {} if screw.preload_kind == "double_nut" else {"preload_kind": screw.preload_kind}
-        result |= of_all
+        result |= chosen.described | ({"friction_note": other} if other and args.json else {})
+        result["version"] = __version__
     return Answer(results, bool(args.points), columns=COLUMNS, output=args.output)
 
 
@@ -126,7 +122,7 @@ def _by_map(
 
 
 def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
-    """States by solves of the contacts, arguments as of _by_map; keys of all of them."""
+    """States by solves of the contacts, arguments as of _by_map; keys of their origin."""
     from ...atlas.contact_atlas import load_atlas
     from ...refinement.direct import DirectContacts, DirectFilm, direct_extremes, rolling_parameters
 
@@ -137,11 +133,11 @@ def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
     rolling = rolling_parameters(parameters)
     contacts = DirectContacts(parameters)
     film_model = DirectFilm(parameters, friction_set.film_model == "solved_thermal")
-    of_all: Values = {"film_kinematics": ROLLING_FRAME}
+    origin: Values = {"film_kinematics": ROLLING_FRAME}
     if mechanistic:
         # errors of the grid of these solves, against a finer one
         errors = load_atlas().header["certificate"]["of_direct_solves"]
-        of_all |= {f"direct_torque_error_{key}": errors[f"torque_error_{key}"] for key in ("mean", "99")}
+        origin |= {f"direct_torque_error_{key}": errors[f"torque_error_{key}"] for key in ("mean", "99")}
 
     def state_at(preload: float, speed: float, temperature: float, axial_load: float) -> State:
         if mechanistic:
@@ -159,4 +155,4 @@ def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
                                relieved_coulomb_torque=math.nan, in_range=True, clamped=())  # fmt: skip
         return state, interval, ("", "")
 
-    return state_at, of_all
+    return state_at, origin

@@ -28,10 +28,7 @@ from .quantities import TORQUE_POINT, Quantity
 
 
 def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
-    """The parameters selected by --screw, else those in the file of --map, and by --kinematics.
-
-    Parameters   default : screw file without both; None = the packaged one
-    """
+    """The parameters of --screw, else in the file of --map, else of a default or packaged file, and --kinematics."""
     if args.screw is None and args.map is not None:
         from ...nut_map.file import screw_of_map
 
@@ -42,7 +39,7 @@ def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
         return parameters
     if args.kinematics == "published" and parameters.published_speeds is None:
         raise ValueError(
-            f"--kinematics = published; allowed: rolling_frame, {parameters.name} has no table published_speeds"
+            "--kinematics = published; allowed: rolling_frame, the screw has no published_speeds"
         )
     # numbers in the screw file belong to its own law
     own = without_overrides(parameters, Law.of_kinematics(args.kinematics)[0])
@@ -66,32 +63,27 @@ class Chosen(NamedTuple):
     @property
     def described(self) -> dict[str, str]:
         """Keys of the answer: screw, set, kinematics, screw of the fit."""
+        parameters, friction = self.parameters, self.friction_set
         return {
-            "screw": self.parameters.name,
-            "oil": self.parameters.lubricant.name,
-            "kinematics": self.friction_set.kinematics,
-            "friction_set": self.friction_set.name,
-            "friction_screw": self.friction_set.screw,
-        }
+            "screw": parameters.name, "oil": parameters.lubricant.name, "kinematics": friction.kinematics,
+            "friction_set": friction.name, "friction_screw": friction.screw,
+        }  # fmt: skip
 
     @property
     def catalogue_note(self) -> dict[str, str]:
         """Key that says why a torque of the mechanistic law differs from that of the catalogue."""
-        law = self.friction_set.film_model == MECHANISTIC
-        return {"catalogue_note": CATALOGUE_DIFFERS} if law else {}
+        return {"catalogue_note": CATALOGUE_DIFFERS} if self.friction_set.film_model == MECHANISTIC else {}
 
 
 def chosen_of(args: Namespace) -> Chosen:
     """Screw and friction set selected by --screw, --map, --kinematics and --friction."""
-    packaged, name, of_file = load_friction_sets(), args.friction, None
+    packaged, name = load_friction_sets(), args.friction
     if name is None or name in packaged:
         parameters = screw_of(args, PACKAGED_VG100 if name == MECHANISTIC else None)
         parameters = parameters if name is None else with_set(parameters, name)
         return Chosen(parameters, default_friction_set(parameters), None)
     if not Path(name).is_file():
-        raise ValueError(
-            f"--friction = {name}; allowed: {', '.join(packaged)}, or a file of ballscrew calibrate --output"
-        )
+        raise ValueError(f"--friction = {name}; allowed: {', '.join(packaged)}, or a file of calibrate")
     sets = load_friction_sets(name, "give a file that ballscrew calibrate --output has written")
     only_law = all(entry.film_model == MECHANISTIC for entry in sets.values())
     parameters = screw_of(args, PACKAGED_VG100 if only_law else None)
@@ -104,11 +96,11 @@ def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[st
     """The operating points by name: a field of --points, else an option, else a default; one point without --points."""
     check_rows(args)
     rows: list[dict[str, str]] = [{}] if args.points is None else _rows(args, quantities)
-    for quantity in quantities:
-        value = getattr(args, quantity.name)
-        if value is not None and all(row.get(quantity.name) for row in rows):
+    for one in quantities:
+        value = getattr(args, one.name)
+        if value is not None and all(row.get(one.name) for row in rows):
             raise ValueError(
-                f"{quantity.option} = {value:g}, {args.points} has this column in all rows; remedy: remove one"
+                f"{one.option} = {value:g}, {args.points} has this column in all rows; remove one"
             )
     return [
         {quantity.name: _value(args, number, row, quantity) for quantity in quantities}

@@ -6,7 +6,6 @@ A file is refused before the long work of its command, and in one line if the di
 import contextlib
 import errno
 import json
-import math
 import os
 import re
 import shutil
@@ -17,15 +16,12 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import timedelta
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 from ...whole_file import whole_file
 
 Row = Mapping[str, Any]
-Item = TypeVar("Item")
 Progress = Callable[[int, int, str], None]
-#: widest column of keys in a listing
-KEYS = 40
 #: seconds in which a command that mostly takes less shows no progress, and between two lines of a stage in a file
 QUIET, IN_FILE = 2.0, 10.0
 OTHER_FOLDER = "give a path in a folder that can be written"
@@ -34,8 +30,6 @@ REMEDIES = {
     errno.ENOENT: "create the folder, or give a path in one that exists",
     errno.EISDIR: "give the name of a file",
     errno.ENOSPC: "free space on this disk, or give a path on another one",
-    errno.EDQUOT: "free space of your quota, or give a path on another disk",
-    errno.ENAMETOOLONG: "give a shorter name",
 }
 
 
@@ -62,13 +56,8 @@ def say(text: str) -> None:
 
 def to_builtin(value: Any) -> Any:
     """For JSON: numpy scalars and arrays as Python objects, None (null) for values that are not finite."""
-    if isinstance(value, Mapping):
-        return {str(key): to_builtin(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [to_builtin(entry) for entry in value]
-    if hasattr(value, "tolist"):
-        return to_builtin(value.tolist())
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    text = json.dumps(value, default=lambda array: array.tolist())
+    return json.loads(text, parse_constant=lambda not_finite: None)
 
 
 def show(answer: Answer, as_json: bool) -> int:
@@ -111,7 +100,7 @@ def filled(text: str, head: str = "") -> str:
 
 def listing(row: Row) -> str:
     """A line per key, long texts continued below their beginning."""
-    names = min(max(map(len, row)), KEYS)
+    names = min(max(map(len, row)), 40)
     return "\n".join(filled(_shown(value), f"{key:<{names}}  ") for key, value in row.items())
 
 
@@ -127,10 +116,7 @@ def _shown(value: Any) -> str:
 
 @contextlib.contextmanager
 def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
-    """A bar of the present stage with the time left on a terminal, else lines.
-
-    Parameters   quiet : seconds from the beginning in which nothing is shown, nor anything imported for it
-    """
+    """A bar of the present stage on a terminal, else lines, after some seconds in which nothing is imported for it."""
     loud, due, stage, bar = time.monotonic() + quiet, 0.0, "", None
     with contextlib.ExitStack() as stack:
 
@@ -146,9 +132,8 @@ def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
                 due, stage = 0.0, what
             bar.update(task.id, completed=finished, total=total)
             if bar.disable and (finished == total or time.monotonic() > due):
-                due, seconds, form = time.monotonic() + IN_FILE, task.time_remaining, ", {} left"
-                if finished == total:
-                    seconds, form = task.elapsed, " in {}"
+                due, left = time.monotonic() + IN_FILE, task.time_remaining
+                seconds, form = (task.elapsed, " in {}") if finished == total else (left, ", {} left")
                 clock = "" if seconds is None else form.format(timedelta(seconds=round(seconds)))
                 say(f"{what}: {finished} of {total}{clock}")
 
@@ -157,21 +142,18 @@ def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
 
 def _bar() -> Any:
     """A bar of rich with one task; disabled where there is no terminal, for its clock alone."""
-    from rich import progress as rich
     from rich.console import Console
+    from rich.progress import MofNCompleteColumn, Progress
 
-    columns = (
-        rich.TextColumn("{task.description}"), rich.BarColumn(), rich.MofNCompleteColumn(),
-        rich.TimeElapsedColumn(), rich.TextColumn("left"), rich.TimeRemainingColumn(),
-    )  # fmt: skip
     console = Console(stderr=True)
+    columns = (*Progress.get_default_columns(), MofNCompleteColumn())
     # times left by all steps, for one may take minutes
-    bar = rich.Progress(*columns, console=console, disable=not console.is_terminal, speed_estimate_period=1e9)
+    bar = Progress(*columns, console=console, disable=not console.is_terminal, speed_estimate_period=1e9)
     bar.add_task("")
     return bar
 
 
-def each(items: Sequence[Item], what: str, quiet: float = QUIET) -> Iterator[Item]:
+def each(items: Sequence[Any], what: str, quiet: float = QUIET) -> Iterator[Any]:
     """The items one by one, with progress."""
     with progress_bar(quiet) as progress:
         for number, item in enumerate(items):

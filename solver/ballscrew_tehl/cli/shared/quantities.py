@@ -46,10 +46,7 @@ class Quantity(NamedTuple):
         return text + (", or the same with a minus" if self.signed else "")
 
     def __call__(self, text: str, where: str = "") -> float:
-        """The value from its text; where: its place, for argparse "", which names the option.
-
-        Raises       RefusedError: one line with place, value and what is allowed
-        """
+        """The value from its text; where: its place in a message, for argparse "", which names the option."""
         try:
             number = (int if self.whole else float)(text)
         except ValueError:
