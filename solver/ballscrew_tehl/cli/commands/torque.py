@@ -51,12 +51,12 @@ def run_torque(args: Namespace) -> Answer:
         if any(point["speed_rpm"] == 0.0 or point["preload_n"] == 0.0 for point in points):
             raise ValueError("speed_rpm or preload_n = 0; allowed with --direct: not 0 (no film at rest)")
         axes, work = {"preload": (0.0, math.inf)}, each(points, "points solved", quiet=0.0)
-        state_at, origin = _by_solves(chosen)
+        state_at, provenance = _by_solves(chosen)
     else:
         nut_map = chosen.nut_map(args)
         header, work = nut_map.header, each(points, "points")
         axes, state_at = header["axes"], functools.partial(_by_map, chosen, nut_map)
-        origin = {"film_kinematics": header["film_kinematics"], "map_hash": header["file_hash"]}
+        provenance = {"film_kinematics": header["film_kinematics"], "map_hash": header["file_hash"]}
     results = [_result(screw, point, state_at) for point in work]
     say_outside(results, axes)
     if other := carried_over(chosen.friction_set, chosen.parameters):
@@ -72,7 +72,7 @@ def run_torque(args: Namespace) -> Answer:
             at = ", ".join(f"{quantity.name} {marked[0][quantity.name]:g}" for quantity in TORQUE_POINT)
             say(f"{key}: {len(marked)} of {len(results)} points, the first: {at}: {marked[0][key]}")
     for result in results:
-        result |= origin
+        result |= provenance
         if result["preload_n"] <= axes["preload"][1]:
             # else the torque is that of the edge of the map: another preload
             result["catalogue_torque_nm"] = float(nsk_torque(screw, result["preload_n"]))
@@ -122,7 +122,7 @@ def _by_map(
 
 
 def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
-    """States by solves of the contacts, arguments as of _by_map; keys of their origin."""
+    """States by solves of the contacts, arguments as of _by_map; keys of their provenance."""
     from ...atlas.contact_atlas import load_atlas
     from ...refinement.direct import DirectContacts, DirectFilm, direct_extremes, rolling_parameters
 
@@ -133,11 +133,11 @@ def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
     rolling = rolling_parameters(parameters)
     contacts = DirectContacts(parameters)
     film_model = DirectFilm(parameters, friction_set.film_model == "solved_thermal")
-    origin: Values = {"film_kinematics": ROLLING_FRAME}
+    provenance: Values = {"film_kinematics": ROLLING_FRAME}
     if mechanistic:
         # errors of the grid of these solves, against a finer one
         errors = load_atlas().header["certificate"]["of_direct_solves"]
-        origin |= {f"direct_torque_error_{key}": errors[f"torque_error_{key}"] for key in ("mean", "99")}
+        provenance |= {f"direct_torque_error_{key}": errors[f"torque_error_{key}"] for key in ("mean", "99")}
 
     def state_at(preload: float, speed: float, temperature: float, axial_load: float) -> State:
         if mechanistic:
@@ -155,4 +155,4 @@ def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
                                relieved_coulomb_torque=math.nan, in_range=True, clamped=())  # fmt: skip
         return state, interval, ("", "")
 
-    return state_at, origin
+    return state_at, provenance

@@ -117,13 +117,13 @@ def _shown(value: Any) -> str:
 @contextlib.contextmanager
 def progress_bar(quiet: float = 0.0) -> Iterator[Progress]:
     """A bar of the present stage on a terminal, else lines, after some seconds in which nothing is imported for it."""
-    loud, due, stage, bar = time.monotonic() + quiet, 0.0, "", None
+    visible, due, stage, bar = time.monotonic() + quiet, 0.0, "", None
     with contextlib.ExitStack() as stack:
 
         def progress(finished: int, total: int, what: str) -> None:
             nonlocal due, stage, bar
             # the end of a stage that was not shown is no news
-            if quiet and (time.monotonic() < loud or (finished == total and what != stage)):
+            if quiet and (time.monotonic() < visible or (finished == total and what != stage)):
                 return
             bar = bar or stack.enter_context(_bar())
             (task,) = bar.tasks
