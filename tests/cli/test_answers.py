@@ -212,7 +212,7 @@ def test_points_may_have_units_decimal_commas_and_gaps_that_options_fill(capsys,
 # --- screw and catalogue ---
 
 
-def test_screw_agrees_with_itself_the_loads_and_torque(capsys):
+def test_screw_agrees_with_itself_the_loads_and_torque(capsys, tmp_path):
     loaded = "--preload-n", "2000", "--axial-load-n", "1500"
     found, _ = answer(capsys, "screw", *loaded, "--speed-rpm", "-1000", "--temperature-c", "30")
     screw = GD4008.screw
@@ -231,6 +231,10 @@ def test_screw_agrees_with_itself_the_loads_and_torque(capsys):
     assert found["efficiency"] == pytest.approx(useful / (useful + friction), rel=1e-12)
     assert found["efficiency_backdriving"] == pytest.approx(1.0 - friction / useful, rel=1e-12)
     assert "efficiency" not in pulled
+    # a column of preloads takes the place of the default
+    points = tmp_path / "points.csv"
+    points.write_text("axial_load_n,preload [kN]\n-1500,2\n")
+    assert answer(capsys, "screw", "--points", points)[0] == [pulled]
 
 
 # --- friction sets of a name, a file, another screw ---

@@ -12,7 +12,7 @@ import pytest
 from command_line import refused, run
 
 from ballscrew_tehl.cli.commands import map_file
-from ballscrew_tehl.cli.shared import files
+from ballscrew_tehl.cli.shared.output import OTHER_FOLDER, REMEDIES
 from ballscrew_tehl.friction.sets import default_friction_set, write_friction_sets
 from ballscrew_tehl.nut_map import certificate
 from ballscrew_tehl.nut_map.file import VG100, packaged_map
@@ -177,7 +177,7 @@ POINTS = (
     (f"{NUMBERS}1,2,3\n1,nan,3\n", "points.csv: row 2: speed_rpm = nan; allowed: a finite number"),
     (f"{NUMBERS}1,,3\n", "row 1: speed_rpm (missing); allowed: a finite number, in a column or by "),
     ("preload_n,speed_rpm,axial_load\n1,2,3\n", "column 'axial_load': unit missing; write axial_load [UNIT]"),
-    ("preload [kN],preload_n,speed_rpm\n2,100,3\n", "columns given twice: preload_n, also as preload [kN]"),
+    ("preload [kN],preload_n,speed_rpm\n2,100,3\n", "columns 'preload [kN]' and 'preload_n' both are"),
     ("preload_n;speed_rpm;temperature_c\n1.500;2,5;3\n", "no point (thousands or decimal?), 1.500 or 1500"),
     ("moes,radius_ratio,lore\n20 5,1,barus\n", "row 1: unrecognized arguments: --lore barus"),
     ("moes,radius_ratio,law\n20 x,1,barus\n", "row 1: --moes = x; allowed: a finite number"),
@@ -224,7 +224,7 @@ def test_outputs_that_cannot_be_written_are_refused_before_the_work(name, folder
     assert "text.npz is not a folder; allowed: a path below a folder" in line("text.npz/x")
     assert "is a folder; allowed: a" in line("here")
     assert f"*{suffix}" in refused(capsys, *(word.format("x.xyz") for word in words))
-    for number, remedy in ((errno.EACCES, files.OTHER_FOLDER), (errno.ENOSPC, files.REMEDIES[errno.ENOSPC])):
+    for number, remedy in ((errno.EACCES, OTHER_FOLDER), (errno.ENOSPC, REMEDIES[errno.ENOSPC])):
         error = OSError(number, os.strerror(number), "/scratch/.x.tmp")
         monkeypatch.setattr(tempfile, "NamedTemporaryFile", Mock(side_effect=error))
         assert f". cannot be written ({os.strerror(number)}); remedy: {remedy}" in line("new/folder/x")
@@ -249,7 +249,7 @@ def test_a_disk_that_fills_or_ctrl_c_during_the_work_leaves_nothing(folder, caps
         for event in (full, KeyboardInterrupt(), compiled):
             monkeypatch.setattr(os, "replace", Mock(side_effect=event))
             if event is full:
-                remedy = files.REMEDIES[errno.ENOSPC]
+                remedy = REMEDIES[errno.ENOSPC]
                 assert f"cannot be written ({full.strerror}); remedy: {remedy}" in refused(capsys, *words)
             else:
                 assert run(capsys, *words)[:2] == (130, "")

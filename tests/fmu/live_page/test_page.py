@@ -22,7 +22,8 @@ from ballscrew_fmu.models import MONITOR
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.python_fmu.package import build_fmu
-from ballscrew_tehl.cli.shared.chosen import EXTREMES
+from ballscrew_tehl.cli.commands.torque import EXTREMES
+from ballscrew_tehl.cli.shared.inputs import key_of
 from ballscrew_tehl.report.page import page as page_around
 
 pytestmark = pytest.mark.slow
@@ -31,7 +32,7 @@ LARGEST = 4_000_000  # [bytes]
 #: keys of the command torque by name on the page
 NUMBERS = {
     f"{part}_torque": f"{part}_torque_nm" for part in ("friction", "viscous", "hysteresis", "sliding")
-} | EXTREMES
+} | {name: key_of(name) for name in EXTREMES}
 ENDS = {f"torque_{end}": f"torque_{end}_nm" for end in ("low", "high")}
 COMPUTED = "points.map((at) => ({ ...live.model(at) }))"
 #: the page without a browser: its elements are objects with the texts of its scripts

@@ -14,11 +14,9 @@ from ...friction.sets import FrictionSet, check_usable, refuse_other_fit, with_s
 from ...parameters.file import PACKAGED_VG100, Parameters
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
-from ..shared.chosen import screw_of
-from ..shared.files import check_output, written
-from ..shared.progress import QUIET, progress_bar
+from ..shared.inputs import screw_of
+from ..shared.output import QUIET, Answer, check_output, progress_bar, say, written
 from ..shared.quantities import CALIBRATION_POINT
-from ..shared.results import Answer, say
 
 
 def run_calibrate(args: Namespace) -> Answer:

@@ -21,10 +21,8 @@ from ...exchange.piecewise import Points, few_points
 from ...mechanics import catalogue_preload
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
-from ..shared.chosen import Chosen, chosen_of
-from ..shared.files import check_output
-from ..shared.progress import QUIET, progress_bar
-from ..shared.results import Answer, write_text
+from ..shared.inputs import Chosen, chosen_of
+from ..shared.output import QUIET, Answer, check_output, progress_bar, write_text
 
 #: file names by format
 KINDS = {"twincat": "a file *.lis, *.txt", "csv": "a file *.csv", "modelica": "a file *.txt", "matlab": "a file *.m",

@@ -30,11 +30,10 @@ from ...identification.signals import Drive, signals_of
 from ...nut_map.file import packaged_map_of
 from ...parameters.units import CELSIUS
 from ...runtime.packed import MECHANISTIC
-from ..shared.chosen import chosen_of
-from ..shared.files import check_output, written
-from ..shared.progress import QUIET, Progress, progress_bar
+from ...tables.csv_file import Progress
+from ..shared.inputs import chosen_of
+from ..shared.output import QUIET, Answer, check_output, progress_bar, say, to_builtin, write_text, written
 from ..shared.quantities import IDENTIFY_OPTIONS
-from ..shared.results import Answer, say, to_builtin, write_text
 
 #: a number of the screw, and the same of a linear axis
 INERTIAS, OFFSETS = ("inertia_kgm2", "mass_kg"), ("offset_nm", "offset_n")

@@ -11,11 +11,9 @@ from ...nut_map.interval import preload_interval
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.evaluate import NutMap
 from ...runtime.packed import MECHANISTIC
-from ..shared.chosen import Chosen, chosen_of, say_outside, some_of
-from ..shared.points import read_points
-from ..shared.progress import each
+from ..shared.inputs import Chosen, chosen_of, read_points, say_outside, some_of
+from ..shared.output import Answer, each, say
 from ..shared.quantities import PRELOAD_POINT
-from ..shared.results import Answer, say
 
 #: of a table
 COLUMNS = (
