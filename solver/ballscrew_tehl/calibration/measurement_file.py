@@ -6,9 +6,10 @@ Dialect and headings: `tables.csv_file` and `tables.headings`.
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
+from typing import NamedTuple, Self
 
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, COLDEST, RPM
@@ -26,8 +27,7 @@ MAX_DN = 5e5
 OPTIONAL = ("temperature", "axial_load", "weight")
 
 
-@dataclass(frozen=True)
-class RowProblem:
+class RowProblem(NamedTuple):
     """A row that is not used: its number (first row of data = 1), its line in the file, why."""
 
     row: int
@@ -38,24 +38,26 @@ class RowProblem:
         return f"row {self.row} (line {self.line}): {self.reason}"
 
 
-@dataclass(frozen=True)
-class MeasurementFile:
-    """Content of a file.
+class MeasurementFile(NamedTuple):
+    """Content of a file, or a single torque.
 
-    measurements  the usable rows in their order, a point of several tables once
-    problems      the rows that are not usable
-    notes         assumptions and unused columns, one sentence each
-    lines         line of each row of data in the file;  digest  start of its SHA-256
-    torque_unit   as in the heading
+    where, source : the file at the begin of messages, its name and the start of its SHA-256; "" without a file
+    measurements : the usable rows in their order, a point of several tables once;  problems : the other rows
+    notes : assumptions and unused columns;  lines : of the rows in the file;  torque_unit : as in the heading
     """
 
-    path: Path
+    where: str
+    source: str
     measurements: list[Measurement]
     problems: list[RowProblem]
     notes: list[str]
     lines: Sequence[int]
-    digest: str
     torque_unit: str
+
+    @classmethod
+    def of_point(cls, m: Measurement) -> Self:
+        """A single torque without a file."""
+        return cls("", "", [replace(m, rows=(1,))], [], [], (1,), "N.m")
 
     def problems_of(self, m: Measurement, reason: str) -> list[RowProblem]:
         """The rows of a point that is not used; none without a reason."""
@@ -99,9 +101,9 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
     if assumed:
         which = "all rows" if len(assumed) == len(rows.lines) else named_rows(assumed)
         notes.append(f"{which}: no oil temperature given, {temperature:g} K assumed")
-    digest = hashlib.sha256(Path(path).read_bytes()).hexdigest()[:12]
+    source = f"{table.path.name} (SHA-256 {hashlib.sha256(table.path.read_bytes()).hexdigest()[:12]})"
     points = merged(_weighted(usable))
-    return MeasurementFile(table.path, points, problems, notes, rows.lines, digest, columns["torque"].unit)
+    return MeasurementFile(f"{path}: ", source, points, problems, notes, rows.lines, columns["torque"].unit)
 
 
 def _reasons(

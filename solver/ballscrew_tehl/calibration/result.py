@@ -33,6 +33,7 @@ class Calibration:
 
     friction_set  with limits and what is not identified;  basis, fit: the points of the fit and its statistics
     dropped       rows left out of the fit, with the reason;  notes  assumptions and warnings, one sentence each
+    level         of a single torque, by key of --json: the law there without friction between balls, its interval
     """
 
     friction_set: FrictionSet
@@ -40,27 +41,32 @@ class Calibration:
     fit: Fit
     dropped: list[RowProblem]
     notes: list[str]
+    level: dict[str, float]
 
     @property
     def spread(self) -> float | None:
         """Root of the weighted mean square error over the stated uncertainties, None without these."""
-        stated = [m.uncertainty for m in self.basis.measurements]
-        if not all(stated):
+        stated, freedom = (
+            [m.uncertainty for m in self.basis.measurements],
+            len(self.basis) - len(self.basis.names),
+        )
+        if not (all(stated) and freedom):
             return None
         over = self.fit.deviation * self.basis.measured / np.array(stated, dtype=float)
-        return math.sqrt(float(over @ over) / (len(self.basis) - len(self.basis.names)))
+        return math.sqrt(float(over @ over) / freedom)
 
 
-def number_notes(found: FrictionSet, parameters: Parameters) -> list[str]:
+def number_notes(entry: FrictionSet, parameters: Parameters) -> list[str]:
     """What the fitted number of the mechanistic law is in terms of the other keys of the screw file."""
-    if found.name != MECHANISTIC:
+    if entry.name != MECHANISTIC:
         return []
-    thrust = implied_thrust(found.net_sliding_coefficient, parameters)
+    thrust = implied_thrust(entry.net_sliding_coefficient, parameters)
     notes = [
         "net_sliding_coefficient = 2 boundary_friction limiting_shear_coefficient ball_thrust; with the first two of "
-        f"this screw file ball_thrust = {thrust:.3g}. A screw file has one of these two numbers, not both"
+        f"this screw file ball_thrust = {thrust:.3g}. A screw file has one of these two numbers, not both",
+        TRANSFER,
     ]
-    if not found.net_sliding_coefficient > 0.0:
+    if not entry.net_sliding_coefficient > 0.0:
         notes.append(
             "net_sliding_coefficient = 0: the computed rolling loss and shear alone exceed the measured torque: check "
             "unit and sign of the torque, preload, oil (viscosity, temperature) and its supply (supply_length)"
@@ -117,6 +123,7 @@ def calibration_data(result: Calibration) -> dict[str, Any]:
             "leverage": float(found.leverage[i]),
             "studentised": float(found.studentised[i]),
             "outlier": i in outliers,
+            **result.level,
         }
         for i, m in enumerate(points)
     ]
@@ -133,11 +140,10 @@ def calibration_data(result: Calibration) -> dict[str, Any]:
 
 def calibration_text(result: Calibration, data: dict[str, Any]) -> str:
     """The result as text: points, parameters, errors, what is not identified, dropped rows."""
-    lines = [
-        f"{'row':>9}{'preload':>10}{'speed':>9}{'oil':>7}{'axial':>9}{'measured':>10}{'computed':>10}{'model':>8}"
-        f"{'left out':>10}",
-        f"{'':>9}{'N':>10}{'r/min':>9}{'C':>7}{'N':>9}{'N m':>10}{'N m':>10}{'%':>8}{'%':>10}",
-    ]
+    heads = ("row", "preload", "speed", "oil", "axial", "measured", "computed", "model", "left out")
+    units = ("", "N", "r/min", "C", "N", "N m", "N m", "%", "%")
+    widths = (9, 10, 9, 7, 9, 10, 10, 8, 10)
+    lines = ["".join(f"{text:>{w}}" for text, w in zip(line, widths, strict=True)) for line in (heads, units)]
     for row in data["points"]:
         lines.append(
             f"{'='.join(str(number) for number in row['rows']):>9}{row['preload_n']:>10.4g}{row['speed_rpm']:>9.4g}"
@@ -145,15 +151,16 @@ def calibration_text(result: Calibration, data: dict[str, Any]) -> str:
             f"{row['computed_nm']:>10.4g}{100.0 * row['deviation']:>+8.1f}{100.0 * row['left_out_deviation']:>+10.1f}"
             + ("  outlier" if row["outlier"] else "")
         )
-    found = result.friction_set
-    lines += ["", "Fitted (value +- half-width of the 95 % interval)", *friction_set_lines(found)]
+    entry = result.friction_set
+    lines += ["", "Fitted (value +- half-width of the 95 % interval)", *friction_set_lines(entry)]
+    lines += [f"    {name:<26}{value:.4g}" for name, value in result.level.items()]
     if result.spread is not None:
         advice = spread_advice(result.spread, data["repeat_over_uncertainty"])
         lines.append(
             f"    errors over stated uncertainties: {result.spread:.2g} (about 1 expected){advice and f': {advice}'}"
         )
-    if found.not_identified:
+    if entry.not_identified:
         lines.append("Not identified by these data:")
-        lines += [f"    {name}: {why}" for name, why in found.not_identified.items()]
+        lines += [f"    {name}: {why}" for name, why in entry.not_identified.items()]
     lines += [f"dropped: {problem}" for problem in result.dropped]
     return "\n".join([*lines, *(f"note: {note}" for note in result.notes)])

@@ -14,10 +14,11 @@ from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
 from ..physics.ball_law import Array
 from ..runtime.evaluate import NutMap
-from ..tables.csv_file import Progress
 
 #: speeds at which an interval is computed; between them its ends over the torque are interpolated over ln(speed)
 INTERVALS = 5
+#: numbers of the drive in what identify has written
+DRIVE = ("lead_mm", "torque_constant_nm_a", "ratio")
 #: content and sign
 OF_SCREW = (
     "friction torque of a preloaded ball screw at the screw, axial load 0",
@@ -79,27 +80,20 @@ class FrictionTable(NamedTuple):
             yield [], np.insert(whole, rest, 0.0, axis=0)
 
 
-def speeds_of(low: float, high: float, count: int) -> Array:
-    """Speeds [rad/s] evenly over their logarithm."""
-    return np.clip(np.geomspace(low, high, count), low, high)
-
-
 def curve_speeds(low: float, high: float, count: int) -> Array:
     """Speeds that a list is fitted to: half of them evenly over their logarithm, half evenly."""
-    return np.unique(np.r_[speeds_of(low, high, count // 2), np.linspace(low, high, count - count // 2)])
+    return np.unique(np.r_[np.geomspace(low, high, count // 2), np.linspace(low, high, count - count // 2)])
 
 
 def friction_table(
     nut_map: NutMap, parameters: Parameters, friction_set: FrictionSet, interval: bool,
     speed: Array, preload: Array, temperature: Array,
-    progress: Progress = lambda finished, total, what: None,
 ) -> FrictionTable:  # fmt: skip
-    """Table of a map.
+    """Table of a map; interval: with its bounds, of the mechanistic law.
 
-    Parameters   interval : with the bounds of the interval, of the mechanistic law
     Raises       ValueError: a point outside the map;  ArithmeticError: as map_interval
     """
-    from ..nut_map.interval import map_interval
+    from ..nut_map.interval import map_interval, relative_intervals
 
     axes = nut_map.header["axes"]
     for name, unit, values in (("preload", "N", preload), ("temperature", "K", temperature)):
@@ -108,11 +102,7 @@ def friction_table(
             raise ValueError(
                 f"{name} = {bad[0]:.6g} {unit}; allowed by the map: {low:.6g} to {high:.6g} {unit}"
             )
-    torque = np.asarray(
-        nut_map.evaluate(
-            preload[None, :, None], speed[:, None, None], temperature[None, None, :]
-        ).friction_torque
-    )
+    torque = nut_map.evaluate(preload[:, None], speed[:, None, None], temperature).friction_torque
     about = {
         "screw": parameters.name,
         "oil": parameters.lubricant.name,
@@ -121,20 +111,14 @@ def friction_table(
     }
     if not interval:
         return FrictionTable(speed, preload, temperature, torque, None, None, about)
-    nodes = np.geomspace(speed[0], speed[-1], INTERVALS)
-    bounds = np.ones((2, *torque.shape))
-    total = len(preload) * len(temperature)
-    for number, (j, k) in enumerate(np.ndindex(len(preload), len(temperature))):
-        progress(number, total, "intervals")
-        at = [
-            map_interval(parameters, axes, friction_set, float(preload[j]), x, float(temperature[k])) for x in nodes
-        ]  # fmt: skip
-        about.setdefault("low and high", at[INTERVALS // 2].meaning)
-        for side in (0, 1):
-            ratios = [one.relative[side] for one in at]
-            bounds[side, :, j, k] = np.interp(np.log(speed), np.log(nodes), ratios)
-    progress(total, total, "intervals")
-    return FrictionTable(speed, preload, temperature, torque, torque * bounds[0], torque * bounds[1], about)
+    nodes, law = np.geomspace(speed[0], speed[-1], INTERVALS), (parameters, axes, friction_set)
+    about["low and high"] = map_interval(*law, preload[0], nodes[INTERVALS // 2], temperature[0]).meaning
+    ends = np.apply_along_axis(
+        lambda ratios: np.interp(np.log(speed), np.log(nodes), ratios),
+        1, relative_intervals(*law, preload, nodes, temperature),
+    )  # fmt: skip
+    low, high = torque * ends.transpose(3, 1, 0, 2)
+    return FrictionTable(speed, preload, temperature, torque, low, high, about)
 
 
 class AxisFriction(NamedTuple):
@@ -159,15 +143,14 @@ class AxisFriction(NamedTuple):
     @property
     def per_turn(self) -> float:
         """Motion for one radian of the screw: 1, or of a linear axis [m]; ValueError: no lead."""
-        if not self.rotary and self.lead is None:
+        if self.rotary:
+            return 1.0
+        if self.lead is None:
             raise ValueError("--lead-mm (missing); needed of a linear axis for torque and speed of the screw")
-        return 1.0 if self.rotary else (self.lead or math.nan) / (2.0 * math.pi)
+        return self.lead / (2.0 * math.pi)
 
     def between(self, low: float, high: float) -> Self:
-        """The bins between two speeds of the screw [rad/s].
-
-        Raises       ValueError: fewer than three in a direction
-        """
+        """The bins between two speeds of the screw [rad/s]; ValueError: fewer than three in a direction."""
         speed = self.friction.speed / self.per_turn
         inside = (np.abs(speed) >= low) & (np.abs(speed) <= high)
         if not min((inside & (speed > 0.0)).sum(), (inside & (speed < 0.0)).sum()) >= 3:
@@ -190,35 +173,32 @@ class AxisFriction(NamedTuple):
 
 
 def read_identified(path: Path | str) -> AxisFriction:
-    """What identify --output or --json has written.
-
-    Raises       ValueError: cannot be read, is something else
-    """
+    """What identify --output or --json has written; ValueError: cannot be read, is something else."""
     try:
         data: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8-sig"))
         rotary, rows = data["kind"] == "rotary", data["friction"]
         units = ROTARY if rotary else LINEAR
         keys = units.speed, *map(units.effort_key, ("", "error", "low", "high")), "samples"
-        values = [np.array([row[key] for row in rows], dtype=np.float64) for key in keys]
-        values[0] = values[0] * units.one
-        stated = [data.get(key) for key in ("lead_mm", "torque_constant_nm_a", "ratio")]
+        speed, *values = np.array([[row[key] for key in keys] for row in rows], dtype=np.float64).T
         # signs of a left-hand thread and of conventions are in the signals already
-        lead, constant, ratio = (None if number is None else abs(float(number)) for number in stated)
+        drive = {key: abs(float(data[key])) for key in DRIVE if data.get(key) is not None}
         if not (
-            all(number is None or 0.0 < number < math.inf for number in (lead, constant, ratio))
-            and np.isfinite(values).all()
-            and bool(np.all(np.diff(values[0]) > 0.0))
-            and values[0][0] < 0.0 < values[0][-1]
+            np.isfinite([speed, *values]).all()
+            and np.all(np.diff(speed) > 0.0)
+            and speed[0] < 0.0 < speed[-1]
+            and all(0.0 < number < math.inf for number in drive.values())
         ):
             raise ValueError("friction in both directions at rising speeds, positive numbers of the drive")
-        about = {"log": str(data.get("log"))}
-        for key in ("temperature_c", "preload_n", units.offset.format("")):
-            if data.get(key) is not None:
-                about[key] = f"{data[key]:.6g}"
+        keys = "temperature_c", "preload_n", units.offset.format("")
+        about = {key: f"{data[key]:.6g}" for key in keys if data.get(key) is not None}
     except OSError as error:
         raise ValueError(f"--identified = {path}: cannot be read ({error.strerror})") from error
     except (ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
         raise ValueError(
             f"--identified = {path}; allowed: a file that identify --output has written"
         ) from error
-    return AxisFriction(rotary, Friction(*values), lead and 1e-3 * lead, constant, ratio or 1.0, about)
+    lead, constant, ratio = (drive.get(key) for key in DRIVE)
+    bins = Friction(speed * units.one, *values)
+    return AxisFriction(
+        rotary, bins, lead and 1e-3 * lead, constant, ratio or 1.0, {"log": str(data.get("log")), **about}
+    )

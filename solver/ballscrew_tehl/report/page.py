@@ -10,13 +10,9 @@ from markupsafe import Markup as Html
 def environment(package: str) -> Environment:
     """Templates of a room, escaped; a name that is not given is an error."""
     return Environment(
-        loader=PackageLoader(package),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
+        loader=PackageLoader(package), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True, keep_trailing_newline=True,
+    )  # fmt: skip
 
 
 TEMPLATES = environment("ballscrew_tehl.report")
@@ -24,12 +20,7 @@ MACROS: Any = TEMPLATES.get_template("page.html").module
 
 
 def element(name: str, *content: Any, **attributes: str) -> Html:
-    """<name attributes>content</name>; class_ for class.
-
-    Example
-        >>> str(element("p", "a < b", class_="note"))
-        '<p class="note">a &lt; b</p>'
-    """
+    """<name attributes>content</name>; class_ for class."""
     given = Html().join(Html(' {}="{}"').format(key.rstrip("_"), text) for key, text in attributes.items())
     return Html("<{0}{1}>{2}</{0}>").format(name, given, Html().join(content))
 
@@ -40,11 +31,7 @@ def section(name: str, title: str, *content: Html) -> Html:
 
 
 def table(
-    name: str,
-    caption: str,
-    head: Sequence[Any],
-    rows: Sequence[Sequence[Any]],
-    text: bool = False,
+    name: str, caption: str, head: Sequence[Any], rows: Sequence[Sequence[Any]], text: bool = False
 ) -> Html:
     """A table that scrolls if it is too wide; text: words, not numbers."""
     return MACROS.table(name, caption, head, rows, text)

@@ -2,16 +2,13 @@
 
 from argparse import Namespace
 from pathlib import Path
-from typing import cast
 
-from ...calibration.measured import calibrate, film_of
+from ...calibration.measured import calibrate
 from ...calibration.measurements import Measurement
-from ...calibration.one_point import OnePoint, calibrate_point, point_data, point_text
 from ...calibration.plot import calibration_figure, save_figure
-from ...calibration.result import Calibration, calibration_data, calibration_text
-from ...friction.mechanistic import ContactValues
-from ...friction.sets import FrictionSet, check_usable, refuse_other_fit, with_set, write_friction_sets
-from ...parameters.file import PACKAGED_VG100, Parameters
+from ...calibration.result import calibration_data, calibration_text
+from ...friction.sets import FrictionSet, check_usable, refuse_other_fit, write_friction_sets
+from ...parameters.file import PACKAGED_VG100
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
 from ..shared.chosen import screw_of
@@ -26,31 +23,34 @@ def run_calibrate(args: Namespace) -> Answer:
     one = any(getattr(args, quantity.name) is not None for quantity in CALIBRATION_POINT[:3])
     if bool(args.measurements) + one != 1:
         raise ValueError("calibrate needs either MEASUREMENTS.csv or --torque-nm with its point")
-    point = _point(args) if one else None
+    measurements, name = (_point(args), MECHANISTIC) if one else (args.measurements, args.set)
     # as torque --friction mechanistic does
-    law = (one or args.set == MECHANISTIC) and not (args.screw or args.map)
+    law = name == MECHANISTIC and not (args.screw or args.map)
     parameters = screw_of(args, PACKAGED_VG100 if law else None)
     if law:
         say(f"no --screw: {parameters.name} with {parameters.lubricant.name} ({PACKAGED_VG100.name})")
     for option, path, kind in (("--output", args.output, "*.toml"), ("--plot", args.plot, "*.png")):
         if path:
             check_output(option, path, f"a file {kind}", inputs=(args.measurements, args.screw))
-    result = _of_file(args, parameters) if point is None else _of_point(args, parameters, point)
+    temperature = None if args.temperature_c is None else args.temperature_c + CELSIUS
+    with progress_bar(QUIET) as progress:
+        result = calibrate(
+            measurements, parameters, args.map, name=name, drop=args.drop, progress=progress,
+            temperature=temperature,
+        )  # fmt: skip
     friction = result.friction_set
     # what the commands after this one would refuse
-    where = args.measurements if point is None else "--torque-nm"
-    check_usable(friction, parameters, where, "check the units of torque and preload")
+    check_usable(
+        friction, parameters, args.measurements or "--torque-nm", "check the units of torque and preload"
+    )
     refuse_other_fit(friction, parameters)
-    if isinstance(result, OnePoint):
-        data, text = point_data(result), point_text(result)
-    else:
-        data = calibration_data(result)
-        text = calibration_text(result, data)
-        if args.plot:
-            figure = calibration_figure(result)
-            with written("--plot", args.plot):
-                save_figure(figure, Path(args.plot))
-            say(f"written: {args.plot}")
+    data = calibration_data(result)
+    text = calibration_text(result, data)
+    if args.plot:
+        figure = calibration_figure(result)
+        with written("--plot", args.plot):
+            save_figure(figure, Path(args.plot))
+        say(f"written: {args.plot}")
     if args.output:
         with written("--output", args.output):
             write_friction_sets(args.output, [friction], "Fitted by ballscrew calibrate")
@@ -74,25 +74,6 @@ def _point(args: Namespace) -> Measurement:
             raise ValueError(f"{quantity.option} (missing); allowed: {names} together")
     torque, preload, speed, temperature = (getattr(args, quantity.name) for quantity in CALIBRATION_POINT)
     return Measurement(preload, abs(speed) * RPM, temperature + CELSIUS, torque)
-
-
-def _of_point(args: Namespace, parameters: Parameters, point: Measurement) -> OnePoint:
-    with_set(parameters, MECHANISTIC)
-    contacts, outside = film_of(MECHANISTIC, parameters, args.map)
-    if reason := outside(point):
-        raise ValueError(f"outside the map: {reason}; remedy: a larger map, or none")
-    if seals := parameters.screw.seal_torque:
-        point = point.without_seals(seals)
-    return calibrate_point(point, parameters, cast(ContactValues, contacts))
-
-
-def _of_file(args: Namespace, parameters: Parameters) -> Calibration:
-    temperature = None if args.temperature_c is None else args.temperature_c + CELSIUS
-    with progress_bar(QUIET) as progress:
-        return calibrate(
-            args.measurements, parameters, args.map, name=args.set, drop=args.drop, progress=progress,
-            temperature=temperature,
-        )  # fmt: skip
 
 
 def _screw_file_lines(friction: FrictionSet) -> list[str]:
