@@ -9,15 +9,14 @@ import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Self, cast
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from ..friction.mechanistic import ContactValues, NutPowers, nuts_powers, torque_line
+from ..friction.mechanistic import NutPowers, nuts_powers, torque_line
 from ..friction.sets import FITTED, SETS
 from ..friction.torque import (
     UNLOADED,
-    FilmModel,
     NutSums,
     nut_forces,
     nut_sums,
@@ -62,12 +61,9 @@ class TorqueBasis:
     @classmethod
     def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutSums]]) -> Self:
         """By the law `published`, the sums of both nuts at each point."""
-        return cls(
-            tuple(measurements),
-            np.array([[value for s in nuts for value in (s.viscous_screw, s.viscous_nut)] for nuts in sums]),
-            np.array([[value for s in nuts for value in (s.film_screw, s.film_nut)] for nuts in sums]),
-            *(np.array([sum(getattr(s, x) for s in nuts) for nuts in sums]) for x in ("hysteresis", "sliding")),
-        )  # fmt: skip
+        parts = np.array(sums)  # (n, 2, 6), as NutSums
+        viscous, film = (np.reshape(parts[:, :, columns], (-1, 4)) for columns in (slice(2), slice(2, 4)))
+        return cls(tuple(measurements), viscous, film, *parts[:, :, 4:].sum(axis=1).T)
 
     @classmethod
     def of_powers(
@@ -125,39 +121,37 @@ class TorqueBasis:
 
 def torque_basis(
     parameters: Parameters,
-    film_model: FilmModel | ContactValues,
+    film_model: Any,
     measurements: Sequence[Measurement],
     progress: Progress = lambda finished, total, what: None,
 ) -> TorqueBasis:
-    """Evaluate both nuts at every operating point by films, or by the contacts of the mechanistic law.
+    """Evaluate both nuts at every operating point by a FilmModel, or by ContactValues of the mechanistic law.
 
     Raises       ValueError: a point outside the range of the film model or of the load distribution, by name
     """
-    mechanistic, nuts, what = film_model.name == MECHANISTIC, [], f"operating points with {film_model.name}"
+    mechanistic, nuts, what = (
+        film_model.name == MECHANISTIC,
+        list[Any](),
+        f"operating points with {film_model.name}",
+    )
+    screw = parameters.screw
     for number, m in enumerate(measurements):
         progress(number, len(measurements), what)
         try:
             forces = nut_forces(parameters, m.preload, m.axial_load)
-            evaluate: Any = nuts_powers if mechanistic else _nuts_sums
-            nuts.append(evaluate(parameters, forces, film_model, m.speed, m.temperature))
+            if mechanistic:
+                nuts.append(nuts_powers(parameters, forces, film_model, m.speed, m.temperature))
+            else:
+                loads = {force: nut_loads(screw, force, screw.ball_count) for force in {*forces} - {0.0}}
+                sums = {
+                    force: nut_sums(parameters, each, m.speed, m.temperature, film_model)
+                    for force, each in loads.items()
+                }
+                nuts.append([sums.get(force, UNLOADED) for force in forces])
         except ValueError as err:
             raise ValueError(f"{m.point}: {err}") from err
     progress(len(measurements), len(measurements), what)
-    return (
-        TorqueBasis.of_powers(measurements, nuts) if mechanistic else TorqueBasis.of_nuts(measurements, nuts)
-    )
-
-
-def _nuts_sums(
-    parameters: Parameters, forces: Sequence[float], films: FilmModel, speed: float, temperature: float
-) -> list[NutSums]:
-    """Sums of both nuts under their forces [N], equal ones evaluated once."""
-    sums, screw = {0.0: UNLOADED}, parameters.screw
-    for force in {*forces} - {0.0}:
-        sums[force] = nut_sums(
-            parameters, nut_loads(screw, force, screw.ball_count), speed, temperature, films
-        )
-    return [sums[force] for force in forces]
+    return (TorqueBasis.of_powers if mechanistic else TorqueBasis.of_nuts)(measurements, nuts)
 
 
 def fit_values(basis: TorqueBasis) -> Array:
@@ -219,7 +213,7 @@ class Fit(NamedTuple):
     def outliers(self) -> list[int]:
         """Numbers of the points that do not agree with the others; NaN is none: no other point checks it."""
         large = (np.abs(self.deviation) > MIN_OUTLIER) & (np.abs(self.studentised) > self.limit)
-        return cast(list[int], np.flatnonzero(large).tolist())
+        return np.flatnonzero(large).tolist()
 
     @property
     def limits(self) -> dict[str, dict[str, float]]:

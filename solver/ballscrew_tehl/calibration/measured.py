@@ -13,29 +13,49 @@ from .._version import __version__
 from ..atlas.ball_contacts import BallContacts
 from ..atlas.contact_atlas import OutsideAtlasError
 from ..friction.baselines import nsk_torque
-from ..friction.interval import TorqueInterval
+from ..friction.interval import TorqueInterval, torque_interval
 from ..friction.mechanistic import ContactValues, mean_load
-from ..friction.sets import CALIBRATED_AT, CATALOGUE, CATALOGUE_DIFFERS, SETS, FrictionSet, with_set
-from ..friction.torque import FilmModel, nut_forces
+from ..friction.sets import (
+    CALIBRATED_AT,
+    CATALOGUE,
+    CATALOGUE_DIFFERS,
+    SETS,
+    FrictionSet,
+    default_friction_set,
+    with_set,
+    without_overrides,
+)
+from ..friction.torque import double_nut_torque, nut_forces
 from ..nut_map.built import Progress
 from ..parameters.file import Law, Parameters
 from ..parameters.identity import parameters_hash
+from ..parameters.screw import ball_ball_coefficient
 from ..parameters.units import CELSIUS, RPM
 from ..physics.ball_law import Array
 from ..physics.hertz import RACEWAYS
 from ..physics.load import nut_loads
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import MECHANISTIC
-from .fit import TorqueBasis, fit, torque_basis
-from .level import implausible_level, law_interval
-from .measurement_file import MeasurementFile, RowProblem, implausible_for, named_rows, read_measurement_file
-from .measurements import Measurement, repeat_notes, repeats_of
-from .result import SPLIT, Calibration, not_identified, number_notes, outlier_text
+from ..tables.headings import TORQUE
+from .fit import Fit, TorqueBasis, fit, torque_basis
+from .measurements import (
+    Measurement,
+    MeasurementFile,
+    RowProblem,
+    implausible_for,
+    named_rows,
+    read_measurement_file,
+    repeat_notes,
+    repeats_of,
+)
+from .result import SPLIT, Calibration, not_identified, number_notes
 
 #: kinds of rows that --drop leaves out of a fit
 DROPS = ("impossible", "outside", "outliers")
 #: degrees of freedom below which a note says that intervals are rough;  most rows listed in one message
 FEW_DEGREES, NAMED_ROWS = 3, 8
+#: most that a torque may be above the interval of the law, or below it, as a factor
+MAX_FACTOR = 3.0
 ONE_POINT = (
     "one point identifies the level of the torque only: no left-out error, no limits of the coefficient"
 )
@@ -44,7 +64,6 @@ HELD = (
     "constants the coefficient is fitted to this torque again; scatter as of the packaged fit"
 )
 
-Film = FilmModel | ContactValues
 #: why a point cannot be used; "": it can
 Reason = Callable[[Measurement], str]
 
@@ -95,28 +114,23 @@ def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactVal
 
 
 def _calibration(
-    file: MeasurementFile, parameters: Parameters, name: str, film: Film,
+    file: MeasurementFile, parameters: Parameters, name: str, film: Any,
     outside: Reason = lambda m: "", drop: Collection[str] = (),
     progress: Progress = lambda finished, total, what: None,
 ) -> Calibration:  # fmt: skip
-    one = len(file.measurements) == 1 and not file.problems
-    single = one and name == MECHANISTIC and file.measurements[0].axial_load == 0.0
     if seals := parameters.screw.seal_torque:
-        file = file._replace(
-            measurements=[m.without_seals(seals) for m in file.measurements],
-            notes=[*file.notes, f"seal_torque = {seals:g} N.m subtracted from all torques"],
-        )
-    law = _level(file, parameters, name, film, outside)
-    points, dropped = _usable(
-        file, {"impossible": partial(implausible_for, parameters), "outside": outside}, drop
-    )
+        file = file.without_seals(seals)
+    single = name == MECHANISTIC and not file.problems and [m.axial_load for m in file.measurements] == [0.0]
+    law = _typical_law(file, parameters, name, film, outside)
+    kinds: dict[str, Reason] = {"impossible": partial(implausible_for, parameters), "outside": outside}
+    points, dropped = _usable(file, kinds, drop)
     notes = [*file.notes, *repeat_notes(points, file.lines), *([] if single else _check_count(points, name))]
     basis = replace(torque_basis(parameters, film, points, progress), names=SETS[name])
     found = fit(basis, repeats_of(points))
     if "outliers" in drop and found.outliers:
         # one pass; outliers of the remaining points are reported and kept
-        for i in found.outliers:
-            dropped += file.problems_of(points[i], f"outlier: {outlier_text(basis, found, i)}")
+        for i, text in _outliers(points, found).items():
+            dropped += file.problems_of(points[i], text)
         kept = [i for i in range(len(basis)) if i not in found.outliers]
         points, basis = [points[i] for i in kept], basis.subset(kept)
         notes += _check_count(points, name)
@@ -124,8 +138,7 @@ def _calibration(
     level: dict[str, float] = {}
     if single:
         (m,), rest = points, float(basis.torque((1.0, 0.0, 0.0))[0])
-        if problem := implausible_level(m, law, rest):
-            raise ValueError(f"{file.where}{problem}")
+        _check_level(m, law, file.where, rest=rest)
         level = {"without_ball_ball_nm": rest, "law_low_nm": law.low, "law_high_nm": law.high}
         statistics: dict[str, Any] = {
             "loss": "solved", "not_identified": {SPLIT: ONE_POINT},
@@ -134,7 +147,7 @@ def _calibration(
             f"{m.speed / RPM:g} r/min, {m.temperature - CELSIUS:g} C",
         }  # fmt: skip
         catalogue = float(nsk_torque(parameters.screw, m.preload))
-        notes += [ONE_POINT, HELD, f"catalogue torque ({CATALOGUE}) {catalogue:.3g} N.m: {CATALOGUE_DIFFERS}"]
+        notes += [HELD, f"catalogue torque ({CATALOGUE}) {catalogue:.3g} N.m: {CATALOGUE_DIFFERS}"]
     else:
         without = f", without {named_rows([problem.row for problem in dropped])}" if dropped else ""
         statistics = {
@@ -143,39 +156,69 @@ def _calibration(
             "errors": error_summary(basis, found.deviation, found.left_out),
             "not_identified": not_identified(basis, found),
         }  # fmt: skip
-        notes += [
-            f"{points[i].point}: outlier, kept: {outlier_text(basis, found, i)}; to leave it out: --drop outliers"
-            for i in found.outliers
-        ]
+        outliers = _outliers(points, found).items()
+        notes += [f"{points[i].point}: {text}; to leave it out: --drop outliers" for i, text in outliers]
     statistics["provenance"] += f", ballscrew_tehl {__version__}"
-    friction_set = FrictionSet(
-        Law(name), *found.values.tolist(), **statistics,
-        screw=parameters.name, parameters_hash=parameters_hash(parameters),
-    )  # fmt: skip
+    statistics |= {"screw": parameters.name, "parameters_hash": parameters_hash(parameters)}
+    friction_set = FrictionSet(Law(name), *found.values.tolist(), **statistics)
     notes += number_notes(friction_set, parameters)
     return Calibration(friction_set, basis, found, dropped, notes, level)
 
 
-def _level(
-    file: MeasurementFile, parameters: Parameters, name: str, film: Film, outside: Reason
+def _typical_law(
+    file: MeasurementFile, parameters: Parameters, name: str, film: Any, outside: Reason
 ) -> TorqueInterval:
-    """Torque of the unfitted law at the point with the median torque over preload; ValueError: too far from it."""
+    """Torque of the unfitted law, without overrides, at the point with the median torque over preload, as checked.
+
+    With the interval of the mechanistic law, of another one the torque alone; NaN if all points are outside.
+    """
+    own = without_overrides(with_set(parameters, name), name)
+    inside = sorted((m for m in file.measurements if not outside(m)), key=lambda m: m.torque / m.preload)
     law = TorqueInterval(math.nan, math.nan, math.nan, {}, {})
-    if inside := sorted((m for m in file.measurements if not outside(m)), key=lambda m: m.torque / m.preload):
-        typical = inside[(len(inside) - 1) // 2]
-        law = law_interval(typical, parameters, film, name)
-        if problem := implausible_level(typical, law, unit=file.torque_unit):
-            what = f"{typical.point}, typical of {len(inside)} rows: " if len(inside) > 1 else ""
-            raise ValueError(f"{file.where}{what}{problem}")
+    for m in inside[(len(inside) - 1) // 2 :][:1]:
+        if name == MECHANISTIC:
+            coefficient = ball_ball_coefficient(own.friction, own.friction.ball_thrust)
+            at = nut_forces(own, m.preload, m.axial_load), film, m.speed, m.temperature
+            law = torque_interval(own, *at, FrictionSet(Law.MECHANISTIC, 1.0, coefficient))
+        else:
+            point = m.preload, m.speed, m.temperature, m.axial_load
+            torque = double_nut_torque(own, default_friction_set(own), film, *point).total
+            law = law._replace(torque=torque, low=torque, high=torque)
+        typical = f"{m.point}, typical of {len(inside)} rows: " if len(inside) > 1 else ""
+        _check_level(m, law, f"{file.where}{typical}", file.torque_unit)
     return law
 
 
+def _check_level(
+    m: Measurement, law: TorqueInterval, where: str, unit: str = "N.m", rest: float = 0.0
+) -> None:
+    """ValueError if the law cannot give the torque of a point, or hardly does, with the unit that was probably meant.
+
+    unit: as it was written;  rest: torque without friction between balls [N.m], 0: does not bound it
+    """
+    low, high = max(rest, law.low / MAX_FACTOR), MAX_FACTOR * law.high
+    if low <= m.torque <= high:
+        return
+    # the unit that brings it nearest to the law
+    written = m.torque / TORQUE[unit][0]
+    meant = {other: written * factor for other, (factor, _) in TORQUE.items()}
+    nearest = min(meant, key=lambda other: max(meant[other] / law.torque, law.torque / meant[other]))
+    remedy = "check unit, preload, oil (viscosity, temperature), its supply and what was subtracted from the torque"
+    if low <= meant[nearest] <= high and nearest != unit:
+        remedy = f"is {written:.6g} {nearest} = {meant[nearest]:.4g} N.m meant?"
+    without = f", without friction between balls {rest:.4g} N.m" if rest else ""
+    raise ValueError(
+        f"{where}torque = {m.torque:.6g} N.m, {m.torque / law.torque:.3g} times that of the law; allowed: {low:.4g} to "
+        f"{high:.4g} N.m. Its interval is {law.low:.4g} to {law.high:.4g} N.m there{without}: {remedy}"
+    )
+
+
 def _usable(
-    file: MeasurementFile, reasons: Mapping[str, Reason], drop: Collection[str]
+    file: MeasurementFile, kinds: Mapping[str, Reason], drop: Collection[str]
 ) -> tuple[list[Measurement], list[RowProblem]]:
     """Points without the kinds of rows that cannot be used, and these rows; ValueError: they may not be dropped."""
     points, dropped = file.measurements, list[RowProblem]()
-    for kind, reason_of in reasons.items():
+    for kind, reason_of in kinds.items():
         problems = [each for m in points for each in file.problems_of(m, reason_of(m))]
         problems = sorted(problems + file.problems * (kind == "impossible"))
         points = [m for m in points if not reason_of(m)]
@@ -191,14 +234,23 @@ def _usable(
     return points, dropped
 
 
+def _outliers(points: Sequence[Measurement], found: Fit) -> dict[int, str]:
+    """Torque, deviation and residual of the outliers by number."""
+    return {
+        i: f"outlier: torque {points[i].torque:.4g} N.m, model {100.0 * found.deviation[i]:+.1f} %, deleted "
+        f"studentised residual {found.studentised[i]:.1f} (limit {found.limit:.1f})"
+        for i in found.outliers
+    }
+
+
 def error_summary(basis: TorqueBasis, deviation: Array, left_out: Array) -> dict[str, float]:
     """Mean and largest |model/measured - 1|, mean of each table, and of points left out of the fit."""
     errors, unseen = np.abs(deviation), np.abs(left_out[np.isfinite(left_out)])
     summary = {"mean": float(errors.mean()), "max": float(errors.max())}
-    tables = list(dict.fromkeys(table for m in basis.measurements for table in m.tables or ("all",)))
+    of_points = [m.tables or ("all",) for m in basis.measurements]
+    tables = dict.fromkeys(table for names in of_points for table in names)
     for table in tables if len(tables) > 1 else ():
-        inside = [table in (m.tables or ("all",)) for m in basis.measurements]
-        summary[table] = float(errors[inside].mean())
+        summary[table] = float(errors[[table in names for names in of_points]].mean())
     if unseen.size:
         summary |= {"leave_one_out_mean": float(unseen.mean()), "leave_one_out_max": float(unseen.max())}
     return summary
@@ -219,8 +271,8 @@ def _check_count(points: Sequence[Measurement], name: str) -> list[str]:
     ]
 
 
-def film_of(name: str, parameters: Parameters, map_file: Path | str | None) -> tuple[Film, Reason]:
-    """Film model of a set, or contacts of the mechanistic law, and why a point is outside the map."""
+def film_of(name: str, parameters: Parameters, map_file: Path | str | None) -> tuple[Any, Reason]:
+    """FilmModel of a set, or ContactValues of the mechanistic law, and why a point is outside the map."""
     if map_file is None:
         return solved_film(name, parameters), lambda m: ""
     from ..nut_map.file import load_map
@@ -267,8 +319,8 @@ class MapFilm:
         return np.exp(self.nut_map.surfaces(force, speed, temperature)[film])
 
 
-def solved_film(name: str, parameters: Parameters) -> Film:
-    """Film model of a set, by the solver, or the contacts of the mechanistic law, of the atlas if it holds them."""
+def solved_film(name: str, parameters: Parameters) -> Any:
+    """FilmModel of a set, by the solver, or the ContactValues of the mechanistic law, of the atlas if it holds them."""
     from ..refinement.direct import DirectContacts, DirectFilm
 
     if name != MECHANISTIC:

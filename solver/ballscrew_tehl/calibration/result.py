@@ -1,4 +1,4 @@
-"""Result of a calibration: its points, what the data do not identify, as rows and as text."""
+"""Result of a calibration: its points, what the data do not identify, as rows of --json."""
 
 import math
 from dataclasses import dataclass
@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 
 from ..friction.interval import implied_thrust
-from ..friction.sets import FITTED, FrictionSet, friction_set_lines
+from ..friction.sets import FITTED, FrictionSet
 from ..parameters.file import Parameters
-from ..parameters.units import CELSIUS, RPM
+from ..parameters.units import RPM
 from ..runtime.packed import MECHANISTIC
 from .fit import Fit, TorqueBasis
-from .measurement_file import RowProblem
-from .measurements import repeat_scatter, spread_advice
+from .measurements import RowProblem, repeat_scatter
 
 #: a parameter counts as identified if half its 95 % interval is at most this fraction of its value
 PRECISION = 0.25
@@ -46,13 +45,11 @@ class Calibration:
     @property
     def spread(self) -> float | None:
         """Root of the weighted mean square error over the stated uncertainties, None without these."""
-        stated, freedom = (
-            [m.uncertainty for m in self.basis.measurements],
-            len(self.basis) - len(self.basis.names),
-        )
+        basis = self.basis
+        stated, freedom = [m.uncertainty for m in basis.measurements], len(basis) - len(basis.names)
         if not (all(stated) and freedom):
             return None
-        over = self.fit.deviation * self.basis.measured / np.array(stated, dtype=float)
+        over = self.fit.deviation * basis.measured / np.array(stated, dtype=float)
         return math.sqrt(float(over @ over) / freedom)
 
 
@@ -78,10 +75,14 @@ def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
     """Parameters, or SPLIT, that the data do not determine to PRECISION and SPLIT_WIDTH -> their intervals."""
     reasons = {}
     for name, half in found.half_width.items():
-        value, bounds = float(found.values[FITTED.index(name)]), found.limits[name]
+        value = float(found.values[FITTED.index(name)])
         if not half <= PRECISION * value:
-            low, high = (_shown(name, bounds[end]) for end in ("low", "high"))
-            reasons[name] = f"95 % interval {low} to {high} around {_shown(name, value)}"
+            scale, unit = (1e9, " nm") if name == FITTED[2] else (1.0, "")
+            low, high, middle = (
+                f"{scale * number:.3g}{unit}" if math.isfinite(number) else "no bound"
+                for number in (*found.limits[name].values(), value)
+            )
+            reasons[name] = f"95 % interval {low} to {high} around {middle}"
     per_net = float(np.mean(basis.sliding / basis.measured))
     low_share, high_share = (min(per_net * bound, 1.0) for bound in found.limits[FITTED[1]].values())
     if not high_share - low_share <= SPLIT_WIDTH:
@@ -90,24 +91,13 @@ def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
     return reasons
 
 
-def _shown(name: str, value: float) -> str:
-    if not math.isfinite(value):
-        return "no bound"
-    return f"{1e9 * value:.3g} nm" if name == FITTED[2] else f"{value:.3g}"
-
-
-def outlier_text(basis: TorqueBasis, found: Fit, i: int) -> str:
-    """Torque, deviation and residual of a point."""
-    return (
-        f"torque {basis.measured[i]:.4g} N.m, model {100.0 * found.deviation[i]:+.1f} %, deleted studentised "
-        f"residual {found.studentised[i]:.1f} (limit {found.limit:.1f})"
-    )
-
-
 def calibration_data(result: Calibration) -> dict[str, Any]:
     """What --json adds to the friction set; one row per point of the fit."""
-    found, points, outliers = result.fit, result.basis.measurements, result.fit.outliers
-    computed = result.basis.torque(found.values)
+    fit, points = result.fit, result.basis.measurements
+    arrays = {
+        "computed_nm": result.basis.torque(fit.values), "deviation": fit.deviation,
+        "left_out_deviation": fit.left_out, "leverage": fit.leverage, "studentised": fit.studentised,
+    }  # fmt: skip
     rows = [
         {
             "rows": list(m.rows),
@@ -117,12 +107,8 @@ def calibration_data(result: Calibration) -> dict[str, Any]:
             "axial_load_n": m.axial_load,
             "weight": m.weight,
             "measured_nm": m.torque,
-            "computed_nm": float(computed[i]),
-            "deviation": float(found.deviation[i]),
-            "left_out_deviation": float(found.left_out[i]),
-            "leverage": float(found.leverage[i]),
-            "studentised": float(found.studentised[i]),
-            "outlier": i in outliers,
+            **{key: float(values[i]) for key, values in arrays.items()},
+            "outlier": i in fit.outliers,
             **result.level,
         }
         for i, m in enumerate(points)
@@ -130,37 +116,9 @@ def calibration_data(result: Calibration) -> dict[str, Any]:
     return {
         "points": rows,
         "dropped": [{"row": problem.row, "reason": problem.reason} for problem in result.dropped],
-        "outliers": [list(points[i].rows) for i in outliers],
+        "outliers": [list(points[i].rows) for i in fit.outliers],
         "notes": result.notes,
         "not_identified": result.friction_set.not_identified,
         "error_over_uncertainty": result.spread,
         "repeat_over_uncertainty": repeat_scatter(points),
     }
-
-
-def calibration_text(result: Calibration, data: dict[str, Any]) -> str:
-    """The result as text: points, parameters, errors, what is not identified, dropped rows."""
-    heads = ("row", "preload", "speed", "oil", "axial", "measured", "computed", "model", "left out")
-    units = ("", "N", "r/min", "C", "N", "N m", "N m", "%", "%")
-    widths = (9, 10, 9, 7, 9, 10, 10, 8, 10)
-    lines = ["".join(f"{text:>{w}}" for text, w in zip(line, widths, strict=True)) for line in (heads, units)]
-    for row in data["points"]:
-        lines.append(
-            f"{'='.join(str(number) for number in row['rows']):>9}{row['preload_n']:>10.4g}{row['speed_rpm']:>9.4g}"
-            f"{row['temperature_k'] - CELSIUS:>7.1f}{row['axial_load_n']:>9.4g}{row['measured_nm']:>10.4g}"
-            f"{row['computed_nm']:>10.4g}{100.0 * row['deviation']:>+8.1f}{100.0 * row['left_out_deviation']:>+10.1f}"
-            + ("  outlier" if row["outlier"] else "")
-        )
-    entry = result.friction_set
-    lines += ["", "Fitted (value +- half-width of the 95 % interval)", *friction_set_lines(entry)]
-    lines += [f"    {name:<26}{value:.4g}" for name, value in result.level.items()]
-    if result.spread is not None:
-        advice = spread_advice(result.spread, data["repeat_over_uncertainty"])
-        lines.append(
-            f"    errors over stated uncertainties: {result.spread:.2g} (about 1 expected){advice and f': {advice}'}"
-        )
-    if entry.not_identified:
-        lines.append("Not identified by these data:")
-        lines += [f"    {name}: {why}" for name, why in entry.not_identified.items()]
-    lines += [f"dropped: {problem}" for problem in result.dropped]
-    return "\n".join([*lines, *(f"note: {note}" for note in result.notes)])

@@ -2,12 +2,13 @@
 
 from argparse import Namespace
 from pathlib import Path
+from typing import Any
 
 from ...calibration.measured import calibrate
-from ...calibration.measurements import Measurement
+from ...calibration.measurements import Measurement, spread_advice
 from ...calibration.plot import calibration_figure, save_figure
-from ...calibration.result import calibration_data, calibration_text
-from ...friction.sets import FrictionSet, check_usable, refuse_other_fit, write_friction_sets
+from ...calibration.result import Calibration, calibration_data
+from ...friction.sets import SETS, check_usable, friction_set_lines, refuse_other_fit, write_friction_sets
 from ...parameters.file import PACKAGED_VG100
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
@@ -32,20 +33,18 @@ def run_calibrate(args: Namespace) -> Answer:
     for option, path, kind in (("--output", args.output, "*.toml"), ("--plot", args.plot, "*.png")):
         if path:
             check_output(option, path, f"a file {kind}", inputs=(args.measurements, args.screw))
-    temperature = None if args.temperature_c is None else args.temperature_c + CELSIUS
+    options = {"name": name, "drop": args.drop}
+    if args.temperature_c is not None:
+        options["temperature"] = args.temperature_c + CELSIUS
     with progress_bar(QUIET) as progress:
-        result = calibrate(
-            measurements, parameters, args.map, name=name, drop=args.drop, progress=progress,
-            temperature=temperature,
-        )  # fmt: skip
+        result = calibrate(measurements, parameters, args.map, progress=progress, **options)
     friction = result.friction_set
     # what the commands after this one would refuse
-    check_usable(
-        friction, parameters, args.measurements or "--torque-nm", "check the units of torque and preload"
-    )
+    where = args.measurements or "--torque-nm"
+    check_usable(friction, parameters, where, "check the units of torque and preload")
     refuse_other_fit(friction, parameters)
     data = calibration_data(result)
-    text = calibration_text(result, data)
+    text = _text(result, data)
     if args.plot:
         figure = calibration_figure(result)
         with written("--plot", args.plot):
@@ -56,31 +55,50 @@ def run_calibrate(args: Namespace) -> Answer:
             write_friction_sets(args.output, [friction], "Fitted by ballscrew calibrate")
         say(f"written: {args.output}; next: ballscrew page ... --friction {args.output}")
     else:
-        text = "\n".join([text, "For the screw file:", *_screw_file_lines(friction)])
+        keys = {name: name.replace("height", "height_m") for name in SETS[friction.name]}
+        numbers = (f"{key} = {getattr(friction, name):.6g}" for name, key in keys.items())
+        text = "\n".join([text, "For the screw file:", "[friction]", f'law = "{friction.name}"', *numbers])
     entry = friction.entries | {"calibration": data}
     return Answer([{f"{friction.kinematics}.{friction.name}": entry}], text=text)
 
 
 def _point(args: Namespace) -> Measurement:
     """The one point of the options."""
-    for option, value in {"--plot": args.plot, "--drop": args.drop}.items():
-        if value:
-            raise ValueError(f"{option} with --torque-nm; allowed: with MEASUREMENTS.csv only")
+    if args.plot or args.drop:
+        option = "--plot" if args.plot else "--drop"
+        raise ValueError(f"{option} with --torque-nm; allowed: with MEASUREMENTS.csv only")
     if args.set not in (None, MECHANISTIC):
         raise ValueError(f"--set = {args.set}; allowed with --torque-nm: {MECHANISTIC}, which has one number")
-    for quantity in CALIBRATION_POINT:
-        if getattr(args, quantity.name) is None:
-            names = ", ".join(quantity.option for quantity in CALIBRATION_POINT)
-            raise ValueError(f"{quantity.option} (missing); allowed: {names} together")
-    torque, preload, speed, temperature = (getattr(args, quantity.name) for quantity in CALIBRATION_POINT)
+    values = {quantity.option: getattr(args, quantity.name) for quantity in CALIBRATION_POINT}
+    for option in (option for option, value in values.items() if value is None):
+        raise ValueError(f"{option} (missing); allowed: {', '.join(values)} together")
+    torque, preload, speed, temperature = values.values()
     return Measurement(preload, abs(speed) * RPM, temperature + CELSIUS, torque)
 
 
-def _screw_file_lines(friction: FrictionSet) -> list[str]:
-    """Table friction of a screw file with the fitted numbers."""
-    ratio, net, height = (f"{value:.6g}" for value in friction.values)
-    lines = ["[friction]", f'law = "{friction.name}"', f"net_sliding_coefficient = {net}"]
-    if friction.name == MECHANISTIC:
-        # the height in the screw file is that of its surfaces
-        return lines
-    return [*lines, f"apparent_viscosity_ratio = {ratio}", f"roughness_height_m = {height}"]
+def _text(result: Calibration, data: dict[str, Any]) -> str:
+    """Points, parameters, errors, what is not identified, dropped rows."""
+    import pandas as pd
+
+    points, entry = pd.DataFrame(data["points"]), result.friction_set
+    columns = {
+        "row": ["=".join(map(str, rows)) for rows in points["rows"]], "preload [N]": points["preload_n"],
+        "speed [r/min]": points["speed_rpm"], "oil [C]": points["temperature_k"] - CELSIUS,
+        "axial [N]": points["axial_load_n"], "measured [N m]": points["measured_nm"],
+        "computed [N m]": points["computed_nm"], "model [%]": (100.0 * points["deviation"]).round(1),
+        "left out [%]": (100.0 * points["left_out_deviation"]).round(1),
+        "": points["outlier"].map({True: "outlier", False: ""}),
+    }  # fmt: skip
+    lines = [pd.DataFrame(columns).to_string(index=False, float_format="{:.4g}".format, na_rep="-"), ""]
+    lines.append("Fitted (value +- half-width of the 95 % interval)")
+    lines += friction_set_lines(entry)
+    lines += [f"    {key:<26}{value:.4g}" for key, value in result.level.items()]
+    if result.spread is not None:
+        advice = spread_advice(result.spread, data["repeat_over_uncertainty"])
+        text = f"    errors over stated uncertainties: {result.spread:.2g} (about 1 expected)"
+        lines.append(f"{text}{advice and f': {advice}'}")
+    if entry.not_identified:
+        lines.append("Not identified by these data:")
+        lines += [f"    {name}: {why}" for name, why in entry.not_identified.items()]
+    lines += [f"dropped: {problem}" for problem in result.dropped]
+    return "\n".join([*lines, *(f"note: {note}" for note in result.notes)])
