@@ -15,14 +15,7 @@ import numpy as np
 
 from ..friction.mechanistic import NutPowers, nuts_powers, torque_line
 from ..friction.sets import FITTED, SETS
-from ..friction.torque import (
-    UNLOADED,
-    NutSums,
-    nut_forces,
-    nut_sums,
-    roughness_share,
-    roughness_share_slope,
-)
+from ..friction.torque import UNLOADED, NutSums, nut_forces, nut_sums, roughness_share, roughness_share_slope
 from ..nut_map.built import Progress
 from ..parameters.file import Parameters
 from ..physics.ball_law import Array
@@ -194,11 +187,10 @@ def _linear_values(basis: TorqueBasis, height: float) -> Array:
 class Fit(NamedTuple):
     """Values with what the linearised model says of them; arrays per point (n,).
 
-    deviation     model/measured - 1;  left_out: the same by the fit without the point and its repeats, NaN if those
-                  are needed to determine a parameter
-    leverage      hat value: share of the point in its own fitted value, 0 to 1
-    studentised   deleted studentised residual, NaN if not determined;  limit: its bound for one false alarm in 20 fits
-    half_width    of the 95 % interval by parameter, inf if not determined
+    deviation: model/measured - 1;  left_out: the same by the fit without the point and its repeats, NaN if a parameter
+    depends on those;  leverage: hat value, share of the point in its own fitted value;  studentised: deleted
+    studentised residual, NaN if not determined;  limit: its bound for one false alarm in 20 fits;  half_width: of the
+    95 % interval by parameter, inf if not determined
     """
 
     values: Array
@@ -218,19 +210,15 @@ class Fit(NamedTuple):
     @property
     def limits(self) -> dict[str, dict[str, float]]:
         """Bounds of the 95 % intervals, none negative."""
-        values = {name: float(self.values[FITTED.index(name)]) for name in self.half_width}
-        return {
-            name: {"low": max(values[name] - half, 0.0), "high": values[name] + half}
-            for name, half in self.half_width.items()
-        }
+        values = dict(zip(FITTED, self.values.tolist(), strict=True))
+        ends = {name: (values[name] - half, values[name] + half) for name, half in self.half_width.items()}
+        return {name: {"low": max(low, 0.0), "high": high} for name, (low, high) in ends.items()}
 
 
 def fit(basis: TorqueBasis, groups: Sequence[Sequence[int]]) -> Fit:
-    """Least squares with hat values, Student t intervals and errors of points left out.
+    """Least squares with hat values, Student t intervals and errors of points left out, those of a group together.
 
-    Parameters   groups : numbers of the points of each operating point, which are left out together
-    Validity     intervals and hat values: exact for a linear model, linearised for the roughness height; errors
-                 independent, normal, of equal relative size
+    Validity     intervals and hat values: exact for a linear model; errors independent, normal, of equal relative size
     Source       Cook & Weisberg, Residuals and Influence in Regression (1982), section 2.2.1: deleted studentised
                  residuals, Bonferroni bound
     """
@@ -245,8 +233,9 @@ def fit(basis: TorqueBasis, groups: Sequence[Sequence[int]]) -> Fit:
     R = np.linalg.qr(J[:, free] / norm, mode="r")
     if freedom > 0 and np.linalg.cond(R) < 1e7:
         sigma = math.sqrt(sum_of_squares / freedom) * np.linalg.norm(np.linalg.inv(R), axis=1) / norm
-        for i, half in zip(free, student_t.ppf(0.975, freedom) * sigma, strict=True):
-            half_width[FITTED[i]] = float(half)
+        half_width |= zip(
+            [FITTED[i] for i in free], (student_t.ppf(0.975, freedom) * sigma).tolist(), strict=True
+        )
     # a value at its bound 0 stays there
     inner = [i for i in free if values[i] > 0.0]
     Q = np.linalg.qr(J[:, inner] / np.linalg.norm(J[:, inner], axis=0)).Q

@@ -45,7 +45,6 @@ from .measurements import (
     implausible_for,
     named_rows,
     read_measurement_file,
-    repeat_notes,
     repeats_of,
 )
 from .result import SPLIT, Calibration, not_identified, number_notes
@@ -98,14 +97,12 @@ def calibrate(
     parameters = parameters_for(map_file, parameters)
     name = name or parameters.friction.law
     with_set(parameters, name)
-    if temperature is None:
-        temperature = parameters.lubricant.reference_temperature
     if isinstance(measurements, Measurement):
         file = MeasurementFile.of_point(measurements)
     else:
-        file = read_measurement_file(measurements, temperature)
-    film, outside = film_of(name, parameters, map_file)
-    return _calibration(file, parameters, name, film, outside, drop, progress)
+        reference = parameters.lubricant.reference_temperature
+        file = read_measurement_file(measurements, reference if temperature is None else temperature)
+    return _calibration(file, parameters, name, *film_of(name, parameters, map_file), drop, progress)
 
 
 def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactValues) -> Calibration:
@@ -124,7 +121,7 @@ def _calibration(
     law = _typical_law(file, parameters, name, film, outside)
     kinds: dict[str, Reason] = {"impossible": partial(implausible_for, parameters), "outside": outside}
     points, dropped = _usable(file, kinds, drop)
-    notes = [*file.notes, *repeat_notes(points, file.lines), *([] if single else _check_count(points, name))]
+    notes = file.notes + ([] if single else _check_count(points, name))
     basis = replace(torque_basis(parameters, film, points, progress), names=SETS[name])
     found = fit(basis, repeats_of(points))
     if "outliers" in drop and found.outliers:
@@ -282,19 +279,16 @@ def film_of(name: str, parameters: Parameters, map_file: Path | str | None) -> t
     def outside(m: Measurement) -> str:
         forces = [force for force in nut_forces(parameters, m.preload, m.axial_load) if force > 0.0]
         problems = []
-        for what, unit, axis, factor, values in (
-            ("force of a nut", "N", "force", 1.0, forces),
-            ("speed", "r/min", "speed", RPM, [m.speed]),
-            ("temperature", "K", "temperature", 1.0, [m.temperature]),
-        ):
-            low, high = nut_map.header["axes"][axis][:2]
+        for axis, unit, factor, values in (
+            ("force of a nut", "N", 1.0, forces), ("speed", "r/min", RPM, [m.speed]),
+            ("temperature", "K", 1.0, [m.temperature]),
+        ):  # fmt: skip
+            low, high = nut_map.header["axes"][axis.split()[0]][:2]
             # a value on the edge of the map may be off by rounding
             if not all(low * (1.0 - 1e-9) <= value <= high * (1.0 + 1e-9) for value in values):
                 shown = ", ".join(f"{value / factor:.6g}" for value in dict.fromkeys(values))
-                problems.append(
-                    f"outside the map: {what} = {shown} {unit}; allowed: {low / factor:.6g} to "
-                    f"{high / factor:.6g} {unit}"
-                )
+                allowed = f"{low / factor:.6g} to {high / factor:.6g} {unit}"
+                problems.append(f"outside the map: {axis} = {shown} {unit}; allowed: {allowed}")
         return "; ".join(problems)
 
     film = solved_film(name, parameters) if name == MECHANISTIC else MapFilm(nut_map, parameters)

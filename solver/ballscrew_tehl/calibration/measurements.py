@@ -55,7 +55,7 @@ class Measurement:
     def point(self) -> str:
         """For messages: row 3 (1000 N, 100 r/min)."""
         point = f"{self.preload:g} N, {self.speed / RPM:g} r/min"
-        return f"row {' = '.join(str(row) for row in self.rows)} ({point})" if self.rows else point
+        return f"row {' = '.join(map(str, self.rows))} ({point})" if self.rows else point
 
 
 def merged(measurements: Iterable[Measurement]) -> list[Measurement]:
@@ -165,16 +165,12 @@ class MeasurementFile(NamedTuple):
         return cls("", "", [replace(m, rows=(1,))], [], [], (1,), "N.m")
 
     def without_seals(self, seal_torque: float) -> Self:
-        """The same with the torques of the balls alone, without that of the seals [N.m].
-
-        Raises       ValueError: nothing is left
-        """
-        for m in self.measurements:
-            if not m.torque > seal_torque:
-                raise ValueError(
-                    f"{self.where}torque = {m.torque:g} N.m; needs more than seal_torque = {seal_torque:g} N.m of the "
-                    "screw file: check both"
-                )
+        """The same without the torque of the seals [N.m]; ValueError: nothing is left."""
+        if not (least := min([m.torque for m in self.measurements], default=math.inf)) > seal_torque:
+            raise ValueError(
+                f"{self.where}torque = {least:g} N.m; needs more than seal_torque = {seal_torque:g} N.m of the screw "
+                "file: check both"
+            )
         return self._replace(
             measurements=[replace(m, torque=m.torque - seal_torque) for m in self.measurements],
             notes=[*self.notes, f"seal_torque = {seal_torque:g} N.m subtracted from all torques"],
@@ -223,8 +219,9 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
     # standard uncertainties as weights of the relative errors, 1 for the median of them
     typical = median([m.uncertainty / m.torque for m in usable if m.uncertainty] or [1.0])
     usable = [replace(m, weight=typical * m.torque / m.uncertainty) if m.uncertainty else m for m in usable]
-    unit = columns["torque"].unit
-    return MeasurementFile(f"{path}: ", source, merged(usable), problems, notes, rows.lines, unit)
+    points, unit = merged(usable), columns["torque"].unit
+    notes += repeat_notes(points, rows.lines)
+    return MeasurementFile(f"{path}: ", source, points, problems, notes, rows.lines, unit)
 
 
 def _reasons(

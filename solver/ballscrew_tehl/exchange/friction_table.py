@@ -35,13 +35,13 @@ class FrictionTable(NamedTuple):
 
     speed [rad/s] > 0, the torque opposes the motion;  preload [N];  temperature [K];  about : screw, oil, friction set,
     hash of the map, meaning of low and high
-    Of a log preload and temperature are None, speeds are signed, each direction by itself; of a linear axis (rotary
-    False) speed [m/s], force [N].
+    Of a log preload and temperature are empty, speeds are signed, each direction by itself, torque (speed,); of a
+    linear axis (rotary False) speed [m/s], force [N].
     """
 
     speed: Array
-    preload: Array | None
-    temperature: Array | None
+    preload: Array
+    temperature: Array
     torque: Array
     low: Array | None
     high: Array | None
@@ -51,7 +51,7 @@ class FrictionTable(NamedTuple):
     @property
     def head(self) -> tuple[str, str]:
         """Content and sign."""
-        return OF_AXIS if self.preload is None else OF_SCREW
+        return OF_SCREW if self.preload.size else OF_AXIS
 
     @property
     def units(self) -> Units:
@@ -67,14 +67,14 @@ class FrictionTable(NamedTuple):
     def curves(self, at_rest: bool = False) -> Iterator[tuple[list[float], Array]]:
         """For each preload [N] and temperature [degC]: columns speed, torque, low, high over both directions.
 
-        Parameters   at_rest : with a row of zeros between the directions
+        at_rest: with a row of zeros between the directions
         """
-        for j, preload in enumerate([] if self.preload is None else self.preload):
-            for k, kelvin in enumerate([] if self.temperature is None else self.temperature):
-                half = np.column_stack([self.speed, *(value[:, j, k] for value in self.values.values())])
-                zero = np.zeros((int(at_rest), half.shape[1]))
-                yield [float(preload), float(kelvin) - CELSIUS], np.vstack([-half[::-1], zero, half])
-        if self.preload is None:
+        for j, k in np.ndindex(len(self.preload), len(self.temperature)):
+            half = np.column_stack([self.speed, *(value[:, j, k] for value in self.values.values())])
+            zero = np.zeros((int(at_rest), half.shape[1]))
+            point = [float(self.preload[j]), float(self.temperature[k]) - CELSIUS]
+            yield point, np.vstack([-half[::-1], zero, half])
+        if not self.preload.size:
             whole = np.column_stack([self.speed, *self.values.values()])
             rest = [int(np.searchsorted(self.speed, 0.0))] * at_rest
             yield [], np.insert(whole, rest, 0.0, axis=0)
@@ -137,8 +137,8 @@ class AxisFriction(NamedTuple):
     @property
     def table(self) -> FrictionTable:
         """Each direction by itself."""
-        bins = self.friction
-        return FrictionTable(bins.speed, None, None, bins.value, bins.low, bins.high, self.about, self.rotary)
+        bins, none = self.friction, np.empty(0)
+        return FrictionTable(bins.speed, none, none, bins.value, bins.low, bins.high, self.about, self.rotary)
 
     @property
     def per_turn(self) -> float:

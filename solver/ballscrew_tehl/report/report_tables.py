@@ -14,10 +14,6 @@ from ..physics.lubricant import ambient_density, eta0
 from ..physics.rating import dynamic_rating, static_rating
 from .data import CATALOGUE_SPEED, OperatingPoint, ReportData
 from .page import Html, table
-from .tables import certificate_table
-
-__all__ = ["certificate_table"]  # of the template
-
 
 #: how certain the torque of balls with four contacts is, by whether the law is the mechanistic one
 OVERSIZE_BALLS = {

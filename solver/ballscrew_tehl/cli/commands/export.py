@@ -64,7 +64,7 @@ def run_export(args: Namespace) -> Answer:
     else:
         files = {output: FORMATS[args.format](table, output.stem)}
         answers = [{"file": str(output), "speeds": len(table.speed)}]
-        if table.preload is not None and table.temperature is not None:
+        if table.preload.size:
             celsius = (table.temperature - CELSIUS).tolist()
             answers[0] |= {"preload_n": table.preload.tolist(), "temperature_c": celsius}
     for path, text in files.items():
