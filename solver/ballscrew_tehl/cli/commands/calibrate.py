@@ -87,8 +87,9 @@ def _text(result: Calibration, data: dict[str, Any]) -> str:
         "axial [N]": points["axial_load_n"], "measured [N m]": points["measured_nm"],
         "computed [N m]": points["computed_nm"], "model [%]": (100.0 * points["deviation"]).round(1),
         "left out [%]": (100.0 * points["left_out_deviation"]).round(1),
-        "": points["outlier"].map({True: "outlier", False: ""}),
     }  # fmt: skip
+    if points["outlier"].any():
+        columns[""] = points["outlier"].map({True: "outlier", False: ""})
     lines = [pd.DataFrame(columns).to_string(index=False, float_format="{:.4g}".format, na_rep="-"), ""]
     lines.append("Fitted (value +- half-width of the 95 % interval)")
     lines += friction_set_lines(entry)
