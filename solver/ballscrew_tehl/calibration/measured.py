@@ -171,18 +171,19 @@ def _typical_law(
     """
     own = without_overrides(with_set(parameters, name), name)
     inside = sorted((m for m in file.measurements if not outside(m)), key=lambda m: m.torque / m.preload)
-    law = TorqueInterval(math.nan, math.nan, math.nan, {}, {})
-    for m in inside[(len(inside) - 1) // 2 :][:1]:
-        if name == MECHANISTIC:
-            coefficient = ball_ball_coefficient(own.friction, own.friction.ball_thrust)
-            at = nut_forces(own, m.preload, m.axial_load), film, m.speed, m.temperature
-            law = torque_interval(own, *at, FrictionSet(Law.MECHANISTIC, 1.0, coefficient))
-        else:
-            point = m.preload, m.speed, m.temperature, m.axial_load
-            torque = double_nut_torque(own, default_friction_set(own), film, *point).total
-            law = law._replace(torque=torque, low=torque, high=torque)
-        typical = f"{m.point}, typical of {len(inside)} rows: " if len(inside) > 1 else ""
-        _check_level(m, law, f"{file.where}{typical}", file.torque_unit)
+    if not inside:
+        return TorqueInterval(math.nan, math.nan, math.nan, {}, {})
+    m = inside[(len(inside) - 1) // 2]
+    if name == MECHANISTIC:
+        unfitted = FrictionSet(Law(name), 1.0, ball_ball_coefficient(own.friction, own.friction.ball_thrust))
+        forces = nut_forces(own, m.preload, m.axial_load)
+        law = torque_interval(own, forces, film, m.speed, m.temperature, unfitted)
+    else:
+        at = m.preload, m.speed, m.temperature, m.axial_load
+        torque = double_nut_torque(own, default_friction_set(own), film, *at).total
+        law = TorqueInterval(torque, torque, torque, {}, {})
+    typical = f"{m.point}, typical of {len(inside)} rows: " if len(inside) > 1 else ""
+    _check_level(m, law, f"{file.where}{typical}", file.torque_unit)
     return law
 
 
@@ -220,14 +221,15 @@ def _usable(
         problems = sorted(problems + file.problems * (kind == "impossible"))
         points = [m for m in points if not reason_of(m)]
         dropped += problems
-        if problems and not (kind in drop and points):
-            if not file.where:
-                raise ValueError(problems[0].reason + "; remedy: a larger map, or none" * (kind == "outside"))
-            shown = " | ".join(map(str, problems[:NAMED_ROWS]))
-            more = f" | and {len(problems) - NAMED_ROWS} more" if len(problems) > NAMED_ROWS else ""
-            remedy = f"fix or remove them, or continue without them: --drop {kind}"
-            remedy = "no row is left" if kind in drop else remedy
-            raise ValueError(f"{file.where}{len(problems)} {kind} row(s): {shown}{more}; {remedy}")
+        if not problems or (kind in drop and points):
+            continue
+        if not file.where:
+            raise ValueError(problems[0].reason + "; remedy: a larger map, or none" * (kind == "outside"))
+        shown = " | ".join(map(str, problems[:NAMED_ROWS]))
+        more = f" | and {len(problems) - NAMED_ROWS} more" if len(problems) > NAMED_ROWS else ""
+        remedy = f"fix or remove them, or continue without them: --drop {kind}"
+        remedy = "no row is left" if kind in drop else remedy
+        raise ValueError(f"{file.where}{len(problems)} {kind} row(s): {shown}{more}; {remedy}")
     return points, dropped
 
 

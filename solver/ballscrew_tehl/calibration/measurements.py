@@ -229,17 +229,16 @@ def _reasons(
 ) -> list[str]:
     """Why a row with these fields and values [SI] cannot be a measurement; empty if it can."""
     shown = {key: f"{key} = {texts[key]} {columns[key].unit}".rstrip() for key in values}
-    if bad := [key for key, value in values.items() if not math.isfinite(value)]:
-        fields = {key: f"{texts[key]!r} {columns[key].unit}" if texts[key] else "empty" for key in bad}
+    if missing := [key for key, value in values.items() if not math.isfinite(value)]:
+        fields = {key: f"{texts[key]!r} {columns[key].unit}" if texts[key] else "empty" for key in missing}
         return [f"{key} = {field.rstrip()}; allowed: a finite number" for key, field in fields.items()]
     torque, speed, kelvin = values["torque"], values["speed"], values.get("temperature", COLDEST)
-    positive = (key for key in ("preload", "weight", "torque_uncertainty") if key in values)
-    reasons = [f"{shown[key]}; allowed: > 0" for key in positive if not values[key] > 0.0]
-    if speed == 0.0:
-        reasons.append(f"{shown['speed']}; allowed: not 0 (no film at rest)")
-    if torque == 0.0:
-        reasons.append(f"{shown['torque']}; allowed: not 0")
-    elif torque * speed < 0.0:
+    positive = ("preload", "weight", "torque_uncertainty")
+    bad = {key: "> 0" for key in positive if not values.get(key, 1.0) > 0.0}
+    bad |= {"speed": "not 0 (no film at rest)"} if speed == 0.0 else {}
+    bad |= {"torque": "not 0"} if torque == 0.0 else {}
+    reasons = [f"{shown[key]}; allowed: {allowed}" for key, allowed in bad.items()]
+    if torque * speed < 0.0:
         reasons.append(
             f"{shown['torque']} at {shown['speed']}; allowed: friction torque with the sign of the speed"
         )
@@ -264,19 +263,18 @@ def implausible_for(parameters: Parameters, m: Measurement) -> str:
     """Why a point is impossible for a screw of this size, mostly a wrong unit of force, torque or speed; "" if not."""
     screw, reasons = parameters.screw, []
     arm = screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(screw.contact_angle)
-    max_speed = MAX_DN / (2e3 * screw.nominal_radius)  # r/min
     # the friction coefficient that alone would give this torque
-    force = 2.0 * m.preload + abs(m.axial_load)
-    coefficient = m.torque * math.sin(screw.contact_angle) / (force * arm)
+    force = (2.0 * m.preload + abs(m.axial_load)) / math.sin(screw.contact_angle)
+    coefficient, max_speed = m.torque / (force * arm), MAX_DN / (2e3 * screw.nominal_radius) * RPM
     if not MIN_COEFFICIENT <= coefficient <= MAX_COEFFICIENT:
         reasons.append(
             f"torque = {m.torque:g} N.m at preload = {m.preload:g} N means a friction coefficient of "
             f"{coefficient:.2g} on this screw; allowed: {MIN_COEFFICIENT:g} to {MAX_COEFFICIENT:g}; "
             "units of preload or torque probably mixed up"
         )
-    if not m.speed / RPM <= max_speed:
+    if not m.speed <= max_speed:
         reasons.append(
-            f"speed = {m.speed / RPM:.6g} r/min; allowed on this screw: up to {max_speed:.0f} r/min; "
+            f"speed = {m.speed / RPM:.6g} r/min; allowed on this screw: up to {max_speed / RPM:.0f} r/min; "
             "r/min and rad/s probably mixed up"
         )
     return "; ".join(reasons)
