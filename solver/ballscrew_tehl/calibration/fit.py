@@ -118,10 +118,7 @@ def torque_basis(
     measurements: Sequence[Measurement],
     progress: Progress = lambda finished, total, what: None,
 ) -> TorqueBasis:
-    """Evaluate both nuts at every operating point by a FilmModel, or by ContactValues of the mechanistic law.
-
-    Raises       ValueError: a point outside the range of the film model or of the load distribution, by name
-    """
+    """Both nuts at every operating point by a FilmModel, or by ContactValues of the mechanistic law."""
     mechanistic, nuts, what = (
         film_model.name == MECHANISTIC,
         list[Any](),
@@ -148,10 +145,7 @@ def torque_basis(
 
 
 def fit_values(basis: TorqueBasis) -> Array:
-    """Values (3,) as FITTED that minimise the sum of squared errors, none negative.
-
-    Raises       ValueError: viscous and sliding part proportional
-    """
+    """Values (3,) as FITTED that minimise the sum of squared errors, none negative."""
     if FITTED[HEIGHT] not in basis.names:
         return _linear_values(basis, basis.fixed[HEIGHT])
     from scipy.optimize import minimize_scalar

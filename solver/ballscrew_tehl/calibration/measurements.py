@@ -74,10 +74,7 @@ def merged(measurements: Iterable[Measurement]) -> list[Measurement]:
 
 
 def repeats_of(measurements: Sequence[Measurement]) -> list[list[int]]:
-    """Numbers of the measurements at each operating point, in order of the first.
-
-    Points are the same whose preload, speed and load agree to 3 digits, temperature to 1 K.
-    """
+    """Numbers of the measurements at each point: preload, speed and load agree to 3 digits, temperature to 1 K."""
     groups: dict[str, list[int]] = {}
     for number, m in enumerate(measurements):
         point = f"{m.preload:.3g} {m.speed:.3g} {m.axial_load:.3g} {m.temperature:.0f}"
@@ -102,10 +99,7 @@ def repeat_notes(measurements: Sequence[Measurement], lines: Sequence[int]) -> l
 
 
 def repeat_scatter(measurements: Sequence[Measurement]) -> float | None:
-    """Scatter of repeats over the stated uncertainties, root mean square; None: no repeats, or none stated.
-
-    Equal torques are copies.
-    """
+    """Scatter of repeats, without copies, over the stated uncertainties, root mean square; None: there are none."""
     squares, freedom = 0.0, 0
     stated = [m for m in measurements if m.uncertainty]
     for group in repeats_of(stated):
@@ -117,10 +111,7 @@ def repeat_scatter(measurements: Sequence[Measurement]) -> float | None:
 
 
 def spread_advice(spread: float, scatter: float | None) -> str:
-    """What errors over stated uncertainties, root mean square, far from 1 mean; "" if they are not.
-
-    scatter: see repeat_scatter
-    """
+    """What errors over stated uncertainties far from 1 mean, "" if they are not; scatter: see repeat_scatter."""
     if EXPECTED[0] <= spread <= EXPECTED[1]:
         return ""
     if spread < EXPECTED[0]:
@@ -187,8 +178,6 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
     CSV with headings of tables.headings: preload, speed, torque; optional temperature, axial_load, torque_uncertainty
     (standard one, or % of the torque) or weight (factor on the relative error), table, comment. A negative speed with a
     negative torque counts as both positive.
-
-    Raises       ValueError: cannot be read, no rows, headings not understood, numbers that can be read in two ways
     """
     table = open_table(path, TORQUES)
     columns = table.single_columns()

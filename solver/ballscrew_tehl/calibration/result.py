@@ -42,16 +42,6 @@ class Calibration:
     notes: list[str]
     level: dict[str, float]
 
-    @property
-    def spread(self) -> float | None:
-        """Root of the weighted mean square error over the stated uncertainties, None without these."""
-        basis = self.basis
-        stated, freedom = [m.uncertainty for m in basis.measurements], len(basis) - len(basis.names)
-        if not (all(stated) and freedom):
-            return None
-        over = self.fit.deviation * basis.measured / np.array(stated, dtype=float)
-        return math.sqrt(float(over @ over) / freedom)
-
 
 def number_notes(entry: FrictionSet, parameters: Parameters) -> list[str]:
     """What the fitted number of the mechanistic law is in terms of the other keys of the screw file."""
@@ -113,12 +103,18 @@ def calibration_data(result: Calibration) -> dict[str, Any]:
         }
         for i, m in enumerate(points)
     ]
+    uncertainty = np.array([m.uncertainty or math.nan for m in points])
+    spread = math.nan
+    if freedom := len(points) - len(result.basis.names):
+        spread = float(np.linalg.norm(fit.deviation * result.basis.measured / uncertainty)) / math.sqrt(
+            freedom
+        )
     return {
         "points": rows,
         "dropped": [{"row": problem.row, "reason": problem.reason} for problem in result.dropped],
         "outliers": [list(points[i].rows) for i in fit.outliers],
         "notes": result.notes,
         "not_identified": result.friction_set.not_identified,
-        "error_over_uncertainty": result.spread,
+        "error_over_uncertainty": spread if math.isfinite(spread) else None,
         "repeat_over_uncertainty": repeat_scatter(points),
     }

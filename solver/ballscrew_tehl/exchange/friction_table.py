@@ -65,10 +65,7 @@ class FrictionTable(NamedTuple):
         return {name: value for name, value in named.items() if value is not None}
 
     def curves(self, at_rest: bool = False) -> Iterator[tuple[list[float], Array]]:
-        """For each preload [N] and temperature [degC]: columns speed, torque, low, high over both directions.
-
-        at_rest: with a row of zeros between the directions
-        """
+        """Preload [N], temperature [degC]; columns speed, torque, low, high, both ways; at_rest: zeros between them."""
         for j, k in np.ndindex(len(self.preload), len(self.temperature)):
             half = np.column_stack([self.speed, *(value[:, j, k] for value in self.values.values())])
             zero = np.zeros((int(at_rest), half.shape[1]))
@@ -89,10 +86,7 @@ def friction_table(
     nut_map: NutMap, parameters: Parameters, friction_set: FrictionSet, interval: bool,
     speed: Array, preload: Array, temperature: Array,
 ) -> FrictionTable:  # fmt: skip
-    """Table of a map; interval: with its bounds, of the mechanistic law.
-
-    Raises       ValueError: a point outside the map;  ArithmeticError: as map_interval
-    """
+    """Table of a map; interval: with its bounds, of the mechanistic law; ValueError: a point outside the map."""
     from ..nut_map.interval import map_interval, relative_intervals
 
     axes = nut_map.header["axes"]
@@ -122,15 +116,12 @@ def friction_table(
 
 
 class AxisFriction(NamedTuple):
-    """Bins of a log over the signed speed: rad/s and N.m at the screw, or m/s and N of a linear axis.
-
-    lead [m], torque_constant [N.m/A], ratio : of the drive, None = not known
-    """
+    """Bins of a log over the signed speed: rad/s and N.m at the screw, or m/s and N of a linear axis."""
 
     rotary: bool
     friction: Friction
-    lead: float | None
-    torque_constant: float | None
+    lead: float | None  # [m], None: not known
+    torque_constant: float | None  # of the drive [N.m/A]
     ratio: float
     about: dict[str, str]
 

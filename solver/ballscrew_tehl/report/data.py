@@ -168,10 +168,7 @@ class ReportData:
 def report_data(
     parameters: Parameters, friction_set: FrictionSet, nut_map: NutMap, user: Mapping[str, float]
 ) -> ReportData:
-    """Numbers around the point of the user [SI, by axis], else catalogue preload, DEFAULT_SPEED, reference temperature.
-
-    Raises       ValueError: a number of the user outside the map
-    """
+    """Numbers around the point of the user [SI, by axis], else around catalogue preload and DEFAULT_SPEED."""
     axes, reference = nut_map.header["axes"], parameters.lubricant.reference_temperature
     defaults = OperatingPoint(catalogue_preload(parameters.screw), DEFAULT_SPEED, reference)._asdict()
     for axis, value in user.items():

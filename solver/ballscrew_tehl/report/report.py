@@ -8,10 +8,7 @@ from .page import MACROS, Html, certificate_table, page, section
 
 
 def report_page(data: ReportData, live: Html | None = None) -> str:
-    """The report, one page without external files.
-
-    Parameters   live : fragment that computes the torque in the browser, shown first; made by ballscrew_fmu
-    """
+    """The page; live: fragment that computes the torque in the browser, shown first; made by ballscrew_fmu."""
     certificate = certificate_table(data.nut_map.header["certificate"])
     sections = [] if live is None else [("live", "Live", section("live", "Torque of this screw, live", live))]
     for name, link, title, content in (

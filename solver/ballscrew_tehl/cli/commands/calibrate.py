@@ -94,9 +94,9 @@ def _text(result: Calibration, data: dict[str, Any]) -> str:
     lines.append("Fitted (value +- half-width of the 95 % interval)")
     lines += friction_set_lines(entry)
     lines += [f"    {key:<26}{value:.4g}" for key, value in result.level.items()]
-    if result.spread is not None:
-        advice = spread_advice(result.spread, data["repeat_over_uncertainty"])
-        text = f"    errors over stated uncertainties: {result.spread:.2g} (about 1 expected)"
+    if (spread := data["error_over_uncertainty"]) is not None:
+        advice = spread_advice(spread, data["repeat_over_uncertainty"])
+        text = f"    errors over stated uncertainties: {spread:.2g} (about 1 expected)"
         lines.append(f"{text}{advice and f': {advice}'}")
     if entry.not_identified:
         lines.append("Not identified by these data:")
