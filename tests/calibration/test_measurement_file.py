@@ -5,8 +5,7 @@ import math
 import pytest
 
 from ballscrew_tehl.calibration.measured_screw import PACKAGED_TORQUE, packaged_measurements
-from ballscrew_tehl.calibration.measurement_file import read_measurement_file
-from ballscrew_tehl.calibration.measurements import Measurement
+from ballscrew_tehl.calibration.measurements import Measurement, read_measurement_file
 
 HEAD = "preload [N],speed [r/min],temperature [degC],torque [N.m]\n"
 GOOD = "1000,60,30,0.4\n"

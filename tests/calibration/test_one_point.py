@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 from law_contacts import VG100, ClosedContacts
 
+from ballscrew_tehl.calibration.measured import calibrate_point
 from ballscrew_tehl.calibration.measurements import Measurement
-from ballscrew_tehl.calibration.one_point import calibrate_point
 from ballscrew_tehl.friction.interval import DEVIATIONS, LEFT_OUT, SCATTER_DEVIATION, torque_interval
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
 from ballscrew_tehl.friction.sets import friction_set_of_file, load_friction_sets, write_friction_sets
