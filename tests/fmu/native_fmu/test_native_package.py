@@ -122,7 +122,7 @@ def test_the_libraries_are_the_same_for_all_screws_and_versions():
 def test_libraries_of_all_platforms(native_fmus, native_unpacked):
     files = {name.removeprefix("binaries/"): content for name, content in members(native_fmus[2]).items()}
     fat, thin = (files[f"{folder}/{NATIVE_NAME}.dylib"] for folder in ("darwin64", "aarch64-darwin"))
-    assert machine_of(fat) == ("mach", (0x01000007, 0x0100000C))
+    assert machine_of(fat) == ("mach", 0x01000007, 0x0100000C)
     assert thin in fat
     with pytest.raises(BuildError, match="not a known Mach-O"):
         universal_library([thin, files[f"linux64/{NATIVE_NAME}.so"]])
