@@ -14,7 +14,7 @@ from ballscrew_fmu.__main__ import main
 from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks import check as checks
 from ballscrew_fmu.checks.reference import STEP, axis_input, check_axis, reference_input, reference_of
-from ballscrew_fmu.checks.replay import CheckError, check_replay, largest_difference, running
+from ballscrew_fmu.checks.replay import CheckError, check_replay, largest_difference
 from ballscrew_fmu.models import AXIS, FRICTION, NATIVE_MODELS
 from ballscrew_fmu.native_fmu.experiments import FOLDER, MANIFEST, Reference
 from ballscrew_fmu.python_fmu.package import build_fmu, runtime_sources
@@ -91,13 +91,6 @@ def test_a_replay_that_differs_or_is_not_a_number_is_found(tmp_path, capsys):
         check_replay(other, Reference(STEP, one_row, [{"preload": 1.0}]), "")
 
 
-def test_errors_of_the_caller_are_not_those_of_the_fmu(built):
-    with pytest.raises(ZeroDivisionError), running(built(FRICTION, 2)):
-        raise ZeroDivisionError
-    with pytest.raises(CheckError, match="step size"), running(built(FRICTION, 2)) as one:
-        one.step(-1.0)
-
-
 # --- damage of files ---
 
 
@@ -140,10 +133,6 @@ DAMAGES = [  # of the reference experiments of a native FMU
     (replaced(MANIFEST, lambda content: b"<broken"), "fmi-ls-manifest.xml: not XML"),
     (replaced(MANIFEST, lambda content: b"<empty/>"), "no inputs and results"),
 ]
-BROKEN = [  # maps in the resources
-    (2, "nut_map.bin", lambda content: content[:-8], "nut_map.bin|damaged"),
-    ("python", "nut_map.npz", lambda content: content[: len(content) // 2], ""),
-]
 
 
 def test_damage_is_one_line(built, tmp_path, capsys):
@@ -156,9 +145,8 @@ def test_damage_is_one_line(built, tmp_path, capsys):
     for model, change, message in cases:
         write_fmu(damaged, change(members(built(model, 3))))
         assert re.search(message, one_line(capsys, 1, "check", damaged)), message
-    for kind, end, change, message in BROKEN:
-        write_fmu(damaged, replaced(end, change)(members(built(FRICTION, kind))))
-        assert re.search(message, one_line(capsys, 1, "check", damaged)), message
+    write_fmu(damaged, replaced("nut_map.npz", lambda content: content[:999])(members(built())))
+    one_line(capsys, 1, "check", damaged)
 
 
 def test_another_map_in_a_native_fmu_is_named(built, synthetic_nut_map, tmp_path, capsys):
