@@ -18,7 +18,6 @@ from ballscrew_tehl.atlas.ball_contacts import BallContacts
 from ballscrew_tehl.friction.mechanistic import mean_load
 from ballscrew_tehl.friction.torque import nut_forces
 from ballscrew_tehl.nut_map.grid import ball_range
-from ballscrew_tehl.nut_map.workers import worker_pool
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.load import nut_loads
 
@@ -80,24 +79,6 @@ def test_interrupted_work_continues_and_its_order_does_not_matter(solved, monkey
     with pytest.raises(ValueError, match=r"contacts of the atlas.*expected"), journal_of(path):
         pass
     assert path.read_bytes() == before
-
-
-@pytest.mark.slow
-def test_processes_and_a_dask_cluster_give_the_same_entries(monkeypatch, tmp_path):
-    distributed = pytest.importorskip("distributed")
-    monkeypatch.setattr(chosen, "solve_contact", closed_contact)
-    entries = []
-
-    def run(executor):
-        with journal_of(tmp_path / f"{len(entries)}.jsonl") as journal:
-            entries.append(solve_contacts(contacts()[:12], journal, executor))
-
-    with worker_pool(2) as pool:
-        run(pool)
-    cluster = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
-    with cluster, distributed.Client(cluster) as client:
-        run(client.get_executor(retries=3))
-    assert entries[0] == entries[1] == [closed_contact(contact) for contact in contacts()[:12]]
 
 
 @pytest.mark.slow

@@ -80,16 +80,6 @@ def test_a_point_beyond_the_limit_is_an_outlier():
         assert changed.outliers == outliers
 
 
-def test_a_number_at_its_bound_stays_there_without_a_point():
-    low = tuple(replace(m, torque=0.01 * m.torque) for m in MEASURED)
-    found = fit(replace(BASIS, measurements=low, names=FITTED[1:2], fixed=(8.0, 0.0, 0.0)), SINGLE)
-    assert found.values[1] == 0.0
-    np.testing.assert_array_equal(found.left_out, found.deviation)
-    bounds = found.limits[FITTED[1]]
-    assert bounds["low"] == 0.0
-    assert 0.0 < bounds["high"] < math.inf
-
-
 def test_proportional_parts_are_refused():
     with pytest.raises(ValueError, match="measure at several speeds"):
         fit_values(replace(basis_of([MEASURED[0]] * 5), names=SETS["two_parameter"]))

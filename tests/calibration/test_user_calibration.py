@@ -18,7 +18,6 @@ from ballscrew_tehl.calibration.measured_screw import PACKAGED_TORQUE
 from ballscrew_tehl.calibration.measurements import Measurement, spread_advice
 from ballscrew_tehl.friction.sets import (
     FITTED,
-    default_friction_set,
     friction_set_of_file,
     load_friction_sets,
     with_set,
@@ -90,20 +89,6 @@ def test_torque_basis_under_axial_load_is_the_double_nut(films):
     for m, torque in zip(points, basis.torque(entry.values), strict=True):
         direct = double_nut_torque(GD4008, entry, film, m.preload, m.speed, m.temperature, m.axial_load)
         assert torque == pytest.approx(direct.total, rel=1e-12)
-
-
-def test_films_of_a_map_give_its_torques(films):
-    """Balls around the mean one of a nut: the square of the spread of their loads is left out."""
-    for name in ("two_parameter", "three_parameter"):
-        parameters = with_set(GD4008, name)
-        nut_map, friction = load_map(None, parameters), default_friction_set(parameters)
-        for point in (
-            (200.0, 1.0, 290.0, 0.0),
-            (2000.0, 50.0, 303.0, 3000.0),
-            (9000.0, 300.0, 330.0, -1500.0),
-        ):
-            found = double_nut_torque(parameters, friction, films[friction.film_model], *point)
-            assert found.viscous == pytest.approx(float(nut_map.evaluate(*point).viscous_torque), rel=1e-3)
 
 
 def test_known_parameters_lie_in_their_limits_and_in_the_file_of_their_screw(capsys, measured, tmp_path):
@@ -192,13 +177,3 @@ def test_repeats_are_named_left_out_together_and_tell_why_a_fit_is_poor(capsys, 
         scatter = calibration["repeat_over_uncertainty"]
         assert scatter == pytest.approx(1e3 * apart * 2.0**0.5, rel=1e-3)
         assert cause in spread_advice(calibration["error_over_uncertainty"], scatter)
-
-
-def test_a_wrong_unit_of_all_torques_is_named_before_single_rows(capsys, measured, torques):
-    """N.cm under [N.m]: the largest are impossible for the screw as well."""
-    rows = {
-        n: f"{p},{rpm},{c},{100.0 * torque!r},{axial}"
-        for n, ((p, rpm, c, axial), torque) in enumerate(zip(POINTS, torques.tolist(), strict=True), start=1)
-    }
-    path = measured(rows | {3: "1,30,20,9000,0"})
-    assert "N.cm = " in refused(capsys, "calibrate", path, "--map", MAP)

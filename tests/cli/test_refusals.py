@@ -195,8 +195,6 @@ def test_bad_points_are_named_with_their_place(capsys, folder):
     assert "--speed-rpm = 5, points.csv has this column in all rows" in said
 
 
-# --- files that cannot be written ---
-
 #: arguments with {} for the file, option or name of the argument, suffix of the file
 OUTPUTS = {
     "init": (("init", "{}"), "FILE.toml", ".toml"),

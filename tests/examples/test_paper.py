@@ -20,18 +20,13 @@ from rig import rig_torques
 from ballscrew_tehl.calibration.measured_screw import packaged_measurements, validation_tables
 from ballscrew_tehl.friction.sets import load_friction_sets
 from ballscrew_tehl.parameters.units import RPM
-from ballscrew_tehl.physics.kinematics import surface_speeds
 
 POINTS = packaged_measurements()
-MEASURED = np.array([m.torque for m in POINTS])
 
 
 @pytest.fixture(scope="module")
 def laws():
     return measured_torques.packaged_laws()
-
-
-# --- measured_torques.py ---
 
 
 def test_table_of_laws_and_tables_of_the_paper(laws):
@@ -46,8 +41,6 @@ def test_table_of_laws_and_tables_of_the_paper(laws):
     (table, *_) = validation_tables(lambda *at: float(laws[0].torque(*at)))
     assert all(f"{row.models[0]:.3f} | {row.models[1]:.3f}" in text for row in table.rows)
 
-
-# --- claims.py ---
 
 #: of the first law, once recomputed from its map without this script; films of a map solved anew move them by 1e-3
 STATED = {
@@ -82,28 +75,6 @@ def test_verdicts_by_one_rule():
         *["near |", "not reproduced |", "not reproduced |", "not reproduced |", "near |", "not reproduced |"],
         *["not reproduced |", "near |", "reproduced |"],
     ]
-
-
-def test_errata_have_their_effect_in_numbers(laws):
-    """Numbers stored with the errata are those of today's model."""
-    rows = data_file("zhao2023_errata.csv", text=True).values
-    chosen = laws[0]
-    viscous, hysteresis, sliding = map(float, chosen.parts(1000.0, 1000.0 * RPM, 303.0))
-    total, entry = viscous + hysteresis + sliding, chosen.entry
-    plain = total - viscous + viscous / entry.apparent_viscosity_ratio
-    for place, values in {
-        "Eq. 4": (0.5e3 * (0.3997 + surface_speeds(GD4008, "nut", 3000.0 * RPM).u_2),
-                  1e3 * surface_speeds(GD4008, "nut", 3000.0 * RPM).u_e),
-        "Table 1, section 2.3": (9.0, entry.apparent_viscosity_ratio, plain, total),
-        "Eq. 15": (total - viscous / 3.0, total),
-        "Eq. 21": (entry.net_sliding_coefficient,),
-    }.items():  # fmt: skip
-        stored = " ".join(row[3] for row in rows if row[0] == place)
-        numbers = [float(number) for number in re.findall(r"\d+\.?\d*", stored)]
-        assert all(np.min(np.abs(np.array(numbers) / value - 1.0)) <= 0.01 for value in values), place
-
-
-# --- contacts.py ---
 
 
 def test_limit_of_a_value_of_known_order():
@@ -141,9 +112,6 @@ def test_films_of_a_circle_are_those_of_a_public_multigrid():
         assert row["minimum_film"] == pytest.approx(theirs["minimum_film"], rel=0.025)
     assert [same[name] for name in ("x_in", "x_out", "y_max")] == pytest.approx([-4.0, 2.0, 3.0], rel=1e-12)
     assert 1.005 <= default["central_film"] / same["central_film"] <= 1.015
-
-
-# --- bearings.py, machines.py ---
 
 
 def test_skf_formula_gives_the_data_to_their_digits():
@@ -211,17 +179,6 @@ def test_screws_of_the_rig_are_in_the_intervals():
     assert len(points) == 18
     assert (points.torque > measured["upper"]).all()
     assert f"| {inside[1]} of 18 |" in machines.screw_text(points)
-
-
-@pytest.mark.slow
-def test_groove_radius_over_ball_diameter_decides_the_slow_torque():
-    """What docs/validation.md states, at the lowest nu n."""
-    text = machines.conformity_text()
-    for row in ("51108, 0.52 | 0.93", "51108, 0.54 | 0.73", "7208 B, 0.53 | 0.92", "7208 B, 0.52 | 1.05"):
-        assert f"| {row} |" in text
-
-
-# --- packaged_fit.py ---
 
 
 def test_packaged_fit_of_the_mechanistic_law_and_its_profile():

@@ -11,7 +11,6 @@ from scipy.stats import qmc
 from ballscrew_tehl.friction.interval import (
     FITTED_COEFFICIENT,
     LEFT_OUT,
-    TorqueInterval,
     fit_of,
     torque_interval,
     uniform_moments,
@@ -96,17 +95,6 @@ def test_stated_constants_are_known():
     assert "eyring_stress" not in unknown_constants(oil)
     coefficient = changed(LAW, friction={"net_sliding_coefficient": 0.012})
     assert "ball_thrust" not in unknown_constants(coefficient)
-
-
-def test_advice_is_what_removes_most_of_the_variance():
-    shares = {FITTED_COEFFICIENT: 0.4, "supply_length": 0.35, "boundary_friction": 0.25}
-    for extra, text in (
-        ({}, "one measured torque (calibrate --torque-nm), 65 %"),
-        ({LEFT_OUT: 0.0}, "torques measured around this point (calibrate MEASUREMENTS.csv), 40 %"),
-        ({"roughness_height": 0.7}, "raceway_rq and ball_rq in the screw file, 70 %"),
-    ):
-        assert TorqueInterval(1.0, 0.5, 2.0, {}, shares | extra).advice == text
-    assert TorqueInterval(0.0, 0.0, 0.0, {}, {}).advice == ""
 
 
 def test_fit_is_that_of_this_screw_only():

@@ -221,12 +221,3 @@ def test_preload_and_its_change_with_known_guides(law):
     apart = separated_parts([(logs[1], 2000.0, 303.15), (light, 1000.0, 303.15)], law)
     assert apart.without_nut_low_nm <= GUIDES * LEAD <= apart.without_nut_high_nm
     assert apart.law_factor_low <= 1.0 <= apart.law_factor_high
-
-
-def test_a_log_without_the_nut_takes_the_guides_away(law):
-    whole = screw_friction(screw(law, 2000.0, 4), None)
-    bare = whole._replace(torque=np.full_like(whole.torque, GUIDES * LEAD))
-    alone = without(whole, 0.0, bare)
-    assert found_preload(alone, law, 303.15).preload_n == pytest.approx(2000.0, rel=0.01)
-    with pytest.raises(ValueError, match="smaller than the whole"):
-        without(whole, 0.0, whole)

@@ -8,11 +8,11 @@ from paths import TESTS
 from reference_screw import GD4008
 from synthetic_contacts import GRID, LAW, ClosedContacts, ClosedFilm, law_map, nut_map_of, small_map
 
-from ballscrew_tehl.atlas.contact_atlas import OutsideAtlasError, load_atlas
+from ballscrew_tehl.atlas.contact_atlas import load_atlas
 from ballscrew_tehl.friction.mechanistic import double_nut_parts, nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set, with_set
 from ballscrew_tehl.friction.torque import double_nut_torque, nut_forces
-from ballscrew_tehl.nut_map.build import atlas_fraction, build_map, sharing_values
+from ballscrew_tehl.nut_map.build import build_map, sharing_values
 from ballscrew_tehl.nut_map.built import VISCOUS
 from ballscrew_tehl.nut_map.grid import screw_grid
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_screw
@@ -123,27 +123,6 @@ def test_balls_that_an_axial_load_nearly_frees_have_contacts_in_numbers(screw):
     )
     built = build_map(light, few)
     assert all(np.isfinite(array).all() for array in built.arrays.values())
-
-
-def test_fraction_inside_the_atlas_is_that_of_nodes_and_raceways(monkeypatch):
-    """Inside: mean balls of the three lightest nodes, the two slowest speeds, the screw at the coldest temperature."""
-    force, speed, temperature = (nodes(name) for name in ("force", "speed", "temperature"))
-    ends = (nut_loads(SCREW, f, SCREW.loaded_ball_count) for f in force[2:4])
-    load = np.mean([found.mean() for found in ends])
-
-    def inside(self, raceway, q, w, T):
-        return (q < load) & (w < 1.01 * speed[1]) & ((raceway == "nut") | (temperature[0] + 1.0 > T))
-
-    monkeypatch.setattr(ClosedContacts, "inside", inside)
-    expected = 3 * 2 * (1 + temperature.size)
-    assert atlas_fraction(CONTACTS, GRID) == expected / (2 * force.size * speed.size * temperature.size)
-
-
-def test_sliding_contacts_are_refused():
-    with pytest.raises(
-        OutsideAtlasError, match=r"kinematics = published; .* holds rolling_frame: .*--direct"
-    ):
-        build_map(GD4008, GRID)
 
 
 def test_relieved_nut_goes_from_the_preload_to_zero():

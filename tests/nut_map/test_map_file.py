@@ -68,9 +68,6 @@ def refusal(path, parameters=GD4008) -> str:
     return text.removeprefix(f"{path}: ")
 
 
-# --- the packaged maps ---
-
-
 @pytest.mark.parametrize(
     ("parameters", "law", "film"),
     [(GD4008, "film_shear", "solved_thermal"), (LAW, "mechanistic", "mechanistic")],
@@ -99,9 +96,6 @@ def test_packaged_map_is_finite_over_its_whole_range(parameters, law, film):
     assert nut_map.evaluate(0.9 * lowest, 50.0, 303.0).clamped == ("preload",)
 
 
-# --- writing and reading ---
-
-
 def test_map_is_read_back_with_the_film_of_the_friction_set(saved):
     """Isothermal or thermal torques; extremes and force curves are common to both."""
     for set_ in ("three_parameter", "two_parameter"):
@@ -127,9 +121,6 @@ def test_same_map_same_bytes(tmp_path, law):
     assert save_map(tmp_path / "again.npz", other) != digest
 
 
-# --- made in memory ---
-
-
 def test_map_of_any_screw_is_made_in_memory(tmp_path, monkeypatch):
     """From the atlas, over the range of the screw, here on few nodes; that of a packaged screw is read."""
     monkeypatch.setattr(limits, "MapGrid", lambda: GRID)
@@ -150,9 +141,6 @@ def test_map_of_any_screw_is_made_in_memory(tmp_path, monkeypatch):
         load_map(None, changed(GD4008, screw={"ball_diameter": 4.764e-3}))
     monkeypatch.setattr(build, "build_map", lambda *_: pytest.fail("a packaged map was built"))
     assert load_map().header["file_hash"] != load_map(None, LAW).header["file_hash"]
-
-
-# --- refused ---
 
 
 def resaved(source: Path, target: Path, **entries) -> Path:
@@ -207,30 +195,6 @@ def test_map_of_another_screw_is_refused_and_that_of_the_same_one_is_not(saved, 
     assert identity.parameters_hash(renamed) == identity.parameters_hash(GD4008)
     for other in (near, narrow, renamed):
         assert load_map(saved, other).header["file_hash"] == load_map(saved, GD4008).header["file_hash"]
-
-
-def test_full_disk_or_no_right_keeps_the_older_map_and_is_named(saved, tmp_path, monkeypatch):
-    """The limit of the size of a file stands for a full disk."""
-    resource = pytest.importorskip("resource")
-    path, content = tmp_path / "a" / "map.npz", saved.read_bytes()
-    save_map(str(path), small_map())
-    other = replace(small_map(), header=small_map().header | {"certificate": {}})
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    for share in (0.01, 0.99):
-        resource.setrlimit(resource.RLIMIT_FSIZE, (int(share * len(content)), before[1]))
-        try:
-            with pytest.raises(OSError, match=r"map\.npz"):
-                save_map(path, other)
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, before)
-
-    assert list(path.parent.iterdir()) == [path]
-    assert path.read_bytes() == content
-    save_map(path, other)
-    assert path.read_bytes() != content
-
-
-# --- certificate ---
 
 
 def test_deviation_is_that_of_torque_and_shown_films_from_direct_solves(saved, monkeypatch):
@@ -294,9 +258,6 @@ def test_certificate_counts_its_points_by_region_and_leaves_out_those_without_so
         deviation_from_direct(nut_map, GD4008, 2)
     # with 5 % chance 48 random points miss the worst 6.05 % of a map
     assert " 93.9 % of such points with 95 % confidence" in claim(48)
-
-
-# --- band of the mechanistic law ---
 
 
 def test_band_is_the_interval_at_its_point_and_follows_the_constants(law, monkeypatch):

@@ -38,9 +38,6 @@ def test_density_falls_by_its_slope():
     assert density_slope(880.0, oil_grade.T_15C) == pytest.approx(7.134e-4, rel=1e-3)
 
 
-# --- the oil of a screw file ---
-
-
 def test_every_grade_gives_an_oil():
     with pytest.raises(ParameterError, match=r"viscosity_index = 0.*62\.08 to"):
         graded_oil(7, 0.0)

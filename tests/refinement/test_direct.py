@@ -1,7 +1,5 @@
 """Films and torque from single contacts: each ball as solved, extremes of all balls, a mean ball for the friction."""
 
-import math
-
 import numpy as np
 import pytest
 from reference_screw import GD4008
@@ -140,16 +138,3 @@ def test_films_too_thick_for_a_parabolic_gap_are_closed_forms(solves):
             assert found["rolling_loss"] == closed["rolling_loss"]
     solved_contact(GD4008, "nut", 0.3, *at)
     assert len(solves) == 2
-
-
-def test_a_solved_film_without_a_loss_has_that_of_the_closed_form(monkeypatch):
-    """A hot film, thicker than its closed form, whose oil ends before the wedge loses anything."""
-    ball = closed_ball(LAW, "nut", 30.0, 600.0, 283.15, True)
-    ball.rolling_loss = math.nan
-    monkeypatch.setattr(direct, "solve_ball", lambda *arguments, **options: ball)
-    found = solved_contact(LAW, "nut", 30.0, 600.0, 283.15)
-    closed = closed_forms(rolling_contacts(LAW, "nut", np.array([30.0]), 600.0, 283.15)).values[
-        "rolling_loss"
-    ]
-    assert found["rolling_loss"] == float(closed[0])
-    assert found["central_film"] == ball.h_c

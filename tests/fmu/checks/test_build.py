@@ -131,9 +131,6 @@ def test_a_screw_file_alone_gives_the_fmus_that_are_asked_for(script, for_this_m
     assert tuple(model.layer for model in NATIVE_MODELS) == LAYERS
 
 
-# --- what stops a build: nothing is delivered ---
-
-
 def scaled(*arguments, original=reference.friction_results):
     return [{n: v * (1.0 + 1e-8) for n, v in row.items()} for row in original(*arguments)]
 

@@ -91,9 +91,6 @@ def test_a_replay_that_differs_or_is_not_a_number_is_found(tmp_path, capsys):
         check_replay(other, Reference(STEP, one_row, [{"preload": 1.0}]), "")
 
 
-# --- damage of files ---
-
-
 def with_table(files, change):
     """The results of the validation changed, with their checksum in the manifest."""
     (place,) = [name for name in files if name.endswith("_validation_out.csv")]

@@ -182,9 +182,6 @@ def test_terminals_have_variables_of_the_fmu_with_flows_in_their_direction(model
         assert causality[name] in ("input", "output")
 
 
-# --- dependencies: what a change of a value changes ---
-
-
 def drawn(rng, name, row):
     """A value of a variable in and beyond its range, with all magnitudes."""
     if row["unit"] == "":

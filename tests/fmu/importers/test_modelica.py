@@ -82,9 +82,6 @@ def test_functions_are_those_of_the_map_and_rates_their_differences(tmp_path, la
     call("destructor", screw)
 
 
-# --- law and axes, compiled and run ---
-
-
 @pytest.fixture
 def rumoca():
     return pytest.importorskip("rumoca", reason="python -m pip install -e '.[modelica]'")

@@ -49,9 +49,6 @@ hosts_and_kinds = pytest.mark.parametrize(
 )
 
 
-# --- order of calls ---
-
-
 @both_versions
 def test_a_call_is_accepted_where_it_is_legal_and_refused_elsewhere(version):
     """Every call in every state of both kinds. After an error: start again, restore or free."""
@@ -114,9 +111,6 @@ def test_refused_instances_report_the_reason():
         assert one.set_raw(one.vr(999), doubles(1.0)) == ERROR
     with NativeInstance(2, token="%s%n#1#") as one:
         assert "%%s%%n##1##" in one.last  # a printf of the importer turns it into %s%n#1#
-
-
-# --- steps ---
 
 
 def expected_torque(preload=2000.0, speed=0.0, temperature=303.15, axial_load=0.0):
@@ -199,9 +193,6 @@ def test_time_of_steps(version):
             for time, status in ((1.75, OK), (math.nan, DISCARD)):
                 assert one.call("SetTime", c_double(time)) == status
                 assert one.get(TIME_REFERENCE) == [1.75]
-
-
-# --- values ---
 
 
 @hosts
@@ -334,9 +325,6 @@ def test_a_boolean_answers_a_read_as_real_and_parameters_are_tunable(opened, ver
         assert "Continuous-Time Mode" in one.last
 
 
-# --- model exchange ---
-
-
 @both_versions
 def test_model_exchange_follows_inputs_and_state_at_once(version):
     with NativeInstance(version, ME).start(presliding_stiffness=400.0, presliding_damping=1e-9) as one:
@@ -374,8 +362,6 @@ def test_model_exchange_follows_inputs_and_state_at_once(version):
                 found = c_size_t()
                 assert (one.call(name, byref(found)), found.value) == (OK, size)
 
-
-# --- derivatives ---
 
 KNOWNS, UNKNOWNS = (*INPUTS, "presliding_element_2"), (*OUTPUTS, "presliding_element_2_rate")
 
@@ -422,9 +408,6 @@ def test_derivatives_through_fmi(version, kind):
         (slope,) = derivative(one, ["viscous_torque"], ["apparent_viscosity_ratio"], [1.0])
         viscous, ratio = one.get("viscous_torque", "apparent_viscosity_ratio")
         assert slope == pytest.approx(viscous / ratio, rel=1e-9)
-
-
-# --- messages ---
 
 
 @pytest.mark.parametrize(("version", "model"), [(2, FRICTION), (2, TRANSMISSION), ("python", FRICTION)])
@@ -482,31 +465,6 @@ def test_the_warning_of_each_model_names_what_is_beyond_the_map(opened, version,
             assert len(one.messages) == len({m.text for m in one.messages})
             assert not one.in_range()
 
-
-@hosts
-def test_log_categories(opened, version):
-    def choose(one, on, *names):
-        return one.call("SetDebugLogging", on, c_size_t(len(names)), (ctypes.c_char_p * len(names))(*names))
-
-    for chosen, heard in (
-        ([b"logStatusWarning"], [WARNING]), ([b"logStatusDiscard", b"logStatusError"], [DISCARD, ERROR]),
-        ([b"logAll"], [WARNING, DISCARD, ERROR]), ([b"logStatusFatal"], []), ([], [WARNING, DISCARD, ERROR]),
-    ):  # fmt: skip
-        with opened(version, logging=version == "python") as one:
-            assert choose(one, 1, *chosen) == OK
-            one.start(preload=0.0).go()
-            one.set(speed=math.nan)
-            one.step(one.time, 1e-3)
-            one.set_raw(one.vr(999), doubles(0.0))
-            assert choose(one, 0) == OK
-            one.set_raw(one.vr(999), doubles(0.0))
-            assert [m.status for m in one.messages] == heard
-    with opened(version) as one:
-        assert choose(one, 1, b"logAll", b"logEverything") == ERROR
-        assert "log category" in one.last
-
-
-# --- location of the map ---
 
 FOLDERS = (
     "with space, plus+, hash#, percent%41, \u00fc and [brackets]",

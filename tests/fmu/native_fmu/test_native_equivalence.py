@@ -91,9 +91,6 @@ def measured(rng, n):
     }  # fmt: skip
 
 
-# --- values ---
-
-
 @pytest.mark.parametrize("model", [FRICTION, TRANSMISSION], ids=["friction", "transmission"])
 def test_random_steps_are_those_of_python(model, nut_map):
     """All outputs, the elements and the heat; steps of any length, also of 0; loads and parameters jump."""
@@ -194,8 +191,6 @@ def test_the_elements_start_at_their_side_or_that_of_the_speed(nut_map):
     model.step(1e-9)
     assert model.get("presliding_element_2") == pytest.approx(1e-4, rel=1e-3)
 
-
-# --- derivatives ---
 
 WIDTHS = {  # [unit] of a difference quotient; None: a share of the value
     FRICTION: dict.fromkeys(

@@ -82,9 +82,6 @@ def test_a_thousand_instances_share_one_map_and_leave_nothing():
     assert resident() - before < 20e6
 
 
-# --- several FMUs in one program, maps compiled in ---
-
-
 def test_fmus_of_two_screws_fit_into_one_program(tmp_path):
     """With screws and maps compiled in: all external names differ, no file is opened. They are linked, and run."""
     nm = shutil.which("nm") or pytest.skip("no nm")
@@ -143,9 +140,6 @@ int main(void)
 """
 
 
-# --- the files of the resources ---
-
-
 def refusal(folder, version=2, of=NUT_MAP, **files):
     """The one message why there is no instance with these files; empty if there is one."""
     put_resources(folder, of, **files)
@@ -202,8 +196,6 @@ def test_what_is_no_file_is_refused_with_one_message(tmp_path, name):
         if os.path.lexists(place):
             place.rmdir() if place.is_dir() else place.unlink()
 
-
-# --- the map file ---
 
 GOOD = map_bytes(NUT_MAP)
 HEAD = 88  # [bytes] magic, size, checksum, content hash

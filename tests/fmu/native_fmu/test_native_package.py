@@ -159,9 +159,6 @@ def test_an_fmu_with_its_map_compiled_in_passes_the_checks_of_the_build(syntheti
     assert "no finding" in check(tmp_path / "embedded.fmu", reference_of(synthetic_nut_map))
 
 
-# --- errors ---
-
-
 def test_without_ziglang_the_compiler_of_the_machine_builds_for_it_alone(
     synthetic_nut_map, monkeypatch, tmp_path
 ):

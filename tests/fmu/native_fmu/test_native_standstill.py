@@ -27,8 +27,6 @@ def begun(nut_map, model=FRICTION, **values):
     return one
 
 
-# --- modes of model exchange ---
-
 INSIDE = {
     FRICTION: {"preload": 3000.0, "speed": 20.0, "temperature": 310.0, "axial_load": 0.0},
     TRANSMISSION: {
@@ -171,9 +169,6 @@ def test_elements_that_are_switched_off_while_they_slide_are_not_counted_twice()
     assert rates(one) == pytest.approx([5.0 * ROOT] * 6)  # and stick when they are switched on again
 
 
-# --- balance of power of the transmission ---
-
-
 @LAW
 def test_power_balance_of_model_exchange(nut_map):
     """Shaft - nut - loss = rate of the stored energy, at random points: elements that stick and that slide, both nuts
@@ -199,8 +194,6 @@ def test_power_balance_of_model_exchange(nut_map):
         modes |= set((speeds > 0.5 * speeds.max()).tolist())
     assert modes == {True, False}
 
-
-# --- model exchange against steps ---
 
 RATES = [f"{name}_rate" for name in ELEMENT_STATES]
 # next to no damping, which in a step is that of its mean

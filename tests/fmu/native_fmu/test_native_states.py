@@ -216,9 +216,6 @@ def test_a_state_is_saved_over_an_old_one_and_memory_comes_from_the_importer(ver
     assert sorted(given) == sorted(taken)
 
 
-# --- wrong bytes ---
-
-
 def refused(one, content, found="damaged|not a state of this format|another version or map"):
     status, state = one.deserialize(content)
     assert status == ERROR

@@ -86,8 +86,6 @@ def test_a_step_imports_numpy_only(fmu):
     assert path_is_kept
 
 
-# --- many FMUs in one process ---
-
 SCENARIO = """
 import gc, json, shutil, sys
 from pathlib import Path
@@ -154,8 +152,6 @@ def test_copies_versions_and_maps_in_one_process(tmp_path, built):
     assert found["survivors"] == pytest.approx([torque(), torque(), *others], rel=1e-12)
     assert found["stale paths"] == []
 
-
-# --- end of the process (process_end.py) ---
 
 # Blocks of many sizes, half of them freed: memory freed by the binary then has neighbours in the lists of malloc.
 # scipy.linalg brings libgfortran, which frees memory when the process ends, after the library of the FMU.

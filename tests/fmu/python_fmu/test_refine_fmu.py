@@ -40,9 +40,6 @@ def of_process(script, cache, *arguments):
     return json.loads(output("-c", script, *arguments, **folders).splitlines()[-1])
 
 
-# --- the slave, with the stub ---
-
-
 def test_refine_corrects_the_map_and_can_be_switched_between_steps(unpacked):
     with FmuInstance(unpacked) as one, FmuInstance(unpacked, speed=30.0, refine=True) as from_start:
         one.step(speed=30.0)
@@ -96,8 +93,6 @@ def test_an_unsolved_contact_is_reported_once_and_an_error_leaves_the_map_in_use
         assert refinement_of(one) == kept
 
 
-# --- the cache ---
-
 FILES = {"__init__.py": b"", "part/__init__.py": b"", "part/a.py": b"VALUE = 1\n"}
 
 
@@ -136,8 +131,6 @@ def test_the_cache_folder_is_not_needed(monkeypatch, tmp_path, synthetic_nut_map
         assert message.startswith("refine: compiled code of the solver is not kept")
         assert of_status(one, ERROR) == []
 
-
-# --- the packaged solver ---
 
 REFINED_RUN = """
 import json, sys

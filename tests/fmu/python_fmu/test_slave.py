@@ -5,7 +5,6 @@ What it has in common with the native FMUs: tests/fmu/native_fmu.
 
 import math
 import shutil
-import zipfile
 from pathlib import Path
 
 import fmpy
@@ -13,7 +12,6 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmu_checks import exports, fmi_functions
 from native_library import DISCARD, ERROR, ME, WARNING, NativeInstance
-from paths import writable
 from processes import RUNS_HERE, output
 from synthetic_map import make_map
 
@@ -67,9 +65,6 @@ def test_an_exception_is_logged_and_has_no_effect(unpacked):
         assert one.step() is True
 
 
-# --- saved states ---
-
-
 def refused(call, *arguments):
     with pytest.raises(FMICallException) as error:
         call(*arguments)
@@ -119,7 +114,6 @@ def test_friction_numbers_of_another_screw_are_reported_once(tmp_path):
             assert [line.replace("%%", "%") for line in found] == [text]
 
 
-# --- the preload monitor ---
 # The preload of a torque: tests/runtime.
 
 
@@ -145,31 +139,6 @@ def test_sensitivity_and_interval(monitor):
         assert one.get("preload_half_width", "preload_low", "preload_high") == [12000.0, 0.0, 12000.0]
 
 
-def test_the_last_preload_in_range_is_held_at_rest_and_in_a_saved_state(monitor):
-    with monitor(initial_preload=1700.0, speed_min=2.0) as one, monitor() as other:
-        for step, torque, speed, preload in (
-            (1e-3, 5.0, 1.99, 1700.0),  # below speed_min
-            (1e-3, 0.8, -2.0, 0.0),  # against the motion: estimated, but not in range
-            (0.0, 1.6, 30.0, None),  # a step of size 0 holds nothing
-            (1e-3, 0.8, 0.0, 1700.0), (1e-3, -0.8, -2.0, None),
-        ):  # fmt: skip
-            one.step(step, torque=torque, speed=speed)
-            assert one.get("in_range") is (preload is None)
-            assert preload is None or one.get("preload") == preload
-        stored, content = one.get("preload"), one.slave.serializeFMUstate(one.slave.getFMUstate())
-        one.step(torque=500.0, speed=30.0)
-        assert one.get("preload", "in_range") == [12000.0, False]
-        for torque, speed in ((0.0, 0.0), (-0.7, 1.9), (3.0, -1e-9)):
-            one.step(torque=torque, speed=speed)
-            assert one.get("preload", "in_range") == [stored, False]
-            assert one.get("torque_sensitivity") > 0.0
-        one.step(torque=-1.0, speed=-30.0)
-        for each in (one, other):
-            each.slave.setFMUstate(each.slave.deSerializeFMUstate(content))
-            each.step(torque=1.0, speed=0.0)
-            assert each.get("preload") == stored
-
-
 def test_seals_are_a_part_of_the_torque_and_not_of_the_preload(unpacked, monitor):
     with FmuInstance(unpacked, seal_torque=0.3) as one, FmuInstance(unpacked) as bare:
         for preload, speed in ((2000.0, 30.0), (0.0, 30.0), (2000.0, -30.0)):
@@ -187,8 +156,6 @@ def test_seals_are_a_part_of_the_torque_and_not_of_the_preload(unpacked, monitor
         assert one.step(1.0, preload=0.0, speed=0.0)  # they hold the axis without preload
         assert one.get("friction_torque") == pytest.approx(-0.3, rel=1e-9)
 
-
-# --- the entry library: what it refuses before pythonfmu is called ---
 
 FOLDER, _, SUFFIX = PLATFORMS["x86_64-linux"]
 EXCHANGE = ("Mode", "DiscreteStates", "IntegratorStep", "SetTime", "States", "GetDerivatives", "Indicators")
@@ -230,19 +197,6 @@ def test_a_step_before_the_end_of_the_initialization_is_discarded(opened):
         one.initialize()
         assert one.step(0.0, 1e-3) == DISCARD
         assert "exitInitializationMode" in one.last
-
-
-def test_it_runs_below_any_path(fmu, tmp_path):
-    for name in ("a blank", "hash#", "percent%41", "plus+", "umlaut \u00fc", "is \u4e2d\u6587", "q?&;'"):
-        name = writable(name)
-        with zipfile.ZipFile(fmu) as archive:
-            archive.extractall(tmp_path / name)
-        with FmuInstance(tmp_path / name) as one:
-            assert one.step(speed=30.0)
-            assert one.get("friction_torque") > 0.0
-            one.slave.setFMUstate(one.slave.getFMUstate())
-            assert one.step(speed=1e6)
-            assert [text.split()[0] for _, text in one.messages] == ["speed"]
 
 
 NATIVE_HOST = """
