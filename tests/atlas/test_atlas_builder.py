@@ -6,18 +6,14 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from reference_screw import GD4008
 from synthetic_atlas import closed_contact, contacts, few_contacts, saved
-from synthetic_contacts import GRID, ClosedFilm
 
 from atlas_builder import certificate as errors
 from atlas_builder import contacts as chosen
 from atlas_builder.contacts import journal_of, solve_contacts, usable
-from atlas_builder.published import FILMS, SlidingFilms, sliding_points
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
 from ballscrew_tehl.friction.mechanistic import mean_load
 from ballscrew_tehl.friction.torque import nut_forces
-from ballscrew_tehl.nut_map.grid import ball_range
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.load import nut_loads
 
@@ -31,7 +27,6 @@ def test_first_contacts_of_more_are_those_of_fewer():
 
 @pytest.fixture
 def solved(monkeypatch):
-    """Contacts in closed form; each that was solved."""
     found = []
     monkeypatch.setattr(
         chosen, "solve_contact", lambda contact: found.append(contact) or closed_contact(contact)
@@ -79,32 +74,6 @@ def test_interrupted_work_continues_and_its_order_does_not_matter(solved, monkey
     with pytest.raises(ValueError, match=r"contacts of the atlas.*expected"), journal_of(path):
         pass
     assert path.read_bytes() == before
-
-
-@pytest.mark.slow
-def test_films_of_sliding_balls_are_those_between_the_solved_ones():
-    """Of the law of the paper; one that did not converge is left out."""
-    range_, count = ball_range(GD4008, GRID), 64
-    entries = {
-        f"{raceway} {k}": {film: float(ClosedFilm(GD4008, thermal).central_film(raceway, p[:1], *p[1:])[0])
-                           for thermal, film in enumerate(FILMS)}
-        for raceway in RACEWAYS
-        for k, p in enumerate(sliding_points(range_, GD4008, raceway, count))
-    }  # fmt: skip
-    entries["nut 5"] = {"reason": "any"}
-    load, speed, temperature = (
-        np.array([20.0, 24.0, 30.0]),
-        np.array([[15.0], [70.0]]),
-        np.array([295.0, 310.0]),
-    )
-    for thermal in (False, True):
-        films = SlidingFilms(GD4008, range_, json.loads(json.dumps(entries)), count, thermal)
-        for raceway in RACEWAYS:
-            assert len(films.errors[raceway]) == count - (raceway == "nut")
-            assert np.mean(np.abs(films.errors[raceway])) <= 1e-3
-            at = raceway, load, speed, temperature
-            expected = ClosedFilm(GD4008, thermal).central_film(*at)
-            np.testing.assert_allclose(films.central_film(*at), expected, rtol=2e-3)
 
 
 @pytest.mark.slow

@@ -17,7 +17,6 @@ HYBRID = changed(LAW, screw={"ball_material": "silicon_nitride"})
 
 
 def test_values_of_a_nut_are_those_of_its_points_one_by_one():
-    """Loads, speeds and temperatures in their places; by a table within the error of its splines."""
     loads = nut_loads(LAW.screw, 3000.0, LAW.screw.loaded_ball_count)[::20]
     speeds, temperatures = np.array([[11.0], [40.0], [100.0]]), np.array([294.0, 312.0])
     alone, table = BallContacts(LAW, None, atlas()), BallContacts(LAW, ball_range(LAW, GRID), atlas())

@@ -12,7 +12,6 @@ SIZE = {"central_film": 1, "minimum_film": 1, "rolling_loss": 3, "core_area": 2}
 
 
 def test_quantities_are_read_back():
-    """Also a mean rise below 0, and one without a rise."""
     rng = np.random.default_rng(1)
     for contact in contacts()[:20]:
         closed = closed_forms(rolling(contact)).values
@@ -40,7 +39,6 @@ def test_size_changes_no_group_and_a_closed_form_by_its_dimension():
 
 
 def test_heating_ends_at_twice_the_hottest_contacts_of_the_atlas():
-    """Beyond that N a film over that without heat is as there."""
     assert float(load_atlas().ends[1].N) == pytest.approx(0.5 * MAX_HEATING_N, rel=0.02)
     one = rolling(contacts()[0])
     factors = []

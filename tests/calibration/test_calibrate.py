@@ -40,7 +40,6 @@ def test_jacobian_is_the_derivative_of_weighted_errors():
 
 
 def test_left_out_errors_are_those_of_refits():
-    """Exact in a linear model, weighted, also of points left out together."""
     weighted = tuple(replace(m, weight=0.5 + i) for i, m in enumerate(MEASURED))
     for basis, groups, limit in (
         (replace(TWO, measurements=weighted), GROUPS, 1e-9),

@@ -15,7 +15,7 @@ from section7 import MEASURED
 from ballscrew_tehl.calibration.fit import torque_basis
 from ballscrew_tehl.calibration.measured import MapFilm
 from ballscrew_tehl.calibration.measured_screw import PACKAGED_TORQUE
-from ballscrew_tehl.calibration.measurements import Measurement, spread_advice
+from ballscrew_tehl.calibration.measurements import Measurement
 from ballscrew_tehl.friction.sets import (
     FITTED,
     friction_set_of_file,
@@ -155,25 +155,3 @@ def test_impossible_rows_stop_the_fit_unless_dropped(capsys, measured):
     used = [row for point in entry["calibration"]["points"] for row in point["rows"]]
     assert used == [row for row in range(1, 25) if row not in bad]
     assert "21 points of 24 rows, without rows 3, 12, 20" in entry["provenance"]
-
-
-def test_repeats_are_named_left_out_together_and_tell_why_a_fit_is_poor(capsys, tmp_path, torques):
-    """Noise 0.5 %, stated 0.1 %: repeats show it. A law of another shape: repeats that agree show that."""
-    path = tmp_path / "repeats.csv"
-    for slope, apart, cause in (
-        (0.0, 0.005, "too small by that factor"),
-        (0.1, 1e-4, "does not fit in shape"),
-    ):
-        rows = []
-        for (preload, rpm, celsius, axial), torque in zip(POINTS, torques.tolist(), strict=True):
-            value = torque * rpm**slope
-            twice = (1.0 - apart, 1.0 + apart) if (rpm, celsius) == (100.0, 20.0) else (1.0,)
-            rows += [f"{preload},{rpm},{celsius},{value * x!r},{axial},{1e-3 * value}" for x in twice]
-        path.write_text("\n".join([f"{HEAD},torque error [N.m]", *rows]) + "\n")
-        calibration = run(capsys, str(path), "--map", MAP)[0]["published.three_parameter"]["calibration"]
-        assert any("100 r/min: rows 3, 4 (lines 4, 5): " in note for note in calibration["notes"])
-        predicted = [(1.0 + p["left_out_deviation"]) * p["measured_nm"] for p in calibration["points"]]
-        assert predicted[2] == pytest.approx(predicted[3], rel=1e-9)
-        scatter = calibration["repeat_over_uncertainty"]
-        assert scatter == pytest.approx(1e3 * apart * 2.0**0.5, rel=1e-3)
-        assert cause in spread_advice(calibration["error_over_uncertainty"], scatter)

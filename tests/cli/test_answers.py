@@ -56,7 +56,6 @@ def test_keys_and_numbers_are_those_recorded(capsys, name):
 
 @pytest.mark.parametrize("friction", ["three_parameter", "mechanistic"])
 def test_seals_of_the_screw_file_are_a_constant_part_of_the_torque(capsys, tmp_path, friction):
-    """Along the motion, at breakaway, in the interval; the preload and a calibration are those of the balls."""
     source = {"three_parameter": PACKAGED_DATA / "gd4008.toml", "mechanistic": PACKAGED_VG100}[friction]
     screw = tmp_path / "sealed.toml"
     screw.write_text(source.read_text().replace("poisson_ratio", "seal_torque_Nm = 0.05\npoisson_ratio", 1))
@@ -114,7 +113,6 @@ def test_torque_is_that_of_the_map_and_opposes_the_motion(capsys, friction):
 
 @pytest.mark.parametrize("friction", ["three_parameter", "mechanistic"])
 def test_at_rest_and_without_load(capsys, friction):
-    """The friction is that of the drive, up to the Coulomb torque of the map; a nut without load has none."""
     words = "torque", *POINT[:2], *POINT[4:], "--friction", friction, "--speed-rpm"
     found, err = answer(capsys, *words, "0")
     state = load_map(None, LAW if friction == "mechanistic" else GD4008).evaluate(2000.0, 0.0, SI[2])
@@ -159,7 +157,6 @@ def test_preload_inverts_torque(capsys):
 
 
 def test_one_torque_calibrates_and_the_preload_behind_it_has_an_interval(capsys, tmp_path):
-    """Ends of the preload: there the interval of the torque ends at the measured one; calibrated at it: narrower."""
     place, path = ("--speed-rpm", "100", "--temperature-c", "30"), tmp_path / "friction.toml"
     words = "calibrate", "--torque-nm", "0.9", "--preload-n", "2000", *place
     assert run(capsys, *words, "--map", packaged_map(VG100), "--output", path)[0] == 0

@@ -15,7 +15,6 @@ POINT = ("--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30")
 
 
 def test_a_reader_that_has_left_is_no_error():
-    """As in ballscrew torque ... | head -1, whether the interpreter or its end flushes the output."""
     words = "-m", "ballscrew_tehl", "torque", *POINT
     for unbuffered in ("", "1"):
         reader, writer = os.pipe()

@@ -261,7 +261,6 @@ def test_a_missing_package_is_named_with_its_extra(capsys, folder, monkeypatch):
 
 
 def test_check_of_a_worse_map_fails(capsys, monkeypatch):
-    """Exit code 1 if an error is larger than the certificate states; points in this process."""
     monkeypatch.setattr(map_file, "worker_pool", lambda workers: nullcontext())
     for error, expected in ((0.0, 0), (0.5, 1)):
         monkeypatch.setattr(

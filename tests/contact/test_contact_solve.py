@@ -108,8 +108,6 @@ def test_bodies_far_apart_do_not_count_as_a_solution(monkeypatch):
 
 
 def test_negative_loss_or_film_and_core_far_from_their_formulas_are_no_solution(monkeypatch):
-    """Those of a good solution, by bounds moved past them."""
-
     def turned(*arguments):
         found = contact_integrals(*arguments)
         return found | {"rolling_loss": -found["rolling_loss"]}

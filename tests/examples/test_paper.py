@@ -17,11 +17,9 @@ from pipe_table import data_file
 from reference_screw import GD4008
 from rig import rig_torques
 
-from ballscrew_tehl.calibration.measured_screw import packaged_measurements, validation_tables
+from ballscrew_tehl.calibration.measured_screw import validation_tables
 from ballscrew_tehl.friction.sets import load_friction_sets
 from ballscrew_tehl.parameters.units import RPM
-
-POINTS = packaged_measurements()
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +84,6 @@ def test_limit_of_a_value_of_known_order():
 
 @pytest.mark.slow
 def test_solved_contact_of_the_nut_agrees_on_three_grids():
-    """Published kinematics, law of section 2.3."""
     row = contacts.contact_row(GD4008, "published", contacts.LAWS[0], "nut")
     assert row.converged
     # extrapolated films agree on all three grids
@@ -162,7 +159,6 @@ def test_bearings_within_the_acceptance():
 
 @pytest.mark.slow
 def test_open_grooves_within_the_acceptance():
-    """The rows that take least time."""
     rows = data_file(machines.GROOVE_TORQUE).iloc[[0, 5, 6, 11]]
     points = machines.groove_points(rows)
     assert (points.law / points.measured).between(0.7, 1.4).all()
@@ -182,7 +178,6 @@ def test_screws_of_the_rig_are_in_the_intervals():
 
 
 def test_packaged_fit_of_the_mechanistic_law_and_its_profile():
-    """With closed contacts: one number, whose limits by the profile are those of Student t."""
     basis = packaged_fit.basis_of(VG100, "mechanistic", lambda name, parameters: ClosedContacts())
     entry = packaged_fit.fitted_set(basis, VG100, "mechanistic", "")
     value, half = entry.net_sliding_coefficient, entry.intervals["net_sliding_coefficient"]
@@ -193,8 +188,6 @@ def test_packaged_fit_of_the_mechanistic_law_and_its_profile():
 
 
 def test_packaged_sets_are_written_with_their_limits(tmp_path):
-    """With closed films and contacts."""
-
     def films(name, parameters):
         return ClosedContacts() if name == "mechanistic" else HamrockDowsonFilm(parameters)
 

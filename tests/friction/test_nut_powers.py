@@ -144,7 +144,6 @@ FOUR = changed(VG100, screw={"preload_kind": FOUR_POINT})
 
 
 def oversize(loaded, relieved, contacts):
-    """Both sets of flanks of oversize balls at 500 r/min: loaded, relieved (None: it is free)."""
     nuts = nuts_powers(FOUR, [relieved, loaded], contacts, 500.0 * RPM, 303.0)
     return [nut for _, nut in nuts]
 

@@ -33,7 +33,6 @@ def nodes(name):
 
 
 def test_random_points_agree_with_the_sum_over_the_balls():
-    """Up to and beyond the load that frees a nut."""
     rng, free = np.random.default_rng(8), 0
     maps = [nut_map_of(small_map(), name) for name in ("two_parameter", "three_parameter")]
     for nut_map in maps * 20:
@@ -55,7 +54,6 @@ def test_random_points_agree_with_the_sum_over_the_balls():
 
 
 def test_films_and_rise_are_those_of_all_balls_that_carry_and_roll():
-    """Film and rise fall or rise with load, by raceway: either end of the loads may hold the extreme."""
     rng, ends = np.random.default_rng(9), set()
     for _ in range(8):
         force, *at = (float(rng.choice(nodes(name))) for name in ("force", "speed", "temperature"))
@@ -77,7 +75,6 @@ def test_films_and_rise_are_those_of_all_balls_that_carry_and_roll():
 
 
 def test_map_of_rolling_balls_holds_the_law_at_its_nodes():
-    """Both raceways, every ball of a nut by itself; its header says where it comes from."""
     built = law_map()
     assert [name for name in built.arrays if name.startswith(VISCOUS)] == [f"{VISCOUS}mechanistic"]
     nut_map, contacts = nut_map_of(built), ClosedContacts(LAW)

@@ -21,8 +21,6 @@ EXAMPLE = (resources.files("ballscrew_tehl") / "data" / "example_25x10.toml").re
 
 @pytest.fixture
 def read(tmp_path):
-    """Parameters from text."""
-
     def from_text(text):
         path = tmp_path / "screw.toml"
         path.write_text(text, encoding="utf-8")
@@ -32,7 +30,6 @@ def read(tmp_path):
 
 
 def edited(old, new, text=PACKAGED):
-    """The packaged file with one entry replaced; the entry must be there."""
     assert text.count(old) == 1, old
     return text.replace(old, new)
 

@@ -32,7 +32,6 @@ def approach(Q):
 
 
 def axial(Q):
-    """Axial forces of balls by their loads."""
     return Q * np.sin(contact_angle_at_ball_load(SCREW, Q)) * math.cos(SCREW.lead_angle)
 
 

@@ -29,7 +29,6 @@ CASES = ((0.0, 1), (1500.0, 2), (-9000.0, 1))  # axial load, nuts that differ
 
 @pytest.fixture
 def solves(monkeypatch):
-    """Contacts in closed form; the arguments of each."""
     calls = []
 
     def solve(*arguments, thermal=None):
@@ -41,7 +40,6 @@ def solves(monkeypatch):
 
 
 def test_direct_film_solves_each_point_once(solves):
-    """Raceway, speed and temperature are points of their own; more nodes over a wide range of loads."""
     places = [("nut", 30.0, 303.0), ("screw", 30.0, 303.0), ("nut", 31.0, 303.0), ("nut", 30.0, 304.0)]
     for thermal in (False, True):
         film, counts = DirectFilm(GD4008, thermal), []
@@ -94,7 +92,6 @@ def test_extremes_and_torque_are_those_of_all_balls_of_both_nuts(solves):
 
 
 def test_mechanistic_law_takes_the_mean_ball_of_each_nut(solves):
-    """Torque from contacts that it solves itself; the loss of the other balls as its closed form."""
     friction, contacts = default_friction_set(LAW), DirectContacts(LAW)
     ratio, net, _ = friction.values
     at = np.array([[50.0]]), np.array([303.0])

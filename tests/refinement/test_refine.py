@@ -60,7 +60,6 @@ def direct_torque(name, *point):
 
 
 def rolling_torque(force, *at):
-    """Of both nuts by the mechanistic law, from its own solves."""
     loads = nut_loads(LAW.screw, force, LAW.screw.loaded_ball_count)
     nut = nut_powers(LAW, loads, *at, DirectContacts(LAW))
     return 2.0 * float(np.squeeze(nut.rolling_screw + nut.rolling_nut))
@@ -97,7 +96,6 @@ def test_mechanistic_law_is_refined_with_films_and_rise():
 
 
 def run_of(refinement, count=300, back=False):
-    """Speed up and down with a swinging axial load, as an axis moves; torques."""
     time = np.linspace(1.0, 0.0, count) if back else np.linspace(0.0, 1.0, count)
     speeds, loads = 12.0 * 8.0**time, 400.0 * np.sin(25.0 * time)
     points = zip(speeds.tolist(), loads.tolist(), strict=True)

@@ -6,8 +6,6 @@ import re
 import pytest
 from command_line import answer
 
-from ballscrew_tehl.parameters.units import CELSIUS, RPM
-
 pytestmark = pytest.mark.slow
 
 
@@ -87,29 +85,3 @@ def test_tables_are_those_of_the_commands(of_own, own_words, capsys):
         said = at("torque", 820, "--speed-rpm", 800, "--temperature-c", celsius)
         films = [f"{1e9 * said[name]:.1f}" for name in names]
         assert cells == [*films, f"{said['lambda_ratio']:.2f}", f"{said['film_temperature_rise_k']:.2f}"]
-
-
-def test_intervals_and_marks_are_those_of_the_command_torque(of_own, own_words, capsys):
-    found, marks = of_own.numbers, set()
-
-    def at(preload, speed, celsius):
-        place = "--preload-n", preload, "--speed-rpm", speed / RPM, "--temperature-c", celsius
-        return answer(capsys, "torque", *own_words, *place)[0]
-
-    for lines, place in (
-        (found.by_preload, lambda row, x: (row, x, 35.0)),
-        (found.by_temperature, lambda row, x: (820.0, x, row - CELSIUS)),
-    ):
-        for row, value in enumerate(lines.rows):
-            for k in (0, -1):
-                said = at(*place(value, found.interval_speeds[k]))
-                ends = [said["torque_low_nm"], said["torque_high_nm"]]
-                # equilibrium of the balls on a grid and point by point
-                assert lines.interval[row, k] == pytest.approx(ends, rel=1e-6)
-            for k in range(0, 161, 40):
-                said = at(*place(value, found.line_speeds[k]))
-                marks.add(marked := bool(lines.unphysical[row, k]))
-                assert ("unphysical_trend" in said) == marked
-                assert lines.torque[row, k] == pytest.approx(said["friction_torque_nm"], rel=1e-9)
-    assert marks == {True, False}
-    assert any("not physical, dashed" in row[0] for row in of_own.page.tables["not_certain"])

@@ -190,7 +190,6 @@ def test_sliding_torque_of_film_shear_rises_to_breakaway():
 
 @pytest.mark.parametrize("breakaway", [1.5, 2.0, 5.0])
 def test_ball_friction_rises_smoothly_to_breakaway_at_standstill(breakaway):
-    """Mechanistic: by the formula of the law, whose factor of the map is 1 in the thickest film."""
     nut_map = MAPS[MECHANISTIC]
     one, none = (
         nut_map.evaluate(2000.0, 320.0, T, net_sliding_coefficient=k).sliding_torque for k in (1.0, 0.0)

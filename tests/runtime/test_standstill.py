@@ -67,7 +67,6 @@ def test_inner_loops_close_and_an_outer_one_goes_on_as_if_they_had_not_been():
 
 
 def test_heat_is_the_work_less_what_is_stored_and_steps_add_up():
-    """One step against a thousand parts of it."""
     rng = np.random.default_rng(0)
     for _ in range(25):
         states = initial_elements(rng.uniform(-1.0, 1.0), 0.0, TC, K).states

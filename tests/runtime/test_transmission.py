@@ -39,7 +39,6 @@ def reversal(time):
 
 @pytest.mark.parametrize("step", [4e-4, 1e-3])
 def test_power_balance_over_a_cycle_with_reversal(synthetic_nut_map, step):
-    """Shaft, nut, heat and stored energy: to rounding, with elements that follow the load, where a nut comes free."""
     for preload, standstill in (
         (2000.0, {"presliding": False}), (2000.0, {"presliding_stiffness": 150.0}), (400.0, {}),
         (2000.0, {"presliding_stiffness": 0.0, "presliding_damping": 0.0, "presliding_side": 0.7}),

@@ -67,7 +67,6 @@ def with_synthetic_map(monkeypatch, synthetic_nut_map):
 
 @pytest.fixture
 def for_this_machine(monkeypatch):
-    """Native FMUs for this machine only; test_native_package covers the other platforms."""
     own = {this_platform(): PLATFORMS[this_platform()]}
     for module in ("compile", "libraries"):
         monkeypatch.setattr(f"ballscrew_fmu.native_fmu.{module}.PLATFORMS", own)
@@ -99,7 +98,7 @@ def test_all_fmus_with_own_friction_parameters_are_checked_and_documented(
         assert float(starts["roughness_height"]) == 31e-9
         files = members(fmu)
         text = files["documentation/index.html"].decode()
-        page = Page(text)  # every element is closed
+        page = Page(text)
         assert page.loaded == [] or {name for _, name, _ in page.loaded} == {"src"}
         for part in PAGE:
             assert part in text, (fmu.name, part)

@@ -51,7 +51,6 @@ def test_every_fmu_replays_the_map_and_its_own_reference(built, model, kind, law
 
 
 def test_an_axis_with_another_equation_is_found(opened):
-    """Motion of the C code with other parameters than the integration in Python."""
     nut_map = closed_form()
     rows = list(axis_input(nut_map.header))
     assert reference_motion(opened, rows) <= 5e-4
@@ -62,7 +61,6 @@ def test_an_axis_with_another_equation_is_found(opened):
 
 
 def reference_motion(opened, rows, **changes):
-    """Difference of the axis, with other parameters, from the integration with the start values."""
     one, results = NativeModel(closed_form(), False, AXIS), []
     one.latch(**changes)
     names = [v.name for v in AXIS.native_variables(closed_form().header) if v.causality == "output"]
@@ -92,7 +90,6 @@ def test_a_replay_that_differs_or_is_not_a_number_is_found(tmp_path, capsys):
 
 
 def with_table(files, change):
-    """The results of the validation changed, with their checksum in the manifest."""
     (place,) = [name for name in files if name.endswith("_validation_out.csv")]
     content = "\n".join(change(files[place].decode().splitlines())).encode() + b"\n"
     before, after = (hashlib.sha3_256(text).hexdigest().encode() for text in (files[place], content))
@@ -101,8 +98,6 @@ def with_table(files, change):
 
 
 def with_cell(change):
-    """The first output of the fourth row changed."""
-
     def changed(lines):
         time, value, rest = lines[4].split(",", 2)
         return [*lines[:4], f"{time},{change(float(value))!r},{rest}", *lines[5:]]

@@ -23,7 +23,6 @@ from ballscrew_fmu.description.model_description import (
 )
 from ballscrew_fmu.models import AXIS, NATIVE_MODELS
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
-from ballscrew_tehl import __date__, __version__
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 pytestmark = pytest.mark.slow
@@ -42,7 +41,6 @@ RATES = {f"{name}_rate": name for name in AXIS_STATES}
 
 
 def described(model, kind, law=FILM_SHEAR):
-    """Root of the model description of an FMU of the closed-form map."""
     header = closed_form(law).header
     if kind == "python":
         return ElementTree.fromstring(python_description(header, "", "", model))
@@ -82,7 +80,6 @@ TRUE = {  # flags by kind of FMU and interface; tests/fmu/native_fmu calls what 
 
 @EACH
 def test_no_check_finds_anything_and_flags_are_those_of_the_library(built, folder_of, model, kind):
-    """fmpy's own check: tests/fmu/checks."""
     folder = folder_of(model, kind)
     root = ElementTree.parse(folder / "modelDescription.xml").getroot()
     assert unit_findings(root) == []
@@ -106,7 +103,6 @@ def test_no_check_finds_anything_and_flags_are_those_of_the_library(built, folde
 
 @EACH
 def test_variables_are_those_of_the_interface(model, kind):
-    """Names in order, causality, variability, units, bounds, start values: equal in all FMUs of a model."""
     host = "python" if kind == "python" else "native"
     expected = [row for row in INTERFACE if row["model"] == model.name and row["host"] in ("", host)]
     root = described(model, kind)
@@ -136,16 +132,6 @@ def test_variables_are_those_of_the_interface(model, kind):
 def _number(text):
     words = {None: None, "true": True, "false": False}
     return words[text] if text in words else float(text)
-
-
-def test_the_date_is_that_of_the_version_or_of_a_reproducible_build(monkeypatch):
-    monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
-    found = about()
-    assert (
-        found == about() == found | {"version": __version__, "generationDateAndTime": f"{__date__}T00:00:00Z"}
-    )
-    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86461")
-    assert about() == found | {"generationDateAndTime": "1970-01-02T00:01:01Z"}
 
 
 @EACH

@@ -48,7 +48,6 @@ GOOD = "preload [kN]; speed [1/min]; temperature [K]; torque [N mm]\n1,0; 1000; 
 
 @pytest.fixture(scope="session")
 def pages(tmp_path_factory):
-    """File of the live page by friction set."""
     files = {
         name: tmp_path_factory.mktemp("live") / f"{name}.html" for name in ("three_parameter", "mechanistic")
     }
@@ -91,7 +90,6 @@ def opened(browser):
 
 
 def drawn(page):
-    """The page after its next picture."""
     page.locator("#headline:not(:empty)").wait_for()
     page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     return page

@@ -38,7 +38,6 @@ def loads(time):
 
 
 def stepped(stop, **parameters):
-    """Shown outputs after steps of a millisecond, with the instance."""
     one, rows = axis(**parameters), []
     for n in range(round(stop / 1e-3)):
         one.step(1e-3, **loads(1e-3 * n))
@@ -80,7 +79,6 @@ def test_small_vibrations_have_the_frequencies_of_the_linear_axis(support):
 
 
 def test_a_left_hand_thread_mirrors_the_rotation():
-    """Its screw turns the other way, with the same forces; the start is at the same position."""
     right, left = (axis(lead=lead, initial_position=0.2) for lead in (8e-3, -8e-3))
     assert left.get("angle") == -right.get("angle") != 0.0
     for n in range(100):
@@ -94,8 +92,6 @@ def test_a_left_hand_thread_mirrors_the_rotation():
 
 
 def integrated(one, time, end):
-    """Model exchange to the end or to the first event; returns its time."""
-
     def at(names, y):
         one.latch(**dict(zip(STATES, y, strict=True)))
         return one.values(names)
@@ -147,7 +143,6 @@ def test_co_simulation_and_model_exchange_agree(support):
 
 @SUPPORTED
 def test_steps_of_any_length_give_the_same_motion_and_energies_balance(support):
-    """With weight and inclination, under constant loads."""
     ends = []
     for step in (1e-5, 1e-3, 1e-2):
         one = axis(support_stiffness=support, inclination=0.3, table_mass=100.0)

@@ -367,7 +367,6 @@ KNOWNS, UNKNOWNS = (*INPUTS, "presliding_element_2"), (*OUTPUTS, "presliding_ele
 
 
 def derivative(one, unknowns, knowns, seed, adjoint=False):
-    """Directional or adjoint derivatives, or the status of a refusal."""
     found = doubles(*[0.0] * len(knowns if adjoint else unknowns))
     u, k, s, f = (c_size_t(len(x)) for x in (unknowns, knowns, seed, found))
     name = "GetAdjointDerivative" if adjoint else "GetDirectionalDerivative"
@@ -476,7 +475,6 @@ FOLDERS = (
 
 
 def loads(version, resources):
-    """Whether an instance is created; otherwise there is one message."""
     with NativeInstance(version, resources=resources) as one:
         assert one.handle or [message.status for message in one.messages] == [ERROR]
         return one.handle is not None

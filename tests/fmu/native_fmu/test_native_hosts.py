@@ -141,7 +141,6 @@ int main(void)
 
 
 def refusal(folder, version=2, of=NUT_MAP, **files):
-    """The one message why there is no instance with these files; empty if there is one."""
     put_resources(folder, of, **files)
     with NativeInstance(version, resources=str(folder), nut_map=of) as one:
         assert one.handle or [message.status for message in one.messages] == [3]
@@ -149,7 +148,6 @@ def refusal(folder, version=2, of=NUT_MAP, **files):
 
 
 def flipped(content, bits):
-    """The content with one of these bits turned, one after the other."""
     for bit in bits:
         yield content[: bit // 8] + bytes([content[bit // 8] ^ 1 << bit % 8]) + content[bit // 8 + 1 :]
 

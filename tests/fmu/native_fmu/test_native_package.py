@@ -47,7 +47,6 @@ BINARIES = {
 
 @pytest.fixture(scope="module")
 def native_fmus(tmp_path_factory):
-    """By FMI version."""
     folder = tmp_path_factory.mktemp("native")
     return {
         v: build_native_fmu(closed_form(), v, folder / f"{v}.fmu", REFERENCE, platforms).path
@@ -57,7 +56,6 @@ def native_fmus(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def native_unpacked(native_fmus):
-    """Folders where they are unpacked."""
     return {v: fmpy.extract(str(path), unzipdir=str(path.with_suffix(""))) for v, path in native_fmus.items()}
 
 
@@ -81,7 +79,6 @@ def test_members(native_fmus, synthetic_nut_map, tmp_path, version):
 
 
 def test_another_process_and_folder_build_the_same_bytes(synthetic_nut_map, monkeypatch, tmp_path):
-    """And another content has another token."""
     other, further = tmp_path / "a folder with another name", (REFERENCE, HOST)
     other.mkdir()
     here = build_native_fmu(synthetic_nut_map, 3, tmp_path / "here.fmu", *further)
@@ -95,7 +92,6 @@ def test_another_process_and_folder_build_the_same_bytes(synthetic_nut_map, monk
 
 
 def test_the_libraries_are_the_same_for_all_screws_and_versions():
-    """Of both laws and of another screw: sources, libraries and what is kept of them."""
     maps = [closed_form(FILM_SHEAR), closed_form(MECHANISTIC), make_map(2.0), load_map(None, GD4008)]
     for model in NATIVE_MODELS:
         library, *others = (native_library(nut_map.header, model) for nut_map in maps)

@@ -20,7 +20,6 @@ LAW = pytest.mark.parametrize("nut_map", MAPS.values(), ids=MAPS)
 
 
 def begun(nut_map, model=FRICTION, **values):
-    """Model exchange after its initial event."""
     one = NativeModel(nut_map, True, model)
     one.latch(**values)
     one.initial_event()

@@ -41,7 +41,6 @@ FIELDS = 24 + 128  # [bytes] magic, size, checksum; token and map
 
 
 def wound(one):
-    """An instance with loaded elements or a held preload at inputs that do not reveal it."""
     one.start(**START[one.model])
     if one.kind == CS:
         for speed in (30.0, 0.2, 0.0) if one.model is MONITOR else (0.2, 0.0):
@@ -82,7 +81,6 @@ def seen(one):
 
 
 def go_on(one):
-    """All results of a run from here."""
     rows = [seen(one)]
     for speed in LATER:
         if one.kind == CS:
