@@ -1,21 +1,13 @@
 """The tool that makes the atlas: its contacts, its journal, its executors, films of sliding balls, its certificate."""
 
 import itertools
-import json
 from concurrent.futures import ThreadPoolExecutor
 
-import numpy as np
 import pytest
 from synthetic_atlas import closed_contact, contacts, few_contacts, saved
 
-from atlas_builder import certificate as errors
 from atlas_builder import contacts as chosen
 from atlas_builder.contacts import journal_of, solve_contacts, usable
-from ballscrew_tehl.atlas.ball_contacts import BallContacts
-from ballscrew_tehl.friction.mechanistic import mean_load
-from ballscrew_tehl.friction.torque import nut_forces
-from ballscrew_tehl.physics.hertz import RACEWAYS
-from ballscrew_tehl.physics.load import nut_loads
 
 
 def test_first_contacts_of_more_are_those_of_fewer():
@@ -74,37 +66,3 @@ def test_interrupted_work_continues_and_its_order_does_not_matter(solved, monkey
     with pytest.raises(ValueError, match=r"contacts of the atlas.*expected"), journal_of(path):
         pass
     assert path.read_bytes() == before
-
-
-@pytest.mark.slow
-def test_certificate_states_the_errors_of_contacts_and_torque():
-    """Direct solves that are the atlas itself, fine ones with films 2 % thicker, at four points of a screw."""
-    entries = {}
-    for number in range(4):
-        parameters, point = errors.certificate_point(number)
-        contacts = BallContacts(parameters)
-        forces = nut_forces(parameters, point.preload, point.axial_load)
-        for grid, film in (("direct", 1.0), ("fine", 1.02)):
-            rows = []
-            for force in {f for f in forces if f > 0.0}:
-                load = mean_load(nut_loads(parameters.screw, force, parameters.screw.loaded_ball_count))
-                for raceway in RACEWAYS:
-                    at = (np.array([value]) for value in (load, point.speed, point.temperature))
-                    values = {name: float(v[0]) for name, v in contacts.at(raceway, *at).items()}
-                    values["central_film"] *= film
-                    rows.append([raceway, force, load, values])
-            entries[f"{number} {grid}"] = rows
-    with ThreadPoolExecutor(1) as executor:
-        found = errors.certificate(json.loads(json.dumps(entries)) | {"4 fine": "not converged"}, executor)
-    direct, grids = found["against_direct_solves"], found["of_direct_solves"]
-    assert (found["points"], found["points_not_solved"]) == (4, 1)
-    assert (direct["points"], direct["points_not_solved"], grids["points"]) == (4, 0, 4)
-    for of in (found, grids):
-        assert of["film_error_max"] == pytest.approx(1.0 - 1.0 / 1.02, rel=1e-6)
-        assert 1e-6 <= of["torque_error_mean"] <= of["torque_error_max"] <= 0.02
-    assert found["temperature_rise_error_max"] <= 1e-9
-    assert direct["film_error_max"] <= 1e-9
-    # of the map alone
-    assert direct["torque_error_max"] <= 0.003
-    assert found["regions"]["axial load"]["points"] == 2
-    assert 0 <= found["largest_at"] < 4

@@ -16,12 +16,7 @@ from ballscrew_tehl.calibration.fit import torque_basis
 from ballscrew_tehl.calibration.measured import MapFilm
 from ballscrew_tehl.calibration.measured_screw import PACKAGED_TORQUE
 from ballscrew_tehl.calibration.measurements import Measurement
-from ballscrew_tehl.friction.sets import (
-    FITTED,
-    friction_set_of_file,
-    load_friction_sets,
-    with_set,
-)
+from ballscrew_tehl.friction.sets import FITTED, friction_set_of_file, load_friction_sets, with_set
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map.file import load_map, packaged_map
 from ballscrew_tehl.parameters.file import changed

@@ -25,13 +25,7 @@ from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map import build, certificate, interval
 from ballscrew_tehl.nut_map import file as store
 from ballscrew_tehl.nut_map import grid as limits
-from ballscrew_tehl.nut_map.certificate import (
-    WHOLE,
-    Deviation,
-    claim,
-    deviation_from_direct,
-    region_points,
-)
+from ballscrew_tehl.nut_map.certificate import WHOLE, Deviation, claim, deviation_from_direct, region_points
 from ballscrew_tehl.nut_map.file import load_map, save_map
 from ballscrew_tehl.nut_map.interval import BAND, band_point, map_interval
 from ballscrew_tehl.parameters import identity

@@ -136,16 +136,6 @@ def test_range_margin_is_the_least_distance_from_the_limits(nut_map):
     assert signs == {True, False}
 
 
-def test_torque_is_in_range_and_continuous_where_a_nut_separates(nut_map):
-    separation = 2000.0 * float(synthetic_map.separation_ratio(2000.0)[0])
-    before, after = (nut_map.evaluate(2000.0, 30.0, T, separation * (1.0 + e)) for e in (-1e-9, 1e-9))
-    assert before.in_range
-    assert after.in_range
-    assert before[:3] == pytest.approx(after[:3], rel=1e-6)
-    alone = nut_torques(nut_map.law, separation, 30.0, T, *nut_map.defaults)
-    assert after[:3] == pytest.approx(alone, rel=1e-6)
-
-
 def slopes_at(function, x):
     """One-sided differences of second order."""
     h = 1e-4 * x

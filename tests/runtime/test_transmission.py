@@ -83,22 +83,6 @@ def test_forces_are_those_of_the_closed_form(synthetic_nut_map):
     assert preload_approach(K, 0.0, 1e-5) == -5e-6
 
 
-def test_each_nut_has_the_friction_of_the_map_at_its_force(synthetic_nut_map):
-    turning = {"speed": 60.0, "velocity": 60.0 * RATIO}
-    for position in (0.0, -2e-6):
-        out = at(synthetic_nut_map, SLIDING, position=position, **turning).outputs
-        both = [synthetic_nut_map.evaluate(out[f"force_nut_{nut}"], 60.0, 303.15) for nut in "ab"]
-        for nut, state in zip("ab", both, strict=True):
-            torque = 0.5 * state.friction_torque
-            assert out[f"friction_torque_nut_{nut}"] == pytest.approx(torque, rel=1e-12)
-        parts = out["viscous_torque"] + out["hysteresis_torque"] + out["sliding_torque"]
-        assert out["friction_torque"] == pytest.approx(parts, rel=1e-13)
-        screw = RATIO * out["nut_force"] + out["friction_torque"]
-        assert out["screw_torque"] == pytest.approx(screw, rel=1e-13)
-        for name, choose in (("film_thickness_min", min), ("lambda_ratio", min), ("ball_load_max", max)):
-            assert out[name] == choose(getattr(nut, name) for nut in both)
-
-
 @pytest.mark.parametrize("law", LAWS)
 def test_friction_is_that_of_the_friction_fmu_at_the_same_forces_with_oversize_balls_too(law):
     """A ball between two sets of flanks has one motion; the nuts are apart at 9 kN. Preload by rigid bodies."""
@@ -148,15 +132,3 @@ def test_play_counts_without_preload_only_and_damping_ends_with_the_contact(synt
     for nothing in ({"nut_stiffness": 0.0}, {"stiffness_preload": 0.0}):
         out = at(synthetic_nut_map, PARAMETERS._replace(**nothing), position=-1e-6).outputs
         assert out["nut_force"] == out["friction_torque"] == out["stored_energy"] == 0.0
-
-
-def test_names_what_is_beyond_the_map(synthetic_nut_map):
-    for inputs, names in (
-        ({"preload": 12000.0}, ""), ({"preload": 12001.0}, "preload force_nut_a force_nut_b"),
-        ({"preload": 1.0}, "preload"), ({"speed": 400.0, "velocity": 400.0 * RATIO}, "speed"),
-        ({"temperature": 400.0}, "temperature"), ({"position": -2e-5}, "force_nut_a"),
-        ({"position": 2e-5}, "force_nut_b"),
-    ):  # fmt: skip
-        found = at(synthetic_nut_map, **inputs)
-        assert found.clamped == tuple(names.split())
-        assert found.outputs["in_range"] == (names == "")

@@ -20,6 +20,7 @@ from ballscrew_fmu.checks import check, reference, replay
 from ballscrew_fmu.command import LAYERS
 from ballscrew_fmu.models import NATIVE_MODELS
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, this_platform
+from ballscrew_fmu.native_fmu.package import native_file_name
 from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.friction.sets import FrictionSet, write_friction_sets
 from ballscrew_tehl.parameters.file import load_screw
@@ -27,16 +28,7 @@ from ballscrew_tehl.parameters.file import load_screw
 pytestmark = pytest.mark.slow
 
 PYTHON = ["BallScrewFriction.fmu", "BallScrewPreloadMonitor.fmu"]
-NATIVE = [
-    f"{name}_fmi{version}.fmu"
-    for name in (
-        "BallScrewFrictionNative",
-        "BallScrewPreloadMonitorNative",
-        "BallScrewTransmission",
-        "BallScrewAxis",
-    )
-    for version in (2, 3)
-]
+NATIVE = [native_file_name(version, model) for model in NATIVE_MODELS for version in (2, 3)]
 FITTED_HERE = FrictionSet(
     "three_parameter", 5.5, 0.0061, 31e-9,
     loss="least_squares",

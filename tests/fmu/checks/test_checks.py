@@ -14,7 +14,7 @@ from ballscrew_fmu.__main__ import main
 from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks import check as checks
 from ballscrew_fmu.checks.reference import STEP, axis_input, check_axis, reference_input, reference_of
-from ballscrew_fmu.checks.replay import CheckError, check_replay, largest_difference
+from ballscrew_fmu.checks.replay import CheckError, check_replay
 from ballscrew_fmu.models import AXIS, FRICTION, NATIVE_MODELS
 from ballscrew_fmu.native_fmu.experiments import FOLDER, MANIFEST, Reference
 from ballscrew_fmu.python_fmu.package import build_fmu, runtime_sources
@@ -54,8 +54,7 @@ def test_an_axis_with_another_equation_is_found(opened):
     nut_map = closed_form()
     rows = list(axis_input(nut_map.header))
     assert reference_motion(opened, rows) <= 5e-4
-    for change in ({"guide_coulomb": 52.0}, {"contact_damping_time": 2e-5}, {"breakaway_factor": 1.5},
-                   {"presliding_stiffness": 2000.0}, {"table_mass": 301.0}):  # fmt: skip
+    for change in ({"guide_coulomb": 52.0}, {"contact_damping_time": 2e-5}, {"table_mass": 301.0}):
         with pytest.raises(CheckError, match=r"axis: \w+ differs by .* from an integration in Python"):
             reference_motion(opened, rows, **change)
 
@@ -161,12 +160,3 @@ def test_what_is_not_an_fmu_is_refused_in_one_line(tmp_path, capsys):
     for command in ("check", "info"):
         for file, word in words.items():
             assert word in one_line(capsys, 2, command, file)
-
-
-def test_a_difference_of_forces_is_compared_with_their_size():
-    expected = [{"nut_force": 400.0}, {"nut_force": 0.42}]
-    for error, place, relative in ((4.6e-10, 1, 1.15e-10), (1e-5, 1, 2.5e-6), (math.nan, 1, math.nan)):
-        found = [{"nut_force": 400.0}, {"nut_force": 0.42 + error}]
-        worst, row, name, *_ = largest_difference(found, expected)
-        assert (row, name) == (place, "nut_force")
-        assert worst == pytest.approx(relative, rel=1e-3, nan_ok=True)

@@ -177,13 +177,8 @@ def drawn(rng, name, row):
     start = float(row["start"] or 0.0)
     if row["causality"] == "parameter" and start > 0.0:
         return start * 10.0 ** rng.uniform(-0.5, 1.0)
-    scale = {
-        "presliding_stiffness": 300.0,
-        "axial_play": 1e-5,
-        "torque": 10.0,
-        "position": 4e-6,
-        "velocity": 1e-4,
-    }
+    scale = {"axial_play": 1e-5, "torque": 10.0, "position": 4e-6, "velocity": 1e-4,
+             "presliding_stiffness": 300.0}  # fmt: skip
     largest = 0.1 if name in ELEMENT_STATES else scale.get(name) or 1.05 * float(row["max"] or row["nominal"])
     sign = rng.choice([-1.0, 1.0]) if row["causality"] == "input" and name != "preload" else 1.0
     return sign * largest * 10.0 ** -rng.choice([0.0, 0.3, 1.0, 3.0]) * (rng.random() > 0.1)

@@ -6,23 +6,14 @@ In a browser: pip install --editable ".[test,browser]", and a Chromium of the sy
 import importlib.util
 import json
 import shutil
-import zipfile
 
 import numpy as np
 import pytest
 from command_line import answer
-from fmpy.validation import validate_fmu
 from processes import output
 
 from ballscrew_fmu.__main__ import main
-from ballscrew_fmu.build import read_inputs
-from ballscrew_fmu.live_page.page import live_frame
-from ballscrew_fmu.models import MONITOR
-from ballscrew_fmu.native_fmu.compile import this_platform
-from ballscrew_fmu.native_fmu.package import build_native_fmu
-from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.cli.shared.chosen import EXTREMES
-from ballscrew_tehl.report.page import page as page_around
 
 pytestmark = pytest.mark.slow
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -180,26 +171,3 @@ def test_fields_and_files_take_commas_and_refuse_other_texts(opened, pages, tmp_
         assert page.evaluate("live.state.points.length") == 2
     page.click("#published")
     assert drawn(page).evaluate("live.state.points.length") == 11
-
-
-def test_fmus_and_other_pages_have_it(opened, tmp_path):
-    inputs = read_inputs(None, None, None, "three_parameter")
-    live = inputs.live_page()
-    fmus = [build_fmu(inputs.nut_map, tmp_path / "python.fmu", model=MONITOR, live_page=live)]
-    for version in (2, 3):
-        own = {"platforms": (this_platform(),), "live_page": live}
-        fmus.append(build_native_fmu(inputs.nut_map, version, tmp_path / f"{version}.fmu", **own))
-    assert [validate_fmu(str(fmu.path)) for fmu in fmus] == [[]] * 3
-    with zipfile.ZipFile(fmus[-1].path) as archive:
-        archive.extractall(tmp_path)
-    report = tmp_path / "report.html"
-    report.write_text(page_around("report", [live_frame(live)], [], ""), encoding="utf-8")
-    for file in (tmp_path / "documentation" / "index.html", report):
-        page = opened(file, width=390)
-        frame = page.query_selector("iframe.live").content_frame()
-        frame.locator("#headline", has_text="N m").wait_for()
-    # in the report all of it is visible without a second scroll bar
-    page.wait_for_function(
-        "() => { const frame = document.querySelector('iframe.live');"
-        "return frame.contentDocument.documentElement.scrollHeight <= frame.clientHeight }"
-    )

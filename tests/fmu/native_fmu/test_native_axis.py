@@ -154,21 +154,6 @@ def test_steps_of_any_length_give_the_same_motion_and_energies_balance(support):
     assert np.allclose(ends[0], ends[2], rtol=1e-4, atol=1e-9)
 
 
-def test_a_vertical_table_stays_where_the_friction_holds_it():
-    """Weight times lead/(2 pi) against the torque that friction has at rest."""
-    friction = axis().derivative([], speed=1.0) or NUT_MAP.evaluate(2000.0, 0.0, 303.15, 0.0).coulomb_torque
-    holds = friction / RATIO / 9.80665
-    speeds = []
-    for mass in (0.8 * holds, 1.3 * holds):
-        one = axis(inclination=0.5 * math.pi, table_mass=mass, guide_coulomb=0.0)
-        for _ in range(1000):
-            one.step(1e-3)
-        speeds.append(one.get("speed"))
-        assert imbalance(one) <= 1e-9
-    assert abs(speeds[0]) <= 1e-4
-    assert speeds[1] <= -0.1
-
-
 @SUPPORTED
 def test_derivatives_are_those_of_differences(support):
     one = axis(True, support_stiffness=support, table_mass=100.0, inclination=0.2)

@@ -187,12 +187,6 @@ def test_time_of_steps(version):
             assert one.get_raw(one.vr(TIME_REFERENCE), reached) == OK
         assert reached[0] == pytest.approx(1.001, rel=1e-15)
         assert [m.text[:29] for m in one.messages] == ["communication point = 5 s, en"][: version - 2]
-    if version == 3:
-        with NativeInstance(3, ME).start(start=1.5) as one:
-            one.call("EnterContinuousTimeMode")
-            for time, status in ((1.75, OK), (math.nan, DISCARD)):
-                assert one.call("SetTime", c_double(time)) == status
-                assert one.get(TIME_REFERENCE) == [1.75]
 
 
 @hosts

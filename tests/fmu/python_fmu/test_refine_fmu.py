@@ -90,19 +90,6 @@ def test_an_unsolved_contact_is_reported_once_and_an_error_leaves_the_map_in_use
         assert refinement_of(one) == kept
 
 
-def test_the_cache_folder_is_not_needed(monkeypatch, tmp_path, synthetic_nut_map):
-    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"):
-        monkeypatch.setenv(name, str(tmp_path / "xdg"))
-    (tmp_path / "xdg").write_text("a file in place of the folder")
-    sources = stub_solver.SOURCES | {"nut_map/__init__.py": "# another\n"}
-    fmu = build_fmu(synthetic_nut_map, tmp_path / "other.fmu", solver=sources).path
-    with FmuInstance(fmu, refine=True) as one:
-        run(one, (10.0, 20.0))
-        (message,) = of_status(one, WARNING)
-        assert message.startswith("refine: compiled code of the solver is not kept")
-        assert of_status(one, ERROR) == []
-
-
 REFINED_RUN = """
 import json, sys
 missing, folder = sys.argv[2], sys.argv[1]
