@@ -459,13 +459,8 @@ def test_the_warning_of_each_model_names_what_is_beyond_the_map(opened, version,
             assert not one.in_range()
 
 
-FOLDERS = (
-    "with space, plus+, hash#, percent%41, \u00fc and [brackets]",
-    "%zz",
-    "a&b;c=d'\"?x\\",
-    "\u6ede\U0001f529",
-    "n" * 255,
-)
+FOLDERS = ("with space, plus+, hash#, percent%41, \u00fc and [brackets]", "%zz", "a&b;c=d'\"\\?x", "\u6ede\U0001f529",
+           "n" * 255)  # fmt: skip
 
 
 def loads(version, resources):
