@@ -114,9 +114,6 @@ def test_friction_numbers_of_another_screw_are_reported_once(tmp_path):
             assert [line.replace("%%", "%") for line in found] == [text]
 
 
-# The preload of a torque: tests/runtime.
-
-
 @pytest.fixture
 def monitor(folder_of):
     return lambda **start: FmuInstance(folder_of(MONITOR, "python"), **start)
