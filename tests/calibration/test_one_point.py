@@ -26,7 +26,6 @@ TORQUE = torque_at(*PLACE, K)
 
 
 def test_coefficient_comes_back_and_the_interval_is_the_scatter_at_the_point_and_wider_away(tmp_path):
-    """As read from the file, which has six digits."""
     found = calibrate_point(Measurement(*PLACE, TORQUE), VG100, CONTACTS).friction_set
     assert found.net_sliding_coefficient == pytest.approx(K, rel=1e-12)
     write_friction_sets(tmp_path / "fit.toml", [found])

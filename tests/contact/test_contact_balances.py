@@ -67,7 +67,6 @@ def test_pressure_carries_the_load_and_no_mass_is_lost(case):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", HOT_CASES)
 def test_balances_of_a_hot_contact(name):
-    """Load, mass, heat by its three parts, and the power of both surfaces."""
     at = HOT_CASES[name]
     solution = solved(at, tolerance=1e-6)
     assert carried(solution) == pytest.approx(at.load, rel=1e-4)

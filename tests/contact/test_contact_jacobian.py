@@ -33,7 +33,6 @@ class HotFilm(Film):
         return out
 
     def follow(self, linear, d_p, d_h):
-        """From the temperatures of the state."""
         transport.follow(
             self.heat, linear.g, linear.dg, linear.by_t, self.unit, self.unit_h, d_p, d_h, self.change
         )
@@ -63,7 +62,6 @@ class State:
         heat.weight[:], heat.stress[:] = 0.1 * rng.random((2, *inner))
 
     def linear(self, d_p=0.0, d_h=0.0, squeeze=0.0, free=True):
-        """Linearisation, at temperatures that have followed from the state."""
         film, geometry = HotFilm(self), self.geometry
         gap = geometry.gap(self.p, self.h_0)
         if np.any(d_p) or d_h:
@@ -82,7 +80,6 @@ class State:
         return np.append(residual, np.sum(self.geometry.weights * (self.p + d_p)))
 
     def random(self, seed=12):
-        """Pressures on the inner nodes."""
         shape = self.geometry.inner_weights.shape
         return self.geometry.embed(np.random.default_rng(seed).normal(size=shape))
 

@@ -81,7 +81,6 @@ def family(case, grids):
 @pytest.mark.slow
 @pytest.mark.parametrize(("case", "grids"), HALVINGS.values(), ids=HALVINGS)
 def test_central_film_is_of_second_order(case, grids):
-    """And the extrapolated one is closer by far, within its estimate."""
     solutions = family(case, grids)
     films = [s.grid_film for s in solutions]
     steps = np.diff(films)

@@ -98,7 +98,9 @@ def relative_intervals(
     Raises       ArithmeticError: equilibrium of a ball not found
     """
     contacts, friction_set = BallContacts(parameters), _calibrated_within(axes, friction_set)
-    return np.stack(interval_ends(parameters, preloads, contacts, speeds, temperatures, friction_set), axis=-1)
+    return np.stack(
+        interval_ends(parameters, preloads, contacts, speeds, temperatures, friction_set), axis=-1
+    )
 
 
 #: relative accuracy of the ends of a preload
