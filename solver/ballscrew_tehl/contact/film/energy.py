@@ -174,13 +174,13 @@ def across(h_y, t, t_in, flow_y, j, i, k):
 
 @kernel
 def sideways(x, width, h_y, t_in, t, flow_x, flow_y, j, i, k):
-    """Heat that the side faces of a cell bring in, rest - diag*T [W/m2 per unit z/h]: diag, rest, up_1, up_2."""
+    """Heat that the side faces of a cell bring in, as rest - diag*T [W/m2 per unit z/h]; returns diag, rest."""
     own, up_1, up_2, down = along(x, width, flow_x, j, i, k)
     diag, rest = across(h_y, t, t_in, flow_y, j, i, k)
     rest += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
     if up_2 != 0.0:
         rest += up_2 * t[j, i - 2, k]
-    return own + diag, rest, up_1, up_2
+    return own + diag, rest
 
 
 @kernel
@@ -205,10 +205,11 @@ def solve_column(lower, diag, upper, rhs, weight, heat_lower, heat_upper, pivot,
     n, bottom = diag.size, 1.0
     lower[0] = 0.0
     for r in range(1, n):
-        lower[r] /= diag[r - 1]
-        diag[r] -= lower[r] * upper[r - 1]
+        f = lower[r] / diag[r - 1]
+        lower[r] = f
+        diag[r] -= f * upper[r - 1]
         for c in range(COLUMNS):
-            rhs[r, c] -= lower[r] * rhs[r - 1, c]
+            rhs[r, c] -= f * rhs[r - 1, c]
     for c in range(COLUMNS):
         rhs[n - 1, c] /= diag[n - 1]
     for r in range(n - 2, -1, -1):
@@ -250,9 +251,13 @@ def sweep_line(mesh, h, flow, face, t_at, damped, j, columns, t, heat, response)
         wall_b = 0.5 * rate[j, i, nz] * soft[j, i, nz]
         for r in range(n):
             k = r + 1
-            d, b, heat_up_1[j, i, r], heat_up_2[j, i, r] = sideways(
-                x, width, h_y, t_in, t, flow_x, flow_y, j, i, k
-            )  # fmt: skip
+            own, up_1, up_2, down = along(x, width, flow_x, j, i, k)
+            d, b = across(h_y, t, t_in, flow_y, j, i, k)
+            d += own
+            b += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
+            if up_2 != 0.0:
+                b += up_2 * t[j, i - 2, k]
+            heat_up_1[j, i, r], heat_up_2[j, i, r] = up_1, up_2
             below, above = flow_z[j, i, k - 1] / cond, flow_z[j, i, k] / cond
             lo, hi = cond / dz * bernoulli(-below), cond / dz * bernoulli(above)
             s, sigma = sliding[j, i, k], soft[j, i, k]
@@ -323,8 +328,8 @@ def wall_heat(mesh, h, flow, face, t, walls):
             cond = mesh.conductivity / (h[j, i] * dz)
             b_a = cond * bernoulli(flow_z[j, i, 0] / cond)
             b_b = cond * bernoulli(-flow_z[j, i, nz - 1] / cond)
-            d_a, r_a, _, _ = sideways(x, width, h_y, t_in, t, flow_x, flow_y, j, i, 0)
-            d_b, r_b, _, _ = sideways(x, width, h_y, t_in, t, flow_x, flow_y, j, i, nz)
+            d_a, r_a = sideways(x, width, h_y, t_in, t, flow_x, flow_y, j, i, 0)
+            d_b, r_b = sideways(x, width, h_y, t_in, t, flow_x, flow_y, j, i, nz)
             t_a, t_b = t[j, i, 0], t[j, i, nz]
             q_a[j, i] = b_a * (t[j, i, 1] - t_a) + 0.5 * dz * (
                 shear[j, i, 0] + compression[j, i, 0] * t_a + r_a - d_a * t_a
@@ -419,7 +424,7 @@ def heat_flows(mesh, t, flow, face, walls):
                 w = area * (0.5 if k == 0 or k == nz else 1.0) / nz
                 rise = t[j, i, k] - t_in
                 generated += w * (shear[j, i, k] + compression[j, i, k] * t[j, i, k])
-                diag, rest, _, _ = sideways(x, width, h_y, t_in, t, flow_x, flow_y, j, i, k)
+                diag, rest = sideways(x, width, h_y, t_in, t, flow_x, flow_y, j, i, k)
                 out = (flow_x[j, i, k] - flow_x[j, i - 1, k]) / width[i]
                 if j == 0:
                     out += 2.0 * flow_y[0, i, k] / h_y

@@ -230,8 +230,9 @@ def line_jacobian(s, j, far_phi, far_g, out):
             at = max(i - 2 + m, 0)
             row[at] += by_p[m] + by_phi[m] * dln_phi[at] + by_g[m] * dg[at]
             if far_phi.size > 0:
+                phi, g_row, far, far_row = by_phi[m], by_g[m], far_phi[at], far_g[at]
                 for k in range(row.size):
-                    row[k] += by_phi[m] * far_phi[at, k] + by_g[m] * far_g[at, k]
+                    row[k] += phi * far[k] + g_row * far_row[k]
     return raised
 
 
