@@ -42,7 +42,7 @@ from ballscrew_tehl.parameters.file import load_screw
 MODULES_ASIDE = ("moes", "film.oil", "half_space.walls")
 NAMES_ASIDE = (
     "TINY", "INLET_SHAPE", "TARGET_LOAD", "FAR_POWER", "LARGEST_LN_ETA",
-    "FASTEST", "FEWEST", "LEAST_LAYERS", "LEAST_NODES", "LEAST_LINES", "MOST_NODES", "LEAST_FACTOR", "MOST_FACTOR",
+    "FASTEST", "FEWEST", "LEAST_LAYERS", "LEAST_NODES", "LEAST_LINES", "MOST_NODES", "BOUNDS",
     "RANGES", "THICKEST", "MOST_FILM", "LEAST_FILM", "CORE", "WARNED_ABOVE",
     "SMOOTHED_OVER", "SMOOTHED_HERTZ", "POINTS", "SHARE", "CUT", "COLUMNS",
 )  # fmt: skip

@@ -7,9 +7,9 @@ from scipy.integrate import quad
 from scipy.special import k0e
 
 from ballscrew_tehl.contact.coupled import wall_operators
-from ballscrew_tehl.contact.film.geometry import TARGET_LOAD, ContactGeometry, GridChoice
+from ballscrew_tehl.contact.film.geometry import TARGET_LOAD, ContactGeometry
 from ballscrew_tehl.contact.half_space.deflection import dry_contact
-from ballscrew_tehl.contact.half_space.grid import Grid
+from ballscrew_tehl.contact.half_space.grid import Grid, GridChoice
 from ballscrew_tehl.contact.half_space.walls import wall_operator
 from ballscrew_tehl.contact.problem import ContactProblem
 from ballscrew_tehl.parameters.screw import NITRIDE

@@ -48,9 +48,9 @@ def test_integrals_across_converge_with_fourth_order_to_the_printed_numbers():
     sizes, errors = (32, 64, 128), []
     for n_z in sizes:
         flow, phi, g, _ = exponential_film(n_z)
-        pivot = 0.5 + (flow.stress_x - flow.traction_x)[0, 0] / (GAP * P_X)
-        inv0 = flow.fluidity[0, 0] / GAP
-        found = inv0, pivot * inv0, phi / 12.0, (g - U_A) / (U_B - U_A)
+        inv0, tau_a = flow.fluidity[0, 0] / GAP, flow.traction_x[0, 0] - 0.5 * GAP * P_X
+        inv1 = ((U_B - U_A) / GAP - tau_a * inv0) / (GAP * P_X)
+        found = inv0, inv1, phi / 12.0, (g - U_A) / (U_B - U_A)
         errors.append([abs(f - CLOSED[name]) for f, name in zip(found, PRINTED, strict=True)])
     orders = -np.polyfit(np.log(sizes), np.log(errors), 1)[0]
     np.testing.assert_allclose(orders, 4.0, atol=0.2)
