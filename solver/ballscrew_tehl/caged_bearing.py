@@ -99,7 +99,7 @@ class Bearing(NamedTuple):
         at = self.parameters, [float(axial_load)], self.contacts, float(speed), float(temperature)
         ((_, nut),) = nuts_powers(*at)
         interval = torque_interval(*at, CAGED)
-        rolling, sliding, hysteresis = nut.rolling_screw + nut.rolling_nut, float(nut.shear), nut.hysteresis
+        rolling, sliding, hysteresis = nut.viscous_screw + nut.viscous_nut, float(nut.shear), nut.hysteresis
         total = rolling + sliding + hysteresis
         return BearingTorque(rolling, sliding, hysteresis, total, interval.low, interval.high)
 

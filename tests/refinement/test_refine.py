@@ -63,7 +63,7 @@ def rolling_torque(force, *at):
     """Of both nuts by the mechanistic law, from its own solves."""
     loads = nut_loads(LAW.screw, force, LAW.screw.loaded_ball_count)
     nut = nut_powers(LAW, loads, *at, DirectContacts(LAW))
-    return 2.0 * float(np.squeeze(nut.rolling_screw + nut.rolling_nut))
+    return 2.0 * float(np.squeeze(nut.viscous_screw + nut.viscous_nut))
 
 
 # --- values ---

@@ -8,16 +8,16 @@ operating point is evaluated once. Only the roughness height of the set three_pa
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
-from ..friction.mechanistic import UNLOADED_POWERS, ContactValues, NutPowers, nut_powers
+from ..friction.mechanistic import ContactValues, nut_powers
 from ..friction.sets import FITTED, SETS
 from ..friction.torque import (
     UNLOADED,
     FilmModel,
-    NutSums,
+    NutTorques,
     nut_forces,
     nut_sums,
     roughness_share,
@@ -63,27 +63,14 @@ class TorqueBasis:
     fixed: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     @classmethod
-    def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutSums]]) -> Self:
-        """Two nuts per point by the law `published`, each with the sums under its own force."""
+    def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutTorques]]) -> Self:
+        """Two nuts per point, each with the sums under its own force."""
         return cls(
             tuple(measurements),
             np.array([[value for s in nuts for value in (s.viscous_screw, s.viscous_nut)] for nuts in sums]),
             np.array([[value for s in nuts for value in (s.film_screw, s.film_nut)] for nuts in sums]),
-            np.array([sum(s.hysteresis for s in nuts) for nuts in sums]),
-            np.array([sum(s.sliding for s in nuts) for nuts in sums]),
-        )
-
-    @classmethod
-    def of_powers(cls, measurements: Sequence[Measurement], powers: Sequence[Sequence[NutPowers]]) -> Self:
-        """Two nuts per point by the mechanistic law; the factor of the rolling part is fixed at 1."""
-        return cls(
-            tuple(measurements),
-            np.array([[x for p in nuts for x in (p.rolling_screw, p.rolling_nut)] for nuts in powers]),
-            np.full((len(measurements), 4), np.inf),
-            np.array([sum(p.hysteresis + p.shear for p in nuts) for nuts in powers]),
-            np.array([sum(p.thrust_factor * p.ball_ball for p in nuts) for nuts in powers]),
-            SETS[MECHANISTIC],
-            (1.0, 0.0, 0.0),
+            np.array([sum(s.hysteresis + s.shear for s in nuts) for nuts in sums]),
+            np.array([sum(s.thrust_factor * s.sliding for s in nuts) for nuts in sums]),
         )
 
     @property
@@ -141,25 +128,25 @@ def torque_basis(
     Raises       ValueError: a point outside the range of the film model or of the load distribution, by name
     """
     screw, sums, what = parameters.screw, [], f"operating points with {film_model.name}"
-    law: tuple[Callable[..., TorqueBasis], Callable[..., Any], NutSums | NutPowers, int]
-    law = TorqueBasis.of_nuts, nut_sums, UNLOADED, screw.ball_count
-    if film_model.name == MECHANISTIC:
-        law = TorqueBasis.of_powers, nut_powers, UNLOADED_POWERS, screw.loaded_ball_count
-    basis_of, evaluate, unloaded, count = law
+    mechanistic = film_model.name == MECHANISTIC
+    evaluate: Callable[..., NutTorques] = nut_powers if mechanistic else nut_sums
+    count = screw.loaded_ball_count if mechanistic else screw.ball_count
     for number, m in enumerate(measurements):
         progress(number, len(measurements), what)
         try:
             nuts = [
                 evaluate(parameters, nut_loads(screw, force, count), m.speed, m.temperature, film_model)
                 if force > 0.0
-                else unloaded
+                else UNLOADED
                 for force in dict.fromkeys(nut_forces(parameters, m.preload, m.axial_load))
             ]
         except ValueError as err:
             raise ValueError(f"{m.point}: {err}") from err
         sums.append(nuts if len(nuts) == 2 else 2 * nuts)
     progress(len(measurements), len(measurements), what)
-    return basis_of(measurements, sums)
+    basis = TorqueBasis.of_nuts(measurements, sums)
+    # the factor of the rolling part is fixed
+    return replace(basis, names=SETS[MECHANISTIC], fixed=(1.0, 0.0, 0.0)) if mechanistic else basis
 
 
 def fit_values(basis: TorqueBasis) -> Array:

@@ -61,8 +61,7 @@ class FrictionSet:
     roughness_height          h_r of the share 1/(1 + (h_r/h)^2) of the viscous part [m]; mechanistic: 0, not used
     loss, provenance          what was minimised, over which data
     intervals                 half-width of the 95 % Student-t interval per fitted parameter (SI)
-    errors                    absolute relative errors: mean, max, per table, leave_one_out_mean,
-                              leave_one_out_max
+    errors                    absolute relative errors: mean, max, per table, leave_one_out_mean, leave_one_out_max
     leave_one_table_out       table left out -> mean and max error on its points that the fit did not see
     limits                    fitted parameter -> {"low", "high"}, 95 % limits (SI); of the packaged sets by profile
     not_identified            what the data do not identify -> why; None: not examined
@@ -87,20 +86,18 @@ class FrictionSet:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "law", Law(self.law))
-        for key in FITTED:
-            self._refuse_unless(
-                0.0 <= getattr(self, key) < math.inf, key, getattr(self, key), "finite and >= 0"
-            )
+        checks: list[tuple[bool, str, Any, str]] = []
+        for key, value in zip(FITTED, self.values, strict=True):
+            checks.append((0.0 <= value < math.inf, key, value, "finite and >= 0"))
         for key, ends in self.limits.items():
             good = 0.0 <= ends.get("low", math.nan) <= ends.get("high", math.nan) and ends["low"] < math.inf
-            self._refuse_unless(good, f"limits of {key}", dict(ends), "0 <= low <= high, low finite")
+            checks.append((good, f"limits of {key}", dict(ends), "0 <= low <= high, low finite"))
         at = self.calibrated_at
         good = set(at) in (set(), set(CALIBRATED_AT)) and all(0.0 < value < math.inf for value in at.values())
-        self._refuse_unless(good, "calibrated_at", dict(at), f"{', '.join(CALIBRATED_AT)}, each > 0")
-
-    def _refuse_unless(self, good: bool, what: str, value: object, allowed: str) -> None:
-        if not good:
-            raise ValueError(f"friction set {self.name}: {what} = {value}; allowed: {allowed}")
+        checks.append((good, "calibrated_at", dict(at), f"{', '.join(CALIBRATED_AT)}, each > 0"))
+        for good, what, value, allowed in checks:
+            if not good:
+                raise ValueError(f"friction set {self.name}: {what} = {value}; allowed: {allowed}")
 
     @property
     def values(self) -> tuple[float, float, float]:
@@ -125,10 +122,8 @@ class FrictionSet:
     @property
     def entries(self) -> dict[str, Any]:
         """Its content by the names of files and answers."""
-        names = "name", "kinematics", "film_model"
-        content = {name: getattr(self, name) for name in names} | vars(self)
-        del content["law"]
-        return content
+        law = {"name": self.name, "kinematics": self.kinematics, "film_model": self.film_model}
+        return law | {name: value for name, value in vars(self).items() if name != "law"}
 
 
 def _renamed(content: Any, names: Mapping[str, str]) -> Any:

@@ -301,9 +301,8 @@ def mean_ball_state(
             rise = max(rise, hot["temperature_rise"])
         if not mechanistic:
             sums = nut_sums(parameters, loads, *at, _PowerFilm(mean, slopes))
-            torque += times * sums.torque(*friction_set.values).total
+            torque += times * sums.torque(*friction_set.values)
     if mechanistic:
-        ratio, net, _ = friction_set.values
         nuts = nuts_powers(parameters, forces, MeanBallContacts(parameters, means), *at)
-        torque = sum(times * nut.torque(ratio, net) for times, nut in nuts)
+        torque = sum(times * nut.torque(*friction_set.values) for times, nut in nuts)
     return DirectState(torque, thinnest["screw"], thinnest["nut"], rise)
