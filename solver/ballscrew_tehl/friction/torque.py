@@ -203,7 +203,7 @@ def double_nut_torque(
     temperature: float,
     axial_load: float = 0.0,
 ) -> TorqueParts:
-    """Torque of the nut under preload and axial load [N] at a speed [rad/s] of any sign, not 0, and an oil temperature [K].
+    """Torque of the nut under preload and axial load [N] at a speed [rad/s] of any sign, not 0, and a temperature [K].
 
     Validity     steady motion; the loads of each nut are distributed as by a preload of its axial force; an axial load
                  on loose nuts is not modelled

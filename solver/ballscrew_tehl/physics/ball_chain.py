@@ -1,9 +1,8 @@
 """The balls of a nut as a chain between two elastic rods, screw and nut body.
 
-Each nut is a chain of balls between two elastic rods. Counted from the outer face of a nut to the spacer,
-with axial approach d, axial force f(d) of a ball and K = dz (1/(E A_screw) + 1/(E A_nut)), the recurrence of
-force and stretch, S_j = S_(j-1) - s f_j, N_j = N_(j-1) + s f_j, d_(j+1) = d_j - s dz [S_j/(E A_screw) -
-N_j/(E A_nut)], becomes
+Counted from the outer face of a nut to the spacer, with axial approach d, axial force f(d) of a ball and
+K = dz (1/(E A_screw) + 1/(E A_nut)), the recurrence of force and stretch, S_j = S_(j-1) - s f_j, N_j = N_(j-1) + s f_j,
+d_(j+1) = d_j - s dz [S_j/(E A_screw) - N_j/(E A_nut)], becomes
 
     d_(k+1) - 2 d_k + d_(k-1) = K f(d_k),    d_2 - d_1 = K f(d_1) + end slope,
 
@@ -17,14 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..parameters.file import ScrewParameters
-from .ball_law import (
-    MAX_STEPS,
-    Array,
-    check_force,
-    contact_compliance,
-    flank_law,
-    preload_ball_load,
-)
+from .ball_law import MAX_STEPS, Array, check_force, contact_compliance, flank_law, preload_ball_load
 
 
 def ball_pitch(screw: ScrewParameters, ball_count: int) -> float:
@@ -61,12 +53,10 @@ class BallChain:
     def newton(
         self, d: Array, end_slopes: tuple[float, float], close: Callable[..., None], scale: float
     ) -> Array:
-        """Approaches of a chain whose inner rows are the recurrence; `close` writes the rows that end it.
+        """Approaches of a chain from a start (m,) of the size scale [m], whose inner rows are the recurrence.
 
-        Parameters   d : (m,) start [m];  end_slopes : slope of d inwards at the first and last ball [m]
-                     close(d, f, slope, residual, bands) : overwrites rows of residual [m] and matrix
-                     scale : size of d [m]
-        Raises       ArithmeticError: not converged
+        end_slopes : of d inwards at the first and last ball [m]
+        close(d, f, slope, residual, bands) : overwrites rows of residual [m] and matrix that end the chain
         """
         from scipy.linalg import solve_banded
 
@@ -134,11 +124,8 @@ class BallChain:
 
 
 def ball_oversize(screw: ScrewParameters, preload: float, ball_count: int) -> float:
-    """Oversize of the balls of a single nut for a preload.
+    """Oversize in diameter [m] of the balls of a single nut for a preload [N]: 2.78 um for 2000 N on GD4008-3.
 
-    Parameters   preload : float [N], >= 0;  ball_count : balls of the nut, >= 2
-    Returns      oversize in diameter [m]: 2.78 um for 2000 N on 86 balls of GD4008-3
-    Raises       ValueError: not finite or negative
     Source       Hertz: both contacts of a line together approach by C Q^(2/3), Q = F_p/(n sin(beta) cos(lambda))
     """
     check_force("preload", preload)

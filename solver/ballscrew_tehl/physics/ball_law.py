@@ -20,10 +20,7 @@ ONE_SIDED = 3
 
 
 def contact_compliance(screw: ScrewParameters, contact_angle: float | None = None) -> float:
-    """C of the approach C Q^(2/3) of both raceways together [m/N^(2/3)]; None = the angle without load.
-
-    Source       Hertz; the two contacts of a ball are in series
-    """
+    """C of the approach C Q^(2/3) of both contacts of a ball in series [m/N^(2/3)] at an angle, None: without load."""
     angle = screw.contact_angle if contact_angle is None else contact_angle
     return sum(float(ball_ellipse(screw, angle, raceway, 1.0).delta) for raceway in RACEWAYS)
 
@@ -41,11 +38,8 @@ def check_force(name: str, value: Any, allow_negative: bool = False) -> None:
 
 
 def contact_angle_at_ball_load(screw: ScrewParameters, ball_load: Any) -> Any:
-    """Contact angle of a ball under its load.
+    """Contact angle [rad] of a ball under its load [N], >= 0, float or array.
 
-    Parameters   ball_load : float or array [N], >= 0
-    Returns      beta : like ball_load [rad]
-    Raises       ValueError: negative or not finite
     Validity     no clearance, radial distance of the groove centres kept
     Source       cos(beta) = cos(beta0)/(1 + C Q^(2/3)/A0), Harris, Rolling Bearing Analysis. A ball that is squeezed
                  by four flanks stays in their middle: beta0 at every preload
@@ -58,11 +52,8 @@ def contact_angle_at_ball_load(screw: ScrewParameters, ball_load: Any) -> Any:
 
 
 def loaded_contact_angle(screw: ScrewParameters, force: Any, ball_count: int) -> Any:
-    """Contact angle of a nut whose balls share an axial force equally.
+    """Contact angle [rad] of a nut whose balls share an axial force [N], >= 0, equally; 45.81 deg for GD4008-3 at 2 kN.
 
-    Parameters   force : float or array [N], >= 0, on one nut;  ball_count : balls that share it
-    Returns      beta : like force [rad]; 45.81 degrees for GD4008-3 at 2000 N with 86 balls
-    Raises       ValueError: negative or not finite force
     Source       as contact_angle_at_ball_load with Q = F/(n sin(beta) cos(lambda)), by Newton's method
     """
     check_force("force", force)
@@ -96,8 +87,8 @@ def preload_ball_load(screw: ScrewParameters, force: Any, ball_count: int) -> An
 def flank_law(screw: ScrewParameters, oversize: float = 0.0) -> BallLaw:
     """Force of a ball between two flanks over the axial displacement of the nut towards it, each at its own angle.
 
-    Parameters   oversize : diameter of the ball over that which just touches the flanks [m], >= 0; with it one of the
-                 two pairs of flanks of a ball on four
+    oversize : diameter of the ball over that which just touches the flanks [m], >= 0; with it one of the two pairs of
+               flanks of a ball on four
     Source       the two contacts of a pair lie on one line through the ball's centre: they are in series, and their
                  approach is oversize plus the displacement along that line, for any position of the ball between
                  the other two. The line joins the groove centres, A0 + oversize apart at the angle without load
@@ -127,10 +118,7 @@ def largest_oversize(screw: ScrewParameters) -> float:
 
 
 def flank_travel(screw: ScrewParameters, oversize: float) -> float:
-    """Axial displacement [m] at which the relieved flanks leave the ball; arguments as flank_law.
-
-    Raises       ValueError: an oversize so large that no displacement frees it
-    """
+    """Axial displacement [m] at which the relieved flanks leave a ball with an oversize [m] that is not too large."""
     beta, a_0 = screw.contact_angle, groove_distance(screw)
     x, y_0 = (a_0 + oversize) * math.cos(beta), (a_0 + oversize) * math.sin(beta)
     if not x < a_0:

@@ -3,23 +3,18 @@
 Kinds of preload (`preload_kind` of the screw), after the usual names of the trade:
 
 double_nut                two nuts pressed apart by a spacer; each ball touches two flanks.
-single_nut_offset         one nut whose thread is shifted by a little in its middle: the balls of one half push to one
-                          side, those of the other half to the other, each on two flanks. It is a double nut in one
-                          piece and computed as such; turns and ball counts are those of one half, the nut between the
-                          halves is the spacer. Assumed: the halves are pressed apart.
-single_nut_oversize_ball  balls a few micrometres thicker than their room between grooves of gothic arch, so that each
-                          touches four flanks. Two lines of contact cross in the ball: two opposed sets of flanks, each
-                          with all the balls. Without axial load their forces are equal; it adds to one and relieves
-                          the other. Assumed: bodies stiff in radial direction, flanks symmetric, balls of one size.
+single_nut_offset         one nut whose thread is shifted by a little in its middle, computed as a double nut: turns and
+                          ball counts are those of one half, the nut between the halves, which are assumed to be pressed
+                          apart, is the spacer.
+single_nut_oversize_ball  balls a few micrometres thicker than their room between grooves of gothic arch: two opposed
+                          sets of flanks, each with all the balls. Without axial load their forces are equal; it adds to
+                          one and relieves the other. Assumed: bodies stiff in radial direction, flanks symmetric, balls
+                          of one size.
 
-With oversize balls, nut A and B of this module are the two sets of flanks. Both act on the same balls: preload
-alone stretches neither screw nor nut, and all balls have the same load; an axial load stretches both. The force of a
-set then comes from the chain of all balls, each with f(d) - f(-d); the loads that `nut_loads` gives for it are
-equal ones: exact under preload, under an axial load the heaviest ball of the loaded set carries up to 6 % more
-(GD4008-3, 1 to 6 kN, up to the separation load; `double_nut_loads` has it).
-
-The equations are in `ball_chain`.
-scipy is imported in the functions: evaluation of a stored map needs no load distribution.
+With oversize balls, nut A and B of this module are the two sets of flanks. Preload alone stretches neither screw nor
+nut; an axial load stretches both, and the force of a set comes from the chain of all balls (`ball_chain`). The loads
+that `nut_loads` gives for it are equal ones: exact under preload, under an axial load the heaviest ball of the loaded
+set carries up to 6 % more (GD4008-3, 1 to 6 kN, up to the separation load; `double_nut_loads` has it).
 """
 
 import math
@@ -68,28 +63,11 @@ def _preload_gap(screw: ScrewParameters, preload: float, ball_count: int) -> flo
     return 2.0 * float(chain.nut(preload)[-1]) + chain.spacer_stretch * preload
 
 
-def _four_point_loads(
-    screw: ScrewParameters, preload: float, axial_load: float, ball_count: int
-) -> DoubleNutLoads:
-    chain = _four_point_chain(screw, preload, ball_count)
-    d = chain.ways(abs(axial_load)) if axial_load != 0.0 else np.zeros(chain.n)
-    (f_on, _, Q_on), (f_off, _, Q_off) = chain.flank(d), chain.flank(-d)
-    loaded, relieved = (Q_on, float(f_on.sum())), (Q_off, float(f_off.sum()))
-    # a load to the left acts on the other flanks; the order of the balls is the same
-    a, b = (relieved, loaded) if axial_load >= 0.0 else (loaded, relieved)
-    return DoubleNutLoads(a[0], b[0], a[1], b[1])
-
-
 def nut_loads(screw: ScrewParameters, force: float, ball_count: int) -> Array:
-    """Normal loads of the balls of one nut, each at its own loaded contact angle.
+    """Normal loads (n,) [N] of the balls of one nut under its axial force [N], >= 0, each at its own contact angle.
 
-    Parameters   force : float [N], >= 0, axial force between this nut and the screw
-                 ball_count : balls that share it, >= 2
-    Returns      Q : (n,) [N], outer ball first, the ball next to the spacer last (heaviest); sum of
-                 Q sin(beta) cos(lambda) = force. Oversize balls: one set of flanks, equal loads
-    Raises       ValueError: not finite or negative
-                 ArithmeticError: not converged
-    Source       module docstring; Hertz ball law, bodies as rods of the section areas of the parameters
+    Outer ball first, that next to the spacer, the heaviest, last; sum of Q sin(beta) cos(lambda) = force. Oversize
+    balls: one set of flanks, equal loads.
     """
     check_force("force", force)
     if screw.preload_kind == FOUR_POINT:
@@ -103,21 +81,23 @@ def nut_loads(screw: ScrewParameters, force: float, ball_count: int) -> Array:
 def double_nut_loads(
     screw: ScrewParameters, preload: float, axial_load: float, ball_count: int
 ) -> DoubleNutLoads:
-    """Ball loads of two nuts pushed apart by a spacer, under an external axial load.
+    """Ball loads of two nuts, each with ball_count balls, pushed apart by a spacer, under an external axial load [N].
 
-    Parameters   preload : float [N], >= 0;  ball_count : balls of one nut, >= 2
-                 axial_load : float [N], on the outer flange of the right nut, screw held on the right;
-                 > 0 (to the right) relieves the left nut A, < 0 the right nut B
-    Returns      DoubleNutLoads; a nut that has come free has loads and force 0
-    Raises       ValueError: not finite or negative;  ArithmeticError: not converged
-    Source       module docstring; the gap of the spacer is that of the preload without external load:
-                 d_A + d_B + L_sp [S_mid/(E A_screw) - N_sp/(E A_sp)] at the spacer stays what it was
+    It acts on the outer flange of the right nut, screw held on the right; > 0 (to the right) relieves the left nut A,
+    < 0 the right nut B. The gap of the spacer is that of the preload without external load: d_A + d_B +
+    L_sp [S_mid/(E A_screw) - N_sp/(E A_sp)] at the spacer stays what it was.
     """
     check_force("preload", preload)
     check_force("axial_load", axial_load, allow_negative=True)
     preload, axial_load = float(preload), float(axial_load)
     if screw.preload_kind == FOUR_POINT:
-        return _four_point_loads(screw, preload, axial_load, ball_count)
+        balls = _four_point_chain(screw, preload, ball_count)
+        d = balls.ways(abs(axial_load)) if axial_load != 0.0 else np.zeros(balls.n)
+        # a load to the left acts on the other flanks; the order of the balls is the same
+        (f_b, _, Q_b), (f_a, _, Q_a) = (
+            balls.flank(math.copysign(1.0, axial_load) * side * d) for side in (1.0, -1.0)
+        )
+        return DoubleNutLoads(Q_a, Q_b, float(f_a.sum()), float(f_b.sum()))
     chain = _chain(screw, ball_count)
     if preload == 0.0 and axial_load == 0.0:
         nothing = np.zeros(chain.n)
@@ -132,14 +112,11 @@ def double_nut_loads(
 
 
 def separation_load(screw: ScrewParameters, preload: float, ball_count: int, sign: int = 1) -> float:
-    """External axial load at which the relieved nut comes free.
+    """External axial load [N], its magnitude, at which the left nut (sign +1) or the right one (-1) comes free.
 
-    Parameters   preload : float [N], >= 0;  ball_count : balls of one nut, >= 2
-                 sign : +1 load that relieves the left nut, -1 the right nut (see double_nut_loads)
-    Returns      magnitude of the load [N]; between rigid bodies 2^(3/2) preload
-    Raises       ValueError: not finite or negative;  ArithmeticError: not converged
-    Source       gap equation with force 0 in the relieved nut: its ball next to the spacer just touches. Oversize
-                 balls: the way of the ball that moves least is oversize/(sin(beta) cos(lambda)), to first order
+    Gap equation with force 0 in the relieved nut: its ball next to the spacer just touches; 2^(3/2) preload between
+    rigid bodies. Oversize balls: the way of the ball that moves least is oversize/(sin(beta) cos(lambda)), to first
+    order.
     """
     check_force("preload", preload)
     if preload == 0.0:
@@ -178,10 +155,8 @@ def largest_preload(screw: ScrewParameters, ball_count: int) -> float:
 def load_nodes(load: Array, per_ln: float = NODES_PER_LN) -> tuple[Array, Array]:
     """Ball loads (k,) to evaluate at, and weights (n, k) from logarithms there to those at the loads (n,) of one nut.
 
-    The loads differ by a few percent: Chebyshev nodes in ln(load) and the polynomial through them; or the loads
-    themselves where they are no more.
-
-    Parameters   per_ln: nodes per unit of ln(load) beyond LOAD_NODES
+    The loads differ by a few percent: Chebyshev nodes in ln(load), LOAD_NODES and per_ln more by its unit, and the
+    polynomial through them; or the loads themselves where they are no more.
     """
     x = np.log(np.asarray(load, dtype=float))
     low, high = float(x.min()), float(x.max())

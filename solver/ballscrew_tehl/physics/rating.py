@@ -12,11 +12,6 @@ STATIC_PRESSURE = 4.2e9
 LIFE_EXPONENT, WEIBULL = 3.0, 10.0 / 9.0
 
 
-def dynamic_rating(screw: ScrewParameters) -> float:
-    """Dynamic axial load rating C_a of one nut [N]: that of the screw file, else computed."""
-    return computed_dynamic_rating(screw) if screw.dynamic_rating is None else screw.dynamic_rating
-
-
 def computed_dynamic_rating(screw: ScrewParameters) -> float:
     """Dynamic axial load rating C_a of one nut [N] by its geometry: 90 % of the screws reach 1e6 turns under it.
 
@@ -37,6 +32,11 @@ def computed_dynamic_rating(screw: ScrewParameters) -> float:
     c_s *= math.tan(angle) * math.cos(lead) ** 1.3
     over = ((1.0 - g) / (1.0 + g)) ** 1.723 * ((2.0 - 1.0 / f_n) / (2.0 - 1.0 / f_s)) ** 0.41
     return c_s * (1.0 + over ** (10.0 / 3.0)) ** -0.3 * screw.turns**0.86
+
+
+def dynamic_rating(screw: ScrewParameters) -> float:
+    """Dynamic axial load rating C_a of one nut [N]: that of the screw file, else computed."""
+    return computed_dynamic_rating(screw) if screw.dynamic_rating is None else screw.dynamic_rating
 
 
 def static_rating(screw: ScrewParameters) -> float:
@@ -62,9 +62,8 @@ def ball_pressure(screw: ScrewParameters, load: float) -> float:
 
 
 def life(screw: ScrewParameters, force_a: float, force_b: float) -> float:
-    """Nominal life L10 of the preloaded nut in turns, under constant axial forces of both nuts; infinite without force.
+    """Nominal life L10 of the preloaded nut in turns, under constant axial forces [N]; infinite without force.
 
-    Parameters   force_a, force_b : [N], >= 0
     Source       ISO 3408-5: L = (C_a/F)^3 1e6 of each nut, together (L_A^(-10/9) + L_B^(-10/9))^(-9/10)
     """
     rating = dynamic_rating(screw)
