@@ -57,21 +57,14 @@ def catalogue_preload(screw: ScrewParameters) -> float:
 
 
 def screw_constants(screw: ScrewParameters) -> ScrewConstants:
-    """Constants of a screw, computed once for all loads.
-
-    Raises       ValueError as physics.rating.static_rating
-    """
+    """Constants of a screw, computed once for all loads."""
     return ScrewConstants(static_rating(screw), dynamic_rating(screw), nut_stiffness_constant(screw))
 
 
 def loaded_screw(
     screw: ScrewParameters, constants: ScrewConstants, preload: float, axial_load: float
 ) -> LoadedScrew:
-    """Loads, pressure, stiffness and life at one load.
-
-    Parameters   preload [N] >= 0, axial_load [N]
-    Raises       ValueError, ArithmeticError as physics.load and physics.axial_stiffness
-    """
+    """Loads, pressure, stiffness and life at a preload [N] >= 0 and an axial load [N]."""
     count = screw.loaded_ball_count
     nuts = double_nut_loads(screw, preload, axial_load, count)
     heaviest = max(float(nuts.Q_a.max()), float(nuts.Q_b.max()))
@@ -99,13 +92,7 @@ def loaded_screw(
 
 
 def efficiency(screw: ScrewParameters, axial_load: float, torque: float) -> Efficiency | None:
-    """Efficiency both ways under an axial load [N] with a friction torque [N.m], magnitude; None without axial load.
-
-    Example
-        >>> from ballscrew_tehl.parameters.file import load_screw
-        >>> [round(value, 3) for value in efficiency(load_screw().screw, 5000.0, 0.5)]
-        [0.927, 0.921]
-    """
+    """Efficiency both ways under an axial load [N] with a friction torque [N.m], magnitude; None without axial load."""
     useful = abs(axial_load) * screw.lead / (2.0 * math.pi)
     if useful == 0.0:
         return None

@@ -20,7 +20,7 @@ Oversize balls: a ball has one motion between all its flanks, and of its shear t
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -290,7 +290,7 @@ def _torques(
     asperities = ball.traction.asperities[..., :: len(nut.means)].mean(axis=-1)
     parts = (
         *(
-            _supplied(parameters, name, mean, speed, temperature, nut.contacts[0][name]) * nut.lost[name] / speed
+            rolling_torque(parameters, name, mean, nut.contacts[0][name], nut.lost[name], speed, temperature)
             for name in RACEWAYS
         ),
         shear * np.sum((nut.loads / mean) ** SHEAR_EXPONENT) / speed,
@@ -302,16 +302,18 @@ def _torques(
     return NutTorques(screw, nut_raceway, hysteresis, ball_ball, shear=slid, thrust_factor=thrust)
 
 
-def _supplied(
+def rolling_torque(
     parameters: Parameters,
     raceway: str,
     load: float,
+    found: Mapping[str, Array],
+    lost: Array,
     speed: Array,
     temperature: Array,
-    found: Mapping[str, Array],
-) -> Any:
-    """Rolling loss of a ball [N] with the oil supply of the file over the flooded one (s, t); found: its contact.
+) -> Array:
+    """Rolling torque (s, t) [N.m] of a raceway with the oil supply of the file, from the flooded loss of all balls [W].
 
+    load, found : of the mean ball [N], and its contact
     Source       physics.supply, or SKF's replenishment: d, D of the angular contact bearing with this ball and pitch
                  diameter, whose section D - d is the ball diameter over 0.3 (assumption: geometry of bearings)
     """
@@ -320,31 +322,17 @@ def _supplied(
     if K_rs > 0.0:
         nu = 1e6 * inlet / ambient_density(oil, temperature)
         pitch, half = 2e3 * screw.nominal_radius, 0.5e3 * screw.ball_diameter / BALL_OVER_SECTION
-        return replenishment_factor(K_rs, K_Z, speed / RPM, nu, pitch - half, pitch + half)
-    R_x, R_y = reduced_radii(screw, float(contact_angle_at_ball_load(screw, load)), raceway)
-    b, u_e = ellipse(load, R_x, R_y, E_prime(screw)).b, entrainment_speed(screw, speed)
-    loss, film = found["rolling_loss"][0], found["central_film"][0]
-    return supply_factor(friction.supply_length, load, loss, u_e, inlet, film, b, R_x, R_y)
+        factor = replenishment_factor(K_rs, K_Z, speed / RPM, nu, pitch - half, pitch + half)
+    else:
+        R_x, R_y = reduced_radii(screw, float(contact_angle_at_ball_load(screw, load)), raceway)
+        b, u_e = ellipse(load, R_x, R_y, E_prime(screw)).b, entrainment_speed(screw, speed)
+        loss, film = found["rolling_loss"][0], found["central_film"][0]
+        factor = supply_factor(friction.supply_length, load, loss, u_e, inlet, film, b, R_x, R_y)
+    return np.asarray(factor * lost / speed)
 
 
-def rolling_torque(
-    parameters: Parameters,
-    raceway: str,
-    loads: Array,
-    speed: Array,
-    temperature: Array,
-    contacts: ContactValues,
-    mean: Mapping[str, Array],
-) -> Array:
-    """Rolling torque (s, t) [N.m] of a raceway, ball loads (n,) > 0; mean: contact of the ball with their mean_load."""
-    lost = contacts.values(raceway, loads, speed[:, :1], temperature[0])["rolling_loss"].sum(axis=0)
-    supplied = _supplied(parameters, raceway, mean_load(loads), speed, temperature, mean)
-    return np.asarray(supplied * lost / speed)
-
-
-def torque_line(nuts: Iterable[tuple[int, NutTorques]], ratio: float = 1.0) -> tuple[Any, Any]:
+def torque_line(nuts: Sequence[tuple[int, NutTorques]], ratio: float = 1.0) -> tuple[Any, Any]:
     """Torque of nuts_powers without ball on ball, and what it rises by per coefficient 2 mu_b Lambda kappa [N.m]."""
-    nuts = list(nuts)
     rest = sum(times * nut.torque(ratio, 0.0) for times, nut in nuts)
     return rest, sum(times * nut.thrust_factor * nut.sliding for times, nut in nuts)
 

@@ -134,12 +134,7 @@ def _renamed(content: Any, names: Mapping[str, str]) -> Any:
 
 
 def load_friction_sets(path: Path | str | None = None, remedy: str = "restore it") -> dict[Law, FrictionSet]:
-    """Fitted numbers of a file by law.
-
-    Parameters   path : TOML file as write_friction_sets writes it; None = the packaged sets
-                 remedy : end of an error message
-    Raises       ValueError: file missing or not of this form, with the place
-    """
+    """Fitted numbers by law of a file of write_friction_sets, None: the packaged ones; remedy: end of an error."""
     file = PACKAGED_SETS if path is None else Path(path)
     content = read_toml(file, remedy)
     if "screw" in content:
@@ -224,37 +219,28 @@ def default_friction_set(parameters: Parameters) -> FrictionSet:
 
 def _toml_lines(content: Mapping[str, Any], prefix: str) -> list[str]:
     """Entries and then sub-tables of a TOML table; escapes of TOML strings are those of JSON."""
-    lines = []
-    for key, value in content.items():
-        if not isinstance(value, Mapping):
-            text = (
-                repr(float(f"{value:.6g}"))
-                if isinstance(value, float)
-                else json.dumps(value, ensure_ascii=False)
-            )
-            name = key if key.replace("_", "").isalnum() else json.dumps(key, ensure_ascii=False)
-            lines.append(f"{name} = {text}".replace("\x7f", "\\u007f"))
+    entries, tables = [], []
     for key, value in content.items():
         if isinstance(value, Mapping):
-            lines += [f"[{prefix}.{key}]", *_toml_lines(value, f"{prefix}.{key}")]
-    return lines
+            tables += [f"[{prefix}.{key}]", *_toml_lines(value, f"{prefix}.{key}")]
+        else:
+            rounded = isinstance(value, float) and repr(float(f"{value:.6g}"))
+            name = key if key.replace("_", "").isalnum() else json.dumps(key, ensure_ascii=False)
+            text = f"{name} = {rounded or json.dumps(value, ensure_ascii=False)}"
+            entries.append(text.replace("\x7f", "\\u007f"))
+    return entries + tables
 
 
 def write_friction_sets(path: Path | str, sets: Iterable[FrictionSet], header: str = "") -> None:
-    """Write numbers of laws as TOML to a temporary name and rename it; the same numbers give the same bytes.
-
-    Parameters   header : lines of comment for the top of the file
-    """
+    """Write numbers of laws as TOML below a comment; the same numbers give the same bytes."""
     lines = [f"# {line}".rstrip() for line in header.splitlines()]
     for entry in sorted(sets, key=lambda entry: (entry.kinematics, entry.name)):
         prefix = f"{entry.kinematics}.{entry.name}"
-        # not_identified: an empty table says that all is
-        stated = {
-            key: value
-            for key, value in entry.entries.items()
-            if key not in ("name", "kinematics")
-            and (value or value == 0.0 or (key == "not_identified" and value is not None))
-        }
+        stated = {key: value for key, value in entry.entries.items() if value or value == 0.0}
+        del stated["name"], stated["kinematics"]
+        if entry.not_identified is not None:
+            # an empty table says that all is
+            stated["not_identified"] = entry.not_identified
         lines += ["", f"[{prefix}]", *_toml_lines(_renamed(stated, _KEYS), prefix)]
     with whole_file(Path(path)) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -273,8 +259,8 @@ def friction_set_lines(entry: FrictionSet) -> list[str]:
         parts = [f"{key} {100.0 * entry.errors[key]:.2f} %" for key in wanted if key in entry.errors]
         lines.append("    deviations: " + ", ".join(parts))
     for name, left_out in entry.leave_one_table_out.items():
-        lines.append(f"    fitted without {name}: missed by {100.0 * left_out['mean']:.1f} % on average, "
-                     f"{100.0 * left_out['max']:.1f} % at most")  # fmt: skip
+        mean, most = 100.0 * left_out["mean"], 100.0 * left_out["max"]
+        lines.append(f"    fitted without {name}: missed by {mean:.1f} % on average, {most:.1f} % at most")
     return lines
 
 

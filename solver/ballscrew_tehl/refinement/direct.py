@@ -171,7 +171,8 @@ class NutContacts:
             contacts = MeanBallContacts(self.parameters, {raceway: [(load, hot)]})
             at = np.array([[speed]]), np.array([[temperature]])
             mean = contacts.values(raceway, np.array([load]), *at)
-            rolling = rolling_torque(self.parameters, raceway, loads, *at, contacts, mean)
+            lost = contacts.values(raceway, loads, *at)["rolling_loss"].sum(axis=0)
+            rolling = rolling_torque(self.parameters, raceway, load, mean, lost, *at)
             return np.array([rolling[0, 0], hot["central_film"], *extremes])
         own = hot["central_film"]
         if self.film == "solved":
