@@ -5,17 +5,14 @@ moved to both ends alone. With the parabola g_c through ln(T_c/T) at low end, va
 
     m = ln T + sum_c mean(g_c),   s^2 = sum_c variance(g_c),   interval exp(m -+ 1.2816 s)
 
-holds about 80 % of the torques: mean and variance of a sum of independent quantities, taken as normal. The logarithm,
-for most constants are factors of a part of the torque; that a constant changes the effect of another is neglected. Of
-600 points of a Latin hypercube of the constants it holds 75 % (GD4008-3 with VG 100, 303 K: 1 kN at 100 and 2500 r/min,
-6 kN at 2500 r/min).
+holds about 80 % of the torques: mean and variance of a sum of independent quantities, taken as normal; that a constant
+changes the effect of another is neglected. Of 600 points of a Latin hypercube of the constants it holds 75 % (GD4008-3
+with VG 100, 303 K: 1 kN at 100 and 2500 r/min, 6 kN at 2500 r/min).
 
 Zero fitted: kappa of the ball-ball part is one of the constants. Fitted: the coefficient k has the 95 % interval of its
 fit, mu_b, Lambda and kappa do not count as far as they enter through k, and the mean error of a point left out of the
-fit counts as the scatter of a normal quantity.
-
-Calibrated on one torque: with every constant moved, the coefficient is fitted again to the torque at that point, so
-that constants count for what they do elsewhere; the scatter is that of the packaged fit, for want of an own one.
+fit counts as the scatter of a normal quantity. Calibrated on one torque: with every constant moved, the coefficient is
+fitted again to the torque at that point; the scatter is that of the packaged fit.
 
 A constant that the screw file states counts as known. The supply of the oil counts by the length of its inlet, from 3
 half-widths to flooded, uniform in 1/length. Not in the interval: viscosity of the oil, the solver's error, seals; and
@@ -45,15 +42,14 @@ FIT_DEVIATIONS, SCATTER_DEVIATION = 2.0 * 1.96, math.sqrt(0.5 * math.pi)
 FITTED_COEFFICIENT, LEFT_OUT = "net_sliding_coefficient", "leave_one_out"
 #: constants that act through the level of the torque, which a measured one fixes
 BY_ONE_TORQUE = (FITTED_COEFFICIENT, "boundary_friction", "limiting_shear_coefficient")
+#: speed, temperature, contacts, as powers_of_nuts takes them
+At = tuple[Any, Any, ContactValues]
 #: what the ends of an interval are
 MEANING = "about 80 %, from bounded constants"
 
 
 class Fit(NamedTuple):
-    """95 % limits of the coefficient fitted to a screw, and mean absolute error of a point left out of the fit.
-
-    Calibrated on one torque: the coefficient without limits, and that error of the packaged fit.
-    """
+    """95 % limits of the coefficient fitted to a screw, equal if to one torque; mean error of a point left out."""
 
     low: float
     high: float
@@ -61,17 +57,17 @@ class Fit(NamedTuple):
 
 
 class TorqueInterval(NamedTuple):
-    """Torque with its interval [N.m].
-
-    ends : by constant, the torques with this constant alone at its low and high end
-    shares : of the variance of ln(torque), by constant, largest first; that of ball_thrust under FITTED_COEFFICIENT
-    """
+    """Torque with its interval [N.m]."""
 
     torque: float
     low: float
     high: float
-    ends: Mapping[str, tuple[float, float]]
-    shares: Mapping[str, float]
+    ends: Mapping[
+        str, tuple[float, float]
+    ]  # by constant, torques with this one alone at its low and high end
+    shares: Mapping[
+        str, float
+    ]  # of the variance of ln(torque), largest first; ball_thrust: FITTED_COEFFICIENT
 
     @property
     def relative(self) -> tuple[float, float]:
@@ -160,8 +156,8 @@ def torque_interval(
     nuts = loaded_nuts(parameters, forces)
     if not nuts:
         return TorqueInterval(0.0, 0.0, 0.0, {}, {})
-    at, of_ends, moments = _effects(parameters, [nuts], contacts, speed, temperature, friction_set)
-    torque = float(at[0])
+    middle, of_ends, moments = _effects(parameters, [nuts], (speed, temperature, contacts), friction_set)
+    torque = float(middle[0])
     ends = {name: (float(low[0]), float(high[0])) for name, (low, high) in of_ends.items()}
     low, high = (torque * float(end[0]) for end in _ends(moments))
     # both are the one number of the law: the bounds of ball_thrust are those of the coefficient without a fit
@@ -185,16 +181,11 @@ def interval_ends(
     Without axial load. All points side by side: a point by itself, as torque_interval, takes 50 times as long.
     """
     points = [loaded_nuts(parameters, [float(force)] * 2) for force in preloads]
-    return _ends(_effects(parameters, points, contacts, speeds[:, None], temperatures, friction_set)[2])
+    return _ends(_effects(parameters, points, (speeds[:, None], temperatures, contacts), friction_set)[2])
 
 
 def _effects(
-    parameters: Parameters,
-    points: Sequence[Sequence[Nut]],
-    contacts: ContactValues,
-    speed: Any,
-    temperature: Any,
-    friction_set: FrictionSet,
+    parameters: Parameters, points: Sequence[Sequence[Nut]], at: At, friction_set: FrictionSet
 ) -> tuple[Array, dict[str, tuple[Array, Array]], dict[str, tuple[Any, Any]]]:
     """Torque; by constant: torques at its ends; mean and variance of ln(torque); (points, ...), of the nuts of each."""
     fit, coefficient = fit_of(friction_set, parameters), friction_set.net_sliding_coefficient
@@ -205,8 +196,9 @@ def _effects(
     coefficients = [coefficient] * len(variants)
     if fit is not None and friction_set.calibrated_at:
         # the torque at the point of the calibration is that of the first variant
-        preload, *at = (friction_set.calibrated_at[name] for name in CALIBRATED_AT)
-        there = _lines(variants, [loaded_nuts(parameters, [preload] * 2)], contacts, *at, ratio)
+        preload, speed, temperature = (friction_set.calibrated_at[name] for name in CALIBRATED_AT)
+        point = loaded_nuts(parameters, [preload] * 2)
+        there = _lines(variants, [point], (speed, temperature, at[2]), ratio)
         torque = there[0][0] + coefficient * there[0][1]
         coefficients = [max(float((torque - rest)[0] / slope[0]), 0.0) for rest, slope in there]
     elif fit is None and parameters.friction.net_sliding_coefficient is None:
@@ -214,7 +206,7 @@ def _effects(
             ball_ball_coefficient(changed.friction, value.get("ball_thrust", kappa))
             for changed, value in zip(variants, values, strict=True)
         ]
-    lines = _lines(variants, points, contacts, speed, temperature, ratio)
+    lines = _lines(variants, points, at, ratio)
     middle, *of_ends = (rest + k * slope for (rest, slope), k in zip(lines, coefficients, strict=True))
     ends = dict(zip(names, zip(of_ends[::2], of_ends[1::2], strict=True), strict=True))
     moments: dict[str, tuple[Any, Any]] = {}
@@ -230,16 +222,11 @@ def _effects(
 
 
 def _lines(
-    variants: Sequence[Parameters],
-    points: Sequence[Sequence[Nut]],
-    contacts: ContactValues,
-    speed: Any,
-    temperature: Any,
-    ratio: float,
+    variants: Sequence[Parameters], points: Sequence[Sequence[Nut]], at: At, ratio: float
 ) -> list[tuple[Array, Array]]:
     """torque_line of variants with other constants, each (points, ...)."""
     nuts, result = [nut for point in points for nut in point], []
-    for powers in powers_of_nuts(variants, nuts, speed, temperature, contacts):
+    for powers in powers_of_nuts(variants, nuts, *at):
         of_nuts = iter(powers)
         lines = [torque_line([(nut.times, next(of_nuts)) for nut in point], ratio) for point in points]
         rest, slope = map(np.array, zip(*lines, strict=True))

@@ -103,11 +103,11 @@ def thrust_factor(friction: FrictionTable, share: Any) -> Any:
     """Thrust of a ball on its neighbours with a share f of the load on asperities, over that in a full film.
 
     Balls whose contact angles differ would run at different speeds. Their neighbours hold them, and both contacts
-    creep: elastically, sliding over a part of the contact. The creep is given by the angles; where the contact can
-    transmit more, less of it slides. So the thrust hardly rises with friction: 1.10 times where asperities carry all.
-    It is (2 - y)/(2 - x) with y = x Lambda/mu up to 1, mu = (1-f) Lambda + f mu_b, x the creep over that at which a
-    contact slides as a whole at Lambda: two contacts transmit 2 Lambda Q x (2 - x) = kappa Lambda Q. Beyond y = 1 all
-    slides: mu/(Lambda x (2 - x)).
+    creep, as the angles give it; where a contact can transmit more, less of it slides. So the thrust hardly rises with
+    friction: 1.10 times where asperities carry all.
+    It is (2 - y)/(2 - x) with y = x Lambda/mu up to 1, mu = (1-f) Lambda + f mu_b, x the creep over
+    that at which a contact slides as a whole at Lambda: two contacts transmit 2 Lambda Q x (2 - x) = kappa Lambda Q.
+    Beyond y = 1 all slides: mu/(Lambda x (2 - x)).
     Assumption: spin and slip of the same contacts are left out; with them it would rise more (docs/theory.md).
 
     Source       Carter, Proc Roy Soc A 112 (1926) 151; Johnson, Contact Mechanics (1985), Eq. 8.48: of a creep xi a
@@ -133,7 +133,7 @@ def law_constants(parameters: Parameters) -> dict[str, float | None]:
 
 
 def mean_load(loads: Array) -> float:
-    """Ball load [N] that represents those of a nut: ln(load) averaged as viscous force grows, load^(2/3).
+    """Ball load [N] that represents those of a nut: ln(load) averaged with weights load^(2/3), like viscous force.
 
     With film = film(mean) (load/mean)^slope the sum over the balls has no error of first order in the slope; what is
     left is half of the square of its error times the variance of ln(load), below 1e-5 up to 9000 N on 40 mm.
@@ -168,11 +168,7 @@ def nuts_powers(
 
 
 def powers_of_nuts(
-    variants: Sequence[Parameters],
-    nuts: Sequence[Nut],
-    speed: Any,
-    temperature: Any,
-    contacts: ContactValues,
+    variants: Sequence[Parameters], nuts: Sequence[Nut], speed: Any, temperature: Any, contacts: ContactValues
 ) -> list[list[NutTorques]]:
     """Power balance of several nuts for each of the variants, parts (s, t) or floats for a single point.
 
@@ -278,12 +274,7 @@ def _shear(balls: Sequence[_MeanBall], speed: Array) -> list[Array]:
 
 
 def _torques(
-    parameters: Parameters,
-    nut: _LoadedNut,
-    ball: _MeanBall,
-    shear: Array,
-    speed: Array,
-    temperature: Array,
+    parameters: Parameters, nut: _LoadedNut, ball: _MeanBall, shear: Array, speed: Array, temperature: Array
 ) -> NutTorques:
     """Torques of a nut with the shear power of its mean ball [W] (s, t)."""
     mean, u = nut.means[0], float(entrainment_speed(parameters.screw, 1.0))

@@ -37,7 +37,6 @@ _KEYS = {
     "speed": "speed_rad_s",
     "temperature": "temperature_K",
 }
-
 #: entries of earlier files, which are ignored or follow from the law
 EARLIER = ("correlations", "other_losses", "film_model")
 PACKAGED_SETS = PACKAGED_DATA / "friction_sets.toml"
@@ -54,34 +53,33 @@ CATALOGUE_DIFFERS = (
 
 @dataclass(frozen=True)
 class FrictionSet:
-    """Fitted numbers of a friction law with their provenance.
-
-    apparent_viscosity_ratio  apparent shear viscosity over film viscosity [1]; mechanistic: factor of the rolling part
-    net_sliding_coefficient   mu_s (1 - 3c + c^3) as one number [1]; mechanistic: 2 mu_b Lambda kappa of ball on ball
-    roughness_height          h_r of the share 1/(1 + (h_r/h)^2) of the viscous part [m]; mechanistic: 0, not used
-    loss, provenance          what was minimised, over which data
-    intervals                 half-width of the 95 % Student-t interval per fitted parameter (SI)
-    errors                    absolute relative errors: mean, max, per table, leave_one_out_mean, leave_one_out_max
-    leave_one_table_out       table left out -> mean and max error on its points that the fit did not see
-    limits                    fitted parameter -> {"low", "high"}, 95 % limits (SI); of the packaged sets by profile
-    not_identified            what the data do not identify -> why; None: not examined
-    screw, parameters_hash    screw of the fit, its name and the hash of all that the films depend on; "" if not known
-    calibrated_at             of a calibration on one torque: its point, names CALIBRATED_AT; the set gives that torque
-    """
+    """Fitted numbers of a friction law (SI) with their provenance."""
 
     law: Law
+    #: apparent shear viscosity over film viscosity [1]; mechanistic: factor of the rolling part
     apparent_viscosity_ratio: float
+    #: mu_s (1 - 3c + c^3) as one number [1]; mechanistic: 2 mu_b Lambda kappa of ball on ball
     net_sliding_coefficient: float
-    roughness_height: float = 0.0
-    loss: str = ""
-    provenance: str = ""
-    intervals: Mapping[str, float] = field(default_factory=dict)
+    roughness_height: float = (
+        0.0  # h_r of the share 1/(1 + (h_r/h)^2) of the viscous part [m]; mechanistic: not used
+    )
+    loss: str = ""  # what was minimised
+    provenance: str = ""  # over which data
+    intervals: Mapping[str, float] = field(
+        default_factory=dict
+    )  # half-width, 95 % Student t, by fitted parameter
+    #: absolute relative errors: mean, max, per table, leave_one_out_mean, leave_one_out_max
     errors: Mapping[str, float] = field(default_factory=dict)
+    #: table left out -> mean and max error on its points that the fit did not see
     leave_one_table_out: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    #: fitted parameter -> {"low", "high"}, 95 % limits; of the packaged sets by profile
     limits: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    not_identified: Mapping[str, str] | None = None
-    screw: str = ""
-    parameters_hash: str = ""
+    not_identified: Mapping[str, str] | None = (
+        None  # what the data do not identify -> why; None: not examined
+    )
+    screw: str = ""  # of the fit
+    parameters_hash: str = ""  # of all that the films of the fit depend on; "": not known
+    #: of a calibration on one torque: its point, names CALIBRATED_AT; the set gives that torque
     calibrated_at: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -187,12 +185,10 @@ def check_usable(entry: FrictionSet, parameters: Parameters, where: str, remedy:
 
 
 def default_friction_set(parameters: Parameters) -> FrictionSet:
-    """The packaged numbers of the law of the parameters, with their overrides.
+    """The packaged numbers of the law of the parameters, with their overrides; ValueError: two of one number.
 
     The number of the mechanistic law belongs to no screw: without an override it is carried over from that of the fit,
     and the provenance says so.
-
-    Raises       ValueError: two overrides of one number
     """
     friction = parameters.friction
     entry = load_friction_sets()[friction.law]

@@ -77,22 +77,16 @@ class TorqueParts(NamedTuple):
 
 
 class NutTorques(NamedTuple):
-    """Torque of one nut before fitted numbers enter [N.m]; floats, or arrays over speed and temperature.
+    """Torque of one nut before fitted numbers enter [N.m]; floats, or arrays over speed and temperature."""
 
-    viscous_*      of that raceway at ratio 1 and full share; mechanistic: rolling loss
-    sliding        at coefficient 1; mechanistic: of ball on ball in a full film
-    film_*         effective film for the roughness share [m]
-    shear          of both raceways, mechanistic;  thrust_factor: of the sliding part, see mechanistic
-    """
-
-    viscous_screw: Any
+    viscous_screw: Any  # of a raceway at ratio 1 and full share; mechanistic: rolling loss
     viscous_nut: Any
     hysteresis: float
-    sliding: float
-    film_screw: Any = math.inf
+    sliding: float  # at coefficient 1; mechanistic: of ball on ball in a full film
+    film_screw: Any = math.inf  # effective film for the roughness share [m]
     film_nut: Any = math.inf
-    shear: Any = 0.0
-    thrust_factor: Any = 1.0
+    shear: Any = 0.0  # of both raceways, mechanistic
+    thrust_factor: Any = 1.0  # of the sliding part, see mechanistic
 
     def parts(self, ratio: float, coefficient: float, height: float = 0.0) -> TorqueParts:
         """Torque of the nut by part; arguments as FrictionSet.values."""
@@ -129,9 +123,8 @@ def nut_sums(
 
     Speeds and temperatures may be arrays that broadcast to (...), for a film model that gives (n, ...).
 
-    Source       Zhao 2023, Eqs. (23)-(24) for one nut: T = sum F (r_m + r_b cos(beta)) cos(lambda); viscous
-                 and hysteresis force on both raceways, sliding once per ball, which is what the printed
-                 torques sum.
+    Source       Zhao 2023, Eqs. (23)-(24) for one nut: T = sum F (r_m + r_b cos(beta)) cos(lambda); viscous and
+                 hysteresis force on both raceways, sliding once per ball, as the printed torques sum.
                  differs from paper: each ball with its own load. The film of the roughness share is the mean
                  of 1/h^2 over the balls, weighted with their viscous force: exact to first order in (h_r/h)^2
     """

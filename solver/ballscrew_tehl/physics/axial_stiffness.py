@@ -6,9 +6,9 @@ approach d_0 = (P/k)^(2/3). A displacement x of the nut against the screw adds t
 
     F_A = k max(d_0 - x, 0)^(3/2),  F_B = k max(d_0 + x, 0)^(3/2),  load = F_B - F_A.
 
-All kinds of preload have this law: with oversize balls A and B are the two pairs of flanks, each with all balls, and
-d_0 is the oversize over sin(beta) cos(lambda). Assumed: rigid bodies, equal loads of the balls, constant contact angle;
-the chain of `load` assumes none of these. Bodies of the default sections make GD4008-3 at 2 kN up to 18 % softer.
+With oversize balls A and B are the two pairs of flanks, each with all balls, and d_0 is the oversize over
+sin(beta) cos(lambda). Assumed: rigid bodies, equal loads of the balls, constant contact angle; the chain of `load`
+assumes none of these. Bodies of the default sections make GD4008-3 at 2 kN up to 18 % softer.
 """
 
 import math

@@ -27,8 +27,7 @@ def ball_pitch(screw: ScrewParameters, ball_count: int) -> float:
 class BallChain:
     """One screw's bodies and ball law with n balls in each nut."""
 
-    #: approach to which the accuracy is relative where a load has a smaller one [m]
-    least_scale = 0.0
+    least_scale = 0.0  # approach to which the accuracy is relative where a load has a smaller one [m]
 
     def __init__(self, screw: ScrewParameters, ball_count: int) -> None:
         self.n = int(ball_count)
@@ -87,9 +86,8 @@ class BallChain:
                     break
                 factor *= 0.5
             d = trial
-        raise ArithmeticError(
-            f"ball loads not converged: last step {np.max(np.abs(step)):.1e} m of {scale:.1e} m"
-        )
+        last = float(np.max(np.abs(step)))
+        raise ArithmeticError(f"ball loads not converged: last step {last:.1e} m of {scale:.1e} m")
 
     def nut(self, force: float, end_slope: float = 0.0) -> Array:
         """Approaches of one nut under its axial force, outer ball first (n,) [m]."""

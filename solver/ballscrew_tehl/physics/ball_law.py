@@ -51,32 +51,21 @@ def contact_angle_at_ball_load(screw: ScrewParameters, ball_load: Any) -> Any:
     return np.arccos(math.cos(screw.contact_angle) / (1.0 + stretch))
 
 
-def loaded_contact_angle(screw: ScrewParameters, force: Any, ball_count: int) -> Any:
+def loaded_contact_angle(screw: ScrewParameters, force: float, ball_count: int) -> float:
     """Contact angle [rad] of a nut whose balls share an axial force [N], >= 0, equally; 45.81 deg for GD4008-3 at 2 kN.
 
-    Source       as contact_angle_at_ball_load with Q = F/(n sin(beta) cos(lambda)), by Newton's method
+    Source       as contact_angle_at_ball_load with Q = F/(n sin(beta) cos(lambda))
     """
     check_force("force", force)
+    beta_0, per_ball = screw.contact_angle, force / (ball_count * math.cos(screw.lead_angle))
     if screw.preload_kind == FOUR_POINT:
-        return screw.contact_angle + 0.0 * np.asarray(force, dtype=float)
-    cos_0 = math.cos(screw.contact_angle)
-    # cos(beta) (1 + k sin(beta)^(-2/3)) = cos(beta0), falling in beta
-    per_ball = np.asarray(force, dtype=float) / (ball_count * math.cos(screw.lead_angle))
-    k = contact_compliance(screw) * np.cbrt(per_ball) ** 2 / groove_distance(screw)
-    beta = np.full(k.shape, screw.contact_angle)
-    for _ in range(MAX_STEPS):
-        sin, cos = np.sin(beta), np.cos(beta)
-        share = k * np.cbrt(sin) ** -2
-        value = cos * (1.0 + share) - cos_0
-        slope = -sin * (1.0 + share) - (2.0 / 3.0) * share * cos**2 / sin
-        # half way to pi/2 at most: keeps the angle in range under absurd loads
-        step = np.minimum(-value / slope, 0.5 * (0.5 * math.pi - beta))
-        beta = beta + step
-        if np.all(np.abs(step) <= 1e-15 * beta + 1e-16):
-            break
-    else:
-        raise ArithmeticError(f"contact angle not converged, last step {np.max(np.abs(step)):.1e} rad")
-    return beta[()]
+        return beta_0
+    k = contact_compliance(screw) * math.cbrt(per_ball) ** 2 / groove_distance(screw)
+
+    def excess(beta: float) -> float:
+        return math.cos(beta_0) - math.cos(beta) * (1.0 + k * math.cbrt(math.sin(beta)) ** -2)
+
+    return rising_root(excess, beta_0, 0.5 * math.pi, 1e-15)[0]
 
 
 def preload_ball_load(screw: ScrewParameters, force: Any, ball_count: int) -> Any:
@@ -87,11 +76,10 @@ def preload_ball_load(screw: ScrewParameters, force: Any, ball_count: int) -> An
 def flank_law(screw: ScrewParameters, oversize: float = 0.0) -> BallLaw:
     """Force of a ball between two flanks over the axial displacement of the nut towards it, each at its own angle.
 
-    oversize : diameter of the ball over that which just touches the flanks [m], >= 0; with it one of the two pairs of
-               flanks of a ball on four
-    Source       the two contacts of a pair lie on one line through the ball's centre: they are in series, and their
-                 approach is oversize plus the displacement along that line, for any position of the ball between
-                 the other two. The line joins the groove centres, A0 + oversize apart at the angle without load
+    The ball has an oversize [m] over that which just touches the flanks if they are one of two pairs. The contacts of a
+    pair lie on one line through its centre: they are in series, and their approach is oversize plus the displacement
+    along that line, wherever the ball is between the other two. It joins the groove centres, A0 + oversize apart
+    without load.
     """
     cos_lead, a_0 = math.cos(screw.lead_angle), groove_distance(screw)
     beta, c = screw.contact_angle, contact_compliance(screw)
@@ -134,7 +122,7 @@ def rising_root(
 ) -> tuple[float, bool]:
     """Where a rising function passes through zero between low and high, to a relative accuracy; whether it was found.
 
-    Source       bisection with regula falsi (Illinois rule: Dowell & Jarratt, BIT 11 (1971) 168)
+    Bisection with regula falsi (Illinois rule: Dowell & Jarratt, BIT 11 (1971) 168).
     """
     f_low, f_high, side = function(low), function(high), 0
     if f_low == 0.0 or f_high == 0.0:

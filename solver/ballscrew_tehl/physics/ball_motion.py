@@ -24,23 +24,20 @@ from .kinematics import entrainment_speed
 class ContactMotion(NamedTuple):
     """Slip and spin at the middle of the c contacts of one ball: matrix q + offset w, w the screw speed.
 
-    raceways: of each contact; matrix (c, 3, 4): slip along x, along y [m], spin [1] per (w_c, w_b along e_r, e_t, e_b);
-    offset (c, 3): the same per screw speed; differential (c,): Heathcote's slip along x over y^2 and screw speed [1/m].
     Of several balls: with an axis (n,) in front of all three.
     """
 
     raceways: tuple[str, ...]
-    matrix: Array
-    offset: Array
-    differential: Array
+    matrix: Array  # (c, 3, 4) slip along x, along y [m], spin [1] per (w_c, w_b along e_r, e_t, e_b)
+    offset: Array  # (c, 3) the same per screw speed
+    differential: Array  # (c,) Heathcote's slip along x over y^2 and screw speed [1/m]
 
 
 def contact_motion(screw: ScrewParameters, contact_angle: float | Sequence[float]) -> ContactMotion:
     """Motion of the contacts of a ball: screw and nut of a two-point ball, both flanks of each of an oversize ball.
 
-    contact_angle : [rad], 0 < beta < pi/2, the same at all contacts; or that of each diagonal that carries load, one or
-                    two. It does not matter which one comes first: turned half around e_r, the ball sees the same screw
-                    turn the other way
+    Its contact angle [rad] is the same at all contacts; or that of each diagonal that carries load, one or two, in any
+    order: turned half around e_r, the ball sees the same screw turn the other way.
     Validity     contact points in the normal plane of the helix of the ball centre. Between two flanks a rolling ball
                  is left with the slip r_b w sin(lambda) across rolling, shared by both contacts, and the spin
                  w sin(beta)
@@ -92,10 +89,9 @@ def rolling_motion(motion: ContactMotion) -> Array:
 
 
 def neighbour_sliding(screw: ScrewParameters, motion: ContactMotion) -> float:
-    """Speed at which neighbouring balls slide on each other over 2 u_e.
+    """Speed at which neighbouring balls slide on each other over 2 u_e: twice that of a ball's surface on the helix.
 
-    Both turn alike and touch along the helix, so that they slide with twice the speed of a ball's surface there. Two
-    contacts: 1 but for the helix. Oversize balls turn about an axis parallel to that of the screw: 1/cos(beta).
+    Two contacts: 1 but for the helix. Oversize balls turn about an axis parallel to that of the screw: 1/cos(beta).
 
     Validity     rolling_motion stands for the equilibrium with traction. GD4008-3, 300 N to 6 kN, 10 to 2500 r/min, 12
                  to 77 C: they differ by 0.4 %, oversize balls by 2 %, but 10 % in the thickest film of a light load

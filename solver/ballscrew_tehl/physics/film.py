@@ -1,7 +1,4 @@
-"""Closed formulas of the film thickness, its thermal reduction and the load on asperities: start and reference.
-
-x is the rolling direction; R_x <= R_y; u_e = (u_1 + u_2)/2; E_prime = 2/sum((1-nu^2)/E).
-"""
+"""Closed formulas of the film thickness, its thermal reduction and the load on asperities; x: rolling direction."""
 
 from typing import Any, NamedTuple
 
@@ -42,7 +39,7 @@ def film_groups(load: Any, u_e: Any, R_x: Any, E_prime: Any, eta0: Any, alpha_pv
 def moes_groups(
     lub: LubricantParameters, load: Any, u_e: Any, R_x: Any, E_prime: float, temperature: Any
 ) -> FilmGroups:
-    """Dimensionless groups of a contact with an oil by its laws at a temperature [K]; else as film_groups."""
+    """film_groups of a contact with an oil by its laws at a temperature [K]."""
     return film_groups(load, u_e, R_x, E_prime, eta0(lub, temperature), pressure_viscosity(lub, temperature))
 
 
@@ -102,10 +99,9 @@ def asperity_share(film: Any, sigma: float, film_ratio: float) -> Any:
     """Share exp(-(h/(L_0 sigma))^2) of the load on asperities; film: h, central film of the smooth contact [m], > 0.
 
     sigma : composite rms roughness [m], >= 0;  film_ratio : L_0, h/sigma where 1/e of the load is on asperities
-    Source       form: assumption, between the sources. At h/sigma = 0.5 Greenwood & Tripp (1970) with the constants of
-                 open programs give 0.03 (L_0 0.27), Balan et al. (2015), Eq. A2, 0.33 (0.475), the mixed-film
-                 weighting factor of SKF with sigma = 0.2 um 0.39 (0.5), at eight bearings exp(-1.4 (h/sigma)^1.7)
-                 within a factor 1.5 (0.85)
+    Source       form: assumption, between the sources. At h/sigma = 0.5 Greenwood & Tripp (1970) give 0.03 (L_0 0.27),
+                 Balan et al. (2015), Eq. A2, 0.33 (0.475), the mixed-film weighting factor of SKF with sigma = 0.2 um
+                 0.39 (0.5), at eight bearings exp(-1.4 (h/sigma)^1.7) within a factor 1.5 (0.85)
     """
     if sigma == 0.0:
         return np.zeros(np.shape(film))[()]

@@ -1,4 +1,7 @@
-"""Hertz contact of ball and raceway: reduced radii, ellipse, pressure, approach; exact elliptic integrals."""
+"""Hertz contact of ball and raceway: reduced radii, ellipse, pressure, approach; exact elliptic integrals.
+
+scipy.special is imported in the functions: evaluation of a stored map needs no elliptic integral.
+"""
 
 import math
 from functools import lru_cache
@@ -7,8 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..parameters.file import ScrewParameters
-
-#: scipy.special is imported in the functions: evaluation of a stored map needs no elliptic integral
 
 RACEWAYS = ("screw", "nut")
 #: most steps to the axes of an ellipse; about seven are needed

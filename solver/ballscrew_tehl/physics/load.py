@@ -35,15 +35,13 @@ LOAD_NODES, NODES_PER_LN, EQUAL_LOADS = 3, 6.0, 1e-9
 class DoubleNutLoads(NamedTuple):
     """Loads of all balls from left to right and axial forces [N].
 
-    Q_a, Q_b : (n,) of the left nut (spacer at its right end) and of the right nut (spacer at its left end);
-    force_b = force_a + axial load; the spacer carries force_a. With oversize balls: of the same balls on the flanks
-    that an axial load > 0 relieves and loads; no spacer.
+    With oversize balls: of the same balls on the flanks that an axial load > 0 relieves and loads; no spacer.
     """
 
-    Q_a: Array
-    Q_b: Array
-    force_a: float
-    force_b: float
+    Q_a: Array  # (n,) of the left nut, spacer at its right end
+    Q_b: Array  # (n,) of the right nut, spacer at its left end
+    force_a: float  # carried by the spacer
+    force_b: float  # force_a + axial load
 
 
 @lru_cache(maxsize=64)

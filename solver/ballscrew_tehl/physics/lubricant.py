@@ -56,10 +56,9 @@ def _slope_roelands_printed(lub: LubricantParameters, T: Any) -> Any:
     return -scale * s0_roelands / span * ((T - T_ROELANDS) / span) ** (-s0_roelands - 1.0)
 
 
-def _d341_points(lub: LubricantParameters) -> tuple[float, float, float, float]:
-    points = (lub.astm_viscosity_1, lub.astm_temperature_1, lub.astm_viscosity_2, lub.astm_temperature_2)
-    nu_1, T_1, nu_2, T_2 = (float(value) for value in points if value is not None)
-    return nu_1, T_1, nu_2, T_2
+def _d341_points(lub: LubricantParameters) -> list[float]:
+    points = lub.astm_viscosity_1, lub.astm_temperature_1, lub.astm_viscosity_2, lub.astm_temperature_2
+    return [float(value) for value in points if value is not None]
 
 
 def _eta0_astm_d341(lub: LubricantParameters, T: Any) -> Any:
@@ -68,9 +67,8 @@ def _eta0_astm_d341(lub: LubricantParameters, T: Any) -> Any:
 
 def _slope_astm_d341(lub: LubricantParameters, T: Any) -> Any:
     # nu = Z - 0.7, Z = 10^(10^(m - n log10 T)): d nu/dT = -n Z ln Z/T
-    nu_1, T_1, nu_2, T_2 = _d341_points(lub)
-    n = slope_d341(nu_1, T_1, nu_2, T_2)
-    nu = 1e6 * kinematic_viscosity_d341(nu_1, T_1, nu_2, T_2, T)
+    points = _d341_points(lub)
+    n, nu = slope_d341(*points), 1e6 * kinematic_viscosity_d341(*points, T)
     rate = -n * (nu + D341_SHIFT) * np.log(nu + D341_SHIFT) / (T * nu)
     return rate - lub.density_temperature * lub.density / ambient_density(lub, T)
 

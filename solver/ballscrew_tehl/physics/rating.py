@@ -42,9 +42,8 @@ def dynamic_rating(screw: ScrewParameters) -> float:
 def static_rating(screw: ScrewParameters) -> float:
     """Static axial load rating C_0a of one nut [N]: force at which its balls, equally loaded, reach STATIC_PRESSURE.
 
-    Source       definition of ISO 76 and ISO 3408-5, a permanent dent of 1e-4 of the ball diameter, by the Hertz
-                 pressure that ISO 76 names for ball bearings; the closed formula of ISO 3408-5 is not used. Catalogues
-                 count with their own factors and conformities: expect some tens of percent between them
+    Source       ISO 76 and ISO 3408-5, by the Hertz pressure that ISO 76 names for ball bearings; the closed formula of
+                 ISO 3408-5 is not used. Catalogues differ by some tens of percent in their factors and conformities
     """
 
     def excess(ln_load: float) -> float:
