@@ -1,14 +1,11 @@
-"""What a ball-screw program states of a screw: ratings, loads, pressure, stiffness, life, efficiency.
-
-Read by the command `screw` and by the report.
-"""
+"""What a ball-screw program states of a screw: ratings, loads, pressure, stiffness, life, efficiency."""
 
 import math
 from typing import NamedTuple
 
 from .friction.baselines import nsk_torque
 from .parameters.file import ScrewParameters
-from .physics.axial_stiffness import axial_deflection, axial_stiffness, lost_motion, nut_stiffness_constant
+from .physics.axial_stiffness import axial_deflection, axial_stiffness, nut_stiffness_constant
 from .physics.load import double_nut_loads, separation_load
 from .physics.rating import STATIC_PRESSURE, ball_pressure, dynamic_rating, life, static_rating
 
@@ -17,11 +14,11 @@ CATALOGUE_SHARE = 0.05
 
 
 class ScrewConstants(NamedTuple):
-    """What a screw has at any load: axial ratings of one nut [N], k of F = k deflection^(3/2) [N/m^1.5]."""
+    """What a screw has at any load."""
 
-    static_rating: float
-    dynamic_rating: float
-    stiffness: float
+    static_rating: float  # [N] axial, of one nut
+    dynamic_rating: float  # [N]
+    stiffness: float  # [N/m^1.5] k of F = k deflection^(3/2)
 
 
 class LoadedScrew(NamedTuple):
@@ -86,7 +83,7 @@ def loaded_screw(
         life_turns=life(screw, nuts.force_a, nuts.force_b),
         axial_stiffness=axial_stiffness(k, preload, deflection),
         axial_deflection=deflection,
-        lost_motion=lost_motion(k, preload, axial_load),
+        lost_motion=2.0 * abs(deflection),
         catalogue_torque=float(nsk_torque(screw, preload)),
     )
 

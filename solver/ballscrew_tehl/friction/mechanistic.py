@@ -51,6 +51,10 @@ SHEAR_CONSTANTS = "limiting_shear_coefficient", "boundary_friction", "asperity_f
 OTHER_CONSTANTS = "hysteresis_coefficient", "ball_thrust", "supply_length", "replenishment_constant"
 
 
+#: semi-axes (s, t, c, 2) [m] and traction (s, t, c) of the c contacts of a mean ball at all points
+_Sheared = tuple[Array, Traction]
+
+
 class ContactValues(Protocol):
     """Contacts of the balls: from the atlas, or solved at each call."""
 
@@ -83,14 +87,6 @@ class _LoadedNut(NamedTuple):
     contacts: Sequence[Mapping[str, Mapping[str, Array]]]  # of each of them, by raceway
     lost: Mapping[str, Array]  # flooded rolling loss of all balls by raceway (s, t) [W]
     motion: ContactMotion  # of the mean ball
-
-
-class _MeanBall(NamedTuple):
-    """The c contacts of a mean ball at all points: semi-axes (s, t, c, 2) [m], traction (s, t, c)."""
-
-    motion: ContactMotion
-    axes: Array
-    traction: Traction
 
 
 def roughness_of(friction: FrictionTable) -> float:
@@ -195,11 +191,13 @@ def powers_of_nuts(
         for key, parameters in dict(zip(keys, variants, strict=True)).items()
         for k, nut in loaded.items()
     }
-    shears = dict(zip(balls, _shear(list(balls.values()), speed), strict=True))
+    motions = [loaded[k].motion for _, k in balls]
+    shears = dict(zip(balls, _shear(motions, list(balls.values()), speed), strict=True))
     result = [[UNLOADED] * len(nuts) for _ in variants]
     for parameters, key, torques in zip(variants, keys, result, strict=True):
         for k, nut in loaded.items():
-            torques[k] = _torques(parameters, nut, balls[key, k], shears[key, k], speed, temperature)
+            asperities = balls[key, k][1].asperities
+            torques[k] = _torques(parameters, nut, asperities, shears[key, k], speed, temperature)
     return result
 
 
@@ -217,7 +215,7 @@ def _loaded_nut(
     return _LoadedNut(loads, means, of_means, lost, motion)
 
 
-def _mean_ball(parameters: Parameters, nut: _LoadedNut, temperature: Array) -> _MeanBall:
+def _mean_ball(parameters: Parameters, nut: _LoadedNut, temperature: Array) -> _Sheared:
     screw, oil, friction = parameters.screw, parameters.lubricant, parameters.friction
     radius, contacts = radial_nodes()[0], []
     for raceway in RACEWAYS:
@@ -246,24 +244,22 @@ def _mean_ball(parameters: Parameters, nut: _LoadedNut, temperature: Array) -> _
     axes, *of_contacts = (np.stack(parts, axis=2) for parts in zip(*contacts, strict=True))
     constants = oil.eyring_stress, friction.limiting_shear_coefficient, friction.boundary_friction
     each = (np.full((len(temperature), 1), value) for value in constants)
-    return _MeanBall(nut.motion, axes, Traction(*of_contacts, *each))
+    return axes, Traction(*of_contacts, *each)
 
 
-def _shear(balls: Sequence[_MeanBall], speed: Array) -> list[Array]:
+def _shear(motions: Sequence[ContactMotion], balls: Sequence[_Sheared], speed: Array) -> list[Array]:
     """Shear power (s, t) [W] of mean balls in the contacts of the first of their loaded diagonals.
 
     All balls at one temperature side by side, each from its motion at the temperature before.
     """
-    diagonals = {len(ball.motion.raceways) // len(RACEWAYS) for ball in balls}
+    diagonals = {len(motion.raceways) // len(RACEWAYS) for motion in motions}
     if len(diagonals) != 1:
-        return [_shear([ball], speed)[0] for ball in balls]
+        return [_shear([motion], [ball], speed)[0] for motion, ball in zip(motions, balls, strict=True)]
     (count,), (speeds, temperatures) = diagonals, speed.shape
-    axes = np.concatenate([ball.axes for ball in balls])
-    traction = Traction(*map(np.concatenate, zip(*(ball.traction for ball in balls), strict=True)))
-    motion = ContactMotion(
-        balls[0].motion.raceways,
-        *(np.repeat([ball.motion[k] for ball in balls], speeds, axis=0) for k in (1, 2, 3)),
-    )
+    axes, tractions = zip(*balls, strict=True)
+    axes, traction = np.concatenate(axes), Traction(*map(np.concatenate, zip(*tractions, strict=True)))
+    raceways, *parts = zip(*motions, strict=True)
+    motion = ContactMotion(raceways[0], *(np.repeat(part, speeds, axis=0) for part in parts))
     each, near, before = np.tile(speed[:, 0], len(balls)), None, None
     power = np.empty((len(each), temperatures))
     for t in range(temperatures):
@@ -274,18 +270,17 @@ def _shear(balls: Sequence[_MeanBall], speed: Array) -> list[Array]:
 
 
 def _torques(
-    parameters: Parameters, nut: _LoadedNut, ball: _MeanBall, shear: Array, speed: Array, temperature: Array
+    parameters: Parameters, nut: _LoadedNut, share: Array, shear: Array, speed: Array, temperature: Array
 ) -> NutTorques:
-    """Torques of a nut with the shear power of its mean ball [W] (s, t)."""
+    """Torques of a nut with the asperities' share (s, t, c) and the shear power [W] (s, t) of its mean ball."""
     mean, u = nut.means[0], float(entrainment_speed(parameters.screw, 1.0))
-    asperities = ball.traction.asperities[..., :: len(nut.means)].mean(axis=-1)
     parts = (
         *(
             rolling_torque(parameters, name, mean, nut.contacts[0][name], nut.lost[name], speed, temperature)
             for name in RACEWAYS
         ),
         shear * np.sum((nut.loads / mean) ** SHEAR_EXPONENT) / speed,
-        thrust_factor(parameters.friction, asperities),
+        thrust_factor(parameters.friction, share[..., :: len(nut.means)].mean(axis=-1)),
     )  # fmt: skip
     screw, nut_raceway, slid, thrust = (float(part[0, 0]) if speed.size == 1 else part for part in parts)
     hysteresis = u * hysteresis_sum(parameters, nut.loads)

@@ -64,8 +64,3 @@ def axial_deflection(stiffness: float, preload: float, axial_load: float) -> flo
 
         x, _ = rising_root(excess, 0.0, d_0, 1e-15)
     return math.copysign(x, axial_load)
-
-
-def lost_motion(stiffness: float, preload: float, axial_load: float) -> float:
-    """Way of the nut when the axial load changes its sign [m]: elastic displacements to both sides."""
-    return 2.0 * abs(axial_deflection(stiffness, preload, axial_load))

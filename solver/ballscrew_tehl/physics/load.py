@@ -44,14 +44,7 @@ class DoubleNutLoads(NamedTuple):
     force_b: float  # force_a + axial load
 
 
-@lru_cache(maxsize=64)
-def _four_point_chain(screw: ScrewParameters, preload: float, ball_count: int) -> FourPointChain:
-    return FourPointChain(screw, preload, ball_count)
-
-
-@lru_cache(maxsize=64)
-def _chain(screw: ScrewParameters, ball_count: int) -> BallChain:
-    return BallChain(screw, ball_count)
+_chain, _four_point_chain = lru_cache(maxsize=64)(BallChain), lru_cache(maxsize=64)(FourPointChain)
 
 
 @lru_cache(maxsize=4096)
@@ -62,10 +55,9 @@ def _preload_gap(screw: ScrewParameters, preload: float, ball_count: int) -> flo
 
 
 def nut_loads(screw: ScrewParameters, force: float, ball_count: int) -> Array:
-    """Normal loads (n,) [N] of the balls of one nut under its axial force [N], >= 0, each at its own contact angle.
+    """Normal loads (n,) [N] of the balls of one nut under its axial force [N], >= 0, that next to the spacer last.
 
-    Outer ball first, that next to the spacer, the heaviest, last; sum of Q sin(beta) cos(lambda) = force. Oversize
-    balls: one set of flanks, equal loads.
+    Each is at its own contact angle. Oversize balls: one set of flanks, equal loads.
     """
     check_force("force", force)
     if screw.preload_kind == FOUR_POINT:
@@ -82,8 +74,7 @@ def double_nut_loads(
     """Ball loads of two nuts, each with ball_count balls, pushed apart by a spacer, under an external axial load [N].
 
     It acts on the outer flange of the right nut, screw held on the right; > 0 (to the right) relieves the left nut A,
-    < 0 the right nut B. The gap of the spacer is that of the preload without external load: d_A + d_B +
-    L_sp [S_mid/(E A_screw) - N_sp/(E A_sp)] at the spacer stays what it was.
+    < 0 the right nut B. d_A + d_B + L_sp [S_mid/(E A_screw) - N_sp/(E A_sp)] at the spacer is that of the preload.
     """
     check_force("preload", preload)
     check_force("axial_load", axial_load, allow_negative=True)
@@ -112,9 +103,8 @@ def double_nut_loads(
 def separation_load(screw: ScrewParameters, preload: float, ball_count: int, sign: int = 1) -> float:
     """External axial load [N], its magnitude, at which the left nut (sign +1) or the right one (-1) comes free.
 
-    Gap equation with force 0 in the relieved nut: its ball next to the spacer just touches; 2^(3/2) preload between
-    rigid bodies. Oversize balls: the way of the ball that moves least is oversize/(sin(beta) cos(lambda)), to first
-    order.
+    Its ball next to the spacer just touches; 2^(3/2) preload between rigid bodies. Oversize balls: the way of the ball
+    that moves least is oversize/(sin(beta) cos(lambda)), to first order.
     """
     check_force("preload", preload)
     if preload == 0.0:
@@ -153,8 +143,7 @@ def largest_preload(screw: ScrewParameters, ball_count: int) -> float:
 def load_nodes(load: Array, per_ln: float = NODES_PER_LN) -> tuple[Array, Array]:
     """Ball loads (k,) to evaluate at, and weights (n, k) from logarithms there to those at the loads (n,) of one nut.
 
-    The loads differ by a few percent: Chebyshev nodes in ln(load), LOAD_NODES and per_ln more by its unit, and the
-    polynomial through them; or the loads themselves where they are no more.
+    Chebyshev nodes in ln(load), LOAD_NODES and per_ln more by its unit; or the loads themselves where they are no more.
     """
     x = np.log(np.asarray(load, dtype=float))
     low, high = float(x.min()), float(x.max())

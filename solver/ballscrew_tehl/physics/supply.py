@@ -61,10 +61,8 @@ def supply_factor(
 
     Validity     19 thermal solves with that inlet, M 53 to 24,000: mean and largest error of the loss 0 and 13 % at
                  6 b, -1 and 6 % at 10 b, +10 and 61 % at 3 b (light hot contacts). Seven, M 2.8 to 37: -8 to 14 % at
-                 6 b, -28 to 4 % at 10 b; 14 to 15 % too high where the
-                 film is 0.15 of the gap (an independent check). The film is that of the flooded contact
-    Source       the cube is an assumption of form: powers 2, 3, 4 and the exponential were compared with these solves,
-                 so is the join. Limit: solved 0.27 to 0.36 X below M 11
+                 6 b, -28 to 4 % at 10 b; 14 to 15 % too high where the film is 0.15 of the gap
+    Source       the cube and the join are assumptions of form, compared with these solves
     """
     if length == FLOODED:
         return np.ones(np.broadcast(load, loss, u_e, eta0, film, b, R_x, R_y).shape)[()]
