@@ -49,8 +49,6 @@ BLUNT = 4.0
 #: constants in the table friction of a screw file that the motion of a ball follows from, and others of the law
 SHEAR_CONSTANTS = "limiting_shear_coefficient", "boundary_friction", "asperity_film_ratio"
 OTHER_CONSTANTS = "hysteresis_coefficient", "ball_thrust", "supply_length", "replenishment_constant"
-
-
 #: semi-axes (s, t, c, 2) [m] and traction (s, t, c) of the c contacts of a mean ball at all points
 _Sheared = tuple[Array, Traction]
 
@@ -69,18 +67,15 @@ class ContactValues(Protocol):
 
 
 class Nut(NamedTuple):
-    """Loads (n,) [N] of the load-carrying balls of a nut, on its own and on the other flanks, and how often it counts.
-
-    opposed : of oversize balls; None: as on its own
-    """
+    """Loads (n,) [N] of the load-carrying balls of a nut."""
 
     loads: Array
-    opposed: Array | None = None
-    times: int = 1
+    opposed: Array | None = None  # of oversize balls on the other flanks; None: as on these
+    times: int = 1  # how often the nut counts
 
 
 class _LoadedNut(NamedTuple):
-    """A nut that carries load: what does not depend on the constants of the law."""
+    """What does not depend on the constants of the law."""
 
     loads: Array  # (n,) > 0 [N]
     means: list[float]  # mean_load [N] of each loaded diagonal of a ball

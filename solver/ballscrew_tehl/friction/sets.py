@@ -261,17 +261,13 @@ def friction_set_lines(entry: FrictionSet) -> list[str]:
 
 
 def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
-    """One sentence if the friction numbers were measured on another screw or with another oil; else "".
-
-    Numbers that the screw file states, all that the set fits, are those of its user.
-    """
-    if not friction_set.parameters_hash or friction_set.parameters_hash == parameters_hash(parameters):
-        return ""
+    """One sentence if the numbers are of another screw or oil and not all stated in the screw file; else ""."""
     friction = parameters.friction
     stated = {name for name in FITTED if getattr(friction, name) is not None}
     if friction.ball_thrust is not None:
         stated.add("net_sliding_coefficient")
-    if stated >= set(SETS[friction_set.name]):
+    ours = friction_set.parameters_hash in ("", parameters_hash(parameters))
+    if ours or stated >= set(SETS[friction_set.name]):
         return ""
     return (
         f"the numbers of friction set {friction_set.name} were measured on {friction_set.screw or 'another screw'}, "

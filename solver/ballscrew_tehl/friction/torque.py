@@ -20,15 +20,6 @@ from ..physics.lubricant import eta0
 from .sets import FrictionSet
 
 
-def viscous_force(a: Any, b: Any, viscosity: Any, slip: Any, film: Any) -> Any:
-    """Force pi a b eta |du|/h [N] that shears a parallel film [m] over the Hertz ellipse a, b [m].
-
-    Source       Zhao 2023, Eqs. (15)-(16); errata: the integral as printed in Eq. (15) gives 2 pi a b/3, its
-                 printed result and all printed torques need pi a b, which is kept
-    """
-    return np.pi * np.asarray(a) * b * viscosity * np.abs(slip) / film
-
-
 def roughness_share(film: Any, roughness_height: Any) -> Any:
     """Share 1/(1 + (h_r/h)^2) of the viscous part that remains where the film h [m] is as thin as h_r [m].
 
@@ -124,7 +115,9 @@ def nut_sums(
     Speeds and temperatures may be arrays that broadcast to (...), for a film model that gives (n, ...).
 
     Source       Zhao 2023, Eqs. (23)-(24) for one nut: T = sum F (r_m + r_b cos(beta)) cos(lambda); viscous and
-                 hysteresis force on both raceways, sliding once per ball, as the printed torques sum.
+                 hysteresis force on both raceways, sliding once per ball, as the printed torques sum. Eqs. (15)-(16)
+                 for the viscous force pi a b eta |du|/h of a parallel film; errata: the integral as printed in Eq. (15)
+                 gives 2 pi a b/3, its printed result and all printed torques need pi a b, which is kept
                  differs from paper: each ball with its own load. The film of the roughness share is the mean
                  of 1/h^2 over the balls, weighted with their viscous force: exact to first order in (h_r/h)^2
     """
@@ -135,14 +128,14 @@ def nut_sums(
         return UNLOADED
     screw = parameters.screw
     beta = _contact_angle(screw, loads)
-    viscosity = eta0(parameters.lubricant, temperature)
+    eta = eta0(parameters.lubricant, temperature)
     by_ball = (slice(None), *(None,) * np.broadcast(speed, temperature).ndim)
     viscous, films = [], []
     for raceway in RACEWAYS:
         contact = ball_ellipse(screw, beta, raceway, loads)
         h = film_model.central_film(raceway, loads, speed, temperature)
-        speeds = surface_speeds(parameters, raceway, speed)
-        force = viscous_force(contact.a[by_ball], contact.b[by_ball], viscosity, speeds.u_1 - speeds.u_2, h)
+        u_1, u_2 = surface_speeds(parameters, raceway, speed)
+        force = np.pi * (contact.a * contact.b)[by_ball] * eta * np.abs(u_1 - u_2) / h
         total = force.sum(axis=0)
         viscous.append(_arm(screw, beta) * total)
         films.append(np.sqrt(total / np.sum(force / h**2, axis=0)))

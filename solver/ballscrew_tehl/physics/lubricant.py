@@ -56,9 +56,8 @@ def _slope_roelands_printed(lub: LubricantParameters, T: Any) -> Any:
     return -scale * s0_roelands / span * ((T - T_ROELANDS) / span) ** (-s0_roelands - 1.0)
 
 
-def _d341_points(lub: LubricantParameters) -> list[float]:
-    points = lub.astm_viscosity_1, lub.astm_temperature_1, lub.astm_viscosity_2, lub.astm_temperature_2
-    return [float(value) for value in points if value is not None]
+def _d341_points(lub: LubricantParameters) -> tuple[Any, Any, Any, Any]:
+    return lub.astm_viscosity_1, lub.astm_temperature_1, lub.astm_viscosity_2, lub.astm_temperature_2
 
 
 def _eta0_astm_d341(lub: LubricantParameters, T: Any) -> Any:
