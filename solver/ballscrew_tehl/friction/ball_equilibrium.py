@@ -61,7 +61,7 @@ class Traction(NamedTuple):
 
     def take(self, rows: Any) -> "Traction":
         """That of some balls, with the same constants."""
-        return Traction(*(part[rows] for part in self[:4]), *self[4:])
+        return self._replace(**{name: getattr(self, name)[rows] for name in self._fields[:4]})
 
 
 class _Balls(NamedTuple):

@@ -49,7 +49,7 @@ MEANING = "about 80 %, from bounded constants"
 
 
 class Fit(NamedTuple):
-    """95 % limits of the coefficient fitted to a screw, equal if to one torque; mean error of a point left out."""
+    """95 % limits of the coefficient fitted to a screw, both itself if to one torque; mean error of points left out."""
 
     low: float
     high: float

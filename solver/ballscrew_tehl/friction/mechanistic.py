@@ -95,10 +95,9 @@ def thrust_factor(friction: FrictionTable, share: Any) -> Any:
 
     Balls whose contact angles differ would run at different speeds. Their neighbours hold them, and both contacts
     creep, as the angles give it; where a contact can transmit more, less of it slides. So the thrust hardly rises with
-    friction: 1.10 times where asperities carry all.
-    It is (2 - y)/(2 - x) with y = x Lambda/mu up to 1, mu = (1-f) Lambda + f mu_b, x the creep over
-    that at which a contact slides as a whole at Lambda: two contacts transmit 2 Lambda Q x (2 - x) = kappa Lambda Q.
-    Beyond y = 1 all slides: mu/(Lambda x (2 - x)).
+    friction: 1.10 times where asperities carry all. It is (2 - y)/(2 - x) with y = x Lambda/mu up to 1,
+    mu = (1-f) Lambda + f mu_b, x the creep over that at which a contact slides as a whole at Lambda: two contacts
+    transmit 2 Lambda Q x (2 - x) = kappa Lambda Q. Beyond y = 1 all slides: mu/(Lambda x (2 - x)).
     Assumption: spin and slip of the same contacts are left out; with them it would rise more (docs/theory.md).
 
     Source       Carter, Proc Roy Soc A 112 (1926) 151; Johnson, Contact Mechanics (1985), Eq. 8.48: of a creep xi a
@@ -182,17 +181,17 @@ def powers_of_nuts(
         of = law_constants(parameters)
         keys.append(tuple(of[name] for name in ("roughness_height", "eyring_stress", *SHEAR_CONSTANTS)))
     balls = {
-        (key, k): _mean_ball(parameters, nut, temperature)
+        (key, k): _mean_ball(parameters, own, temperature)
         for key, parameters in dict(zip(keys, variants, strict=True)).items()
-        for k, nut in loaded.items()
+        for k, own in loaded.items()
     }
     motions = [loaded[k].motion for _, k in balls]
     shears = dict(zip(balls, _shear(motions, list(balls.values()), speed), strict=True))
     result = [[UNLOADED] * len(nuts) for _ in variants]
     for parameters, key, torques in zip(variants, keys, result, strict=True):
-        for k, nut in loaded.items():
+        for k, own in loaded.items():
             asperities = balls[key, k][1].asperities
-            torques[k] = _torques(parameters, nut, asperities, shears[key, k], speed, temperature)
+            torques[k] = _torques(parameters, own, asperities, shears[key, k], speed, temperature)
     return result
 
 

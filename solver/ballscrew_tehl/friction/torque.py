@@ -139,7 +139,7 @@ def nut_sums(
         total = force.sum(axis=0)
         viscous.append(_arm(screw, beta) * total)
         films.append(np.sqrt(total / np.sum(force / h**2, axis=0)))
-    return NutTorques(*viscous, *load_torques(parameters, loads), *films)
+    return NutTorques(viscous[0], viscous[1], *load_torques(parameters, loads), films[0], films[1])
 
 
 def load_torques(parameters: Parameters, loads: np.ndarray) -> tuple[float, float]:

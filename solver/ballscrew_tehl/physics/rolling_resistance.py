@@ -1,11 +1,10 @@
 """Closed formulas of the hydrodynamic rolling resistance: what the oil costs in pure rolling.
 
 F_R is the force on ONE surface, int (h/2) dp/dx dA, x along the flow: the oil brakes both surfaces alike. The power
-lost is W = u_e int h dp/dx dA = 2 u_e F_R (Biboulet & Houpert, Proc IMechE J 224 (2010) 765, Eq. (45) and conclusion).
-Derived anew for any contact area: the oil gains u_e int h dp/dx dA from both surfaces, and in a film that keeps its
-mass without compression, by Green's theorem and Reynolds' equation, W equals the dissipation
-int h^3 |grad p|^2/(12 eta) dA (part 2 of the paper assumes it, Eq. (37)). The moment of the papers is F_R R_x. Groups
-as in film.py: U and W with the mean speed u_e; the papers' U is 2U.
+lost is W = u_e int h dp/dx dA = 2 u_e F_R (Biboulet & Houpert, Proc IMechE J 224 (2010) 765, Eq. (45) and conclusion),
+for any contact area: in a film that keeps its mass without compression, by Green's theorem and Reynolds' equation, it
+equals the dissipation int h^3 |grad p|^2/(12 eta) dA (part 2 of the paper assumes it, Eq. (37)). The moment of the
+papers is F_R R_x. Groups as in film.py: U and W with the mean speed u_e; the papers' U is 2U.
 """
 
 from typing import Any
