@@ -215,7 +215,7 @@ def bearing_points(points: Iterable[Point]) -> pd.DataFrame:
         for supply in OTHER_SUPPLIES:
             other = _built(point.bearing, supply)
             ((_, nut),) = nuts_powers(other.parameters, [load], other.contacts, speed, BEARING_TEMPERATURE)
-            row[f"rolling_{supply}"] = nut.rolling_screw + nut.rolling_nut
+            row[f"rolling_{supply}"] = nut.viscous_screw + nut.viscous_nut
             row[f"total_{supply}"] = nut.torque(*CAGED.values[:2])
         row["rolling_houpert"] = houpert_rolling(law.parameters, load, speed, BEARING_TEMPERATURE)
         for oil in ("mist", "bath"):

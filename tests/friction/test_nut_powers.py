@@ -7,14 +7,13 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from ballscrew_tehl.friction.mechanistic import (
-    NutPowers,
     breakaway_factor,
     mean_load,
     nut_powers,
     nuts_powers,
     thrust_factor,
 )
-from ballscrew_tehl.friction.torque import hysteresis_force
+from ballscrew_tehl.friction.torque import NutTorques, hysteresis_force
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.ball_law import contact_angle_at_ball_load
@@ -97,10 +96,9 @@ def test_shear_is_at_the_mean_temperature_of_the_film():
 
 
 def test_without_a_film_all_is_boundary_friction():
-    """f -> 1 and the thrust is that of mu_b; the shear does not depend on the oil, and is linear in mu_b."""
+    """The thrust is that of mu_b; the shear does not depend on the oil, and is linear in mu_b."""
     dry = ClosedContacts(film=1e-11)
     nut = at(1000.0, 100.0, dry)
-    assert nut.share == pytest.approx(1.0, abs=1e-7)
     assert nut.thrust_factor == pytest.approx(breakaway_factor(FRICTION), rel=1e-7)
     other = changed(VG100, lubricant={"eyring_stress": 1e7})
     assert at(1000.0, 100.0, dry, other).shear == pytest.approx(nut.shear, rel=1e-9)
@@ -134,9 +132,9 @@ def test_supply_only_takes_from_the_rolling_part():
     pitch, half = 2e3 * SCREW.nominal_radius, 0.5e3 * SCREW.ball_diameter / 0.3
     factor = float(replenishment_factor(6e-8, 4.4, 2500.0, nu, pitch - half, pitch + half))
     assert 0.2 < factor < 0.8
-    assert greased.rolling_nut == pytest.approx(factor * flooded.rolling_nut, rel=1e-12)
-    assert at(1000.0, 2500.0, ClosedContacts()).rolling_nut < flooded.rolling_nut
-    for part in ("shear", "hysteresis", "ball_ball", "thrust_factor"):
+    assert greased.viscous_nut == pytest.approx(factor * flooded.viscous_nut, rel=1e-12)
+    assert at(1000.0, 2500.0, ClosedContacts()).viscous_nut < flooded.viscous_nut
+    for part in ("shear", "hysteresis", "sliding", "thrust_factor"):
         assert getattr(greased, part) == getattr(flooded, part)
 
 
@@ -153,7 +151,7 @@ def test_oversize_ball_free_of_two_flanks_is_a_ball_on_two_flanks():
     contacts, loads = ClosedContacts(), nut_loads(FOUR.screw, 1000.0, SCREW.loaded_ball_count)
     (free,) = oversize(1000.0, 0.0, contacts)
     two = nut_powers(VG100, loads, 500.0 * RPM, 303.0, contacts)
-    for part in NutPowers._fields:
+    for part in NutTorques._fields:
         assert getattr(free, part) == pytest.approx(getattr(two, part), rel=1e-2)
     relieved, loaded = oversize(1000.0, 1e-6, contacts)
     assert loaded.shear == pytest.approx(free.shear, rel=1e-4)

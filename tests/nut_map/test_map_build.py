@@ -82,7 +82,7 @@ def test_map_of_rolling_balls_holds_the_law_at_its_nodes():
         force, *at = nodes("force")[i], nodes("speed")[j], nodes("temperature")[k]
         nut = nut_powers(LAW, nut_loads(LAW.screw, force, LAW.screw.loaded_ball_count), *at, contacts)
         surfaces = np.exp(nut_map.surfaces(force, *at)[:4])
-        expected = nut.rolling_screw, nut.rolling_nut, nut.shear, nut.thrust_factor
+        expected = nut.viscous_screw, nut.viscous_nut, nut.shear, nut.thrust_factor
         np.testing.assert_allclose(surfaces, np.ravel(expected), rtol=1e-6)
         state = nut_map.evaluate(force, *at)
         assert state.hysteresis_torque == pytest.approx(2.0 * nut.hysteresis, rel=1e-8)

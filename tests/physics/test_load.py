@@ -9,14 +9,13 @@ from hypothesis import strategies as st
 from reference_screw import GD4008
 
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed
-from ballscrew_tehl.physics.ball_chain import ball_pitch
 from ballscrew_tehl.physics.ball_law import (
     contact_angle_at_ball_load,
     contact_compliance,
     groove_distance,
     loaded_contact_angle,
 )
-from ballscrew_tehl.physics.load import double_nut_loads, nut_loads, separation_load
+from ballscrew_tehl.physics.load import ball_pitch, double_nut_loads, nut_loads, separation_load
 
 SCREW = GD4008.screw
 OVERSIZE = changed(GD4008, screw={"preload_kind": FOUR_POINT}).screw

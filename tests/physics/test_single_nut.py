@@ -7,9 +7,8 @@ import pytest
 from reference_screw import GD4008
 
 from ballscrew_tehl.parameters.file import changed
-from ballscrew_tehl.physics.ball_chain import ball_oversize, ball_pitch
 from ballscrew_tehl.physics.ball_law import contact_compliance, groove_distance
-from ballscrew_tehl.physics.load import double_nut_loads
+from ballscrew_tehl.physics.load import ball_oversize, ball_pitch, double_nut_loads
 
 FOUR = changed(GD4008, screw={"preload_kind": "single_nut_oversize_ball"})
 SCREW, BETA = FOUR.screw, FOUR.screw.contact_angle

@@ -62,7 +62,7 @@ def direct_torque(name, *point):
 def rolling_torque(force, *at):
     loads = nut_loads(LAW.screw, force, LAW.screw.loaded_ball_count)
     nut = nut_powers(LAW, loads, *at, DirectContacts(LAW))
-    return 2.0 * float(np.squeeze(nut.rolling_screw + nut.rolling_nut))
+    return 2.0 * float(np.squeeze(nut.viscous_screw + nut.viscous_nut))
 
 
 @pytest.mark.parametrize("name", ["two_parameter", "three_parameter"])

@@ -9,13 +9,20 @@ import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
-from ..friction.mechanistic import NutPowers, nuts_powers, torque_line
+from ..friction.mechanistic import nuts_powers, torque_line
 from ..friction.sets import FITTED, SETS
-from ..friction.torque import UNLOADED, NutSums, nut_forces, nut_sums, roughness_share, roughness_share_slope
+from ..friction.torque import (
+    UNLOADED,
+    NutTorques,
+    nut_forces,
+    nut_sums,
+    roughness_share,
+    roughness_share_slope,
+)
 from ..nut_map.built import Progress
 from ..parameters.file import Parameters
 from ..physics.ball_law import Array
@@ -52,15 +59,19 @@ class TorqueBasis:
     fixed: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     @classmethod
-    def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutSums]]) -> Self:
+    def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutTorques]]) -> Self:
         """By the law `published`, the sums of both nuts at each point."""
-        parts = np.array(sums)  # (n, 2, 6), as NutSums
-        viscous, film = (np.reshape(parts[:, :, columns], (-1, 4)) for columns in (slice(2), slice(2, 4)))
-        return cls(tuple(measurements), viscous, film, *parts[:, :, 4:].sum(axis=1).T)
+
+        def columns(*names: str) -> Array:
+            return np.array([[getattr(s, name) for s in nuts for name in names] for nuts in sums])
+
+        viscous, film = columns("viscous_screw", "viscous_nut"), columns("film_screw", "film_nut")
+        parts = (columns(name).sum(axis=1) for name in ("hysteresis", "sliding"))
+        return cls(tuple(measurements), viscous, film, *parts)
 
     @classmethod
     def of_powers(
-        cls, measurements: Sequence[Measurement], powers: Sequence[Sequence[tuple[int, NutPowers]]]
+        cls, measurements: Sequence[Measurement], powers: Sequence[Sequence[tuple[int, NutTorques]]]
     ) -> Self:
         """By the mechanistic law, nuts_powers at each point; the factor of the rolling part is fixed at 1."""
         rest, sliding = np.array([torque_line(nuts, 0.0) for nuts in powers]).T

@@ -9,7 +9,7 @@ import numpy as np
 from .._version import __version__
 from ..atlas.ball_contacts import BallContacts
 from ..atlas.contact_atlas import OutsideAtlasError
-from ..friction.mechanistic import law_constants, powers_of_nuts
+from ..friction.mechanistic import Nut, law_constants, powers_of_nuts
 from ..friction.torque import load_torques
 from ..parameters.file import FOUR_POINT, Parameters
 from ..physics.ball_law import Array
@@ -130,13 +130,13 @@ def mechanistic_values(parameters: Parameters, contacts: BallContacts, grid: Map
     forces, speeds, temperatures = _nodes(grid)
     loads = [nut_loads(parameters.screw, float(f), parameters.screw.loaded_ball_count) for f in forces]
     at = speeds[:, None], temperatures
-    (powers,) = powers_of_nuts([parameters], [(own, None) for own in loads], *at, contacts)
+    (powers,) = powers_of_nuts([parameters], [Nut(own) for own in loads], *at, contacts)
     values = np.stack(
-        [np.stack([p.rolling_screw, p.rolling_nut, p.shear, p.thrust_factor], axis=-1) for p in powers]
+        [np.stack([p.viscous_screw, p.viscous_nut, p.shear, p.thrust_factor], axis=-1) for p in powers]
     )
-    alone = np.array([(p.hysteresis, p.ball_ball, 1.0) for p in powers])
+    alone = np.array([(p.hysteresis, p.sliding, 1.0) for p in powers])
     if parameters.screw.preload_kind == FOUR_POINT:
-        two = [(own, np.zeros_like(own)) for own in loads]
+        two = [Nut(own, np.zeros_like(own)) for own in loads]
         (free,) = powers_of_nuts([parameters], two, speeds[:, None], temperatures[SPARSE], contacts)
         ratios = [one.shear / p.shear[:, SPARSE] for one, p in zip(free, powers, strict=True)]
         alone[:, 2] = np.exp(np.mean(np.log(ratios), axis=(1, 2)))

@@ -171,7 +171,8 @@ class NutContacts:
             contacts = MeanBallContacts(self.parameters, {raceway: [(load, hot)]})
             at = np.array([[speed]]), np.array([[temperature]])
             mean = contacts.values(raceway, np.array([load]), *at)
-            rolling = rolling_torque(self.parameters, raceway, loads, *at, contacts, mean)
+            lost = contacts.values(raceway, loads, *at)["rolling_loss"].sum(axis=0)
+            rolling = rolling_torque(self.parameters, raceway, load, mean, lost, *at)
             return np.array([rolling[0, 0], hot["central_film"], *extremes])
         own = hot["central_film"]
         if self.film == "solved":
@@ -301,9 +302,8 @@ def mean_ball_state(
             rise = max(rise, hot["temperature_rise"])
         if not mechanistic:
             sums = nut_sums(parameters, loads, *at, _PowerFilm(mean, slopes))
-            torque += times * sums.torque(*friction_set.values).total
+            torque += times * sums.torque(*friction_set.values)
     if mechanistic:
-        ratio, net, _ = friction_set.values
         nuts = nuts_powers(parameters, forces, MeanBallContacts(parameters, means), *at)
-        torque = sum(times * nut.torque(ratio, net) for times, nut in nuts)
+        torque = sum(times * nut.torque(*friction_set.values) for times, nut in nuts)
     return DirectState(torque, thinnest["screw"], thinnest["nut"], rise)
