@@ -26,8 +26,7 @@ from .units import to_si
 
 __all__ = [
     "FOUR_POINT", "FrictionTable", "Law", "LubricantParameters", "ParameterError", "Parameters", "PublishedSpeeds",
-    "ScrewParameters", "SolidParameters", "changed", "graded_oil",
-    "load_screw",
+    "ScrewParameters", "SolidParameters", "changed", "graded_oil", "load_screw",
 ]  # fmt: skip
 
 #: folder of the packaged data: the screw of the paper, its measurements, fitted sets and maps
