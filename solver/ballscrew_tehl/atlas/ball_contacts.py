@@ -1,7 +1,5 @@
 """Contacts of the balls of one screw, read from the atlas: what the friction law and a map take."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """The atlas file: contacts, weights of their interpolation, certificate; what it holds and what it refuses."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

@@ -6,8 +6,6 @@ rho c u_e R_x/k_oil of the oil, and the effusivity sqrt(k rho c) of the walls in
 viscosity over temperature, expansion, effusivity of the oil) changes films by less than the interpolation does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """The map file: .npz with a header, the parameters it was built for and a hash of its content; and maps in memory."""
 
-from __future__ import annotations
-
 import json
 import math
 import zipfile
@@ -135,10 +133,7 @@ def _provenance(friction: FrictionSet, parameters: Parameters, preload: float) -
 
 
 def screw_of_map(path: Path | str) -> Parameters:
-    """Screw and oil that a map file was built for.
-
-    Raises       ValueError: missing, damaged or of another format
-    """
+    """Screw and oil that a map file was built for; MapError: missing, damaged or of another format."""
     header, _ = _read(Path(path))
     try:
         return map_parameters(header)
@@ -147,10 +142,7 @@ def screw_of_map(path: Path | str) -> Parameters:
 
 
 def parameters_for(path: Path | str | None, parameters: Parameters | None) -> Parameters:
-    """The parameters given, else those of the map file, else the packaged ones.
-
-    Raises       ValueError: something else is given, such as the name of a screw file; as screw_of_map
-    """
+    """The parameters given, else those of the map file, else the packaged ones; ValueError for anything else."""
     if parameters is None:
         return load_screw() if path is None else screw_of_map(path)
     if not isinstance(parameters, Parameters):
@@ -248,10 +240,7 @@ def _with_friction(
 
 
 def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:
-    """Numbers of a screw for its FMUs: lead, diameter [m], stiffness of the nut at a preload [N/m], [N], seals [N.m].
-
-    The contacts keep the angle that they have under this preload.
-    """
+    """Numbers of a screw for its FMUs (SI), stiffness of the nut at the angle of its contacts under a preload [N]."""
     angle = float(loaded_contact_angle(screw, preload, screw.loaded_ball_count))
     stiffness = axial_stiffness(nut_stiffness_constant(screw, angle), preload)
     return {

@@ -73,10 +73,7 @@ def interval_table(
 ) -> Array:
     """Interval without axial load as B-spline coefficients, for readers that solve no ball.
 
-    Parameters   axes : of the header;  nodes : of the table, over force, speed and temperature
-    Returns      (force, speed, temperature, 2): ln of low and high end over the torque, on the axes of the map with
-                 these nodes
-    Raises       ArithmeticError: equilibrium of a ball not found
+    (force, speed, temperature, 2): ln of low and high end over the torque, on the axes of the map with these nodes
     """
     (light, heavy), (slow, fast), (cold, hot) = (axes[name][:2] for name in ("force", "speed", "temperature"))
     forces, speeds = np.geomspace(light, heavy, nodes[0]), np.geomspace(slow, fast, nodes[1])
@@ -95,11 +92,9 @@ def relative_intervals(
     temperatures: Array,
     contacts: BallContacts | None = None,
 ) -> Array:
-    """Low and high end of the interval over the torque without axial load, on a grid within a map.
+    """Low and high end of the interval over the torque (p, s, t, 2) without axial load, on a grid within a map.
 
-    Parameters   preloads (p,) [N] > 0, speeds (s,) [rad/s], temperatures (t,) [K];  contacts : None = without table
-    Returns      (p, s, t, 2)
-    Raises       ArithmeticError: equilibrium of a ball not found
+    preloads (p,) [N] > 0, speeds (s,) [rad/s], temperatures (t,) [K]; contacts: None = without table
     """
     read, friction_set = contacts or BallContacts(parameters), _calibrated_within(axes, friction_set)
     return np.stack(interval_ends(parameters, preloads, read, speeds, temperatures, friction_set), axis=-1)
@@ -130,12 +125,10 @@ def preload_interval(
     speed: float,
     temperature: float,
 ) -> PreloadInterval:
-    """Interval of the preload behind a measured torque.
+    """Interval of the preload [N] found behind a measured torque [N.m] >= 0.
 
-    Parameters   torque : measured [N.m], >= 0;  preload : found by it [N];  speed [rad/s], temperature [K]
-    Returns      low, whose interval of the torque has the measured one as its high end, and high, as its low end;
-                 where the map does not reach so far, its end
-    Raises       ArithmeticError as map_interval
+    low, whose interval of the torque has the measured one as its high end, and high, as its low end; where the map does
+    not reach so far, its end
     """
     axes, at = nut_map.header["axes"], (speed, temperature)
     lowest, highest = axes["preload"][0], min(axes["force"][1], axes["preload"][1])
@@ -177,11 +170,7 @@ def band_point(axes: Mapping[str, Any], screw: ScrewParameters) -> tuple[float, 
 
 
 def band(parameters: Parameters, axes: Mapping[str, Any], friction_set: FrictionSet) -> dict[str, Any]:
-    """Entry mechanistic_interval of a header.
-
-    Point (SI) and ends over the torque; numbers: what they depend on beside the map, constants, the unknown ones of
-    them, friction numbers and their fit; fitted: whether there is one.
-    """
+    """Entry mechanistic_interval of a header: point (SI), ends over the torque, and what they depend on."""
     point, fit = band_point(axes, parameters.screw), fit_of(friction_set, parameters)
     low, high = map_interval(parameters, axes, friction_set, *point).relative
     numbers = {

@@ -6,8 +6,6 @@ fall with speed. So may the mechanistic law with a replenishment_constant. Found
 look-ups for one: too slow for the step of an FMU, which does not flag it.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -49,10 +47,9 @@ class Trend(NamedTuple):
 def unphysical_trend(
     nut_map: NutMap, preload: Any, speed: Any, temperature: Any, axial_load: Any = 0.0
 ) -> Trend:
-    """Trends at operating points; arguments of NutMap.evaluate, with the default friction parameters of the map.
+    """Trends at operating points, arguments of NutMap.evaluate, as booleans or arrays of them.
 
-    Returns      Trend of booleans, arrays for arrays; False everywhere below the lowest speed of the map and outside
-                 the map
+    False everywhere below the lowest speed of the map and outside the map
     """
     point = preload, speed, temperature, axial_load
     preload, speed, temperature, axial_load = (np.asarray(a, dtype=float) for a in point)
