@@ -12,15 +12,8 @@ from ..friction.baselines import nsk_torque
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.presliding import presliding_angle
 from ..friction.sets import FrictionSet, carried_over, default_friction_set, refuse_other_fit
+from ..parameters import identity
 from ..parameters.file import PACKAGED_DATA, Parameters, ScrewParameters, load_screw
-from ..parameters.identity import (
-    SCREW_FILE,
-    differences,
-    map_parameters,
-    map_parameters_json,
-    parameters_hash,
-    screw_file_json,
-)
 from ..physics.axial_stiffness import axial_stiffness, nut_stiffness_constant
 from ..physics.ball_law import Array, loaded_contact_angle
 from ..physics.kinematics import ROLLING_FRAME
@@ -78,9 +71,9 @@ def _sealed(built: BuiltMap) -> dict[str, Any]:
     header = dict(
         built.header,
         file_format=FILE_FORMAT,
-        parameters_json=map_parameters_json(built.parameters),
-        parameters_hash=parameters_hash(built.parameters),
-        screw_file=screw_file_json(built.parameters),
+        parameters_json=identity.map_parameters_json(built.parameters),
+        parameters_hash=identity.parameters_hash(built.parameters),
+        screw_file=identity.screw_file_json(built.parameters),
     )
     # as it is read again
     header = json.loads(json.dumps(header))
@@ -89,19 +82,13 @@ def _sealed(built: BuiltMap) -> dict[str, Any]:
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     """Header and variables of a file, checked against its own hash."""
-    damaged = f"{path}: not a readable map file ({{}}): build one with {BUILD_MAP}"
     if not path.exists():
         raise MapError(f"{path}: no such map file: build it with {BUILD_MAP}")
     try:
-        known = is_map_file(path)
-    except OSError as error:
-        raise MapError(damaged.format(error.strerror)) from error
-    if not known:
-        raise MapError(damaged.format("a folder" if path.is_dir() else "of another kind, or cut short"))
-    try:
         header, variables = read_npz(path)
     except (MapError, OSError) as error:
-        raise MapError(damaged.format("cut short or damaged")) from error
+        what = "a folder" if path.is_dir() else "of another kind, cut short or damaged"
+        raise MapError(f"{path}: not a readable map file ({what}): build one with {BUILD_MAP}") from error
     if header.get("file_format") != FILE_FORMAT:
         raise MapError(
             f"{path}: map file format {header.get('file_format')}; expected {FILE_FORMAT}: build it with {BUILD_MAP}"
@@ -136,7 +123,7 @@ def screw_of_map(path: Path | str) -> Parameters:
     """Screw and oil that a map file was built for; MapError: missing, damaged or of another format."""
     header, _ = _read(Path(path))
     try:
-        return map_parameters(header)
+        return identity.map_parameters(header)
     except ValueError as error:
         raise MapError(f"{path}: {error}") from error
 
@@ -177,7 +164,7 @@ def load_map(
     parameters = parameters_for(path, parameters)
     if path is not None:
         header, variables = _read(Path(path))
-        if other := differences(header["parameters_json"], map_parameters_json(parameters)):
+        if other := identity.differences(header["parameters_json"], identity.map_parameters_json(parameters)):
             raise MapError(
                 f"{path}: this map is of {other[0]}; the screw file is of {other[1]}: without --map a map of the screw "
                 "file is made"
@@ -189,7 +176,7 @@ def load_map(
 
         built = build_map(parameters, screw_grid(parameters), progress)
         header, variables = _sealed(built), built.arrays
-    header[SCREW_FILE] = screw_file_json(parameters)
+    header[identity.SCREW_FILE] = identity.screw_file_json(parameters)
     if friction_set is not None:
         refuse_other_fit(friction_set, parameters)
     return _with_friction(header, variables, parameters, friction_set or default_friction_set(parameters))
@@ -199,7 +186,7 @@ def packaged_map_of(parameters: Parameters) -> tuple[dict[str, Any], dict[str, A
     """Header and arrays of the packaged map of a screw; None: there is none, or its file asks for another range."""
     rolling = parameters.friction.kinematics == ROLLING_FRAME
     header, variables = _read(packaged_map(VG100 if rolling else "published"))
-    other = differences(header["parameters_json"], map_parameters_json(parameters))
+    other = identity.differences(header["parameters_json"], identity.map_parameters_json(parameters))
     return None if other or parameters.map != type(parameters.map)() else (header, variables)
 
 

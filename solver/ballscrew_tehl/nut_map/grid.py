@@ -128,22 +128,21 @@ def map_grid(
     base = base or MapGrid()
     if preload is None:
         screw = parameters.screw
-        most = _rounded_down(min(force_at_pressure(screw), FREED * largest_preload(screw, screw.ball_count)))
-        preload = PRELOAD_SPAN * most, most
+        highest = _rounded_down(
+            min(force_at_pressure(screw), FREED * largest_preload(screw, screw.ball_count))
+        )
+        preload = PRELOAD_SPAN * highest, highest
     if speed is None:
         fastest = RPM * _rounded_down(SPEED_FACTOR_LIMIT / (2.0 * parameters.screw.nominal_radius) / RPM)
         speed = SPEED_SPAN * fastest, fastest
     if temperature is None:
         temperature = temperature_range(parameters)
-    _refuse_ends(parameters, {"preload": preload, "speed": speed, "temperature": temperature})
-    return replace(
-        base,
-        # an axial load relieves one nut
-        force=(min(FORCE_SPAN * preload[1], 0.1 * preload[0]), preload[1], base.force[2]),
-        speed=(*speed, base.speed[2]),
-        temperature=(*temperature, base.temperature[2]),
-        preload=(*preload, base.preload[2]),
-    )
+    ends = {"preload": preload, "speed": speed, "temperature": temperature}
+    _refuse_ends(parameters, ends)
+    # an axial load relieves one nut
+    force = min(FORCE_SPAN * preload[1], 0.1 * preload[0]), preload[1]
+    axes = {name: (*own, getattr(base, name)[2]) for name, own in (ends | {"force": force}).items()}
+    return replace(base, **axes)
 
 
 def screw_grid(parameters: Parameters, given: Mapping[str, float] | None = None) -> MapGrid:
@@ -192,8 +191,6 @@ def _refuse_ends(parameters: Parameters, ends: Mapping[str, tuple[float, float]]
 def ball_range(parameters: Parameters, grid: MapGrid) -> BallRange:
     """Range that holds every ball load of a nut from the lowest to the highest force."""
     screw = parameters.screw
-    lightest = float(nut_loads(screw, grid.force[0], screw.ball_count).min())
-    heaviest = float(nut_loads(screw, grid.force[1], screw.loaded_ball_count).max())
-    return BallRange(
-        ((1.0 - LOAD_MARGIN) * lightest, (1.0 + LOAD_MARGIN) * heaviest), grid.speed[:2], grid.temperature[:2]
-    )
+    lightest = (1.0 - LOAD_MARGIN) * float(nut_loads(screw, grid.force[0], screw.ball_count).min())
+    heaviest = (1.0 + LOAD_MARGIN) * float(nut_loads(screw, grid.force[1], screw.loaded_ball_count).max())
+    return BallRange((lightest, heaviest), grid.speed[:2], grid.temperature[:2])

@@ -1,11 +1,9 @@
 """Interval of the torque of a map by the mechanistic law, from the contacts of the atlas."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,16 +16,14 @@ from ..mechanics import catalogue_preload
 from ..parameters.file import Parameters, ScrewParameters
 from ..physics.ball_law import Array
 from ..runtime.bspline import fit as coefficients_of
+from ..runtime.evaluate import NutMap
 from ..runtime.packed import POINT
 from .grid import ball_range, grid_of
 
-if TYPE_CHECKING:
-    from ..runtime.evaluate import NutMap
-
 #: key of a header
 BAND = "mechanistic_interval"
-#: temperature [K] nearest to which the band of a map is stated
-BAND_TEMPERATURE = 303.15
+#: temperature [K] nearest to which the band of a map is stated; relative accuracy of the ends of a preload
+BAND_TEMPERATURE, PRELOAD_ACCURACY = 303.15, 1e-3
 #: nodes of interval_table. Ends of the interval without axial load, five maps of other screws, 80 points each: off by
 #: 0.02 % in the mean, 0.24 % at most; in cold oil at high speed, where the supply of oil begins to fail, 0.1 % and 0.2
 #: to 0.8 % at 95 % of 60 points, 9 % at most
@@ -98,10 +94,6 @@ def relative_intervals(
     """
     read, friction_set = contacts or BallContacts(parameters), _calibrated_within(axes, friction_set)
     return np.stack(interval_ends(parameters, preloads, read, speeds, temperatures, friction_set), axis=-1)
-
-
-#: relative accuracy of the ends of a preload
-PRELOAD_ACCURACY = 1e-3
 
 
 class PreloadInterval(NamedTuple):

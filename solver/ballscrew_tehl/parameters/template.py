@@ -144,7 +144,7 @@ def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str
             if graded and field.startswith(FROM_GRADE) and field != "viscosity_index":
                 continue
             value = getattr(values, field)
-            text = f"{entry.key} = {'' if value is None else _in_file(value, entry)}".rstrip()
+            text = entry_text(entry, value, "", 12)
             if field not in values.model_fields_set:
                 text = f"# {text}"
             mark = "assumed: " if table == "screw" and field in assumed else ""
@@ -153,12 +153,12 @@ def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str
     return "\n".join(lines) + "\n"
 
 
-def entry_text(entry: Entry, value: Any) -> str:
-    """A value [SI] as a line of a screw file, to 6 digits: lead_mm = 8.0."""
-    return f"{entry.key} = {'none' if value is None else _in_file(value, entry, 6)}"
+def entry_text(entry: Entry, value: Any, none: str = "none", digits: int = 6) -> str:
+    """A value [SI] as a line of a screw file: lead_mm = 8.0."""
+    return f"{entry.key} = {none if value is None else _in_file(value, entry, digits)}".rstrip()
 
 
-def _in_file(value: Any, entry: Entry, digits: int = 12) -> str:
+def _in_file(value: Any, entry: Entry, digits: int) -> str:
     if isinstance(value, tuple | list):
         return f"[{', '.join(_in_file(v, entry, digits) for v in value)}]"
     if isinstance(value, str):
