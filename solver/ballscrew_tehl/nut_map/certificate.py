@@ -34,6 +34,10 @@ QUANTILES = {0.5: "50", 0.99: "99", 0.999: "999"}
 CONFIDENCE = 0.95
 
 
+#: preload [N], speed [rad/s], temperature [K], axial load [N]
+Point = tuple[float, float, float, float]
+
+
 class Deviation(NamedTuple):
     """Relative error of a map at one operating point against direct per-ball solves."""
 
@@ -89,7 +93,7 @@ def claim(points: int) -> str:
     )
 
 
-def deviation_at(nut_map: NutMap, parameters: Parameters, point: tuple[float, ...]) -> Deviation:
+def deviation_at(nut_map: NutMap, parameters: Parameters, point: Point) -> Deviation:
     """Errors at a point of region_points, of the rise over itself or LEAST_RISE; NOT_SOLVED if no contact converged."""
     from ..contact import UnconvergedContactError
     from ..refinement.direct import mean_ball_state, rolling_parameters
@@ -122,7 +126,7 @@ def deviation_from_direct(
     converged. executor: None = in this process
     """
     regions = region_points(nut_map, parameters, count)
-    points = [tuple(point) for at in regions.values() for point in at.tolist()]
+    points: list[Point] = [tuple(point) for at in regions.values() for point in at.tolist()]
     # in an order without trend, for the time left
     order = np.random.default_rng(SEED).permutation(len(points)).tolist()
     results: Iterator[tuple[int, Deviation]]

@@ -141,7 +141,9 @@ def map_grid(
     _refuse_ends(parameters, ends)
     # an axial load relieves one nut
     force = min(FORCE_SPAN * preload[1], 0.1 * preload[0]), preload[1]
-    axes = {name: (*own, getattr(base, name)[2]) for name, own in (ends | {"force": force}).items()}
+    axes: dict[str, Any] = {
+        name: (*own, getattr(base, name)[2]) for name, own in (ends | {"force": force}).items()
+    }
     return replace(base, **axes)
 
 

@@ -72,8 +72,8 @@ def entry(description: str, dimension: str | None = None, **rules: Any) -> Any:
 
     Parameters   rules : unit, in_map and before of Entry;  bounds and default (SI) as of pydantic.Field
     """
-    own = {name: rules.pop(name) for name in ("unit", "in_map", "before") if name in rules}
-    return Field(description=description, json_schema_extra={"dimension": dimension, **own}, **rules)
+    own: dict[str, Any] = {name: rules.pop(name) for name in ("unit", "in_map", "before") if name in rules}
+    return Field(description=description, json_schema_extra=own | {"dimension": dimension}, **rules)
 
 
 class Table(BaseModel):

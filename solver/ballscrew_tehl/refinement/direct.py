@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache, lru_cache, partial
 from typing import NamedTuple
 
@@ -149,7 +150,8 @@ def solved_nut(
     return np.array([torque, own, hot["minimum_film"], hot["central_film"], hot["temperature_rise"]])
 
 
-class _PowerFilm(NamedTuple):
+@dataclass
+class _PowerFilm:
     """Film around that of the mean ball, whose load [N] is given: by raceway its film [m] and the exponent of load."""
 
     load: float
@@ -170,7 +172,8 @@ class DirectState(NamedTuple):
     film_temperature_rise: float  # [K] largest over the balls
 
 
-class MeanBallContacts(NamedTuple):
+@dataclass
+class MeanBallContacts:
     """Contacts of the mechanistic law from those of mean balls (mechanistic.ContactValues).
 
     solved : by raceway, loads [N] with QUANTITIES of their contacts; of several the one nearest to the mean load.

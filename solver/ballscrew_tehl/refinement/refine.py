@@ -81,6 +81,7 @@ class CorrectionStore:
     """
 
     COLUMNS = 5
+    _weights: Array
 
     def __init__(self, capacity: int, expected: float) -> None:
         self.capacity, self.expected, self._clock = capacity, expected, 0
@@ -284,7 +285,12 @@ class Refinement:
         return states[0]._replace(**fields, clamped=clamped)
 
     def evaluate_point(
-        self, preload: float, speed: float, temperature: float, axial_load: float, *friction: float
+        self,
+        preload: float,
+        speed: float,
+        temperature: float,
+        axial_load: float,
+        *friction: *tuple[float, float, float, float],
     ) -> DoubleNutState:
         """evaluate() for floats that the caller has checked: the step of the FMU."""
         point = (
