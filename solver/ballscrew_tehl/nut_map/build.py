@@ -64,14 +64,9 @@ def build_map(
 
 def map_header(parameters: Parameters, grid: MapGrid) -> dict[str, Any]:
     """Axes, kinematics and version of a map."""
+    axes = {name: list(getattr(grid, name)) for name in ("force", "speed", "temperature", "preload")}
     return {
-        "axes": {
-            "force": list(grid.force),
-            "speed": list(grid.speed),
-            "temperature": list(grid.temperature),
-            "preload": list(grid.preload),
-            "share": [0.0, 1.0, grid.share_nodes],
-        },
+        "axes": axes | {"share": [0.0, 1.0, grid.share_nodes]},
         "kinematics": parameters.friction.kinematics,
         "film_kinematics": ROLLING_FRAME,
         "version": __version__,

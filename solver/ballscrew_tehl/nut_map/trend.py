@@ -78,8 +78,8 @@ def unlike_flanks(parameters: Parameters, preload: float, axial_load: float, tor
     """One line if an axial load nearly frees oversize balls of two flanks, which a map follows in closed form; else "".
 
     Between held by all four flanks and free on two, the ball slips on the relieved ones (runtime.nut_law.freed_shear).
+    torque : [N m] with the motion of the ball between unlike flanks
 
-    Parameters   preload, axial_load : [N];  torque : [N m] with the motion of the ball between unlike flanks
     Source       ten example screws over the range of their maps, contacts in closed form: torque of the map off by
                  0.2 % from MIN_FORCE_RATIO on (2.6 % at most), below by 2 % in the mean, 9 % for 95 % of the points and
                  21 % at most; free of two flanks by 0.5 % (2.2 % at most)

@@ -66,13 +66,7 @@ def without_names(text: str) -> dict[str, Any]:
 
 
 def differences(theirs: str, ours: str) -> tuple[str, str] | None:
-    """Two texts of map_parameters_json as screw, oil and their first differences; None: the same but for names.
-
-    Example
-                 >>> text = '{"lubricant":{"name":"VG 100"},"name":"mine","screw":{"lead":%s}}'
-                 >>> differences(text % 0.008, text % 0.01)
-                 ('mine with VG 100 (lead_mm = 8.0)', 'mine with VG 100 (lead_mm = 10.0)')
-    """
+    """Two texts of map_parameters_json as screw, oil and their first differences; None: the same but for names."""
     one, other = _entries(theirs), _entries(ours)
     different = [place for place in one | other if not _same(one.get(place), other.get(place))]
     if not different:

@@ -170,14 +170,10 @@ class LubricantParameters(Table):
         return self
 
 
-def _roelands_level(oil: dict[str, Any]) -> float:
-    return math.log(oil["viscosity"]) + ROELANDS_LN
-
-
 def _z_roelands(oil: dict[str, Any]) -> float:
     """Z from the slope at p = 0; NaN where the slope is missing."""
     alpha = math.nan if oil["pressure_viscosity"] is None else oil["pressure_viscosity"]
-    return float(alpha * oil["roelands_pressure"] / _roelands_level(oil))
+    return float(alpha * oil["roelands_pressure"] / (math.log(oil["viscosity"]) + ROELANDS_LN))
 
 
 def _pressure_viscosity(oil: dict[str, Any]) -> float:
@@ -186,7 +182,8 @@ def _pressure_viscosity(oil: dict[str, Any]) -> float:
         oil[f"astm_viscosity_{i}"] * mineral_oil.density_at(oil["density_15c"], oil[f"astm_temperature_{i}"])
         for i in (1, 2)
     )
-    return mineral_oil.roelands_z(eta_40, eta_100) * _roelands_level(oil) / ROELANDS_PRESSURE
+    level = math.log(oil["viscosity"]) + ROELANDS_LN
+    return mineral_oil.roelands_z(eta_40, eta_100) * level / ROELANDS_PRESSURE
 
 
 def _reference_viscosity(oil: dict[str, Any]) -> float:

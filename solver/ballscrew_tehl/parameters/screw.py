@@ -223,7 +223,9 @@ class FrictionTable(Table):
     )  # fmt: skip
     roughness_height: float | None = _of_law(
         "override of the set; default: composite of raceway_rq and ball_rq, if given", "length", unit="um",
-        default_factory=lambda friction: _composite_roughness(friction), ge=0, le=1e-4,
+        default_factory=lambda d: (
+            None if None in (d["raceway_rq"], d["ball_rq"]) else math.hypot(d["raceway_rq"], d["ball_rq"])
+        ), ge=0, le=1e-4,
     )  # fmt: skip
 
     @model_validator(mode="before")
@@ -263,12 +265,6 @@ def ball_ball_coefficient(friction: FrictionTable, thrust: float | None = None) 
     """2 mu_b Lambda kappa; thrust: kappa, None = that of BOUNDED."""
     kappa = BOUNDED["ball_thrust"].value if thrust is None else thrust
     return 2.0 * friction.boundary_friction * friction.limiting_shear_coefficient * kappa
-
-
-def _composite_roughness(friction: dict[str, Any]) -> float | None:
-    """rms roughness of both surfaces together [m], sqrt(Rq_1^2 + Rq_2^2); None = that of the set."""
-    both = friction["raceway_rq"], friction["ball_rq"]
-    return None if None in both else math.hypot(*both)
 
 
 class PublishedSpeeds(Table):
@@ -331,7 +327,7 @@ class Parameters(Table):
 
     @model_validator(mode="after")
     def _speeds_are_known(self) -> Self:
-        if self.friction.kinematics == PUBLISHED and self.published_speeds is None:
-            allowed = f"{Law.MECHANISTIC}, or a table published_speeds"
-            raise FieldError("friction.law", allowed, "the paper prints one screw only")
+        known = self.friction.kinematics != PUBLISHED or self.published_speeds is not None
+        allowed = f"{Law.MECHANISTIC}, or a table published_speeds"
+        require(known, "friction.law", allowed, "the paper prints one screw only")
         return self

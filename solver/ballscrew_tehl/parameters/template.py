@@ -96,14 +96,7 @@ class CatalogueSizes(NamedTuple):
 
 
 def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Parameters, frozenset[str]]:
-    """A screw of these sizes, the rest as of another one, and names of its fields that are assumed.
-
-    Raises       ValueError: sizes that make no screw
-    Example
-        >>> result, _ = catalogue_parameters(CatalogueSizes(32.0, 10.0), example_parameters())
-        >>> f"{1e3 * result.screw.ball_diameter:.3f} mm, {result.screw.ball_count} balls"
-        '6.350 mm, 50 balls'
-    """
+    """A screw of these sizes, the rest as of another one, and names of its fields that are assumed."""
     usual = min(BALL_OF_LEAD * sizes.lead_mm / sizes.starts, BALL_OF_DIAMETER * sizes.diameter_mm)
     ball = sizes.ball_mm or min(BALLS, key=lambda d: abs(math.log(d / usual)))
     turns = sizes.turns or (USUAL_TURNS if sizes.starts == 1 else TURNS_OF_A_START * sizes.starts)

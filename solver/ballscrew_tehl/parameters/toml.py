@@ -93,10 +93,7 @@ class Table(BaseModel):
 
 
 def read_toml(path: Path, remedy: str = "give the path of a screw file") -> dict[str, Any]:
-    """Content of a TOML file.
-
-    Raises       ParameterError: it cannot be read or parsed
-    """
+    """Content of a TOML file; ParameterError: it cannot be read or parsed."""
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as err:

@@ -108,8 +108,6 @@ class CorrectionStore:
 
     def insert(self, point: Array, values: Array) -> None:
         """Store the correction (5,) at a point (3,) [cells]; the least recently used one is dropped."""
-        if not np.isfinite(values).all():
-            raise ValueError(f"correction = {values}; needs finite")
         keep = np.ones(len(self._points), dtype=bool)
         if len(self._points) >= self.capacity:
             keep[np.argmin(self._used)] = False
@@ -224,10 +222,8 @@ class Refinement:
         self.solves: deque[Solve] = deque(maxlen=CAPACITY)
         self._parameters, self._film = parameters or map_parameters(nut_map.header), film
         self._report = report or _logged
-        force, speed, temperature = (
-            nut_map.header["axes"][name][:2] for name in ("force", "speed", "temperature")
-        )
-        spans = math.log(force[1] / force[0]), math.log(speed[1] / speed[0]), temperature[1] - temperature[0]
+        force, speed, temperature = nut_map.force, nut_map.speed, nut_map.temperature
+        spans = math.log(force.hi / force.lo), math.log(speed.hi / speed.lo), temperature.hi - temperature.lo
         self._cell = np.array(spans) / CELLS
         # half of the largest error of the map by its certificate
         error = float(nut_map.header["certificate"].get("torque_error_max", 2.0 * EXPECTED))
@@ -334,7 +330,8 @@ class Refinement:
             return None  # no speed or no load
         part = viscous / (total * sum_of_parts)
         unknown = [one for one in asked if one.known.distance > 0.0]
-        far = [one for one in unknown if one.known.distance > REACH and part * one.viscous > self.tolerance]
+        far = [one for one in unknown if one.known.distance > REACH]
+        far = [one for one in far if part * one.viscous > self.tolerance]
         error = SURE * part * sum(one.viscous * one.known.deviation for one in unknown)
         if far:
             unsure, reason = far[0], f"no solved contact within {REACH:g} cells"
@@ -385,8 +382,8 @@ class Refinement:
                 other *= load / float(extreme(ball_loads(screw, other)))
             expected[column] = self.nut_map.surfaces(other, speed, temperature)[2 * column + raceway]
             expected[column] += slope * math.log(other / min(max(other, axis.lo), axis.hi))
-        if not (solved > 0.0).all():
-            raise ValueError(f"{solved}; needs > 0")
+        if not ((solved > 0.0) & (solved < math.inf)).all():
+            raise ValueError(f"{solved}; needs > 0 and finite")
         correction = np.log(solved) - expected
         if self.nut_map.law == MECHANISTIC:
             # shear torque or thrust factor: of both raceways together
