@@ -75,10 +75,7 @@ class Known(NamedTuple):
 
 
 class CorrectionStore:
-    """Corrections of one raceway, interpolated by kriging; the capacity limits the number of solved points.
-
-    expected : standard deviation of a correction before any is known
-    """
+    """Corrections of one raceway at up to `capacity` points, by kriging; expected: deviation before any is known."""
 
     COLUMNS = 5
     _weights: Array
@@ -138,23 +135,21 @@ class CorrectionStore:
 
     def state(self) -> dict[str, Any]:
         """Content for JSON."""
-        return {
-            "clock": self._clock,
-            "points": self._points.tolist(),
-            "values": self._values.tolist(),
-            "used": self._used.tolist(),
-            "unsolvable": self._unsolvable.tolist(),
+        arrays = {
+            "points": self._points,
+            "values": self._values,
+            "used": self._used,
+            "unsolvable": self._unsolvable,
         }
+        return {"clock": self._clock} | {name: array.tolist() for name, array in arrays.items()}
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Content from state()."""
-        self._clock = int(state["clock"])
-        self._unsolvable = np.array(state["unsolvable"], dtype=float).reshape(-1, 3)
-        self._set(
-            np.array(state["points"], dtype=float).reshape(-1, 3),
-            np.array(state["values"], dtype=float).reshape(-1, self.COLUMNS),
-            np.array(state["used"], dtype=int),
+        points, values, unsolvable = (
+            np.array(state[name], float) for name in ("points", "values", "unsolvable")
         )
+        self._clock, self._unsolvable = int(state["clock"]), unsolvable.reshape(-1, 3)
+        self._set(points.reshape(-1, 3), values.reshape(-1, self.COLUMNS), np.array(state["used"], int))
 
 
 def _covariance(distance: Array) -> Array:
@@ -247,8 +242,7 @@ class Refinement:
 
     def prepare(self) -> None:
         """Compile or load the solver now, by a contact in the middle of the map that is not stored."""
-        axes = (self.nut_map.force, self.nut_map.speed)
-        force, speed = (math.sqrt(axis.lo * axis.hi) for axis in axes)
+        force, speed = (math.sqrt(axis.lo * axis.hi) for axis in (self.nut_map.force, self.nut_map.speed))
         temperature = 0.5 * (self.nut_map.temperature.lo + self.nut_map.temperature.hi)
         with suppress(ArithmeticError):
             solved_nut(self._parameters, self._film, RACEWAYS[0], force, speed, temperature, 0.0)
@@ -330,8 +324,7 @@ class Refinement:
             return None  # no speed or no load
         part = viscous / (total * sum_of_parts)
         unknown = [one for one in asked if one.known.distance > 0.0]
-        far = [one for one in unknown if one.known.distance > REACH]
-        far = [one for one in far if part * one.viscous > self.tolerance]
+        far = [one for one in asked if one.known.distance > REACH and part * one.viscous > self.tolerance]
         error = SURE * part * sum(one.viscous * one.known.deviation for one in unknown)
         if far:
             unsure, reason = far[0], f"no solved contact within {REACH:g} cells"
@@ -348,8 +341,7 @@ class Refinement:
 
     def _solve(self, raceway: int, force: float, reason: str, speed: float, temperature: float) -> None:
         """Solve one contact and store its correction; one that fails is stored as such."""
-        place, begun = self._place(force, speed, temperature), time.perf_counter()
-        failure = ""
+        place, begun, failure = self._place(force, speed, temperature), time.perf_counter(), ""
         try:
             self._known[raceway].insert(place, self._correction(raceway, force, speed, temperature))
         except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
@@ -374,9 +366,8 @@ class Refinement:
         # a nut with another force, and there the map is compared with it
         load = mean_load(ball_loads(screw, force, self._film == MECHANISTIC))
         for column, slope in enumerate(slopes[2:], start=2):
-            extreme = (
-                np.max if (slope > 0.0) == (column == 4) else np.min
-            )  # films are least, the rise is largest
+            # films are least, the rise is largest
+            extreme = np.max if (slope > 0.0) == (column == 4) else np.min
             other = force
             for _ in range(2):
                 other *= load / float(extreme(ball_loads(screw, other)))
