@@ -117,15 +117,13 @@ def map_grid(
     preload: tuple[float, float] | None = None,
     speed: tuple[float, float] | None = None,
     temperature: tuple[float, float] | None = None,
-    base: MapGrid | None = None,
 ) -> MapGrid:
-    """Range of a map from the screw and its oil, with the nodes of a base; ValueError: no map can have it.
+    """Range of a map from the screw and its oil; ValueError: no map can have it.
 
     preload [N], speed [rad/s], temperature [K]: lowest and highest; None = from the screw: preload to the
     force_at_pressure, or FREED of the largest_preload of oversize balls, speed to SPEED_FACTOR_LIMIT over the diameter
     of the ball centre circle, both rounded down to two digits; temperature_range
     """
-    base = base or MapGrid()
     if preload is None:
         screw = parameters.screw
         highest = _rounded_down(
@@ -141,10 +139,10 @@ def map_grid(
     _refuse_ends(parameters, ends)
     # an axial load relieves one nut
     force = min(FORCE_SPAN * preload[1], 0.1 * preload[0]), preload[1]
-    axes: dict[str, Any] = {
-        name: (*own, getattr(base, name)[2]) for name, own in (ends | {"force": force}).items()
+    nodes: dict[str, Any] = {
+        name: (*own, getattr(MapGrid(), name)[2]) for name, own in (ends | {"force": force}).items()
     }
-    return replace(base, **axes)
+    return replace(MapGrid(), **nodes)
 
 
 def screw_grid(parameters: Parameters, given: Mapping[str, float] | None = None) -> MapGrid:

@@ -61,19 +61,14 @@ def _calibrated_within(axes: Mapping[str, Any], friction_set: FrictionSet) -> Fr
     return replace(friction_set, calibrated_at=at)
 
 
-def interval_table(
-    parameters: Parameters,
-    axes: Mapping[str, Any],
-    friction_set: FrictionSet,
-    nodes: tuple[int, int, int] = TABLE_NODES,
-) -> Array:
+def interval_table(parameters: Parameters, axes: Mapping[str, Any], friction_set: FrictionSet) -> Array:
     """Interval without axial load as B-spline coefficients, for readers that solve no ball.
 
-    (force, speed, temperature, 2): ln of low and high end over the torque, on the axes of the map with these nodes
+    (force, speed, temperature, 2): ln of low and high end over the torque, on the axes of the map with TABLE_NODES
     """
     (light, heavy), (slow, fast), (cold, hot) = (axes[name][:2] for name in ("force", "speed", "temperature"))
-    forces, speeds = np.geomspace(light, heavy, nodes[0]), np.geomspace(slow, fast, nodes[1])
-    temperatures = np.linspace(cold, hot, nodes[2])
+    forces, speeds = np.geomspace(light, heavy, TABLE_NODES[0]), np.geomspace(slow, fast, TABLE_NODES[1])
+    temperatures = np.linspace(cold, hot, TABLE_NODES[2])
     contacts = BallContacts(parameters, ball_range(parameters, grid_of(axes)))
     found = relative_intervals(parameters, axes, friction_set, forces, speeds, temperatures, contacts)
     return coefficients_of(np.log(found), (0, 1, 2))
