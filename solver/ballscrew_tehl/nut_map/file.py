@@ -87,7 +87,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     try:
         header, variables = read_npz(path)
     except (MapError, OSError) as error:
-        what = "a folder" if path.is_dir() else "of another kind, cut short or damaged"
+        what = "a folder" if path.is_dir() else "of another kind, or cut short"
         raise MapError(f"{path}: not a readable map file ({what}): build one with {BUILD_MAP}") from error
     if header.get("file_format") != FILE_FORMAT:
         raise MapError(
