@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from ..parameters.file import Parameters
 from ..parameters.identity import map_parameters
 from ..physics.hertz import RACEWAYS
-from ..runtime.packed import MECHANISTIC, FrictionParameters
+from ..runtime.packed import MECHANISTIC
 from .direct import Array, ball_loads, mean_load, solved_nut
 
 if TYPE_CHECKING:  # an import would pack the module into the Python FMU, which has a copy of its own
@@ -278,7 +278,6 @@ class Refinement:
         self, preload: float, speed: float, temperature: float, axial_load: float, *friction: float
     ) -> DoubleNutState:
         """evaluate() for floats that the caller has checked: the step of the FMU."""
-        roughness = FrictionParameters(*friction).roughness_height
         point = (
             min(max(abs(speed), self.nut_map.speed.lo), self.nut_map.speed.hi),
             min(max(temperature, self.nut_map.temperature.lo), self.nut_map.temperature.hi),
