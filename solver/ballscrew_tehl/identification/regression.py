@@ -1,7 +1,7 @@
-"""Regressors of an identification within bins of speed, and what each cluster of time moves."""
+"""Least squares within bins of speed, and what each cluster of time moves its values."""
 
-from dataclasses import dataclass
-from typing import Self
+import math
+from typing import NamedTuple, Self
 
 import numpy as np
 from scipy.stats import t as student
@@ -11,15 +11,23 @@ from .motion import Samples
 
 #: most and fewest bins of a direction; samples of the log for one bin
 MAX_BINS, MIN_BINS, FOR_A_BIN = 60, 6, 150
+#: fewest independent samples of a bin
+MIN_INDEPENDENT = 2.0
 #: longest cluster [s], or so many periods of the cutoff
 CLUSTER, CLUSTER_PERIODS = 0.25, 10.0
 CONFIDENCE = 0.95
 #: largest share of a cluster in a slope that is allowed for
 LEVERAGE = 0.5
+#: clusters that the pooled error of a bin counts as
+POOLED = 4.0
 
 
-@dataclass(frozen=True)
-class Bins:
+def quantile(degrees: Array | float) -> Array:
+    """Of Student's t, for two-sided limits."""
+    return np.asarray(student.ppf(0.5 + 0.5 * CONFIDENCE, degrees))
+
+
+class Bins(NamedTuple):
     """Bins of the magnitude of speed: their number in each direction, lowest and highest end."""
 
     number: int
@@ -40,54 +48,55 @@ class Bins:
         place = np.clip(((np.abs(speed) - self.low) / wide).astype(int), 0, self.number - 1)
         return np.where(speed < 0.0, self.number - 1 - place, self.number + place)
 
-    def tally(self, place: np.ndarray, weights: Array | None = None) -> Array:
-        """Samples, or their sum of weights, by bin."""
-        return np.asarray(np.bincount(place, weights, 2 * self.number), dtype=np.float64)
 
-
-def within(values: Array, speed: Array, bins: np.ndarray, count: Array) -> Array:
+def within(values: Array, speed: Array, bins: np.ndarray) -> Array:
     """Values less a straight line over speed in each bin: friction may rise within it."""
-    safe = np.maximum(count, 1.0)
+    safe = np.maximum(np.bincount(bins), 1.0)
 
     def mean(of: Array) -> Array:
-        return np.asarray(np.bincount(bins, of, len(count)) / safe)
+        return np.asarray(np.bincount(bins, of) / safe)
 
     across = speed - mean(speed)[bins]
     rest = values - mean(values)[bins]
     spread = mean(across**2)
-    slope = np.where(spread > 0.0, mean(across * rest) / np.where(spread > 0.0, spread, 1.0), 0.0)
+    slope = np.divide(mean(across * rest), spread, out=np.zeros(len(spread)), where=spread > 0.0)
     return np.asarray(rest - slope[bins] * across)
 
 
-def alone(samples: Samples, bins: np.ndarray, count: Array) -> tuple[Array, Array]:
-    """Acceleration and jerk without friction, a straight line over speed in each bin, each without the other.
+class Fit(NamedTuple):
+    """Inertia and bins of speed.
 
-    An error of the delay moves the effort by the inertia times the jerk.
+    acceleration, jerk : without friction, a straight line over speed in each bin, each without the other
+    squares : of the acceleration, without its noise;  seen : inertia of the effort;  late : delay that is left
+    count : samples of each bin;  total : mean effort without that of the inertia, NaN with too few samples
     """
-    acceleration, jerk = (
-        within(values, samples.speed, bins, count) for values in (samples.acceleration, samples.jerk)
-    )
 
-    def less(values: Array, other: Array) -> Array:
-        return np.asarray(values - float(values @ other) / max(float(other @ other), 1e-300) * other)
-
-    return less(acceleration, jerk), less(jerk, acceleration)
-
-
-def power(acceleration: Array, samples: Samples) -> float:
-    """Sum of squares of the acceleration without its noise, which would make the inertia too small; at least half."""
-    whole = float(acceleration @ acceleration)
-    return max(whole - len(acceleration) * samples.noise, 0.5 * whole, 1e-300)
+    acceleration: Array
+    jerk: Array
+    squares: float
+    seen: float
+    inertia: float
+    late: float
+    count: Array
+    total: Array
 
 
-def clusters_of(samples: Samples, step: float, bins: np.ndarray) -> tuple[np.ndarray, Array]:
-    """Number of the cluster of each sample, and clusters of each bin."""
-    length = max(int(max(CLUSTER, CLUSTER_PERIODS / samples.cutoff) / step), 1)
-    piece = samples.index // length
-    key = samples.run.astype(np.int64) * (int(piece.max()) + 1) + piece
-    _, clusters = np.unique(key, return_inverse=True)
-    pairs = np.unique(clusters.astype(np.int64) * (int(bins.max()) + 1) + bins)
-    return clusters, np.bincount(pairs % (int(bins.max()) + 1), minlength=int(bins.max()) + 1).astype(float)
+def fit_of(samples: Samples, effort: Array, bins: np.ndarray, number: int, inertia: float | None) -> Fit:
+    """Fit to samples in bins, NaN without samples; inertia None: free."""
+    whole, change = (within(v, samples.speed, bins) for v in (samples.acceleration, samples.jerk))
+    acceleration = whole - float(whole @ change) / max(float(change @ change), 1e-300) * change
+    # an error of the delay moves the effort by the inertia times the jerk
+    jerk = change - float(whole @ change) / max(float(whole @ whole), 1e-300) * whole
+    power = float(acceleration @ acceleration)
+    # noise would make the inertia too small
+    squares = max(power - len(effort) * samples.noise, 0.5 * power, 1e-300)
+    seen = float(acceleration @ effort) / squares if len(effort) else math.nan
+    value = seen if inertia is None else inertia
+    late = float(jerk @ effort) / max(abs(value) * float(jerk @ jerk), 1e-300)
+    count = np.bincount(bins, minlength=number).astype(float)
+    safe = np.where(count * samples.each * samples.rate >= MIN_INDEPENDENT, count, math.nan)
+    total = np.bincount(bins, effort - value * samples.acceleration, number) / safe
+    return Fit(acceleration, jerk, squares, seen, value, late, count, total)
 
 
 def slope_moves(
@@ -95,13 +104,61 @@ def slope_moves(
 ) -> tuple[Array, float]:
     """What each cluster moves the slope of a regressor, and half of its 95 % interval.
 
-    Parameters   squares : sum of squares of the regressor;  freedom : independent samples less parameters over samples
-    Source       Bell & McCaffrey, Survey Methodology 28 (2002) 169: a cluster that carries a large share of the
-                 regressor pulls the fit to itself (CR2), and few that do leave few degrees of freedom; here with the
-                 shares of the regressor alone
+    squares : sum of squares of the regressor;  freedom : independent samples less parameters over samples
+
+    Source: Bell & McCaffrey, Survey Methodology 28 (2002) 169: a cluster that carries a large share of the regressor
+    pulls the fit to itself (CR2), and few that do leave few degrees of freedom; here with the shares of the regressor
+    alone
     """
     share = np.bincount(clusters, regressor**2) / max(float(regressor @ regressor), 1e-300)
     moves = np.bincount(clusters, regressor * residual) / squares / (1.0 - np.minimum(share, LEVERAGE))
     degrees = max(1.0 / max(float(share @ share), 1e-12) - 1.0, 1.0)
-    quantile = float(student.ppf(0.5 + 0.5 * CONFIDENCE, degrees))
-    return moves, quantile * float(np.sqrt(moves @ moves / freedom))
+    return moves, float(quantile(degrees)) * float(np.sqrt(moves @ moves / freedom))
+
+
+class Errors(NamedTuple):
+    """Of a fit: standard error of each bin, half of its 95 % interval; half of those of inertia, delay and offset.
+
+    usual : quantile of Student's t with as many clusters
+    """
+
+    bins: Array
+    wide: Array
+    inertia: float
+    delay: float
+    offset: float
+    usual: float
+
+
+def errors_of(
+    samples: Samples, fit: Fit, bins: np.ndarray, residual: Array, weights: Array, step: float, fixed: bool
+) -> Errors:
+    """Random errors of a fit, from what each cluster of time moves it.
+
+    weights : of the bins in the offset;  step : of the log [s];  fixed : the inertia is given
+    """
+    length = max(int(max(CLUSTER, CLUSTER_PERIODS / samples.cutoff) / step), 1)
+    piece = samples.index // length
+    _, clusters = np.unique(samples.run * (int(piece.max()) + 1) + piece, return_inverse=True)
+    size, number = int(clusters.max()) + 1, len(fit.count)
+    cells = clusters * number + bins
+    of_bin = np.sum(np.bincount(cells, minlength=size * number).reshape(size, -1) > 0, axis=0)
+    independent = fit.count * samples.each * samples.rate
+    freedom = max(1.0 - 2.0 * (number + 1.0) / float(independent.sum()), 0.1)
+    by_inertia, half = slope_moves(fit.acceleration, residual, clusters, fit.squares, freedom)
+    by_jerk = max(abs(fit.inertia) * float(fit.jerk @ fit.jerk), 1e-300)
+    moved = np.bincount(cells, residual, size * number).reshape(size, -1) / fit.count
+    if not fixed:
+        moved -= np.outer(by_inertia, np.bincount(bins, samples.acceleration) / fit.count)
+    of_offset = moved @ weights
+    few = size / max(size - 1.0, 1.0)
+    plain = float(np.mean(residual**2)) / independent
+    variance = few * np.sum((moved - of_offset[:, None]) ** 2, axis=0)
+    ratio = max(float(np.sum(variance * of_bin) / np.sum(plain * of_bin)), 1.0)
+    degrees = POOLED + of_bin - 1.0
+    errors = np.sqrt((POOLED * ratio * plain + (of_bin - 1.0) * variance) / degrees)
+    # a bin that one cluster fills hides the error of that
+    offset = max(few * float(of_offset @ of_offset), ratio * float(weights**2 @ plain))
+    usual = float(quantile(max(size - 1, 1)))
+    delay = slope_moves(fit.jerk, residual, clusters, by_jerk, freedom)[1]
+    return Errors(errors, quantile(degrees) * errors, half, delay, usual * math.sqrt(offset), usual)
