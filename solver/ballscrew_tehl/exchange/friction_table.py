@@ -14,7 +14,7 @@ from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
 from ..physics.ball_law import Array
 from ..runtime.evaluate import NutMap
-from ..tables.csv_file import Progress
+from ..nut_map.built import Progress
 
 #: speeds at which an interval is computed; between them its ends over the torque are interpolated over ln(speed)
 INTERVALS = 5

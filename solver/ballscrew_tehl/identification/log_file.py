@@ -48,37 +48,31 @@ def read_log(
     table = open_table(path, LOG, stated)
     try:
         columns = _selected(table, stated, wanted)
+        signals, (damaged, first) = read_columns(table, columns, LOG, MAX_DAMAGED, progress)[2:]
+        for name, values in signals.items():
+            values[np.abs(values) > MAX_VALUE] = np.nan
+            if not np.isfinite(values).any():
+                heading = columns[name].heading
+                raise ValueError(f"column {heading!r} has no numbers; allowed: a number in each row")
+        notes = list(filter(None, [table.unused(columns)]))
+        if damaged:
+            notes.append(f"{damaged} damaged row{'s' * (damaged > 1)} left out, the first: {first}")
+        good = np.all([np.isfinite(values) for name, values in signals.items() if name not in SLOW], axis=0)
+        rows, complete = len(good) + damaged, int(good.sum())
+        if not complete >= max(MIN_ROWS, MAX_EMPTY * rows):
+            raise ValueError(
+                f"{rows} rows, {complete} of them complete; allowed: at least {MIN_ROWS} rows, "
+                f"{100.0 * MAX_EMPTY:.0f} % of them complete: check the export of the log"
+            )
+        left_out = {"rows without a number": len(good) - complete, "damaged rows": damaged}
+        signals = {name: values[good] for name, values in signals.items()}
+        return Log(table.path, _in_time(signals, left_out, notes), columns, left_out, notes)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    found = read_columns(table, columns, LOG, MAX_DAMAGED, progress)
-    signals, (damaged, first) = found.values, found.damaged
-    for name, values in signals.items():
-        values[np.abs(values) > MAX_VALUE] = np.nan
-        if not np.isfinite(values).any():
-            raise ValueError(
-                f"{path}: column {columns[name].heading!r} has no numbers; allowed: a number in each row"
-            )
-    notes = list(filter(None, [table.unused(columns)]))
-    if damaged:
-        notes.append(f"{damaged} damaged row{'s' * (damaged > 1)} left out, the first: {first}")
-    rows = len(signals["time"]) + damaged
-    good = np.logical_and.reduce([np.isfinite(signals[name]) for name in signals if name not in SLOW])
-    left_out = {"rows without a number": int((~good).sum()), "damaged rows": damaged}
-    if not rows >= MIN_ROWS or not good.sum() >= max(MIN_ROWS, MAX_EMPTY * rows):
-        raise ValueError(
-            f"{path}: {rows} rows, {int(good.sum())} of them complete; allowed: at least {MIN_ROWS} rows, "
-            f"{100.0 * MAX_EMPTY:.0f} % of them complete: check the export of the log"
-        )
-    signals = {name: values[good] for name, values in signals.items()}
-    return Log(table.path, _in_time(table.path, signals, left_out, notes), columns, left_out, notes)
 
 
 def stated_columns(texts: Iterable[str]) -> dict[str, str]:
-    """Heading, with its unit or without, by signal.
-
-    Parameters   texts : of the option --column
-    Raises       ValueError: another form, an unknown signal, one given twice
-    """
+    """Heading, with its unit or without, by signal, from the texts of the option --column."""
     stated: dict[str, str] = {}
     for text in texts:
         name, _, heading = (part.strip() for part in text.partition("="))
@@ -90,10 +84,7 @@ def stated_columns(texts: Iterable[str]) -> dict[str, str]:
 
 
 def _selected(table: Table, stated: Mapping[str, str], wanted: Sequence[str]) -> dict[str, Column]:
-    """The columns that are used, by signal.
-
-    Raises       ValueError: two columns of one signal, unlike times of motion and drive
-    """
+    """The columns that are used, by signal."""
     motion = next(name for name in (*stated, *MOTION) if name in table.columns and name in MOTION)
     effort = next(name for name in (*stated, *wanted, *EFFORT) if name in table.columns and name in EFFORT)
     names = ["time", motion, effort, *(name for name in SLOW if name in table.columns)]
@@ -106,10 +97,8 @@ def _selected(table: Table, stated: Mapping[str, str], wanted: Sequence[str]) ->
         first, second = (
             max(place for place in (0, *clocks) if place <= used[name].place) for name in (motion, effort)
         )
-        rows = (
-            row for _, row in islice(table.rows(table.start), MIN_ROWS) if len(row) == len(table.headings)
-        )
-        if any(row[first] != row[second] for row in rows):
+        rows = [row for _, row in islice(table.rows(table.start), MIN_ROWS)]
+        if any(row[first] != row[second] for row in rows if len(row) == len(table.headings)):
             raise ValueError(
                 f"{motion} and {effort} have unlike times; allowed: an export at one sample time"
             )
@@ -117,35 +106,29 @@ def _selected(table: Table, stated: Mapping[str, str], wanted: Sequence[str]) ->
     return used
 
 
-def _in_time(
-    path: Path, signals: dict[str, Array], left_out: dict[str, int], notes: list[str]
-) -> dict[str, Array]:
-    """The signals without repeated time stamps, or at even times if the stamps have too few digits.
-
-    Raises       ValueError: time that runs backwards or stands still
-    """
+def _in_time(signals: dict[str, Array], left_out: dict[str, int], notes: list[str]) -> dict[str, Array]:
+    """The signals without repeated time stamps, or at even times if the stamps have too few digits."""
     time = signals["time"]
     step = np.diff(time)
     back = np.flatnonzero(step < 0.0)
     if back.size:
         row = int(back[0])
         raise ValueError(
-            f"{path}: time runs backwards {back.size} times, first from {time[row]:.9g} to {time[row + 1]:.9g} s "
+            f"time runs backwards {back.size} times, first from {time[row]:.9g} to {time[row + 1]:.9g} s "
             f"after row {row + 1}; allowed: rising time: sort the rows, or give one log a file"
         )
-    first = np.flatnonzero(np.r_[True, step > 0.0])
-    repeated = len(time) - len(first)
-    if not repeated > FEW_REPEATED * len(time):
+    first = np.r_[True, step > 0.0]
+    repeated = int((~first).sum())
+    if repeated <= FEW_REPEATED * len(time):
         left_out["repeated time stamps"] = repeated
-        return {name: values[first] for name, values in signals.items()} if repeated else signals
+        return {name: values[first] for name, values in signals.items()}
     # too few digits: samples at even times, if those agree with the stamps
-    if len(first) >= MIN_ROWS:
-        index = np.arange(len(time))
-        even = np.polyval(np.polyfit(index, time, 1), index)
-        if float(np.max(np.abs(even - time))) <= DIGIT * float(np.median(step[step > 0.0])):
-            notes.append(f"{repeated} time stamps repeat the one before: taken as evenly sampled")
-            return signals | {"time": np.asarray(even, dtype=np.float64)}
+    index = np.arange(len(time))
+    even = np.polyval(np.polyfit(index, time, 1), index)
+    if len(time) - repeated >= MIN_ROWS and np.abs(even - time).max() <= DIGIT * np.median(step[step > 0.0]):
+        notes.append(f"{repeated} time stamps repeat the one before: taken as evenly sampled")
+        return signals | {"time": even}
     raise ValueError(
-        f"{path}: {len(first)} different times in {len(time)} rows; allowed: a time for each row with digits "
+        f"{len(time) - repeated} different times in {len(time)} rows; allowed: a time for each row with digits "
         "enough for the sampling"
     )

@@ -7,7 +7,7 @@ from contextlib import ExitStack, contextmanager
 from datetime import timedelta
 from typing import TypeVar
 
-from ...tables.csv_file import Progress
+from ...nut_map.built import Progress
 from .results import say
 
 Item = TypeVar("Item")
