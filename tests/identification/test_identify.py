@@ -173,7 +173,7 @@ def of_signals(motion, effort, units, drive):
     """A log without a file: time [s], position and current."""
     signals = dict(zip(("time", "position", "current"), motion + effort, strict=True))
     columns = {name: Column(k, "", unit) for k, (name, unit) in enumerate(zip(signals, units, strict=True))}
-    return signals_of(Log("log.csv", signals, columns, {}, []), drive)
+    return signals_of(Log(signals, columns, {}, []), drive)
 
 
 def test_sides_of_a_gear_a_lead_a_left_hand_thread_and_signs_of_the_drive(emps):
@@ -225,7 +225,7 @@ def test_preload_and_its_change_with_known_guides(law):
 
 def test_a_log_without_the_nut_takes_the_guides_away(law):
     whole = screw_friction(screw(law, 2000.0, 4), None)
-    bare = whole._replace(torque=np.full_like(whole.torque, GUIDES * LEAD))
+    bare = whole._replace(mean=np.full_like(whole.mean, GUIDES * LEAD))
     alone = without(whole, 0.0, bare)
     assert found_preload(alone, law, 303.15).preload_n == pytest.approx(2000.0, rel=0.01)
     with pytest.raises(ValueError, match="smaller than the whole"):

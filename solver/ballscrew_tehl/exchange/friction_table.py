@@ -10,11 +10,11 @@ import numpy as np
 
 from ..friction.sets import FrictionSet
 from ..identification.directions import LINEAR, ROTARY, Bidirectional, Friction, Units, bidirectional_friction
+from ..nut_map.built import Progress
 from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
 from ..physics.ball_law import Array
 from ..runtime.evaluate import NutMap
-from ..nut_map.built import Progress
 
 #: speeds at which an interval is computed; between them its ends over the torque are interpolated over ln(speed)
 INTERVALS = 5

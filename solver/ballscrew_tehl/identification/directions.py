@@ -58,7 +58,7 @@ class Friction(NamedTuple):
 
 
 class Bidirectional(NamedTuple):
-    """At common speeds > 0: half of the magnitudes' sum and of their difference, error of both, samples.
+    """At common speeds > 0: half of the magnitudes' sum and of their difference, error of both.
 
     A known offset moves all differences by its error, which is not in theirs.
     """
@@ -67,33 +67,34 @@ class Bidirectional(NamedTuple):
     mean: Array
     difference: Array
     error: Array
-    samples: Array
 
     def at_screw(self, lead: float) -> Self:
         """Speed [rad/s] and torque [N.m] at a screw of this lead [m/rad], from those of a linear axis."""
-        mean, difference, error = (values * lead for values in self[1:4])
-        return self._replace(speed=self.speed / lead, mean=mean, difference=difference, error=error)
+        return type(self)(self.speed / lead, *(values * lead for values in self[1:]))
+
+    def where(self, keep: np.ndarray) -> Self:
+        """A part of the speeds."""
+        return type(self)(*(values[keep] for values in self))
+
+    @property
+    def span(self) -> str:
+        """Range of the speeds of a screw."""
+        return f"{self.speed.min() / RPM:.4g} to {self.speed.max() / RPM:.4g} r/min"
 
 
 def bidirectional_friction(friction: Friction, offset_error: float = 0.0) -> Bidirectional:
     """At the speeds of the positive direction that the other one has as well; empty if there are none.
 
-    Parameters   offset_error : standard error of a known offset, which the errors of the bins hold
+    offset_error : standard error of a known offset, which the errors of the bins hold
     """
-    ahead, back = friction.speed > 0.0, friction.speed < 0.0
-    other = -friction.speed[back][::-1]
-    speed = friction.speed[ahead]
-    both = (speed >= other[0] * 0.97) & (speed <= other[-1] * 1.03)
-    speed = speed[both]
-
-    def reverse(values: Array) -> Array:
-        return np.asarray(np.interp(speed, other, values[back][::-1]))
-
-    value, against = friction.value[ahead][both], -reverse(friction.value)
+    back = friction.speed < 0.0
+    other = friction.speed[back]
+    both = (friction.speed >= -0.97 * other[-1]) & (friction.speed <= -1.03 * other[0])
+    speed, value = friction.speed[both], friction.value[both]
     half = 0.5 * (friction.high - friction.low) / LIMIT
-    error = 0.5 * np.sqrt(half[ahead][both] ** 2 + reverse(half) ** 2 - 2.0 * offset_error**2)
-    samples = friction.samples[ahead][both] + reverse(friction.samples.astype(float))
-    return Bidirectional(speed, 0.5 * (value + against), 0.5 * (value - against), error, samples)
+    against, half_back = (np.interp(-speed, other, values[back]) for values in (-friction.value, half))
+    error = 0.5 * np.sqrt(half[both] ** 2 + half_back**2 - 2.0 * offset_error**2)
+    return Bidirectional(speed, 0.5 * (value + against), 0.5 * (value - against), error)
 
 
 def varies(both: Bidirectional) -> bool:

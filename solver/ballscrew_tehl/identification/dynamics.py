@@ -167,7 +167,9 @@ def identify(
     farther = filtered(signals, FARTHER * travel, cutoff, variance)
     others += [farther] * (len(farther.speed) >= FARTHER_LEFT * len(samples.speed))
     changed = [
-        fit_of(other, effort_later(signals, other)(delay), edges.place(other.speed), 2 * edges.number, inertia)
+        fit_of(
+            other, effort_later(signals, other)(delay), edges.place(other.speed), 2 * edges.number, inertia
+        )
         for other in others
     ]
     samples, effort, bins = samples.where(use), later(delay)[use], np.cumsum(enough)[place[use]] - 1
@@ -199,10 +201,10 @@ def _result(
     residual = effort - fit.inertia * samples.acceleration - fit.total[bins]
     deviation = float(np.sqrt(np.mean(residual**2)))
     explained = 1.0 - deviation**2 / max(float(np.var(effort)), 1e-300)
-    speed = np.bincount(bins, samples.speed) / fit.count
+    speed = np.bincount(bins, samples.speed) / fit.samples
     # the constant of a weighted fit with Coulomb and viscous friction
     shape = np.column_stack([np.ones(len(speed)), np.sign(speed), speed])
-    weighted = shape * fit.count[:, None]
+    weighted = shape * fit.samples[:, None]
     weights = np.linalg.pinv(shape.T @ weighted)[0] @ weighted.T
     offset, offset_error = float(weights @ fit.total), 0.0
     if user.offset:
@@ -227,7 +229,7 @@ def _result(
         offset_error=user.offset and user.offset[1],
         friction=Friction(
             speed, friction, np.hypot(errors.bins, offset_error), friction - wide, friction + wide,
-            (fit.count * samples.each).astype(int),
+            (fit.samples * samples.each).astype(int),
         ),
         delay=user.delay,
         delay_limits=None if user.delay_given else (user.delay - late, user.delay + late),
@@ -271,7 +273,7 @@ def _check(
             "acceleration, or noise or delay beyond it; remedy: "
             f"--{units.inertia.format('').replace('_', '-')} with the known value, or a log with ramps{magnitude}"
         )
-    wrong = float(np.sum(fit.count * along) / fit.count.sum())
+    wrong = float(np.sum(fit.samples * along) / fit.samples.sum())
     if wrong > MAX_ALONG:
         raise ValueError(
             f"friction along the motion in {100.0 * wrong:.0f} % of the samples; allowed: at most "

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.ball_law import Array
-from ..tables.csv_file import SCOPE, Progress, Table, open_table, read_columns
+from ..tables.csv_file import SCOPE, Table, naming, open_table, read_columns
 from ..tables.headings import EFFORT, LOG, MOTION, Column, one_column
 
 #: may be logged more slowly
@@ -26,29 +26,23 @@ MAX_VALUE = 1e12
 class Log(NamedTuple):
     """Signals by name [SI], equally long, without missing values; their columns; rows left out, notes."""
 
-    path: Path
     signals: dict[str, Array]
     columns: dict[str, Column]
     left_out: dict[str, int]
     notes: list[str]
 
 
-def read_log(
-    path: Path | str,
-    progress: Progress = lambda finished, total, what: None,
-    wanted: Sequence[str] = (),
-    stated: Mapping[str, str] = {},
-) -> Log:
+def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, str] = {}) -> Log:
     """Signals of a log.
 
     Parameters   wanted : signals of the drive that are used if the log has them, before the order of EFFORT
                  stated : heading with its unit, by signal, of columns that have other headings
     Raises       ValueError: cannot be read, headings not understood, damaged rows, too few rows, time not rising
     """
-    table = open_table(path, LOG, stated)
-    try:
+    with naming(path):
+        table = open_table(path, LOG, stated)
         columns = _selected(table, stated, wanted)
-        signals, (damaged, first) = read_columns(table, columns, LOG, MAX_DAMAGED, progress)[2:]
+        signals, (damaged, first) = read_columns(table, columns, LOG, MAX_DAMAGED)[2:]
         for name, values in signals.items():
             values[np.abs(values) > MAX_VALUE] = np.nan
             if not np.isfinite(values).any():
@@ -66,9 +60,7 @@ def read_log(
             )
         left_out = {"rows without a number": len(good) - complete, "damaged rows": damaged}
         signals = {name: values[good] for name, values in signals.items()}
-        return Log(table.path, _in_time(signals, left_out, notes), columns, left_out, notes)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+        return Log(_in_time(signals, left_out, notes), columns, left_out, notes)
 
 
 def stated_columns(texts: Iterable[str]) -> dict[str, str]:

@@ -39,7 +39,7 @@ PER_PERIOD = 4
 class Samples(NamedTuple):
     """Filtered samples that are used (SI of the axis), arrays equally long.
 
-    run : number of the piece between reversals;  section, index : where each is in the signals
+    run : number of the piece between reversals;  section, row : where each is in the signals
     each : samples of the log for one of these;  rate : independent samples for one of the log
     cutoff [Hz];  noise : variance of that of the acceleration;  left_out : samples of the log by reason
     """
@@ -50,7 +50,7 @@ class Samples(NamedTuple):
     position: Array
     run: np.ndarray
     section: np.ndarray
-    index: np.ndarray
+    row: np.ndarray
     each: int
     rate: float
     cutoff: float
@@ -162,7 +162,7 @@ def effort_later(signals: Signals, samples: Samples) -> Callable[[float], Array]
         result = np.empty(len(samples.speed))
         for number, curve in enumerate(curves):
             of_it = samples.section == number
-            result[of_it] = curve(samples.index[of_it] + delay / signals.step)
+            result[of_it] = curve(samples.row[of_it] + delay / signals.step)
         return result
 
     return effort

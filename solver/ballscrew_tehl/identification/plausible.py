@@ -49,7 +49,9 @@ def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> No
     speeds, accelerations = ROTARY if signals.rotary else LINEAR
     shown, one = (("r/min", "rad/s2"), RPM) if signals.rotary else (("m/s", "m/s2"), 1.0)
     name, value = effort.removeprefix("screw_"), _usual([log.signals[effort]])
-    drive = [Value(f"{name} up to", value, DRIVE[name], next(iter(LOG.quantities[effort].units)), {effort: 1})]
+    drive = [
+        Value(f"{name} up to", value, DRIVE[name], next(iter(LOG.quantities[effort].units)), {effort: 1})
+    ]
     if nut_map is not None and signals.rotary:
         axes = nut_map.header["axes"]
         speeds = axes["speed"][0], MAP_SPEED * axes["speed"][1]
@@ -87,7 +89,9 @@ def _check(log: Log, names: tuple[str, ...], values: list[Value]) -> None:
         for unit, (factor, _) in units.items():
             ratio = factor / units[column.unit][0]
             if ratio != 1.0 and all(value.plausible(name, ratio) for value in values):
-                likely.setdefault((name, ratio), f'{name} in {unit}, {ratio:.4g} times: {option[name]}{unit}]"')
+                likely.setdefault(
+                    (name, ratio), f'{name} in {unit}, {ratio:.4g} times: {option[name]}{unit}]"'
+                )
     if not likely and not any(value.value > value.limits[1] for value in wrong):
         return
     remedy = "likely " + " or ".join([*likely.values()][:2])
@@ -96,7 +100,7 @@ def _check(log: Log, names: tuple[str, ...], values: list[Value]) -> None:
         remedy += " and --torque-constant-nm-a" * ("current" in columns)
     stated = " ".join(f'{option[name]}{column.unit}]"' for name, column in columns.items())
     shown = ", ".join(map(str, wrong))
-    raise ValueError(f"{log.path}: {shown}; {remedy}; if the log is right, state its units: {stated}")
+    raise ValueError(f"{shown}; {remedy}; if the log is right, state its units: {stated}")
 
 
 def _usual(pieces: list[Array]) -> float:

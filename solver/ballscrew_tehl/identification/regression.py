@@ -68,7 +68,7 @@ class Fit(NamedTuple):
 
     acceleration, jerk : without friction, a straight line over speed in each bin, each without the other
     squares : of the acceleration, without its noise;  seen : inertia of the effort;  late : delay that is left
-    count : samples of each bin;  total : mean effort without that of the inertia, NaN with too few samples
+    samples : of the log in each bin;  total : mean effort without that of the inertia, NaN with too few samples
     """
 
     acceleration: Array
@@ -77,7 +77,7 @@ class Fit(NamedTuple):
     seen: float
     inertia: float
     late: float
-    count: Array
+    samples: Array
     total: Array
 
 
@@ -138,18 +138,18 @@ def errors_of(
     weights : of the bins in the offset;  step : of the log [s];  fixed : the inertia is given
     """
     length = max(int(max(CLUSTER, CLUSTER_PERIODS / samples.cutoff) / step), 1)
-    piece = samples.index // length
+    piece = samples.row // length
     _, clusters = np.unique(samples.run * (int(piece.max()) + 1) + piece, return_inverse=True)
-    size, number = int(clusters.max()) + 1, len(fit.count)
+    size, number = int(clusters.max()) + 1, len(fit.samples)
     cells = clusters * number + bins
     of_bin = np.sum(np.bincount(cells, minlength=size * number).reshape(size, -1) > 0, axis=0)
-    independent = fit.count * samples.each * samples.rate
+    independent = fit.samples * samples.each * samples.rate
     freedom = max(1.0 - 2.0 * (number + 1.0) / float(independent.sum()), 0.1)
     by_inertia, half = slope_moves(fit.acceleration, residual, clusters, fit.squares, freedom)
     by_jerk = max(abs(fit.inertia) * float(fit.jerk @ fit.jerk), 1e-300)
-    moved = np.bincount(cells, residual, size * number).reshape(size, -1) / fit.count
+    moved = np.bincount(cells, residual, size * number).reshape(size, -1) / fit.samples
     if not fixed:
-        moved -= np.outer(by_inertia, np.bincount(bins, samples.acceleration) / fit.count)
+        moved -= np.outer(by_inertia, np.bincount(bins, samples.acceleration) / fit.samples)
     of_offset = moved @ weights
     few = size / max(size - 1.0, 1.0)
     plain = float(np.mean(residual**2)) / independent

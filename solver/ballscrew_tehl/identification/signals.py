@@ -73,7 +73,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         values = log.signals[name]
         if not np.ptp(values) > 0.0:
             raise ValueError(
-                f"{log.path}: {name} is constant, {values[0]:.6g} SI; allowed: a log of an axis that moves both ways"
+                f"{name} is constant, {values[0]:.6g} SI; allowed: a log of an axis that moves both ways"
             )
     log = _without_repeats(log, names)
     time, left_out, notes = log.signals["time"], dict(log.left_out), list(log.notes)
@@ -81,7 +81,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     step, resolution = float(np.median(steps)), _resolution(time)
     if not step * MIN_RATE <= 1.0:
         raise ValueError(
-            f"{log.path}: time between samples = {step:.4g} s; allowed: at most {1.0 / MIN_RATE:g} s: check the "
+            f"time between samples = {step:.4g} s; allowed: at most {1.0 / MIN_RATE:g} s: check the "
             f"unit of time ({log.columns['time'].unit}), or log faster"
         )
     motion, effort = (log.signals[name] for name in names)
@@ -112,7 +112,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     left_out["samples in pieces too short"] = short
     if not sections:
         raise ValueError(
-            f"{log.path}: all pieces between gaps and jumps are shorter than {MIN_SECTION} samples; allowed: a longer "
+            f"all pieces between gaps and jumps are shorter than {MIN_SECTION} samples; allowed: a longer "
             "piece without a gap"
         )
     temperature, preload = (
@@ -151,9 +151,7 @@ def _sampling(inside: Array, step: float, resolution: float, notes: list[str]) -
     if rounded and abs(mean / step - 1.0) <= 1e-2:
         notes.append(f"time rounded to {resolution:.3g} s: taken as evenly sampled, each {mean:.6g} s")
         return mean, True
-    notes.append(
-        f"uneven sampling, {inside.min():.3g} to {inside.max():.3g} s: interpolated on {step:.4g} s"
-    )
+    notes.append(f"uneven sampling, {inside.min():.3g} to {inside.max():.3g} s: interpolated on {step:.4g} s")
     return step, False
 
 
@@ -227,13 +225,15 @@ def _unwrapped(
             other, step, usual_step = differs & jumps, joined, median_filter(joined, 5, mode="mirror")
             position = position[0] + np.r_[0.0, np.cumsum(joined)]
             shown = f"{period / ANGLE[unit][0]:.6g} {unit}" if unit in ANGLE else f"{period:.6g} m"
-            notes.append(f"position starts again {int((jumps & ~differs).sum())} times, every {shown}: joined")
+            notes.append(
+                f"position starts again {int((jumps & ~differs).sum())} times, every {shown}: joined"
+            )
     size = np.abs(step)
     usual = float(np.quantile(np.abs(usual_step), USUAL) or np.quantile(size, USUAL))
     jumps = np.flatnonzero(other | ((size > JUMP * usual) & together & (usual > 0.0)))
     if jumps.size > 0.01 * len(position):
         raise ValueError(
-            f"{log.path}: position jumps {jumps.size} times, by {size[jumps].min():.4g} to {size[jumps].max():.4g} "
+            f"position jumps {jumps.size} times, by {size[jumps].min():.4g} to {size[jumps].max():.4g} "
             "(SI); allowed: a position without jumps, or jumps of one size, those of an encoder that starts again"
         )
     return position, jumps + 1

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .headings import Column, HeadingError, Kind, UnknownUnitError, columns_of, named_places, one_column, si
+from .headings import Column, HeadingError, Kind, columns_of, named_places, one_column, si
 
 SEPARATORS = (";", "\t", ",")
 #: lines looked at for headings and first row;  lines without comments that headings are searched in
@@ -78,7 +78,7 @@ class Table(NamedTuple):
             columns = {key: one_column(self.columns, key) for key in self.columns}
             for error in self.problems:
                 # next to its quantity, a heading such as torque_low_nm is another one
-                if isinstance(error, UnknownUnitError) or error.key not in (*columns, *known):
+                if error.unknown_unit or error.key not in (*columns, *known):
                     raise error
         return columns
 
