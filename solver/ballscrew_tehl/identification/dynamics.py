@@ -18,10 +18,8 @@ cutoff allows.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d
@@ -29,7 +27,7 @@ from scipy.optimize import minimize_scalar
 
 from ..physics.ball_law import Array
 from .directions import LIMIT, LINEAR, ROTARY, Bidirectional, Friction, Units, bidirectional_friction, varies
-from .motion import MAX_NOISE, Samples, chosen_cutoff, effort_later, filtered
+from .motion import MAX_NOISE, Samples, chosen_cutoff, filtered
 from .regression import MIN_BINS, MIN_INDEPENDENT, Bins, Fit, errors_of, fit_of, within
 from .signals import Signals
 
@@ -97,22 +95,25 @@ class Identified:
         return bidirectional_friction(self.friction, self.offset_error or 0.0)
 
 
-def estimated_delay(samples: Samples, later: Callable[[float], Array], step: float) -> tuple[float, bool]:
+def estimated_delay(samples: Samples) -> tuple[float, bool]:
     """Delay of the effort behind the motion [s] with the least residual; whether it is inside the range."""
     bins = Bins.of(samples).place(samples.speed)
     acceleration = within(samples.acceleration, samples.speed, bins)
     squares = float(acceleration @ acceleration)
 
     def residual(delay: float) -> float:
-        effort = within(later(delay), samples.speed, bins)
+        effort = within(samples.effort(delay), samples.speed, bins)
         slope = float(acceleration @ effort) / squares
         return float(np.sum((effort - slope * acceleration) ** 2))
 
-    limit = max(MAX_DELAY, MAX_DELAY_SAMPLES * step)
+    limit = max(MAX_DELAY, MAX_DELAY_SAMPLES * samples.step)
     coarse = np.linspace(-limit, limit, 21)
     best = float(coarse[int(np.argmin([residual(delay) for delay in coarse]))])
-    bounds = max(best - 0.1 * limit, -limit), min(best + 0.1 * limit, limit)
-    delay = minimize_scalar(residual, bounds=bounds, method="bounded", options={"xatol": 0.005 * step}).x
+    bounds, options = (
+        np.clip([best - 0.1 * limit, best + 0.1 * limit], -limit, limit),
+        {"xatol": 0.005 * samples.step},
+    )
+    delay = minimize_scalar(residual, bounds=bounds, method="bounded", options=options).x
     return float(delay), abs(delay) < 0.98 * limit
 
 
@@ -145,76 +146,60 @@ def identify(
                 "in each direction: both directions separate offset and friction; remedy: a log that moves both "
                 "ways, with longer strokes, and a column with its sign, no magnitude"
             )
-    notes, later, delay_given = list(signals.notes), effort_later(signals, samples), delay is not None
+    notes, free = (
+        list(signals.notes),
+        [name for name, value in (("inertia", inertia), ("delay", delay)) if value is None],
+    )
     if delay is None:
-        delay, inside = estimated_delay(samples, later, signals.step)
-        if not inside:
-            notes.append(
-                f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: check that both signals are of "
-                "one log"
-            )
+        delay, inside = estimated_delay(samples)
+        text = f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: check that both signals are of one log"
+        notes += [text] * (not inside)
     edges = Bins.of(samples, bins_wanted)
     place = edges.place(samples.speed)
-    count = np.bincount(place, minlength=2 * edges.number) * samples.each
-    enough = (count >= MIN_SAMPLES) & (count * samples.rate >= MIN_INDEPENDENT)
+    number = np.bincount(place, minlength=2 * edges.number) * samples.each
+    enough = (number >= MIN_SAMPLES) & (number * samples.rate >= MIN_INDEPENDENT)
     use = enough[place]
-    left_out = signals.left_out | samples.left_out
-    left_out[
-        f"bins of speed with fewer than {MIN_SAMPLES} samples, {MIN_INDEPENDENT:g} of them independent"
-    ] = int((~use).sum()) * samples.each
+    reason = f"bins of speed with fewer than {MIN_SAMPLES} samples, {MIN_INDEPENDENT:g} of them independent"
+    left_out = signals.left_out | samples.left_out | {reason: int((~use).sum()) * samples.each}
     # what half the cutoff and a farther travel change
-    others = [filtered(signals, travel, 0.5 * cutoff, variance)]
-    farther = filtered(signals, FARTHER * travel, cutoff, variance)
-    others += [farther] * (len(farther.speed) >= FARTHER_LEFT * len(samples.speed))
-    changed = [
-        fit_of(
-            other, effort_later(signals, other)(delay), edges.place(other.speed), 2 * edges.number, inertia
-        )
-        for other in others
+    others = [
+        filtered(signals, travel, 0.5 * cutoff, variance),
+        filtered(signals, FARTHER * travel, cutoff, variance),
     ]
-    samples, effort, bins = samples.where(use), later(delay)[use], np.cumsum(enough)[place[use]] - 1
-    if not (samples.speed > 0.0).any() or not (samples.speed < 0.0).any():
+    if len(others[1].speed) < FARTHER_LEFT * len(samples.speed):
+        del others[1]
+    changed = [fit_of(other, delay, edges.place(other.speed), len(enough), inertia) for other in others]
+    if not {-1.0, 1.0} <= set(np.sign(samples.speed[use])):
         raise ValueError(
             f"no bin of speed with {MIN_SAMPLES} samples in both directions; allowed: a longer log, or fewer bins "
             "(--bins)"
         )
-    fit = fit_of(samples, effort, bins, int(enough.sum()), inertia)
+    fit = fit_of(samples.where(use), delay, np.cumsum(enough)[place[use]] - 1, int(enough.sum()), inertia)
     smeared = SMEAR * np.nan_to_num(changed[0].total[enough] - fit.total)
-    user = _User(inertia, offset, delay, delay_given)
-    return _result(signals, samples, effort, bins, fit, changed, smeared, user, left_out, notes)
-
-
-class _User(NamedTuple):
-    """What identify was given; delay as used, delay_given: not estimated."""
-
-    inertia: float | None
-    offset: tuple[float, float] | None
-    delay: float
-    delay_given: bool
+    return _result(signals._replace(left_out=left_out, notes=notes), fit, changed, smeared, offset, free)
 
 
 def _result(
-    signals: Signals, samples: Samples, effort: Array, bins: np.ndarray, fit: Fit, changed: list[Fit], smeared: Array,
-    user: _User, left_out: dict[str, int], notes: list[str],
+    signals: Signals, fit: Fit, changed: list[Fit], smeared: Array, user_offset: tuple[float, float] | None, free: list[str]
 ) -> Identified:  # fmt: skip
-    """Values with limits that hold what another cutoff and travel change."""
-    residual = effort - fit.inertia * samples.acceleration - fit.total[bins]
+    """Values with limits that hold what another cutoff and travel change; free: what is fitted."""
+    samples = fit.samples
+    residual = fit.effort - fit.inertia * samples.acceleration - fit.total[fit.bins]
     deviation = float(np.sqrt(np.mean(residual**2)))
-    explained = 1.0 - deviation**2 / max(float(np.var(effort)), 1e-300)
-    speed = np.bincount(bins, samples.speed) / fit.samples
+    explained = 1.0 - deviation**2 / max(float(np.var(fit.effort)), 1e-300)
+    speed = np.bincount(fit.bins, samples.speed) / fit.number
     # the constant of a weighted fit with Coulomb and viscous friction
     shape = np.column_stack([np.ones(len(speed)), np.sign(speed), speed])
-    weighted = shape * fit.samples[:, None]
+    weighted = shape * fit.number[:, None]
     weights = np.linalg.pinv(shape.T @ weighted)[0] @ weighted.T
-    offset, offset_error = float(weights @ fit.total), 0.0
-    if user.offset:
-        (offset, offset_error), weights = user.offset, np.zeros(len(speed))
+    offset, offset_error = user_offset or (float(weights @ fit.total), 0.0)
+    weights = weights * (user_offset is None)
     friction = fit.total - offset
-    errors = errors_of(samples, fit, bins, residual, weights, signals.step, user.inertia is not None)
+    errors = errors_of(fit, residual, weights, "inertia" in free)
     noise = samples.noise / max(float(np.var(samples.acceleration)), 1e-300)
     moved = (COARSER * float(np.nan_to_num(other.inertia - fit.inertia)) for other in changed)
     half = math.hypot(errors.inertia, max(noise, MAX_NOISE) * fit.inertia, *moved)
-    _check(signals, fit, user, explained, half, errors.usual, speed * friction < 0.0)
+    _check(signals, fit, "inertia" in free, explained, half, errors.usual, speed * friction < 0.0)
     late = errors.delay + math.hypot(*(LATER * float(np.nan_to_num(other.late)) for other in changed))
     wide = np.sqrt(
         errors.wide**2 + _within_a_bin(speed, friction) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2
@@ -223,39 +208,39 @@ def _result(
     result = Identified(
         rotary=signals.rotary,
         inertia=fit.inertia,
-        inertia_limits=None if user.inertia is not None else (fit.inertia - half, fit.inertia + half),
+        inertia_limits=(fit.inertia - half, fit.inertia + half) if "inertia" in free else None,
         offset=offset,
         offset_limits=(offset - offset_wide, offset + offset_wide),
-        offset_error=user.offset and user.offset[1],
+        offset_error=user_offset and offset_error,
         friction=Friction(
             speed, friction, np.hypot(errors.bins, offset_error), friction - wide, friction + wide,
-            (fit.samples * samples.each).astype(int),
+            (fit.number * samples.each).astype(int),
         ),
-        delay=user.delay,
-        delay_limits=None if user.delay_given else (user.delay - late, user.delay + late),
+        delay=fit.delay,
+        delay_limits=(fit.delay - late, fit.delay + late) if "delay" in free else None,
         residual=deviation,
         explained=explained,
         places=_places(samples, residual),
         cutoff=samples.cutoff,
-        samples=len(samples.speed) * samples.each,
-        left_out=left_out,
-        notes=notes,
+        samples=len(residual) * samples.each,
+        left_out=signals.left_out,
+        notes=signals.notes,
         temperature=signals.temperature,
         preload=signals.preload,
     )  # fmt: skip
-    notes.extend(_notes(result, noise))
+    result.notes.extend(_notes(result, noise))
     return result
 
 
 def _check(
-    signals: Signals, fit: Fit, user: _User, explained: float, half: float, usual: float, along: np.ndarray
+    signals: Signals, fit: Fit, free: bool, explained: float, half: float, usual: float, along: np.ndarray
 ) -> None:
     """Refuse a log that does not determine the values; half: of the inertia's interval, along: bins of wrong sign."""
     units, value = ROTARY if signals.rotary else LINEAR, fit.inertia
     what, unit = units.names[0], units.shown[0]
     never = all(float(section.effort.min()) >= 0.0 for section in signals.sections)
     magnitude = "; the effort is never negative: a magnitude without its sign?" * never
-    if not explained >= 0.0 and user.inertia is not None:
+    if not explained >= 0.0 and not free:
         raise ValueError(
             f"inertia given = {value:.4g} {unit}; the log shows about {fit.seen:.3g} {unit}, and the given one "
             "explains nothing of the effort; remedy: check it and the units of the log, or leave it out"
@@ -265,15 +250,15 @@ def _check(
             f"{what} = {value:.4g} {unit} explains nothing of the effort; allowed: motion and effort of one log, "
             "each with a new value in each row; remedy: check columns, signs and sampling"
         )
-    if user.inertia is None and value < -half:
+    if free and value < -half:
         raise ValueError(f"{what} = {value:.4g}; allowed: > 0: {SIGN}")
-    if user.inertia is None and not half <= usual * VAGUE * value:
+    if free and not half <= usual * VAGUE * value:
         raise ValueError(
             f"{what} = {value:.4g} {unit} +- {half:.2g}; allowed: determined by the log: it has too little "
             "acceleration, or noise or delay beyond it; remedy: "
             f"--{units.inertia.format('').replace('_', '-')} with the known value, or a log with ramps{magnitude}"
         )
-    wrong = float(np.sum(fit.samples * along) / fit.samples.sum())
+    wrong = float(np.sum(fit.number * along) / fit.number.sum())
     if wrong > MAX_ALONG:
         raise ValueError(
             f"friction along the motion in {100.0 * wrong:.0f} % of the samples; allowed: at most "

@@ -7,8 +7,7 @@ Source: Gautier, Janot, Vandanjon, IEEE Trans. Contr. Syst. Technol. 21 (2013) 4
 """
 
 import math
-from collections.abc import Callable
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
@@ -42,6 +41,7 @@ class Samples(NamedTuple):
     run : number of the piece between reversals;  section, row : where each is in the signals
     each : samples of the log for one of these;  rate : independent samples for one of the log
     cutoff [Hz];  noise : variance of that of the acceleration;  left_out : samples of the log by reason
+    curves : filtered effort of each section over its rows;  step : of the log [s]
     """
 
     speed: Array
@@ -56,11 +56,21 @@ class Samples(NamedTuple):
     cutoff: float
     noise: float
     left_out: dict[str, int]
+    curves: list[CubicSpline]
+    step: float
 
-    def where(self, use: np.ndarray) -> Self:
+    def where(self, use: np.ndarray) -> "Samples":
         """A part of the samples."""
         arrays = self._fields[:7]
         return self._replace(**{name: getattr(self, name)[use] for name in arrays})
+
+    def effort(self, delay: float) -> Array:
+        """Filtered effort a delay [s] later."""
+        result = np.empty(len(self.speed))
+        for number, curve in enumerate(self.curves):
+            of_it = self.section == number
+            result[of_it] = curve(self.row[of_it] + delay / self.step)
+        return result
 
 
 def _filter(cutoff: float, step: float) -> Array:
@@ -108,22 +118,23 @@ def _differences(motion: Array, cutoff: float, signals: Signals) -> tuple[Array,
 
 def filtered(signals: Signals, travel: float, cutoff: float, variance: float) -> Samples:
     """Samples farther from reversals than a travel and the response of the filter; variance: noise of the motion."""
-    each = max(int(1.0 / (PER_PERIOD * cutoff * signals.step)), 1)
-    reach = math.ceil(RESPONSE / (cutoff * signals.step))
+    step = signals.step
+    each = max(int(1.0 / (PER_PERIOD * cutoff * step)), 1)
+    reach = math.ceil(RESPONSE / (cutoff * step))
     pieces = [_differences(section.motion, cutoff, signals) for section in signals.sections]
     slow = SLOW * max(float(np.quantile(np.abs(speed), 0.999)) for _, speed, _ in pieces)
     runs, ends, near, slower, parts = 0, 0, 0, 0, []
     for number, (position, speed, acceleration) in enumerate(pieces):
-        index = np.arange(len(speed))
-        inner = (index >= reach) & (index < len(speed) - reach)
+        row = np.arange(1, len(speed) + 1)
+        inner = (row > reach) & (row <= len(speed) - reach)
         moving = np.abs(speed) >= slow
         away, run = _away_from_reversals(position, np.sign(speed) * moving, reach, travel)
         ends += int((~inner).sum()) + 2
         slower += int((inner & ~moving).sum())
         near += int((inner & moving & ~away).sum())
-        keep = inner & moving & away & (index % each == 0)
-        jerk, section_of = np.gradient(acceleration, signals.step), np.full(len(speed), number)
-        columns = speed, acceleration, jerk, position, run + runs, section_of, index + 1
+        keep = inner & moving & away & ((row - 1) % each == 0)
+        jerk, section = np.gradient(acceleration, step), np.full(len(speed), number)
+        columns = speed, acceleration, jerk, position, run + runs, section, row
         parts.append([values[keep] for values in columns])
         runs += int(run[-1]) + 1
     left_out = {
@@ -131,9 +142,12 @@ def filtered(signals: Signals, travel: float, cutoff: float, variance: float) ->
         "slower than 1 % of the largest speed": slower,
     }  # fmt: skip
     # noise behind the filter, run twice, is independent over about this time
-    rate = min(1.0, 2.0 * 0.8 * cutoff * signals.step)
-    joined = map(np.concatenate, zip(*parts, strict=True))
-    return Samples(*joined, each, rate, cutoff, acceleration_noise(variance, cutoff, signals), left_out)
+    rate = min(1.0, 2.0 * 0.8 * cutoff * step)
+    efforts = [sosfiltfilt(_filter(cutoff, step), section.effort) for section in signals.sections]
+    curves = [CubicSpline(np.arange(len(effort)), effort) for effort in efforts]
+    arrays: list[Any] = list(map(np.concatenate, zip(*parts, strict=True)))
+    noise = acceleration_noise(variance, cutoff, signals)
+    return Samples(*arrays, each, rate, cutoff, noise, left_out, curves, step)
 
 
 def _away_from_reversals(
@@ -148,21 +162,3 @@ def _away_from_reversals(
     upcoming = np.r_[stop, len(index) + reach][np.searchsorted(stop, index)]
     away = (index - begin >= reach) & (end - index >= reach) & (upcoming - index >= reach // 2)
     return away & (np.abs(position - position[begin]) >= travel), run
-
-
-def effort_later(signals: Signals, samples: Samples) -> Callable[[float], Array]:
-    """Filtered effort at the samples, a delay [s] later."""
-    sos = _filter(samples.cutoff, signals.step)
-    curves = [
-        CubicSpline(np.arange(len(section.effort)), sosfiltfilt(sos, section.effort))
-        for section in signals.sections
-    ]
-
-    def effort(delay: float) -> Array:
-        result = np.empty(len(samples.speed))
-        for number, curve in enumerate(curves):
-            of_it = samples.section == number
-            result[of_it] = curve(samples.row[of_it] + delay / signals.step)
-        return result
-
-    return effort

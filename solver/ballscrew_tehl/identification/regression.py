@@ -64,25 +64,30 @@ def within(values: Array, speed: Array, bins: np.ndarray) -> Array:
 
 
 class Fit(NamedTuple):
-    """Inertia and bins of speed.
+    """Inertia and bins of speed at a delay of the effort [s].
 
     acceleration, jerk : without friction, a straight line over speed in each bin, each without the other
     squares : of the acceleration, without its noise;  seen : inertia of the effort;  late : delay that is left
-    samples : of the log in each bin;  total : mean effort without that of the inertia, NaN with too few samples
+    number, total : samples of each bin, mean effort without that of the inertia, NaN with too few samples
     """
 
+    samples: Samples
+    bins: np.ndarray
+    delay: float
+    effort: Array
     acceleration: Array
     jerk: Array
     squares: float
     seen: float
     inertia: float
     late: float
-    samples: Array
+    number: Array
     total: Array
 
 
-def fit_of(samples: Samples, effort: Array, bins: np.ndarray, number: int, inertia: float | None) -> Fit:
+def fit_of(samples: Samples, delay: float, bins: np.ndarray, size: int, inertia: float | None) -> Fit:
     """Fit to samples in bins, NaN without samples; inertia None: free."""
+    effort = samples.effort(delay)
     whole, change = (within(v, samples.speed, bins) for v in (samples.acceleration, samples.jerk))
     acceleration = whole - float(whole @ change) / max(float(change @ change), 1e-300) * change
     # an error of the delay moves the effort by the inertia times the jerk
@@ -93,27 +98,10 @@ def fit_of(samples: Samples, effort: Array, bins: np.ndarray, number: int, inert
     seen = float(acceleration @ effort) / squares if len(effort) else math.nan
     value = seen if inertia is None else inertia
     late = float(jerk @ effort) / max(abs(value) * float(jerk @ jerk), 1e-300)
-    count = np.bincount(bins, minlength=number).astype(float)
-    safe = np.where(count * samples.each * samples.rate >= MIN_INDEPENDENT, count, math.nan)
-    total = np.bincount(bins, effort - value * samples.acceleration, number) / safe
-    return Fit(acceleration, jerk, squares, seen, value, late, count, total)
-
-
-def slope_moves(
-    regressor: Array, residual: Array, clusters: np.ndarray, squares: float, freedom: float
-) -> tuple[Array, float]:
-    """What each cluster moves the slope of a regressor, and half of its 95 % interval.
-
-    squares : sum of squares of the regressor;  freedom : independent samples less parameters over samples
-
-    Source: Bell & McCaffrey, Survey Methodology 28 (2002) 169: a cluster that carries a large share of the regressor
-    pulls the fit to itself (CR2), and few that do leave few degrees of freedom; here with the shares of the regressor
-    alone
-    """
-    share = np.bincount(clusters, regressor**2) / max(float(regressor @ regressor), 1e-300)
-    moves = np.bincount(clusters, regressor * residual) / squares / (1.0 - np.minimum(share, LEVERAGE))
-    degrees = max(1.0 / max(float(share @ share), 1e-12) - 1.0, 1.0)
-    return moves, float(quantile(degrees)) * float(np.sqrt(moves @ moves / freedom))
+    number = np.bincount(bins, minlength=size).astype(float)
+    safe = np.where(number * samples.each * samples.rate >= MIN_INDEPENDENT, number, math.nan)
+    total = np.bincount(bins, effort - value * samples.acceleration, size) / safe
+    return Fit(samples, bins, delay, effort, acceleration, jerk, squares, seen, value, late, number, total)
 
 
 class Errors(NamedTuple):
@@ -130,26 +118,36 @@ class Errors(NamedTuple):
     usual: float
 
 
-def errors_of(
-    samples: Samples, fit: Fit, bins: np.ndarray, residual: Array, weights: Array, step: float, fixed: bool
-) -> Errors:
+def errors_of(fit: Fit, residual: Array, weights: Array, free: bool) -> Errors:
     """Random errors of a fit, from what each cluster of time moves it.
 
-    weights : of the bins in the offset;  step : of the log [s];  fixed : the inertia is given
+    weights : of the bins in the offset;  free : the inertia is fitted
     """
-    length = max(int(max(CLUSTER, CLUSTER_PERIODS / samples.cutoff) / step), 1)
+    samples, bins, number = fit.samples, fit.bins, len(fit.number)
+    length = max(int(max(CLUSTER, CLUSTER_PERIODS / samples.cutoff) / samples.step), 1)
     piece = samples.row // length
     _, clusters = np.unique(samples.run * (int(piece.max()) + 1) + piece, return_inverse=True)
-    size, number = int(clusters.max()) + 1, len(fit.samples)
-    cells = clusters * number + bins
+    size, cells = int(clusters.max()) + 1, clusters * number + bins
     of_bin = np.sum(np.bincount(cells, minlength=size * number).reshape(size, -1) > 0, axis=0)
-    independent = fit.samples * samples.each * samples.rate
+    independent = fit.number * samples.each * samples.rate
     freedom = max(1.0 - 2.0 * (number + 1.0) / float(independent.sum()), 0.1)
-    by_inertia, half = slope_moves(fit.acceleration, residual, clusters, fit.squares, freedom)
-    by_jerk = max(abs(fit.inertia) * float(fit.jerk @ fit.jerk), 1e-300)
-    moved = np.bincount(cells, residual, size * number).reshape(size, -1) / fit.samples
-    if not fixed:
-        moved -= np.outer(by_inertia, np.bincount(bins, samples.acceleration) / fit.samples)
+
+    def slope(regressor: Array, squares: float) -> tuple[Array, float]:
+        """What each cluster moves the slope of a regressor, and half of its 95 % interval.
+
+        Source: Bell & McCaffrey, Survey Methodology 28 (2002) 169: a cluster that carries a large share of the
+        regressor pulls the fit to itself (CR2), and few that do leave few degrees of freedom; here with the shares of
+        the regressor alone
+        """
+        share = np.bincount(clusters, regressor**2) / max(float(regressor @ regressor), 1e-300)
+        moves = np.bincount(clusters, regressor * residual) / squares / (1.0 - np.minimum(share, LEVERAGE))
+        degrees = max(1.0 / max(float(share @ share), 1e-12) - 1.0, 1.0)
+        return moves, float(quantile(degrees)) * float(np.sqrt(moves @ moves / freedom))
+
+    by_inertia, half = slope(fit.acceleration, fit.squares)
+    delay = slope(fit.jerk, max(abs(fit.inertia) * float(fit.jerk @ fit.jerk), 1e-300))[1]
+    moved = np.bincount(cells, residual, size * number).reshape(size, -1) / fit.number
+    moved -= free * np.outer(by_inertia, np.bincount(bins, samples.acceleration) / fit.number)
     of_offset = moved @ weights
     few = size / max(size - 1.0, 1.0)
     plain = float(np.mean(residual**2)) / independent
@@ -160,5 +158,4 @@ def errors_of(
     # a bin that one cluster fills hides the error of that
     offset = max(few * float(of_offset @ of_offset), ratio * float(weights**2 @ plain))
     usual = float(quantile(max(size - 1, 1)))
-    delay = slope_moves(fit.jerk, residual, clusters, by_jerk, freedom)[1]
     return Errors(errors, quantile(degrees) * errors, half, delay, usual * math.sqrt(offset), usual)
