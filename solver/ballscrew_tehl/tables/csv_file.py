@@ -32,6 +32,7 @@ NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 SCOPE = "Name"
 #: table whose columns are all texts
 ANY = Kind({}, {}, "")
+COMMAS = "numbers with decimal commas need semicolons between the fields"
 
 
 @contextmanager
@@ -48,9 +49,8 @@ def naming(path: Path | str) -> Iterator[None]:
 class Table(NamedTuple):
     """Where the table of a file is.
 
-    lines : all of the file;  below, start : index of the first line below headings and units, and of the first one with
-    numbers
-    columns : by quantity;  problems : headings that were not understood
+    below, start : index of the first line below headings and units, and of the first one with numbers;  columns : by
+    quantity;  problems : headings that were not understood
     """
 
     path: Path
@@ -90,11 +90,8 @@ class Table(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Rows of the columns that are used.
-
-    lines : in the file, from 1, and texts : fields by quantity, both with damaged rows
-    values : by quantity [SI], without damaged rows, NaN where there is no number
-    damaged : number of these rows, and the first of them
+    """Rows of columns: lines in the file, from 1, and fields by quantity; values [SI] without damaged rows, number of
+    these and the first of them.
     """
 
     lines: list[int]
@@ -114,13 +111,12 @@ def _separator(line: str) -> str:
     return next((mark for mark in SEPARATORS if mark in line), ",")
 
 
-def is_number(text: str) -> bool:
-    """Whether a field is a number, with a decimal point or comma."""
+def _is_number(text: str) -> bool:
     return NUMBER.fullmatch(text.replace(",", ".")) is not None
 
 
 def _numeric(fields: Sequence[str]) -> bool:
-    return all(is_number(text) for text in fields if text)
+    return all(_is_number(text) for text in fields if text)
 
 
 def _is_comment(line: str) -> bool:
@@ -166,7 +162,7 @@ def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> 
         if not 0 <= heading < first < len(lines):
             raise ValueError("no rows; allowed: a line of headings and one line per point")
         # a row of units may be below the headings
-        units = [k for k in content if heading < k < first and not any(map(is_number, fields[k]))]
+        units = [k for k in content if heading < k < first and not any(map(_is_number, fields[k]))]
         results, errors = [], []
         for below, row in [(heading + 1, []), *((k + 1, fields[k]) for k in units)]:
             try:
@@ -188,17 +184,14 @@ def _head_fields(line: str) -> list[str]:
 
 
 def _heading(rows: Mapping[int, list[str]], kind: Kind, stated: Mapping[str, str]) -> tuple[int, int]:
-    """The last line with the needed headings above its first row, and that; else the one where headings would be.
-
-    -1: there is no line.
-    """
+    """The last line with the needed headings above its first row, and that, -1: none; else where they would be."""
     heading, needed = -1, [0]
     for number, texts in rows.items():
         if places := named_places(texts, kind, stated):
             heading, needed = number, places
         elif heading >= 0 and max(needed) < len(texts):
             time, *others = (texts[place] for place in needed)
-            if is_number(time) and all(is_number(text) or text.lower() in MISSING for text in others):
+            if _is_number(time) and all(_is_number(text) or text.lower() in MISSING for text in others):
                 return heading, number
     if heading >= 0:
         return heading, heading + 1
@@ -207,16 +200,15 @@ def _heading(rows: Mapping[int, list[str]], kind: Kind, stated: Mapping[str, str
         heading, numeric, *_ = *rows, -1, -1
         return heading, numeric
     above = [k for k in rows if k < numeric]
-    names = [k for k in above if len(rows[k]) == len(rows[numeric]) and not any(map(is_number, rows[k]))]
+    names = [k for k in above if len(rows[k]) == len(rows[numeric]) and not any(map(_is_number, rows[k]))]
     return (names or above[-1:] or [numeric])[0], numeric
 
 
 def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_damaged: float = 0.0) -> Rows:
-    """Rows of the columns that are used.
+    """Rows of the columns that are used, NaN where there is no number.
 
-    Parameters   max_damaged : fraction of the rows that may be left out, with more fields than headings or with text
-                 for a number; 0: each row has as many fields as the headings, and text is NaN
-    Raises       ValueError: too many damaged rows, numbers that can be read in two ways, no rows
+    max_damaged : fraction of the rows that may be left out, with more fields than headings or with text for a number;
+    0: each row has as many fields as the headings, and text is NaN
     """
     fields, strict = len(table.headings), not max_damaged
     lines: list[int] = []
@@ -237,12 +229,10 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
         if not lines:
             raise ValueError("no rows; allowed: a line of headings and one line per row")
         if len(damaged) > max_damaged * len(lines):
-            commas = "; numbers with decimal commas need semicolons between the fields"
-            commas *= table.separator == "," and "fields under" in first
             few = f" ({len(damaged)} of {len(lines)} rows are damaged, at most {100.0 * max_damaged:g} % are left out)"
+            commas = f"; {COMMAS}" * (table.separator == "," and "fields under" in first)
             raise ValueError(
-                f"{first}; allowed: a number, or an empty field for one that is missing, under each heading"
-                f"{'' if strict else few}{commas}"
+                f"{first}; allowed: a number, or an empty field, under each heading{few * (not strict)}{commas}"
             )
         _check_marks(table, {columns[key].heading: texts[key] for key in numbers}, lines)
     kept = np.delete(np.arange(len(lines)), list(damaged))
@@ -268,10 +258,8 @@ def read_rows(path: Path | str) -> list[dict[str, str]]:
 
 def _numbers(texts: Sequence[str]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Values of fields, NaN where one is missing or text, and where it is text."""
-    points = [text.replace(",", ".") for text in texts]
-    good = np.array([NUMBER.fullmatch(point) is not None for point in points], dtype=bool)
-    values = np.array([float(x) if number else np.nan for x, number in zip(points, good, strict=True)])
-    is_text = ~good & np.array([point.lower() not in MISSING for point in points], dtype=bool)
+    values = np.array([float(x.replace(",", ".")) if _is_number(x) else np.nan for x in texts])
+    is_text = np.isnan(values) & np.array([x.lower() not in MISSING for x in texts], dtype=bool)
     return np.where(np.isfinite(values), values, np.nan), is_text
 
 
@@ -304,8 +292,7 @@ def _check_marks(table: Table, columns: Mapping[str, Sequence[str]], lines: Sequ
     marked = {mark: [key for key, number in first.items() if mark in number] for mark in _NAMES}
     problems = []
     if comma:
-        problem = "numbers with decimal commas need semicolons between the fields, thousands no mark"
-        problems += [(key, f"; {problem}") for key in marked[","]]
+        problems += [(key, f"; {COMMAS}, thousands no mark") for key in marked[","]]
     if marked["."] and marked[","]:
         decimal, other = (".", ",") if "." in forms and "," not in forms else (",", ".")
         problem = (

@@ -9,22 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...exchange.friction_table import friction_table
-from ...identification import output
+from ...identification import output, preload
 from ...identification.directions import Bidirectional
 from ...identification.dynamics import Identified, identify
 from ...identification.log_file import read_log, stated_columns
 from ...identification.motion import TRAVEL, TRAVEL_ANGLE
 from ...identification.plausible import check_units
 from ...identification.plot import LawCurve, identification_figure
-from ...identification.preload import (
-    FoundPreload,
-    Law,
-    change_of_preload,
-    found_preload,
-    screw_friction,
-    separated_parts,
-    without,
-)
 from ...identification.signals import Drive, signals_of
 from ...nut_map.file import packaged_map_of
 from ...parameters.units import CELSIUS
@@ -43,7 +34,7 @@ class _Axis(NamedTuple):
 
     args: Namespace
     lead: float | None
-    law: Law | None = None
+    law: preload.Law | None = None
 
     @property
     def known(self) -> float:
@@ -54,21 +45,20 @@ class _Axis(NamedTuple):
         return float(seal + guide * abs(self.lead or 0.0))
 
     def stated(self, rotary: bool, names: tuple[str, str], power: int) -> list[float] | None:
-        """Numbers of the option for the screw or for the linear axis, for the one of the log.
+        """Numbers of the option for the screw or the linear axis, for the one of the log.
 
-        names : for the screw, for the linear axis;  power : of the lead that turns the second to the first
+        power : of the lead that turns the number of the linear axis to that of the screw
         """
-        own, other = names if rotary else names[::-1]
-        direct, value = getattr(self.args, own), getattr(self.args, other)
+        own, other = (_option(name) for name in names[:: 1 if rotary else -1])
+        direct, value = (getattr(self.args, name) for name in names[:: 1 if rotary else -1])
         if direct is not None or value is None:
             return None if direct is None else np.atleast_1d(direct).tolist()
         if self.lead is None:
-            kind = "torque or current" if rotary else "force or voltage"
             raise ValueError(
-                f"{_option(other)} with a {kind}; allowed: with --lead-mm or --screw, or {_option(own)}"
+                f"{other} needs --lead-mm or --screw with the signals of this log; or give {own}"
             )
-        factors = self.lead ** (power if rotary else -power) * np.atleast_1d(value)
-        return factors.tolist()
+        factor = self.lead ** (power if rotary else -power)
+        return [factor * number for number in np.atleast_1d(value).tolist()]
 
     def fit(self, path: str) -> Identified:
         """Of a log."""
@@ -78,25 +68,30 @@ class _Axis(NamedTuple):
         options = {"current": drive.torque_constant, "voltage": drive.gain}
         requested = [name for name, value in options.items() if value is not None]
         travel = TRAVEL / abs(self.lead) if self.lead else TRAVEL_ANGLE
+        delay = None if args.delay_ms is None else 1e-3 * args.delay_ms
+        bins = None if args.bins is None else int(args.bins)
         with naming(path):
             log = read_log(path, requested, stated_columns(args.column))
             signals = signals_of(log, drive)
             check_units(log, signals, self.law and self.law.nut_map)
-            inertia = self.stated(signals.rotary, INERTIAS, 2)
-            offset = self.stated(signals.rotary, OFFSETS, 1)
-            return identify(
-                signals,
-                inertia and inertia[0],
-                travel if signals.rotary else TRAVEL,
-                None if args.delay_ms is None else 1e-3 * args.delay_ms,
-                args.cutoff_hz,
-                None if args.bins is None else int(args.bins),
-                offset and (offset[0], abs(offset[1])),
-            )
+            (inertia,) = self.stated(signals.rotary, INERTIAS, 2) or [None]
+            offset, *error = self.stated(signals.rotary, OFFSETS, 1) or [None]
+            travel = travel if signals.rotary else TRAVEL
+            known = None if offset is None else (offset, abs(error[0]))
+            return identify(signals, inertia, travel, delay, args.cutoff_hz, bins, known)
 
     def nut(self, fit: Identified, other: Bidirectional | None) -> Bidirectional:
         """Friction at the screw without the known parts, or without that of a log without the nut."""
-        return without(screw_friction(fit, self.lead), 0.0 if other is not None else self.known, other)
+        whole = preload.screw_friction(fit, self.lead)
+        return preload.without(whole, 0.0 if other is not None else self.known, other)
+
+    def temperature(self, fit: Identified) -> float:
+        """Of the oil [K], by the option, else of the log."""
+        if self.args.temperature_c is not None:
+            return float(self.args.temperature_c + CELSIUS)
+        if fit.temperature is None:
+            raise ValueError("--temperature-c (missing); needed of the oil, or a column temperature [degC]")
+        return fit.temperature
 
 
 def _option(name: str) -> str:
@@ -105,7 +100,6 @@ def _option(name: str) -> str:
 
 def run_identify(args: Namespace) -> Answer:
     """Fit of a log, its friction and preload, and the files that are requested."""
-    _check(args)
     axis = _axis(args)
     fit = axis.fit(args.log)
     data = output.identified_data(fit) | {
@@ -117,22 +111,19 @@ def run_identify(args: Namespace) -> Answer:
     }
     friction, curve, other = None, None, None
     if args.without_nut:
-        other = screw_friction(axis.fit(args.without_nut), axis.lead)
+        other = preload.screw_friction(axis.fit(args.without_nut), axis.lead)
     if axis.law is not None or args.measurements or other or axis.known:
         friction = axis.nut(fit, other)
     if axis.law is not None and friction is not None:
-        friction, result = _with_law(axis, axis.law, fit, friction, other, data)
-        curve = (
-            _curve(axis.law, axis.lead, fit, _temperature(fit, args), friction, result) if args.plot else None
-        )
+        friction = _with_law(axis, axis.law, fit, friction, other, data)
+        curve = _curve(axis, axis.law, fit, friction, data["preload_n"]) if args.plot else None
     if not (other or axis.known or "without_nut_nm" in data):
         data["contains"] = output.CONTAINS
     if args.measurements and friction is not None:
-        if (preload := _first(args.preload_n, fit.preload)) is None:
-            raise ValueError(
-                "--preload-n (missing); needed with --measurements, or a column preload [N] in the log"
-            )
-        text = output.measurements_text(friction, preload, _temperature(fit, args))
+        known = fit.preload if args.preload_n is None else args.preload_n
+        if known is None:
+            raise ValueError("--preload-n (missing); needed with --measurements, or a column preload [N]")
+        text = output.measurements_text(friction, known, axis.temperature(fit))
         write_text("--measurements", args.measurements, text)
     if args.plot:
         from ...calibration.plot import save_figure
@@ -145,109 +136,80 @@ def run_identify(args: Namespace) -> Answer:
     return Answer([data], text=output.identified_text(fit, data))
 
 
-def _first(option: float | None, of_log: float | None) -> float | None:
-    """Value of an option, else of the log."""
-    return of_log if option is None else option
-
-
-def _with_map(args: Namespace) -> bool:
-    return any(value is not None for value in (args.map, args.screw, args.friction))
-
-
-def _check(args: Namespace) -> None:
-    """Refuse what cannot be together, before the log is read."""
+def _axis(args: Namespace) -> _Axis:
+    """With the law where a screw or map is given, and the lead of that; what cannot be together is refused."""
     stated_columns(args.column)
     for one, other in (INERTIAS, OFFSETS):
         if getattr(args, one) is not None and getattr(args, other) is not None:
             raise ValueError(f"{_option(one)} and {_option(other)}; allowed: one of them")
-    if args.before and not _with_map(args):
-        raise ValueError(
-            "--before without --screw and --map; allowed: with both, which turn friction into preload"
-        )
+    with_map = any(value is not None for value in (args.map, args.screw, args.friction))
+    if args.before and not with_map:
+        raise ValueError("--before without --screw and --map; allowed: with them, for the preload")
     inputs = args.log, args.before, args.without_nut, args.screw, args.map
     for name, suffix in (("plot", "png"), ("measurements", "csv"), ("output", "json")):
         if path := getattr(args, name):
             check_output(_option(name), path, f"a file *.{suffix}", inputs=inputs)
-
-
-def _axis(args: Namespace) -> _Axis:
-    """With the law where a screw or map is given, and the lead of that."""
     lead = None if args.lead_mm is None else args.lead_mm * 1e-3 / (2.0 * math.pi)
-    if not _with_map(args):
+    if not with_map:
         return _Axis(args, lead)
     chosen = chosen_of(args)
     own = chosen.parameters.screw.lead / (2.0 * math.pi)
     if lead is not None and not math.isclose(abs(lead), own, rel_tol=1e-3):
-        raise ValueError(
-            f"--lead-mm = {args.lead_mm:g}; allowed: that of the screw file, {2e3 * math.pi * own:.6g}"
-        )
+        allowed = f"that of the screw file, {2e3 * math.pi * own:.6g}"
+        raise ValueError(f"--lead-mm = {args.lead_mm:g}; allowed: {allowed}")
     own = math.copysign(own, lead or own)
     # the lead alone is requested, unless the packaged map is that of the screw
     lead_alone = args.map is None and args.screw is not None and args.friction is None and not args.before
     if lead_alone and packaged_map_of(chosen.parameters) is None:
-        say(
-            "no --map: the lead of the screw is used, no preload is computed; map build --screw "
-            f"{args.screw} --output MAP.npz makes its map"
-        )
+        remedy = f"map build --screw {args.screw} --output MAP.npz makes its map"
+        say(f"no --map: the lead of the screw is used, no preload is computed; {remedy}")
         return _Axis(args, own)
-    return _Axis(args, own, Law(chosen.parameters, chosen.nut_map(args), chosen.friction_set))
-
-
-def _temperature(fit: Identified, args: Namespace) -> float:
-    """Of the oil [K], by the option, else of the log."""
-    if args.temperature_c is not None:
-        return float(args.temperature_c + CELSIUS)
-    if fit.temperature is None:
-        raise ValueError(
-            "--temperature-c (missing); needed of the oil, or a column temperature [degC] in the log"
-        )
-    return fit.temperature
+    return _Axis(args, own, preload.Law(chosen.parameters, chosen.nut_map(args), chosen.friction_set))
 
 
 def _with_law(
-    axis: _Axis, law: Law, fit: Identified, friction: Bidirectional, other: Bidirectional | None, data: dict[str, Any]
-) -> tuple[Bidirectional, FoundPreload]:  # fmt: skip
-    """Friction of the nut and preload behind it; data: answer, to which these, a change and separated parts are added.
+    axis: _Axis, law: preload.Law, fit: Identified, friction: Bidirectional, other: Bidirectional | None,
+    data: dict[str, Any],
+) -> Bidirectional:  # fmt: skip
+    """Friction of the nut; preload, its change and separated parts are added to the answer.
 
     other : friction of the log without the nut
     """
-    args, temperature = axis.args, _temperature(fit, axis.args)
+    args, temperature = axis.args, axis.temperature(fit)
     before, then = friction, temperature
     if args.before:
         earlier = axis.fit(args.before)
         stated = args.before_temperature_c
         then = (earlier.temperature or temperature) if stated is None else stated + CELSIUS
         before = axis.nut(earlier, other)
-        now, past = _first(args.preload_n, fit.preload), _first(args.before_preload_n, earlier.preload)
+        now = fit.preload if args.preload_n is None else args.preload_n
+        past = earlier.preload if args.before_preload_n is None else args.before_preload_n
         if now is not None and past is not None:
-            apart = separated_parts([(friction, now, temperature), (before, past, then)], law)
+            apart = preload.separated_parts([(friction, now, temperature), (before, past, then)], law)
             data |= apart._asdict()
-            friction, before = (without(part, max(apart.without_nut_nm, 0.0)) for part in (friction, before))
-    result = found_preload(friction, law, temperature)
+            rest = max(apart.without_nut_nm, 0.0)
+            friction, before = (preload.without(part, rest) for part in (friction, before))
+    result = preload.found_preload(friction, law, temperature)
     data |= result._asdict()
     if args.before:
-        past_log = before, found_preload(before, law, then), then
-        data |= change_of_preload((friction, result, temperature), past_log, law)._asdict()
+        past_log = before, preload.found_preload(before, law, then), then
+        data |= preload.change_of_preload((friction, result, temperature), past_log, law)._asdict()
     data |= {"screw": law.parameters.name, "friction_set": law.friction_set.name}
-    return friction, result
+    return friction
 
 
-def _curve(
-    law: Law, lead: float | None, fit: Identified, kelvin: float, friction: Bidirectional, result: FoundPreload
-) -> LawCurve:  # fmt: skip
-    """The law over the speeds of the log, with what was subtracted from the friction."""
-    whole = screw_friction(fit, lead)
+def _curve(axis: _Axis, law: preload.Law, fit: Identified, friction: Bidirectional, force: float) -> LawCurve:
+    """The law at a preload over the speeds of the log, with what was subtracted from the friction."""
+    whole = preload.screw_friction(fit, axis.lead)
     low, high = law.axes["speed"][:2]
     speed = np.linspace(max(float(whole.speed.min()), low), min(float(whole.speed.max()), high), 60)
     other = np.interp(speed, whole.speed, whole.mean) - np.interp(speed, friction.speed, friction.mean)
     table = friction_table(
         law.nut_map, law.parameters, law.friction_set, law.nut_map.law == MECHANISTIC, speed,
-        np.array([result.preload_n]), np.array([kelvin]),
+        np.array([force]), np.array([axis.temperature(fit)]),
     )  # fmt: skip
-    scale, unit = (1.0, "N m") if fit.rotary else (abs(lead or 1.0), "N")
+    scale, unit = (1.0, "N m") if fit.rotary else (abs(axis.lead or 1.0), "N")
     known = f" and {other.mean() / scale:.3g} {unit} of other parts" if np.any(other > 1e-9) else ""
     curves = (table.torque if values is None else values for values in (table.torque, table.low, table.high))
-    value, lower, upper = ((torque[:, 0, 0] + other) / scale for torque in curves)
-    return LawCurve(
-        speed * scale, value, lower, upper, f"law at a preload of {result.preload_n:.4g} N{known}"
-    )
+    bounds = [(torque[:, 0, 0] + other) / scale for torque in curves]
+    return LawCurve(speed * scale, *bounds, f"law at a preload of {force:.4g} N{known}")
