@@ -35,6 +35,10 @@ class Units(NamedTuple):
         """Key of the effort, or of its part: low, high, error, residual."""
         return self.effort.format(f"{part}_" if part else "")
 
+    def option(self, key: str) -> str:
+        """Of the command line, for a key."""
+        return f"--{key.format('').replace('_', '-')}"
+
 
 LINEAR = Units(
     "mass_{}kg", "offset_{}n", "velocity_m_s", "force_{}n", "position_m", 1.0,

@@ -143,8 +143,7 @@ def identify(
         if usable < MIN_BINS * MIN_SAMPLES:
             raise ValueError(
                 f"samples with {name} speed away from reversals = {usable}; allowed: at least {MIN_BINS * MIN_SAMPLES} "
-                "in each direction: both directions separate offset and friction; remedy: a log that moves both "
-                "ways, with longer strokes, and a column with its sign, no magnitude"
+                "in each direction; remedy: a log that moves both ways, longer strokes, signs"
             )
     notes, free = (
         list(signals.notes),
@@ -152,7 +151,9 @@ def identify(
     )
     if delay is None:
         delay, inside = estimated_delay(samples)
-        text = f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: check that both signals are of one log"
+        text = (
+            f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: are both signals of one log?"
+        )
         notes += [text] * (not inside)
     edges = Bins.of(samples, bins_wanted)
     place = edges.place(samples.speed)
@@ -170,17 +171,16 @@ def identify(
         del others[1]
     changed = [fit_of(other, delay, edges.place(other.speed), len(enough), inertia) for other in others]
     if not {-1.0, 1.0} <= set(np.sign(samples.speed[use])):
-        raise ValueError(
-            f"no bin of speed with {MIN_SAMPLES} samples in both directions; allowed: a longer log, or fewer bins "
-            "(--bins)"
-        )
+        few = f"no bin of speed with {MIN_SAMPLES} samples in both directions"
+        raise ValueError(f"{few}; allowed: a longer log, or fewer bins (--bins)")
     fit = fit_of(samples.where(use), delay, np.cumsum(enough)[place[use]] - 1, int(enough.sum()), inertia)
     smeared = SMEAR * np.nan_to_num(changed[0].total[enough] - fit.total)
     return _result(signals._replace(left_out=left_out, notes=notes), fit, changed, smeared, offset, free)
 
 
 def _result(
-    signals: Signals, fit: Fit, changed: list[Fit], smeared: Array, user_offset: tuple[float, float] | None, free: list[str]
+    signals: Signals, fit: Fit, changed: list[Fit], smeared: Array, user_offset: tuple[float, float] | None,
+    free: list[str],
 ) -> Identified:  # fmt: skip
     """Values with limits that hold what another cutoff and travel change; free: what is fitted."""
     samples = fit.samples
@@ -205,28 +205,16 @@ def _result(
         errors.wide**2 + _within_a_bin(speed, friction) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2
     )
     offset_wide = math.hypot(errors.offset, float(weights @ smeared), LIMIT * offset_error)
+    bins = Friction(
+        speed, friction, np.hypot(errors.bins, offset_error), friction - wide, friction + wide,
+        (fit.number * samples.each).astype(int),
+    )  # fmt: skip
     result = Identified(
-        rotary=signals.rotary,
-        inertia=fit.inertia,
-        inertia_limits=(fit.inertia - half, fit.inertia + half) if "inertia" in free else None,
-        offset=offset,
-        offset_limits=(offset - offset_wide, offset + offset_wide),
-        offset_error=user_offset and offset_error,
-        friction=Friction(
-            speed, friction, np.hypot(errors.bins, offset_error), friction - wide, friction + wide,
-            (fit.number * samples.each).astype(int),
-        ),
-        delay=fit.delay,
-        delay_limits=(fit.delay - late, fit.delay + late) if "delay" in free else None,
-        residual=deviation,
-        explained=explained,
-        places=_places(samples, residual),
-        cutoff=samples.cutoff,
-        samples=len(residual) * samples.each,
-        left_out=signals.left_out,
-        notes=signals.notes,
-        temperature=signals.temperature,
-        preload=signals.preload,
+        signals.rotary, fit.inertia, (fit.inertia - half, fit.inertia + half) if "inertia" in free else None,
+        offset, (offset - offset_wide, offset + offset_wide), user_offset and offset_error, bins,
+        fit.delay, (fit.delay - late, fit.delay + late) if "delay" in free else None, deviation, explained,
+        _places(samples, residual), samples.cutoff, len(residual) * samples.each, signals.left_out, signals.notes,
+        signals.temperature, signals.preload,
     )  # fmt: skip
     result.notes.extend(_notes(result, noise))
     return result
@@ -248,22 +236,19 @@ def _check(
     if not explained >= 0.0:
         raise ValueError(
             f"{what} = {value:.4g} {unit} explains nothing of the effort; allowed: motion and effort of one log, "
-            "each with a new value in each row; remedy: check columns, signs and sampling"
+            "with new values in each row; remedy: check columns, signs and sampling"
         )
     if free and value < -half:
         raise ValueError(f"{what} = {value:.4g}; allowed: > 0: {SIGN}")
     if free and not half <= usual * VAGUE * value:
         raise ValueError(
-            f"{what} = {value:.4g} {unit} +- {half:.2g}; allowed: determined by the log: it has too little "
-            "acceleration, or noise or delay beyond it; remedy: "
-            f"--{units.inertia.format('').replace('_', '-')} with the known value, or a log with ramps{magnitude}"
+            f"{what} = {value:.4g} {unit} +- {half:.2g}: too little acceleration, or noise or delay beyond it; "
+            f"remedy: {units.option(units.inertia)} with the known value, or a log with ramps{magnitude}"
         )
     wrong = float(np.sum(fit.number * along) / fit.number.sum())
     if wrong > MAX_ALONG:
-        raise ValueError(
-            f"friction along the motion in {100.0 * wrong:.0f} % of the samples; allowed: at most "
-            f"{100.0 * MAX_ALONG:.0f} %: {SIGN}{magnitude}"
-        )
+        along_it = f"friction along the motion in {wrong:.0%} of the samples"
+        raise ValueError(f"{along_it}; allowed: at most {MAX_ALONG:.0%}: {SIGN}{magnitude}")
 
 
 def _notes(result: Identified, noise: float) -> list[str]:

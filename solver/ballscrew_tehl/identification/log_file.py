@@ -46,18 +46,17 @@ def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, 
         for name, values in signals.items():
             values[np.abs(values) > MAX_VALUE] = np.nan
             if not np.isfinite(values).any():
-                heading = columns[name].heading
-                raise ValueError(f"column {heading!r} has no numbers; allowed: a number in each row")
+                raise ValueError(f"column {columns[name].heading!r} has no numbers; allowed: one in each row")
         notes = list(filter(None, [table.unused(columns)]))
         if damaged:
             notes.append(f"{damaged} damaged row{'s' * (damaged > 1)} left out, the first: {first}")
         good = np.all([np.isfinite(values) for name, values in signals.items() if name not in SLOW], axis=0)
         rows, complete = len(good) + damaged, int(good.sum())
         if not complete >= max(MIN_ROWS, MAX_EMPTY * rows):
-            raise ValueError(
-                f"{rows} rows, {complete} of them complete; allowed: at least {MIN_ROWS} rows, "
-                f"{100.0 * MAX_EMPTY:.0f} % of them complete: check the export of the log"
+            allowed = (
+                f"at least {MIN_ROWS} rows, {MAX_EMPTY:.0%} of them complete: check the export of the log"
             )
+            raise ValueError(f"{rows} rows, {complete} of them complete; allowed: {allowed}")
         left_out = {"rows without a number": len(good) - complete, "damaged rows": damaged}
         signals = {name: values[good] for name, values in signals.items()}
         return Log(_in_time(signals, left_out, notes), columns, left_out, notes)
@@ -80,15 +79,13 @@ def _selected(table: Table, stated: Mapping[str, str], wanted: Sequence[str]) ->
     motion = next(name for name in (*stated, *MOTION) if name in table.columns and name in MOTION)
     effort = next(name for name in (*stated, *wanted, *EFFORT) if name in table.columns and name in EFFORT)
     names = ["time", motion, effort, *(name for name in SLOW if name in table.columns)]
-    used = {
-        name: one_column(table.columns, name, f'one, or --column "{name}=HEADING [UNIT]"') for name in names
-    }
+    remedy = 'one, or --column "{}=HEADING [UNIT]"'
+    used = {name: one_column(table.columns, name, remedy.format(name)) for name in names}
     clocks = [place for place, heading in enumerate(table.headings) if heading == SCOPE]
     if clocks and clocks[0] > 0:
         # the time of a channel is left of it
-        first, second = (
-            max(place for place in (0, *clocks) if place <= used[name].place) for name in (motion, effort)
-        )
+        places = [used[name].place for name in (motion, effort)]
+        first, second = (max(clock for clock in (0, *clocks) if clock <= place) for place in places)
         rows = [row for _, row in islice(table.rows(table.start), MIN_ROWS)]
         if any(row[first] != row[second] for row in rows if len(row) == len(table.headings)):
             raise ValueError(
@@ -105,9 +102,9 @@ def _in_time(signals: dict[str, Array], left_out: dict[str, int], notes: list[st
     back = np.flatnonzero(step < 0.0)
     if back.size:
         row = int(back[0])
+        first_of = f"first from {time[row]:.9g} to {time[row + 1]:.9g} s after row {row + 1}"
         raise ValueError(
-            f"time runs backwards {back.size} times, first from {time[row]:.9g} to {time[row + 1]:.9g} s "
-            f"after row {row + 1}; allowed: rising time: sort the rows, or give one log a file"
+            f"time runs backwards {back.size} times, {first_of}; allowed: rising time: sort the rows, one log a file"
         )
     first = np.r_[True, step > 0.0]
     repeated = int((~first).sum())
@@ -120,7 +117,5 @@ def _in_time(signals: dict[str, Array], left_out: dict[str, int], notes: list[st
     if len(time) - repeated >= MIN_ROWS and np.abs(even - time).max() <= DIGIT * np.median(step[step > 0.0]):
         notes.append(f"{repeated} time stamps repeat the one before: taken as evenly sampled")
         return signals | {"time": even}
-    raise ValueError(
-        f"{len(time) - repeated} different times in {len(time)} rows; allowed: a time for each row with digits "
-        "enough for the sampling"
-    )
+    few = f"{len(time) - repeated} different times in {len(time)} rows"
+    raise ValueError(f"{few}; allowed: a time for each row with digits enough for the sampling")

@@ -17,7 +17,8 @@ CONTAINS = (
     "the friction is that of the whole axis: screw, guides, seals and bearings of screw and motor together; one log "
     "does not tell them apart: give --guide-force-n, --seal-torque-nm or --without-nut LOG.csv"
 )
-HEADINGS = "preload [N],speed [r/min],temperature [degC],torque [N.m],torque error [N.m]"
+HEAD = """# friction torque of the nut from a log, mean of both directions; torque error: one standard error
+preload [N],speed [r/min],temperature [degC],torque [N.m],torque error [N.m]"""
 #: most rows of a file of measurements
 MAX_ROWS = 12
 #: lines of the text on the preload, by a key that they need
@@ -38,9 +39,8 @@ def identified_data(result: Identified) -> dict[str, Any]:
     units, friction, both = result.units, result.friction, result.both
 
     def limits(key: str, value: float, bounds: tuple[float, float] | None) -> dict[str, float | None]:
-        return dict(
-            zip(map(key.format, ("", "low_", "high_")), (value, *(bounds or (None, None))), strict=True)
-        )
+        low, high = bounds or (None, None)
+        return {key.format(""): value, key.format("low_"): low, key.format("high_"): high}
 
     def rows(first: str, *columns: Array, parts: Sequence[str] = ("", "error")) -> list[dict[str, float]]:
         names = first, *map(units.effort_key, parts)
@@ -81,18 +81,15 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
     units, both, mean, error = result.units, result.both, *result.places[1:]
     inertia, effort, _ = units.shown
     of_offset = (
-        "; by convention what friction alike in both directions leaves: one log cannot tell it from a difference "
-        f"of friction between them; if it is known: --{units.offset.format('').replace('_', '-')}"
+        "; by convention what friction alike in both directions leaves: one log cannot tell it from a "
     )
+    of_offset += f"difference of friction between them; if it is known: {units.option(units.offset)}"
     if result.offset_error is not None:
         weight = both.error**-2.0
         own = np.average(both.difference, weights=weight) if len(weight) else np.nan
         half = LIMIT * np.hypot(np.sum(weight) ** -0.5, result.offset_error)
         of_offset = f" (given); friction's own (f+ - f-)/2 {own:+.3g} +- {half:.2g} {effort} in the mean"
-    of_delay = (
-        f" of the {units.names[2]} behind the motion: sampling, filters and hold of the drive; friction that still "
-        "rises behind reversals adds to it"
-    )
+    of_delay = f" of the {units.names[2]} behind the motion, with friction that still rises behind reversals"
     fits = "fits" if data.get("shape_fits") else "does not fit"
     lines = [text.format(fits=fits, **data) for key, text in PRELOAD_LINES.items() if key in data]
     for name, key, factor, unit, remark in (
@@ -104,10 +101,8 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
         limits = " (given)" if low is None else f", 95 %: {factor * low:.5g} to {factor * high:.5g}"
         lines.append(f"{name:<10}{factor * value:.6g} {unit}{limits * (low is None or low < high)}{remark}")
     left_out = ", ".join(f"{count} {reason}" for reason, count in data["left_out"].items()) or "none"
-    lines.append(
-        f"{'filter':<10}{result.cutoff:.4g} Hz; {100.0 * result.explained:.2f} % of the variance explained, residual "
-        f"{result.residual:.3g} {effort}"
-    )
+    of_filter = f"{result.explained:.2%} of the variance explained, residual {result.residual:.3g} {effort}"
+    lines.append(f"{'filter':<10}{result.cutoff:.4g} Hz; {of_filter}")
     if len(mean):
         position = f"{mean.min():.2g} to {mean.max():.2g} {effort} (error {error.max():.1g})"
         lines.append(f"residual over position: {position}")
@@ -120,35 +115,22 @@ def _friction_lines(result: Identified) -> list[str]:
     """Friction over the magnitude of speed, both directions side by side."""
     units, friction = result.units, result.friction
     _, effort, speed = units.shown
-    head = (
-        f"{speed:>12}{'friction':>12}{'+-':>10}{'samples':>10}",
-        f"{'':>12}{effort:>12}{effort:>10}{'':>10}",
-    )
-    columns = (
-        friction.speed / units.one,
-        friction.value,
-        0.5 * (friction.high - friction.low),
-        friction.samples,
-    )
-    cells = [f"{v:>12.5g}{f:>12.4g}{half:>10.2g}{n:>10}" for v, f, half, n in zip(*columns, strict=True)]
+    head = f"{speed:>12}{'friction ' + effort:>14}{'+-':>10}{'samples':>10}"
+    half = 0.5 * (friction.high - friction.low)
+    columns = friction.speed / units.one, friction.value, half, friction.samples
+    cells = ["{:>12.5g}{:>14.4g}{:>10.2g}{:>10}".format(*row) for row in zip(*columns, strict=True)]
     back = int(np.sum(friction.speed < 0.0))
-    sides = zip_longest([*head, *cells[back:]], [*head, *cells[:back][::-1]], fillvalue="")
-    return [f"{ahead:<44}  |{behind}".rstrip() for ahead, behind in sides]
+    sides = zip_longest([head, *cells[back:]], [head, *cells[:back][::-1]], fillvalue="")
+    return [f"{ahead:<46}  |{behind}" for ahead, behind in sides]
 
 
 def measurements_text(friction: Bidirectional, preload: float, temperature: float) -> str:
     """File of measurements for calibrate: mean of both directions, neighbouring speeds joined by their weights."""
-    title = (
-        "# friction torque of the nut from a log, mean of both directions; torque error: one standard error"
-    )
-    lines = [title, HEADINGS]
+    lines = [HEAD]
     for piece in np.array_split(np.arange(len(friction.speed)), min(MAX_ROWS, len(friction.speed))):
         # errors of neighbours are hardly independent: their mean, not that over the root of their number
-        speed, torque, error = (
-            np.average(values[piece], weights=friction.error[piece] ** -2)
-            for values in (friction.speed, friction.mean, friction.error)
-        )
-        lines.append(
-            f"{preload:.6g},{speed / RPM:.6g},{temperature - CELSIUS:.5g},{torque:.6g},{max(error, 1e-6 * torque):.3g}"
-        )
+        weights = friction.error[piece] ** -2
+        speed, torque, _, error = (np.average(values[piece], weights=weights) for values in friction)
+        point = f"{preload:.6g},{speed / RPM:.6g},{temperature - CELSIUS:.5g}"
+        lines.append(f"{point},{torque:.6g},{max(error, 1e-6 * torque):.3g}")
     return "\n".join(lines) + "\n"

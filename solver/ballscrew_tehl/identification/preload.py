@@ -58,10 +58,9 @@ class Law(NamedTuple):
 
 
 class FoundPreload(NamedTuple):
-    """Preload [N] with its interval; meaning of that; by the log alone (95 %).
+    """Preload [N] with its interval, meaning of that, interval by the log alone (95 %).
 
-    shape_deviation : root mean square of ln(torque/law) over the speeds;  shape_exponent_difference : its slope over
-    ln(speed);  shape_fits : within the errors
+    Of ln(torque/law): root mean square over the speeds, slope over ln(speed), whether it is within the errors.
     """
 
     preload_n: float
@@ -103,9 +102,7 @@ def screw_friction(identified: Identified, lead: float | None) -> Bidirectional:
             "--lead-mm or --screw (missing); needed for the torque at the screw of a linear axis"
         )
     if not len(both.speed):
-        raise ValueError(
-            "no speed that both directions have in common; allowed: a log with the same speeds both ways"
-        )
+        raise ValueError("no common speed of both directions; allowed: a log with the same speeds both ways")
     return both if identified.rotary else both.at_screw(abs(lead or 1.0))
 
 
@@ -114,17 +111,15 @@ def without(friction: Bidirectional, known: float, other: Bidirectional | None =
     torque, error = friction.mean - known, friction.error
     if other is not None:
         if friction.speed.min() > other.speed.max() or friction.speed.max() < other.speed.min():
-            raise ValueError(
-                f"speeds of the log without the nut = {other.span}; allowed: those of the log, {friction.span}"
-            )
+            spans = f"{other.span}; allowed: those of the log, {friction.span}"
+            raise ValueError(f"speeds of the log without the nut = {spans}")
         torque = torque - np.interp(friction.speed, other.speed, other.mean)
         error = np.hypot(error, np.interp(friction.speed, other.speed, other.error))
     mean, whole = float(np.mean(torque)), float(np.mean(friction.mean))
     if not mean > LEFT * whole:
         raise ValueError(
             f"friction of the axis = {whole:.4g} N.m, without the known parts {mean:.4g} N.m; allowed: known parts "
-            "smaller than the whole: check --guide-force-n, --seal-torque-nm, the log without the nut, and the torque "
-            "constant or gain"
+            "smaller than the whole: check --guide-force-n, --seal-torque-nm, --without-nut, torque constant or gain"
         )
     return friction._replace(mean=torque, error=error).where(torque > 0.0)
 
@@ -174,8 +169,7 @@ def found_preload(friction: Bidirectional, law: Law, temperature: float) -> Foun
     if not coldest <= temperature <= hottest:
         raise ValueError(
             f"temperature = {temperature - CELSIUS:.4g} C; allowed by the map: {coldest - CELSIUS:.4g} to "
-            f"{hottest - CELSIUS:.4g} C: check unit and --temperature-c, or ballscrew map build with other "
-            "--temperature-c"
+            f"{hottest - CELSIUS:.4g} C: check the unit, or ballscrew map build with other --temperature-c"
         )
     friction = _inside(friction, law)
     preload = _fitted(friction, law, temperature)
@@ -184,23 +178,19 @@ def found_preload(friction: Bidirectional, law: Law, temperature: float) -> Foun
         least, most = (np.mean(law.torque(end, friction.speed, temperature)) for end in (lowest, highest))
         raise ValueError(
             f"torque of the nut = {np.mean(friction.mean):.4g} N.m in the mean; allowed: {least:.4g} to {most:.4g} "
-            f"N.m, that of this map (preload {lowest:g} to {highest:g} N); remedy: check the torque constant or gain, "
-            "the known parts, --ratio and the lead"
+            f"N.m (preload {lowest:g} to {highest:g} N): check torque constant or gain, known parts, --ratio, lead"
         )
-    weight, step = _weight(friction), 1e-3
-    now, above, below = (
-        law.torque(preload * (1.0 + side), friction.speed, temperature) for side in (0.0, step, -step)
-    )
-    residual, rise = np.log(friction.mean / now), np.log(above / below) / (2.0 * step)
+    weight, steps = _weight(friction), (0.0, 1e-3, -1e-3)
+    now, above, below = (law.torque(preload * (1.0 + step), friction.speed, temperature) for step in steps)
+    residual, rise = np.log(friction.mean / now), np.log(above / below) / (2.0 * steps[1])
     excess = float(np.sum((residual * weight) ** 2)) / max(len(residual) - 1, 1)
     of_log = math.sqrt(max(excess, 1.0) / float(np.sum((rise * weight) ** 2))) * LIMIT
     bounds, meaning = (preload, preload), "95 %, of the log alone: this friction set has no interval"
     if law.nut_map.law == MECHANISTIC:
         speed = _typical_speed(friction)
         torque = float(law.torque(preload, speed, temperature))
-        ends = preload_interval(
-            law.parameters, law.nut_map, law.friction_set, torque, preload, speed, temperature
-        )
+        point = torque, preload, speed, temperature
+        ends = preload_interval(law.parameters, law.nut_map, law.friction_set, *point)
         bounds = ends.low, ends.high
         meaning = f"law {ends.meaning}; 95 % of the log added in quadrature"
         if ends.at_edge:
@@ -260,7 +250,7 @@ def separated_parts(logs: list[tuple[Bidirectional, float, float]], law: Law) ->
     half = LIMIT * np.sqrt(variance)
     if not half[0] <= float(np.mean(torque)):
         raise ValueError(
-            f"part without the nut = {best[0]:.3g} +- {half[0]:.2g} N.m; allowed: determined by the logs: preloads or "
-            "temperatures that differ more"
+            f"part without the nut = {best[0]:.3g} +- {half[0]:.2g} N.m; allowed: logs at preloads or temperatures "
+            "that differ more"
         )
     return Apart(*np.column_stack([best, best - half, best + half]).ravel().tolist())

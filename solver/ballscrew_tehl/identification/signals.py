@@ -10,7 +10,7 @@ from scipy.ndimage import median_filter
 
 from ..physics.ball_law import Array
 from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED
-from .log_file import Log
+from .log_file import SLOW, Log
 
 #: a step of time longer than this many usual ones is a gap; jumps of a position that are whole periods within this
 #: share are those of an encoder that starts again; most of the jumps that may be none
@@ -72,17 +72,15 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     for name in names:
         values = log.signals[name]
         if not np.ptp(values) > 0.0:
-            raise ValueError(
-                f"{name} is constant, {values[0]:.6g} SI; allowed: a log of an axis that moves both ways"
-            )
+            raise ValueError(f"{name} is constant, {values[0]:.6g} SI; allowed: an axis that moves both ways")
     log = _without_repeats(log, names)
     time, left_out, notes = log.signals["time"], dict(log.left_out), list(log.notes)
     steps = np.diff(time)
     step, resolution = float(np.median(steps)), _resolution(time)
     if not step * MIN_RATE <= 1.0:
+        remedy = f"check the unit of time ({log.columns['time'].unit}), or log faster"
         raise ValueError(
-            f"time between samples = {step:.4g} s; allowed: at most {1.0 / MIN_RATE:g} s: check the "
-            f"unit of time ({log.columns['time'].unit}), or log faster"
+            f"time between samples = {step:.4g} s; allowed: at most {1.0 / MIN_RATE:g} s: {remedy}"
         )
     motion, effort = (log.signals[name] for name in names)
     jumps = np.empty(0, dtype=int)
@@ -91,11 +89,10 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         motion, jumps = _unwrapped(time, motion, log, resolution, notes)
     effort, left_out[f"single samples of {effort_name} that jump"] = _despiked(effort)
     gaps = np.flatnonzero(steps > GAP * step) + 1
-    for cuts, what in (
-        (gaps, f"gap(s) in time, the longest {steps.max():.3g} s"),
-        (jumps, "jump(s) of the position that are no wrap"),
-    ):
-        notes += [f"{cuts.size} {what}: the pieces are apart"] * bool(cuts.size)
+    if gaps.size:
+        notes.append(f"{gaps.size} gap(s) in time, the longest {steps.max():.3g} s: the pieces are apart")
+    if jumps.size:
+        notes.append(f"{jumps.size} jump(s) of the position that are no wrap: the pieces are apart")
     step, even = _sampling(steps[steps <= GAP * step], step, resolution, notes)
     quantum = _quantum(log.signals[motion_name]) * abs(scale)
     motion, effort = motion * scale, effort * effort_scale
@@ -112,32 +109,26 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     left_out["samples in pieces too short"] = short
     if not sections:
         raise ValueError(
-            f"all pieces between gaps and jumps are shorter than {MIN_SECTION} samples; allowed: a longer "
-            "piece without a gap"
+            f"all pieces between gaps and jumps are short; allowed: {MIN_SECTION} samples in one"
         )
-    temperature, preload = (
-        float(np.nanmean(log.signals[name])) if name in log.signals else None
-        for name in ("temperature", "preload")
-    )
-    return Signals(rotary, of_speed, step, quantum, sections, temperature, preload, left_out, notes)
+    means = [float(np.nanmean(log.signals[name])) if name in log.signals else None for name in SLOW]
+    return Signals(rotary, of_speed, step, quantum, sections, *means, left_out, notes)
 
 
 def _scales(motion: str, effort: str, unit: str, drive: Drive) -> tuple[bool, float, float]:
     """Whether the result is that of a screw; motion and effort there over those of the log."""
     angular, rotary = unit in ANGLE or unit in SPEED, effort in ("torque", "screw_torque", "current")
-    options = {
-        "current": (drive.torque_constant, "--torque-constant-nm-a"),
-        "voltage": (drive.gain, "--gain-n-v"),
-    }
-    constant, option = options.get(effort, (1.0, ""))
+    constant = {"current": drive.torque_constant, "voltage": drive.gain}.get(effort, 1.0)
     if constant is None:
+        option = "--torque-constant-nm-a" if effort == "current" else "--gain-n-v"
         raise ValueError(f"{option} (missing); needed with a column {effort}")
     scale = 1.0 if motion.startswith("screw") or not angular else 1.0 / drive.ratio
     if angular != rotary:
         if drive.lead is None:
-            what = "a position or velocity along the axis with a torque or current"
-            what = what if rotary else "an angle or speed with a force"
-            raise ValueError(f"--lead-mm or --screw (missing); needed with {what}")
+            which = (
+                "motion along the axis with a torque or current" if rotary else "angle or speed with a force"
+            )
+            raise ValueError(f"--lead-mm or --screw (missing); needed with {which}")
         scale *= drive.lead if angular else 1.0 / drive.lead
     return rotary, scale, constant * (drive.ratio if effort in ("torque", "current") else 1.0)
 
@@ -233,8 +224,8 @@ def _unwrapped(
     jumps = np.flatnonzero(other | ((size > JUMP * usual) & together & (usual > 0.0)))
     if jumps.size > 0.01 * len(position):
         raise ValueError(
-            f"position jumps {jumps.size} times, by {size[jumps].min():.4g} to {size[jumps].max():.4g} "
-            "(SI); allowed: a position without jumps, or jumps of one size, those of an encoder that starts again"
+            f"position jumps {jumps.size} times, by {size[jumps].min():.4g} to {size[jumps].max():.4g} (SI); allowed: "
+            "no jumps, or jumps of one size, those of an encoder that starts again"
         )
     return position, jumps + 1
 
