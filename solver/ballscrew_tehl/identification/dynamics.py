@@ -28,7 +28,7 @@ from scipy.optimize import minimize_scalar
 from ..physics.ball_law import Array
 from .directions import LIMIT, LINEAR, ROTARY, Bidirectional, Friction, Units, bidirectional_friction, varies
 from .motion import MAX_NOISE, Samples, chosen_cutoff, filtered
-from .regression import MIN_BINS, MIN_INDEPENDENT, Bins, Fit, errors_of, fit_of, within
+from .regression import MIN_BINS, MIN_INDEPENDENT, Fit, bins_of, errors_of, fit_of, within
 from .signals import Signals
 
 #: fewest samples of the log in a bin
@@ -97,7 +97,7 @@ class Identified:
 
 def estimated_delay(samples: Samples) -> tuple[float, bool]:
     """Delay of the effort behind the motion [s] with the least residual; whether it is inside the range."""
-    bins = Bins.of(samples).place(samples.speed)
+    bins = bins_of(samples)[1](samples.speed)
     acceleration = within(samples.acceleration, samples.speed, bins)
     squares = float(acceleration @ acceleration)
 
@@ -155,9 +155,9 @@ def identify(
             f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: are both signals of one log?"
         )
         notes += [text] * (not inside)
-    edges = Bins.of(samples, bins_wanted)
-    place = edges.place(samples.speed)
-    number = np.bincount(place, minlength=2 * edges.number) * samples.each
+    size, bins = bins_of(samples, bins_wanted)
+    place = bins(samples.speed)
+    number = np.bincount(place, minlength=size) * samples.each
     enough = (number >= MIN_SAMPLES) & (number * samples.rate >= MIN_INDEPENDENT)
     use = enough[place]
     reason = f"bins of speed with fewer than {MIN_SAMPLES} samples, {MIN_INDEPENDENT:g} of them independent"
@@ -169,7 +169,7 @@ def identify(
     ]
     if len(others[1].speed) < FARTHER_LEFT * len(samples.speed):
         del others[1]
-    changed = [fit_of(other, delay, edges.place(other.speed), len(enough), inertia) for other in others]
+    changed = [fit_of(other, delay, bins(other.speed), size, inertia) for other in others]
     if not {-1.0, 1.0} <= set(np.sign(samples.speed[use])):
         few = f"no bin of speed with {MIN_SAMPLES} samples in both directions"
         raise ValueError(f"{few}; allowed: a longer log, or fewer bins (--bins)")
@@ -228,15 +228,11 @@ def _check(
     what, unit = units.names[0], units.shown[0]
     never = all(float(section.effort.min()) >= 0.0 for section in signals.sections)
     magnitude = "; the effort is never negative: a magnitude without its sign?" * never
-    if not explained >= 0.0 and not free:
-        raise ValueError(
-            f"inertia given = {value:.4g} {unit}; the log shows about {fit.seen:.3g} {unit}, and the given one "
-            "explains nothing of the effort; remedy: check it and the units of the log, or leave it out"
-        )
     if not explained >= 0.0:
+        shown = "" if free else f"; the log shows about {fit.seen:.3g} {unit}"
         raise ValueError(
-            f"{what} = {value:.4g} {unit} explains nothing of the effort; allowed: motion and effort of one log, "
-            "with new values in each row; remedy: check columns, signs and sampling"
+            f"inertia{' given' * (not free)} = {value:.4g} {unit}{shown}; it explains nothing of the effort; allowed: "
+            "motion and effort of one log, with new values in each row; remedy: check columns, units, signs, sampling"
         )
     if free and value < -half:
         raise ValueError(f"{what} = {value:.4g}; allowed: > 0: {SIGN}")

@@ -125,16 +125,22 @@ def filtered(signals: Signals, travel: float, cutoff: float, variance: float) ->
     slow = SLOW * max(float(np.quantile(np.abs(speed), 0.999)) for _, speed, _ in pieces)
     runs, ends, near, slower, parts = 0, 0, 0, 0, []
     for number, (position, speed, acceleration) in enumerate(pieces):
-        row = np.arange(1, len(speed) + 1)
-        inner = (row > reach) & (row <= len(speed) - reach)
-        moving = np.abs(speed) >= slow
-        away, run = _away_from_reversals(position, np.sign(speed) * moving, reach, travel)
+        index, size = np.arange(len(speed)), len(speed)
+        inner, moving = (index >= reach) & (index < size - reach), np.abs(speed) >= slow
+        # a run of motion begins behind a reversal or a standstill
+        direction = np.sign(speed) * moving
+        begins = moving & (direction != np.r_[0.0, direction[:-1]])
+        run, start, stop = np.cumsum(begins), np.flatnonzero(begins), np.flatnonzero(~moving)
+        begin, end = np.r_[0, start][run], np.r_[start, size][run]
+        upcoming = np.r_[stop, size + reach][np.searchsorted(stop, index)]
+        away = (index - begin >= reach) & (end - index >= reach) & (upcoming - index >= reach // 2)
+        away &= np.abs(position - position[begin]) >= travel
         ends += int((~inner).sum()) + 2
         slower += int((inner & ~moving).sum())
         near += int((inner & moving & ~away).sum())
-        keep = inner & moving & away & ((row - 1) % each == 0)
-        jerk, section = np.gradient(acceleration, step), np.full(len(speed), number)
-        columns = speed, acceleration, jerk, position, run + runs, section, row
+        keep = inner & moving & away & (index % each == 0)
+        jerk, section = np.gradient(acceleration, step), np.full(size, number)
+        columns = speed, acceleration, jerk, position, run + runs, section, index + 1
         parts.append([values[keep] for values in columns])
         runs += int(run[-1]) + 1
     left_out = {
@@ -148,17 +154,3 @@ def filtered(signals: Signals, travel: float, cutoff: float, variance: float) ->
     arrays: list[Any] = list(map(np.concatenate, zip(*parts, strict=True)))
     noise = acceleration_noise(variance, cutoff, signals)
     return Samples(*arrays, each, rate, cutoff, noise, left_out, curves, step)
-
-
-def _away_from_reversals(
-    position: Array, direction: Array, reach: int, travel: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Which samples are away from a reversal or standstill (direction 0); number of the run of each."""
-    index = np.arange(len(position))
-    # motion begins anew behind a standstill as well
-    begins = (direction != 0.0) & (direction != np.r_[0.0, direction[:-1]])
-    start, stop, run = np.flatnonzero(begins), np.flatnonzero(direction == 0.0), np.cumsum(begins)
-    begin, end = np.r_[0, start][run], np.r_[start, len(index)][run]
-    upcoming = np.r_[stop, len(index) + reach][np.searchsorted(stop, index)]
-    away = (index - begin >= reach) & (end - index >= reach) & (upcoming - index >= reach // 2)
-    return away & (np.abs(position - position[begin]) >= travel), run

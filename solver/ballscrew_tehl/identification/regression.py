@@ -1,7 +1,8 @@
 """Least squares within bins of speed, and what each cluster of time moves its values."""
 
 import math
-from typing import NamedTuple, Self
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import t as student
@@ -27,26 +28,22 @@ def quantile(degrees: Array | float) -> Array:
     return np.asarray(student.ppf(0.5 + 0.5 * CONFIDENCE, degrees))
 
 
-class Bins(NamedTuple):
-    """Bins of the magnitude of speed: their number in each direction, lowest and highest end."""
+def bins_of(samples: Samples, wanted: int | None = None) -> tuple[int, Callable[[Array], np.ndarray]]:
+    """Bins of the magnitude of speed, as many as there are samples for: their number, those of a speed.
 
-    number: int
-    low: float
-    high: float
+    Both directions are counted, those of negative speed first.
+    """
+    size = np.abs(samples.speed)
+    smaller = min(int((samples.speed > 0.0).sum()), int((samples.speed < 0.0).sum())) * samples.each
+    number = wanted or int(np.clip(smaller // FOR_A_BIN, MIN_BINS, MAX_BINS))
+    low, high = float(size.min()), float(size.max())
 
-    @classmethod
-    def of(cls, samples: Samples, wanted: int | None = None) -> Self:
-        """As many as there are samples for, or as wanted."""
-        size = np.abs(samples.speed)
-        smaller = min(int((samples.speed > 0.0).sum()), int((samples.speed < 0.0).sum())) * samples.each
-        number = wanted or int(np.clip(smaller // FOR_A_BIN, MIN_BINS, MAX_BINS))
-        return cls(number, float(size.min()), float(size.max()))
+    def bins(speed: Array) -> np.ndarray:
+        width = (high - low or 1.0) / number
+        place = np.clip(((np.abs(speed) - low) / width).astype(int), 0, number - 1)
+        return np.where(speed < 0.0, number - 1 - place, number + place)
 
-    def place(self, speed: Array) -> np.ndarray:
-        """Number of the bin of each speed, those of negative speed first."""
-        wide = (self.high - self.low or 1.0) / self.number
-        place = np.clip(((np.abs(speed) - self.low) / wide).astype(int), 0, self.number - 1)
-        return np.where(speed < 0.0, self.number - 1 - place, self.number + place)
+    return 2 * number, bins
 
 
 def within(values: Array, speed: Array, bins: np.ndarray) -> Array:

@@ -125,9 +125,7 @@ def _scales(motion: str, effort: str, unit: str, drive: Drive) -> tuple[bool, fl
     scale = 1.0 if motion.startswith("screw") or not angular else 1.0 / drive.ratio
     if angular != rotary:
         if drive.lead is None:
-            which = (
-                "motion along the axis with a torque or current" if rotary else "angle or speed with a force"
-            )
+            which = "a motion along the axis and a torque" if rotary else "an angle and a force"
             raise ValueError(f"--lead-mm or --screw (missing); needed with {which}")
         scale *= drive.lead if angular else 1.0 / drive.lead
     return rotary, scale, constant * (drive.ratio if effort in ("torque", "current") else 1.0)
@@ -147,33 +145,28 @@ def _sampling(inside: Array, step: float, resolution: float, notes: list[str]) -
 
 
 def _without_repeats(log: Log, names: list[str]) -> Log:
-    """The rows in which the slower of motion and effort is sampled, where an export repeats its value in between."""
-    rows = {name: _held_rows(log.signals[name]) for name in names}
-    name = max(names, key=lambda one: rows[one][0])
-    held, phase = rows[name]
-    if held < MIN_HELD:
-        return log
-    rate = 1.0 / float(np.median(np.diff(log.signals["time"])))
-    note = f"{name} repeats each value in {held} rows: one of them is used, {rate / held:.4g} of {rate:.4g} samples/s"
-    signals = {key: values[phase::held] for key, values in log.signals.items()}
-    fewer = len(log.signals[name]) - len(signals[name])
-    left_out = log.left_out | {f"rows that repeat the {name}": fewer}
-    return log._replace(signals=signals, left_out=left_out, notes=[*log.notes, note])
-
-
-def _held_rows(values: Array) -> tuple[int, int]:
-    """Number of rows over which a value is repeated, and the first row with a new one; 1 if it is not.
+    """The rows in which the slower of motion and effort is sampled, where an export repeats its value in between.
 
     The changes of a slow channel all are a whole number of such rows apart; those of a coarse encoder are not.
     """
-    changes = np.flatnonzero(np.diff(values)) + 1
-    apart = np.diff(changes)
-    if len(apart) < MIN_SECTION:
-        return 1, 0
-    held = int(np.median(apart))
-    phase = int(np.bincount(changes % held).argmax())
-    in_phase, follow = np.mean(changes % held == phase), np.mean(apart == held)
-    return (held, phase) if in_phase >= SAME_PHASE and follow >= MIN_HELD_FRACTION else (1, 0)
+    held, phase, slow = 1, 0, ""
+    for name in names:
+        changes = np.flatnonzero(np.diff(log.signals[name])) + 1
+        apart = np.diff(changes)
+        if len(apart) >= MIN_SECTION:
+            rows = int(np.median(apart))
+            first = int(np.bincount(changes % rows).argmax())
+            in_phase, follow = np.mean(changes % rows == first), np.mean(apart == rows)
+            if rows > held and in_phase >= SAME_PHASE and follow >= MIN_HELD_FRACTION:
+                held, phase, slow = rows, first, name
+    if held < MIN_HELD:
+        return log
+    rate = 1.0 / float(np.median(np.diff(log.signals["time"])))
+    note = f"{slow} repeats each value in {held} rows: one of them is used, {rate / held:.4g} of {rate:.4g} samples/s"
+    signals = {key: values[phase::held] for key, values in log.signals.items()}
+    fewer = len(log.signals[slow]) - len(signals[slow])
+    left_out = log.left_out | {f"rows that repeat the {slow}": fewer}
+    return log._replace(signals=signals, left_out=left_out, notes=[*log.notes, note])
 
 
 def _despiked(values: Array) -> tuple[Array, int]:
