@@ -16,10 +16,7 @@ CHANCE = 1e-3
 
 
 class Units(NamedTuple):
-    """Of an axis: keys of JSON, one of the unit of speed [SI].
-
-    names : of inertia, speed, effort;  si : units of speed and effort;  shown : those of inertia, effort, speed in text
-    """
+    """Keys of JSON, unit of speed [SI]; names of inertia, speed, effort; units of speed, effort; as shown."""
 
     inertia: str
     offset: str
@@ -62,10 +59,7 @@ class Friction(NamedTuple):
 
 
 class Bidirectional(NamedTuple):
-    """At common speeds > 0: half of the magnitudes' sum and of their difference, error of both.
-
-    A known offset moves all differences by its error, which is not in theirs.
-    """
+    """At common speeds > 0: half the sum and difference of magnitudes, their error without that of an offset."""
 
     speed: Array
     mean: Array
@@ -87,10 +81,7 @@ class Bidirectional(NamedTuple):
 
 
 def bidirectional_friction(friction: Friction, offset_error: float = 0.0) -> Bidirectional:
-    """At the speeds of the positive direction that the other one has as well; empty if there are none.
-
-    offset_error : standard error of a known offset, which the errors of the bins hold
-    """
+    """At the speeds that both directions have; offset_error: of a known offset, which the bins hold."""
     back = friction.speed < 0.0
     other = friction.speed[back]
     both = (friction.speed >= -0.97 * other[-1]) & (friction.speed <= -1.03 * other[0])

@@ -56,13 +56,11 @@ VAGUE, MAX_ALONG = 0.2, 0.25
 
 @dataclass(frozen=True)
 class Identified:
-    """What a log says of an axis (SI: kg, N, m/s or kg m2, N m, rad/s).
+    """What a log says of an axis (SI: kg, N, m/s or kg m2, N m, rad/s), with 95 % limits, None of what was given.
 
-    inertia with 95 % limits, None where it was given;  offset with limits
-    offset_error : standard one of an offset that was given, None = the offset is by convention;  friction
-    delay [s] of the effort behind the motion with limits, None where it was given
-    residual : root mean square, filtered;  explained : share of variance
-    places : position, mean residual, its standard error;  cutoff [Hz];  samples used;  left_out by reason;  notes
+    offset_error : standard one of an offset that was given, None = the offset is by convention
+    delay of the effort behind the motion;  residual : root mean square, filtered;  explained : share of variance
+    places : position, mean residual, its standard error;  samples : used;  left_out : by reason
     """
 
     rotary: bool
@@ -268,10 +266,7 @@ def _notes(result: Identified, noise: float) -> list[str]:
 
 
 def _within_a_bin(speed: Array, friction: Array) -> Array:
-    """By how much the mean over a bin may differ from the friction at its mean speed: a kink there.
-
-    A kink that is seen as the second difference d of neighbouring bins moves the mean of its own by d/8.
-    """
+    """Second difference over 8 [effort]: what a kink in a bin moves its mean from the friction at its mean speed."""
     bend = np.zeros(len(speed))
     for side in (speed < 0.0, speed > 0.0):
         if side.sum() >= 3:

@@ -1,7 +1,4 @@
-"""Log of a drive: the signals that are needed, in SI. Dialect and headings: `tables.csv_file`, `tables.headings`.
-
-A few damaged rows are left out.
-"""
+"""Log of a drive: the signals that are needed, in SI, without a few damaged rows; file: `tables`."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice

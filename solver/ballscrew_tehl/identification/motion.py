@@ -36,12 +36,11 @@ PER_PERIOD = 4
 
 
 class Samples(NamedTuple):
-    """Filtered samples that are used (SI of the axis), arrays equally long.
+    """Filtered samples that are used (SI of the axis), arrays equally long; left_out: samples of the log by reason.
 
     run : number of the piece between reversals;  section, row : where each is in the signals
     each : samples of the log for one of these;  rate : independent samples for one of the log
-    cutoff [Hz];  noise : variance of that of the acceleration;  left_out : samples of the log by reason
-    curves : filtered effort of each section over its rows;  step : of the log [s]
+    noise : variance of that of the acceleration;  curves : filtered effort of each section over its rows
     """
 
     speed: Array

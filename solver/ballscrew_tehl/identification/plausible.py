@@ -72,10 +72,7 @@ def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> No
 
 
 def _check(log: Log, names: tuple[str, ...], values: list[Value]) -> None:
-    """ValueError with the units in which values are plausible, unless options have stated all units.
-
-    Too small values without such a unit are no matter of units: an axis that hardly moves.
-    """
+    """Refuse implausible values, but no small ones (an axis that hardly moves) where no other unit would do."""
     wrong = [value for value in values if not value.plausible()]
     columns = {name: log.columns[name] for name in names if not log.columns[name].stated}
     if not wrong or not columns:

@@ -1,8 +1,7 @@
 """Preload behind the friction that a log gives, by the law of a map, and what is separated from it.
 
-The friction torque at the screw is the mean of both directions at one speed: gravity and tilt fall out. Known parts, or
-a log without the nut, are subtracted. One preload is fitted to all speeds, each weighted by its standard error and a
-shape error SHAPE of the law. Results have the names of the keys of --json.
+The friction torque at the screw is the mean of both directions at one speed: gravity and tilt fall out. One preload is
+fitted to all speeds, each weighted by its standard error and a shape error SHAPE of the law.
 """
 
 import math
@@ -58,10 +57,7 @@ class Law(NamedTuple):
 
 
 class FoundPreload(NamedTuple):
-    """Preload [N] with its interval, meaning of that, interval by the log alone (95 %).
-
-    Of ln(torque/law): root mean square over the speeds, slope over ln(speed), whether it is within the errors.
-    """
+    """Preload with its interval, by the log alone (95 %); ln(torque/law): rms, slope over ln(speed), if it fits."""
 
     preload_n: float
     preload_low_n: float
@@ -229,10 +225,7 @@ def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: Law) -> Chan
 
 
 def separated_parts(logs: list[tuple[Bidirectional, float, float]], law: Law) -> Apart:
-    """Least squares of other + factor * law over logs at known preloads [N] and temperatures [K].
-
-    Errors of the speeds of one log may all have one sign: the limits hold each log moved by its mean relative error.
-    """
+    """Least squares of other + factor * law over logs at known preloads [N] and temperatures [K]."""
     logs = [(_inside(friction, law), preload, kelvin) for friction, preload, kelvin in logs]
     parts = [friction for friction, _, _ in logs]
     model = np.concatenate([law.torque(preload, part.speed, kelvin) for part, preload, kelvin in logs])

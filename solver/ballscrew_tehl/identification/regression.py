@@ -29,10 +29,7 @@ def quantile(degrees: Array | float) -> Array:
 
 
 def bins_of(samples: Samples, wanted: int | None = None) -> tuple[int, Callable[[Array], np.ndarray]]:
-    """Bins of the magnitude of speed, as many as there are samples for: their number, those of a speed.
-
-    Both directions are counted, those of negative speed first.
-    """
+    """Number of bins of speed in both directions, those of negative speed first; bins of a speed."""
     size = np.abs(samples.speed)
     smaller = min(int((samples.speed > 0.0).sum()), int((samples.speed < 0.0).sum())) * samples.each
     number = wanted or int(np.clip(smaller // FOR_A_BIN, MIN_BINS, MAX_BINS))
@@ -102,10 +99,7 @@ def fit_of(samples: Samples, delay: float, bins: np.ndarray, size: int, inertia:
 
 
 class Errors(NamedTuple):
-    """Of a fit: standard error of each bin, half of its 95 % interval; half of those of inertia, delay and offset.
-
-    usual : quantile of Student's t with as many clusters
-    """
+    """Standard error of each bin, halves of 95 % intervals of all, quantile of Student's t with as many clusters."""
 
     bins: Array
     wide: Array
@@ -116,10 +110,7 @@ class Errors(NamedTuple):
 
 
 def errors_of(fit: Fit, residual: Array, weights: Array, free: bool) -> Errors:
-    """Random errors of a fit, from what each cluster of time moves it.
-
-    weights : of the bins in the offset;  free : the inertia is fitted
-    """
+    """What each cluster of time moves a fit; weights: of the bins in the offset; free: the inertia is fitted."""
     samples, bins, number = fit.samples, fit.bins, len(fit.number)
     length = max(int(max(CLUSTER, CLUSTER_PERIODS / samples.cutoff) / samples.step), 1)
     piece = samples.row // length

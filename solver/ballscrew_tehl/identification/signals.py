@@ -43,10 +43,9 @@ class Section(NamedTuple):
 
 
 class Signals(NamedTuple):
-    """Sections of a log on one time step.
+    """Sections of a log on one time step, position [m] and force [N], or if rotary angle [rad] and torque [N.m].
 
-    rotary : angle of the screw [rad] and torque on it [N.m]; else position [m] and force [N]
-    of_speed : the motion is a speed;  step [s];  quantum : least step of the motion, 0: none seen
+    of_speed : the motion is a speed;  quantum : least step of the motion, 0: none seen
     temperature [K], preload [N] : means of the log, None: no such column
     """
 
@@ -62,10 +61,7 @@ class Signals(NamedTuple):
 
 
 def signals_of(log: Log, drive: Drive) -> Signals:
-    """Motion and effort of one side of the drive, in evenly sampled sections.
-
-    Raises       ValueError: an option missing, signals that are constant, sampled too slowly or in pieces too short
-    """
+    """Motion and effort of one side of the drive, in evenly sampled sections."""
     names = [next(name for name in kind if name in log.signals) for kind in (MOTION, EFFORT)]
     (motion_name, effort_name), of_speed = names, names[0].endswith("speed")
     rotary, scale, effort_scale = _scales(*names, log.columns[motion_name].unit, drive)

@@ -47,11 +47,7 @@ def naming(path: Path | str) -> Iterator[None]:
 
 
 class Table(NamedTuple):
-    """Where the table of a file is.
-
-    below, start : index of the first line below headings and units, and of the first one with numbers;  columns : by
-    quantity;  problems : headings that were not understood
-    """
+    """Where a table is: below headings and units, start of numbers; columns by quantity, headings not understood."""
 
     path: Path
     headings: list[str]
@@ -90,9 +86,7 @@ class Table(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Rows of columns: lines in the file, from 1, and fields by quantity; values [SI] without damaged rows, number of
-    these and the first of them.
-    """
+    """Lines in the file, from 1; fields and values [SI] by quantity, the latter without damaged rows, their number."""
 
     lines: list[int]
     texts: dict[str, list[str]]
@@ -205,10 +199,9 @@ def _heading(rows: Mapping[int, list[str]], kind: Kind, stated: Mapping[str, str
 
 
 def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_damaged: float = 0.0) -> Rows:
-    """Rows of the columns that are used, NaN where there is no number.
+    """Rows of the columns, NaN where there is no number.
 
-    max_damaged : fraction of the rows that may be left out, with more fields than headings or with text for a number;
-    0: each row has as many fields as the headings, and text is NaN
+    max_damaged : fraction of rows that may be left out, 0: all have as many fields as the headings, and text is NaN
     """
     fields, strict = len(table.headings), not max_damaged
     lines: list[int] = []

@@ -50,10 +50,7 @@ class Quantity(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """What a table has: quantities by key, an example of its headings, columns of text.
-
-    needed : keys of which one must be there, by how a message names them
-    """
+    """What a table has; needed: keys of which one must be there, by how a message names them."""
 
     quantities: Mapping[str, Quantity]
     needed: Mapping[str, Sequence[str]]
@@ -226,10 +223,7 @@ def _places_of(text: str, headings: Sequence[str]) -> list[int]:
 def columns_of(
     headings: Sequence[str], kind: Kind, stated: Mapping[str, str], below: Sequence[str]
 ) -> tuple[dict[str, list[Column]], list[HeadingError]]:
-    """Columns by key, and headings that were not understood.
-
-    stated : headings with units by key, from an option, which come first;  below : row of units, may be shorter
-    """
+    """Columns by key, headings that were not understood; stated: by an option, below: row of units, may be short."""
     units = [text.strip("[]() ") for text in below] + len(headings) * [""]
     columns: dict[str, list[Column]] = {}
     for key, text in stated.items():

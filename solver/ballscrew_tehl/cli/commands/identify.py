@@ -45,10 +45,7 @@ class _Axis(NamedTuple):
         return float(seal + guide * abs(self.lead or 0.0))
 
     def stated(self, rotary: bool, names: tuple[str, str], power: int) -> list[float] | None:
-        """Numbers of the option for the screw or the linear axis, for the one of the log.
-
-        power : of the lead that turns the number of the linear axis to that of the screw
-        """
+        """Numbers for the side of the log; power: of the lead that turns those of the axis to those of the screw."""
         own, other = (_option(name) for name in names[:: 1 if rotary else -1])
         direct, value = (getattr(self.args, name) for name in names[:: 1 if rotary else -1])
         if direct is not None or value is None:
@@ -171,10 +168,7 @@ def _with_law(
     axis: _Axis, law: preload.Law, fit: Identified, friction: Bidirectional, other: Bidirectional | None,
     data: dict[str, Any],
 ) -> Bidirectional:  # fmt: skip
-    """Friction of the nut; preload, its change and separated parts are added to the answer.
-
-    other : friction of the log without the nut
-    """
+    """Friction of the nut, without that of the log without it; preload, change and parts are added to the answer."""
     args, temperature = axis.args, axis.temperature(fit)
     before, then = friction, temperature
     if args.before:
