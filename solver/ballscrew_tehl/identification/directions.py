@@ -95,5 +95,7 @@ def bidirectional_friction(friction: Friction, offset_error: float = 0.0) -> Bid
 def varies(both: Bidirectional) -> bool:
     """Whether the difference of the directions depends on speed, so that it cannot all be an offset."""
     weight = 1.0 / both.error**2
+    if len(weight) < 2:
+        return False
     squares = float(np.sum(weight * (both.difference - np.average(both.difference, weights=weight)) ** 2))
-    return len(weight) > 1 and squares > float(chi2.ppf(1.0 - CHANCE, len(weight) - 1))
+    return squares > float(chi2.ppf(1.0 - CHANCE, len(weight) - 1))

@@ -31,10 +31,8 @@ from .motion import MAX_NOISE, Samples, chosen_cutoff, filtered
 from .regression import MIN_BINS, MIN_INDEPENDENT, Fit, bins_of, errors_of, fit_of, within
 from .signals import Signals
 
-#: fewest samples of the log in a bin
-MIN_SAMPLES = 10
-#: most delay looked for [s], and in samples
-MAX_DELAY, MAX_DELAY_SAMPLES = 5e-3, 4.0
+#: fewest samples of the log in a bin;  most delay looked for [s], and in samples
+MIN_SAMPLES, MAX_DELAY, MAX_DELAY_SAMPLES = 10, 5e-3, 4.0
 #: change of a bin, of the inertia and of the delay by half the cutoff, as it counts in their intervals; the noise of an
 #: encoder that comes back through the controller moves the delay as the cutoff or more, all of it at most twice that,
 #: a bias, which adds to the random half
@@ -42,10 +40,9 @@ SMEAR, COARSER, LATER = 0.75, 1.5, 2.0
 #: travel left out behind a reversal over the usual one, whose effect on inertia and delay counts the same, for friction
 #: may still rise; share of the samples that has to be left
 FARTHER, FARTHER_LEFT = 4.0, 0.5
-#: pieces of the residual over the position
-PLACES = 24
-#: mean square of their mean residuals over the standard errors from which on friction depends on the position
-UNEVEN = 3.0
+#: pieces of the residual over the position;  mean square of their means over the standard errors from which on friction
+#: depends on the position
+PLACES, UNEVEN = 24, 3.0
 SIGN = (
     "a force, torque or current is positive where it drives towards positive positions: check both signs; a left-hand "
     "thread has a negative --lead-mm, a drive that counts the other way a negative --ratio or torque constant"
@@ -107,12 +104,10 @@ def estimated_delay(samples: Samples) -> tuple[float, bool]:
     limit = max(MAX_DELAY, MAX_DELAY_SAMPLES * samples.step)
     coarse = np.linspace(-limit, limit, 21)
     best = float(coarse[int(np.argmin([residual(delay) for delay in coarse]))])
-    bounds, options = (
-        np.clip([best - 0.1 * limit, best + 0.1 * limit], -limit, limit),
-        {"xatol": 0.005 * samples.step},
-    )
-    delay = minimize_scalar(residual, bounds=bounds, method="bounded", options=options).x
-    return float(delay), abs(delay) < 0.98 * limit
+    bounds = np.clip([best - 0.1 * limit, best + 0.1 * limit], -limit, limit)
+    options = {"xatol": 0.005 * samples.step}
+    delay = float(minimize_scalar(residual, bounds=bounds, method="bounded", options=options).x)
+    return delay, abs(delay) < 0.98 * limit
 
 
 def identify(
@@ -193,18 +188,16 @@ def _result(
     offset, offset_error = user_offset or (float(weights @ fit.total), 0.0)
     weights = weights * (user_offset is None)
     friction = fit.total - offset
-    errors = errors_of(fit, residual, weights, "inertia" in free)
+    errors, wide, half, late, offset_wide, usual = errors_of(fit, residual, weights, "inertia" in free)
     noise = samples.noise / max(float(np.var(samples.acceleration)), 1e-300)
     moved = (COARSER * float(np.nan_to_num(other.inertia - fit.inertia)) for other in changed)
-    half = math.hypot(errors.inertia, max(noise, MAX_NOISE) * fit.inertia, *moved)
-    _check(signals, fit, "inertia" in free, explained, half, errors.usual, speed * friction < 0.0)
-    late = errors.delay + math.hypot(*(LATER * float(np.nan_to_num(other.late)) for other in changed))
-    wide = np.sqrt(
-        errors.wide**2 + _within_a_bin(speed, friction) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2
-    )
-    offset_wide = math.hypot(errors.offset, float(weights @ smeared), LIMIT * offset_error)
+    half = math.hypot(half, max(noise, MAX_NOISE) * fit.inertia, *moved)
+    _check(signals, fit, "inertia" in free, explained, half, usual, speed * friction < 0.0)
+    late += math.hypot(*(LATER * float(np.nan_to_num(other.late)) for other in changed))
+    wide = np.sqrt(wide**2 + _within_a_bin(speed, friction) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2)
+    offset_wide = math.hypot(offset_wide, float(weights @ smeared), LIMIT * offset_error)
     bins = Friction(
-        speed, friction, np.hypot(errors.bins, offset_error), friction - wide, friction + wide,
+        speed, friction, np.hypot(errors, offset_error), friction - wide, friction + wide,
         (fit.number * samples.each).astype(int),
     )  # fmt: skip
     result = Identified(

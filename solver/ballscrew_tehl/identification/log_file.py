@@ -110,7 +110,7 @@ def _in_time(signals: dict[str, Array], left_out: dict[str, int], notes: list[st
         return {name: values[first] for name, values in signals.items()}
     # too few digits: samples at even times, if those agree with the stamps
     index = np.arange(len(time))
-    even = np.polyval(np.polyfit(index, time, 1), index)
+    even = np.asarray(np.polyval(np.polyfit(index, time, 1), index), dtype=np.float64)
     if len(time) - repeated >= MIN_ROWS and np.abs(even - time).max() <= DIGIT * np.median(step[step > 0.0]):
         notes.append(f"{repeated} time stamps repeat the one before: taken as evenly sampled")
         return signals | {"time": even}

@@ -7,7 +7,7 @@ Source: Gautier, Janot, Vandanjon, IEEE Trans. Contr. Syst. Technol. 21 (2013) 4
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
@@ -25,10 +25,8 @@ CUTOFFS, MIN_CUTOFF = (0.1, 0.07, 0.05, 0.035, 0.025, 0.0175, 0.0125, 0.009, 0.0
 MAX_NOISE = 5e-4
 #: part of the sampling frequency above which motion is noise; samples that the cutoff is chosen from
 ABOVE, LOOKED_AT = 0.35, 200_000
-#: response of the filter over 1/cutoff: reversals and ends of a piece are felt so long
-RESPONSE = 1.5
-#: slowest speed over the largest
-SLOW = 0.01
+#: response of the filter over 1/cutoff: reversals and ends of a piece are felt so long;  slowest speed over the largest
+RESPONSE, SLOW = 1.5, 0.01
 #: travel after a reversal in which friction still rises [m], of a screw without lead [rad]
 TRAVEL, TRAVEL_ANGLE = 5e-5, 0.04
 #: a sample is kept of so many that fit a period of the cutoff
@@ -150,6 +148,6 @@ def filtered(signals: Signals, travel: float, cutoff: float, variance: float) ->
     rate = min(1.0, 2.0 * 0.8 * cutoff * step)
     efforts = [sosfiltfilt(_filter(cutoff, step), section.effort) for section in signals.sections]
     curves = [CubicSpline(np.arange(len(effort)), effort) for effort in efforts]
-    arrays: list[Any] = list(map(np.concatenate, zip(*parts, strict=True)))
+    arrays = map(np.concatenate, zip(*parts, strict=True))
     noise = acceleration_noise(variance, cutoff, signals)
-    return Samples(*arrays, each, rate, cutoff, noise, left_out, curves, step)
+    return Samples._make([*arrays, each, rate, cutoff, noise, left_out, curves, step])

@@ -85,10 +85,12 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
     )
     of_offset += f"difference of friction between them; if it is known: {units.option(units.offset)}"
     if result.offset_error is not None:
-        weight = both.error**-2.0
-        own = np.average(both.difference, weights=weight) if len(weight) else np.nan
-        half = LIMIT * np.hypot(np.sum(weight) ** -0.5, result.offset_error)
-        of_offset = f" (given); friction's own (f+ - f-)/2 {own:+.3g} +- {half:.2g} {effort} in the mean"
+        of_offset = " (given)"
+        if len(both.speed):
+            weight = both.error**-2.0
+            own = np.average(both.difference, weights=weight)
+            half = LIMIT * np.hypot(np.sum(weight) ** -0.5, result.offset_error)
+            of_offset += f"; friction's own (f+ - f-)/2 {own:+.3g} +- {half:.2g} {effort} in the mean"
     of_delay = f" of the {units.names[2]} behind the motion, with friction that still rises behind reversals"
     fits = "fits" if data.get("shape_fits") else "does not fit"
     lines = [text.format(fits=fits, **data) for key, text in PRELOAD_LINES.items() if key in data]

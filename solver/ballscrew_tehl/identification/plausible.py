@@ -56,7 +56,7 @@ def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> No
         axes = nut_map.header["axes"]
         speeds = axes["speed"][0], MAP_SPEED * axes["speed"][1]
         friction = nut_map.evaluate(
-            np.array(axes["preload"][:2])[:, None, None], np.geomspace(*axes["speed"][:2], 5),
+            np.array(axes["preload"][:2])[:, None, None], np.geomspace(axes["speed"][0], axes["speed"][1], 5),
             np.array(axes["temperature"][:2])[:, None],
         ).friction_torque  # fmt: skip
         torques = MAP_TORQUE[0] * float(np.min(friction)), MAP_TORQUE[1] * float(np.max(friction))
@@ -78,7 +78,7 @@ def _check(log: Log, names: tuple[str, ...], values: list[Value]) -> None:
     if not wrong or not columns:
         return
     option = {name: f'--column "{name}={parted(column.heading)[0]} [' for name, column in columns.items()}
-    likely = {}
+    likely: dict[tuple[str, float], str] = {}
     for name, column in columns.items():
         # a unit is mistaken for one of its family: an angle is no length
         families = LENGTH, ANGLE, SPEED, VELOCITY, LOG.quantities[name].units

@@ -39,21 +39,16 @@ def identification_figure(found: Identified, law: LawCurve | None = None) -> Fig
                       color=colour, markersize=3.5, elinewidth=0.9, label=f"{label}, 95 %")  # fmt: skip
     inertia, effort, speed = units.shown
     left.set(xlabel=f"speed [{speed}]", ylabel=f"friction without the offset [{effort}]")
-    left.set_xlim(left=0.0)
-    left.set_ylim(bottom=min(0.0, left.get_ylim()[0]))
-    left.grid(alpha=0.3)
+    left.set(xlim=(0.0, None), ylim=(min(0.0, left.get_ylim()[0]), None))
     left.legend(loc="best", fontsize="small")
     place, mean, error = found.places
     name, unit, one = ("angle", "turns", 2.0 * np.pi) if found.rotary else ("position", "m", 1.0)
     right.axhline(0.0, color="0.4", linewidth=1.0)
-    right.errorbar(
-        place / one, mean, yerr=LIMIT * error, fmt="o-", color="0.25", markersize=3.5, linewidth=0.9
-    )
+    right.errorbar(place / one, mean, LIMIT * error, fmt="o-", color="0.25", markersize=3.5, linewidth=0.9)
     right.set(xlabel=f"{name} [{unit}]", ylabel=f"mean residual [{effort}]")
-    right.grid(alpha=0.3)
-    figure.suptitle(
-        f"{units.names[0]} {found.inertia:.4g} {inertia}, offset {found.offset:.3g} {effort}, "
-        f"{found.samples} samples, filter {found.cutoff:.3g} Hz",
-        fontsize="medium",
-    )
+    for axes in (left, right):
+        axes.grid(alpha=0.3)
+    values = f"{units.names[0]} {found.inertia:.4g} {inertia}, offset {found.offset:.3g} {effort}"
+    title = f"{values}, {found.samples} samples, filter {found.cutoff:.3g} Hz"
+    figure.suptitle(title, fontsize="medium")
     return figure

@@ -19,14 +19,9 @@ from ..runtime.packed import MECHANISTIC
 from .directions import LIMIT, Bidirectional
 from .dynamics import Identified
 
-#: relative error of the law's shape over speed that is allowed for
-SHAPE = 0.01
-#: fewest speeds within a map
-MIN_SPEEDS = 3
-#: share of a torque that it has to have left without known parts
-LEFT = 0.05
-#: relative distance of a preload from the ends of a map
-INSIDE = 1e-3
+#: relative error of the law's shape over speed that is allowed for;  fewest speeds within a map;  share of a torque
+#: that it has to have left without known parts;  relative distance of a preload from the ends of a map
+SHAPE, MIN_SPEEDS, LEFT, INSIDE = 0.01, 3, 0.05, 1e-3
 
 
 class Law(NamedTuple):
@@ -94,9 +89,7 @@ def screw_friction(identified: Identified, lead: float | None) -> Bidirectional:
     """Mean of both directions at their common speeds, at the screw; lead [m/rad]: needed of a linear axis."""
     both = identified.both
     if not identified.rotary and lead is None:
-        raise ValueError(
-            "--lead-mm or --screw (missing); needed for the torque at the screw of a linear axis"
-        )
+        raise ValueError("--lead-mm or --screw (missing); needed for the torque of a linear axis")
     if not len(both.speed):
         raise ValueError("no common speed of both directions; allowed: a log with the same speeds both ways")
     return both if identified.rotary else both.at_screw(abs(lead or 1.0))

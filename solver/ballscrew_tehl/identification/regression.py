@@ -10,17 +10,13 @@ from scipy.stats import t as student
 from ..physics.ball_law import Array
 from .motion import Samples
 
-#: most and fewest bins of a direction; samples of the log for one bin
-MAX_BINS, MIN_BINS, FOR_A_BIN = 60, 6, 150
-#: fewest independent samples of a bin
-MIN_INDEPENDENT = 2.0
+#: most and fewest bins of a direction; samples of the log for one bin, fewest independent ones
+MAX_BINS, MIN_BINS, FOR_A_BIN, MIN_INDEPENDENT = 60, 6, 150, 2.0
 #: longest cluster [s], or so many periods of the cutoff
 CLUSTER, CLUSTER_PERIODS = 0.25, 10.0
 CONFIDENCE = 0.95
-#: largest share of a cluster in a slope that is allowed for
-LEVERAGE = 0.5
-#: clusters that the pooled error of a bin counts as
-POOLED = 4.0
+#: largest share of a cluster in a slope that is allowed for;  clusters that the pooled error of a bin counts as
+LEVERAGE, POOLED = 0.5, 4.0
 
 
 def quantile(degrees: Array | float) -> Array:
@@ -98,19 +94,14 @@ def fit_of(samples: Samples, delay: float, bins: np.ndarray, size: int, inertia:
     return Fit(samples, bins, delay, effort, acceleration, jerk, squares, seen, value, late, number, total)
 
 
-class Errors(NamedTuple):
-    """Standard error of each bin, halves of 95 % intervals of all, quantile of Student's t with as many clusters."""
+def errors_of(
+    fit: Fit, residual: Array, weights: Array, free: bool
+) -> tuple[Array, Array, float, float, float, float]:
+    """What each cluster of time moves a fit; weights: of the bins in the offset; free: the inertia is fitted.
 
-    bins: Array
-    wide: Array
-    inertia: float
-    delay: float
-    offset: float
-    usual: float
-
-
-def errors_of(fit: Fit, residual: Array, weights: Array, free: bool) -> Errors:
-    """What each cluster of time moves a fit; weights: of the bins in the offset; free: the inertia is fitted."""
+    Returns standard errors of the bins, halves of 95 % intervals of bins, inertia, delay and offset, and quantile of
+    Student's t with as many clusters.
+    """
     samples, bins, number = fit.samples, fit.bins, len(fit.number)
     length = max(int(max(CLUSTER, CLUSTER_PERIODS / samples.cutoff) / samples.step), 1)
     piece = samples.row // length
@@ -146,4 +137,4 @@ def errors_of(fit: Fit, residual: Array, weights: Array, free: bool) -> Errors:
     # a bin that one cluster fills hides the error of that
     offset = max(few * float(of_offset @ of_offset), ratio * float(weights**2 @ plain))
     usual = float(quantile(max(size - 1, 1)))
-    return Errors(errors, quantile(degrees) * errors, half, delay, usual * math.sqrt(offset), usual)
+    return errors, quantile(degrees) * errors, half, delay, usual * math.sqrt(offset), usual

@@ -64,7 +64,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     """Motion and effort of one side of the drive, in evenly sampled sections."""
     names = [next(name for name in kind if name in log.signals) for kind in (MOTION, EFFORT)]
     (motion_name, effort_name), of_speed = names, names[0].endswith("speed")
-    rotary, scale, effort_scale = _scales(*names, log.columns[motion_name].unit, drive)
+    rotary, scale, effort_scale = _scales(motion_name, effort_name, log.columns[motion_name].unit, drive)
     for name in names:
         values = log.signals[name]
         if not np.ptp(values) > 0.0:
@@ -107,8 +107,10 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         raise ValueError(
             f"all pieces between gaps and jumps are short; allowed: {MIN_SECTION} samples in one"
         )
-    means = [float(np.nanmean(log.signals[name])) if name in log.signals else None for name in SLOW]
-    return Signals(rotary, of_speed, step, quantum, sections, *means, left_out, notes)
+    temperature, preload = (
+        float(np.nanmean(log.signals[name])) if name in log.signals else None for name in SLOW
+    )
+    return Signals(rotary, of_speed, step, quantum, sections, temperature, preload, left_out, notes)
 
 
 def _scales(motion: str, effort: str, unit: str, drive: Drive) -> tuple[bool, float, float]:

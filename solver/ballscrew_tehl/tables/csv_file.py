@@ -279,8 +279,8 @@ def _check_marks(table: Table, columns: Mapping[str, Sequence[str]], lines: Sequ
     for heading, texts in columns.items():
         joined = "\n".join(["", *texts, ""])
         for form, pattern in _FORMS.items():
-            if (form[0] not in _NAMES or form[0] in joined) and (number := pattern.search(joined)):
-                first[heading, form] = number[1]
+            if (form[0] not in _NAMES or form[0] in joined) and (match := pattern.search(joined)):
+                first[heading, form] = match[1]
     comma, forms = table.separator == ",", {form for _, form in first}
     marked = {mark: [key for key, number in first.items() if mark in number] for mark in _NAMES}
     problems = []

@@ -44,12 +44,12 @@ class _Axis(NamedTuple):
             raise ValueError("--lead-mm or --screw (missing); needed with --guide-force-n")
         return float(seal + guide * abs(self.lead or 0.0))
 
-    def stated(self, rotary: bool, names: tuple[str, str], power: int) -> list[float] | None:
-        """Numbers for the side of the log; power: of the lead that turns those of the axis to those of the screw."""
+    def stated(self, rotary: bool, names: tuple[str, str], power: int) -> list[float]:
+        """Numbers for the side of the log, empty: none; power: of the lead from those of the axis to those of the screw."""
         own, other = (_option(name) for name in names[:: 1 if rotary else -1])
         direct, value = (getattr(self.args, name) for name in names[:: 1 if rotary else -1])
         if direct is not None or value is None:
-            return None if direct is None else np.atleast_1d(direct).tolist()
+            return [] if direct is None else np.atleast_1d(direct).tolist()
         if self.lead is None:
             raise ValueError(
                 f"{other} needs --lead-mm or --screw with the signals of this log; or give {own}"
@@ -71,10 +71,10 @@ class _Axis(NamedTuple):
             log = read_log(path, requested, stated_columns(args.column))
             signals = signals_of(log, drive)
             check_units(log, signals, self.law and self.law.nut_map)
-            (inertia,) = self.stated(signals.rotary, INERTIAS, 2) or [None]
-            offset, *error = self.stated(signals.rotary, OFFSETS, 1) or [None]
+            inertia = next(iter(self.stated(signals.rotary, INERTIAS, 2)), None)
+            offset = self.stated(signals.rotary, OFFSETS, 1)
             travel = travel if signals.rotary else TRAVEL
-            known = None if offset is None else (offset, abs(error[0]))
+            known = (offset[0], abs(offset[1])) if offset else None
             return identify(signals, inertia, travel, delay, args.cutoff_hz, bins, known)
 
     def nut(self, fit: Identified, other: Bidirectional | None) -> Bidirectional:
@@ -205,5 +205,5 @@ def _curve(axis: _Axis, law: preload.Law, fit: Identified, friction: Bidirection
     scale, unit = (1.0, "N m") if fit.rotary else (abs(axis.lead or 1.0), "N")
     known = f" and {other.mean() / scale:.3g} {unit} of other parts" if np.any(other > 1e-9) else ""
     curves = (table.torque if values is None else values for values in (table.torque, table.low, table.high))
-    bounds = [(torque[:, 0, 0] + other) / scale for torque in curves]
-    return LawCurve(speed * scale, *bounds, f"law at a preload of {force:.4g} N{known}")
+    value, lower, upper = ((torque[:, 0, 0] + other) / scale for torque in curves)
+    return LawCurve(speed * scale, value, lower, upper, f"law at a preload of {force:.4g} N{known}")
