@@ -144,9 +144,7 @@ def identify(
     )
     if delay is None:
         delay, inside = estimated_delay(samples)
-        text = (
-            f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: are both signals of one log?"
-        )
+        text = f"delay at the end of its range, {1e3 * delay:.3g} ms: are both signals of one log?"
         notes += [text] * (not inside)
     size, bins = bins_of(samples, bins_wanted)
     place = bins(samples.speed)

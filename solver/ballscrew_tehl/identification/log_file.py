@@ -50,9 +50,7 @@ def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, 
         good = np.all([np.isfinite(values) for name, values in signals.items() if name not in SLOW], axis=0)
         rows, complete = len(good) + damaged, int(good.sum())
         if not complete >= max(MIN_ROWS, MAX_EMPTY * rows):
-            allowed = (
-                f"at least {MIN_ROWS} rows, {MAX_EMPTY:.0%} of them complete: check the export of the log"
-            )
+            allowed = f"at least {MIN_ROWS} rows, {MAX_EMPTY:.0%} complete: check the export of the log"
             raise ValueError(f"{rows} rows, {complete} of them complete; allowed: {allowed}")
         left_out = {"rows without a number": len(good) - complete, "damaged rows": damaged}
         signals = {name: values[good] for name, values in signals.items()}
@@ -85,9 +83,7 @@ def _selected(table: Table, stated: Mapping[str, str], wanted: Sequence[str]) ->
         first, second = (max(clock for clock in (0, *clocks) if clock <= place) for place in places)
         rows = [row for _, row in islice(table.rows(table.start), MIN_ROWS)]
         if any(row[first] != row[second] for row in rows if len(row) == len(table.headings)):
-            raise ValueError(
-                f"{motion} and {effort} have unlike times; allowed: an export at one sample time"
-            )
+            raise ValueError(f"{motion} and {effort} have unlike times; allowed: one sample time")
         used["time"] = used["time"]._replace(place=first)
     return used
 
@@ -101,7 +97,7 @@ def _in_time(signals: dict[str, Array], left_out: dict[str, int], notes: list[st
         row = int(back[0])
         first_of = f"first from {time[row]:.9g} to {time[row + 1]:.9g} s after row {row + 1}"
         raise ValueError(
-            f"time runs backwards {back.size} times, {first_of}; allowed: rising time: sort the rows, one log a file"
+            f"time runs backwards {back.size} times, {first_of}; remedy: sort rows, one log a file"
         )
     first = np.r_[True, step > 0.0]
     repeated = int((~first).sum())

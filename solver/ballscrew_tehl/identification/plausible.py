@@ -49,9 +49,8 @@ def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> No
     speeds, accelerations = ROTARY if signals.rotary else LINEAR
     shown, one = (("r/min", "rad/s2"), RPM) if signals.rotary else (("m/s", "m/s2"), 1.0)
     name, value = effort.removeprefix("screw_"), _usual([log.signals[effort]])
-    drive = [
-        Value(f"{name} up to", value, DRIVE[name], next(iter(LOG.quantities[effort].units)), {effort: 1})
-    ]
+    unit = next(iter(LOG.quantities[effort].units))
+    drive = [Value(f"{name} up to", value, DRIVE[name], unit, {effort: 1})]
     if nut_map is not None and signals.rotary:
         axes = nut_map.header["axes"]
         speeds = axes["speed"][0], MAP_SPEED * axes["speed"][1]
@@ -86,9 +85,8 @@ def _check(log: Log, names: tuple[str, ...], values: list[Value]) -> None:
         for unit, (factor, _) in units.items():
             ratio = factor / units[column.unit][0]
             if ratio != 1.0 and all(value.plausible(name, ratio) for value in values):
-                likely.setdefault(
-                    (name, ratio), f'{name} in {unit}, {ratio:.4g} times: {option[name]}{unit}]"'
-                )
+                text = f'{name} in {unit}, {ratio:.4g} times: {option[name]}{unit}]"'
+                likely.setdefault((name, ratio), text)
     if not likely and not any(value.value > value.limits[1] for value in wrong):
         return
     remedy = "likely " + " or ".join([*likely.values()][:2])

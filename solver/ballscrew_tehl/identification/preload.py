@@ -202,9 +202,7 @@ def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: Law) -> Chan
     from ..nut_map.interval import map_interval
 
     ratio = now[1].preload_n / before[1].preload_n
-    own = math.hypot(
-        *(math.log(result.preload_log_high_n / result.preload_n) for _, result, _ in (now, before))
-    )
+    own = math.hypot(*(math.log(log[1].preload_log_high_n / log[1].preload_n) for log in (now, before)))
     moved = [0.0]
     if law.nut_map.law == MECHANISTIC:
         friction, result, temperature = now

@@ -75,9 +75,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     step, resolution = float(np.median(steps)), _resolution(time)
     if not step * MIN_RATE <= 1.0:
         remedy = f"check the unit of time ({log.columns['time'].unit}), or log faster"
-        raise ValueError(
-            f"time between samples = {step:.4g} s; allowed: at most {1.0 / MIN_RATE:g} s: {remedy}"
-        )
+        raise ValueError(f"time between samples = {step:.4g} s; allowed: {1.0 / MIN_RATE:g} s: {remedy}")
     motion, effort = (log.signals[name] for name in names)
     jumps = np.empty(0, dtype=int)
     if not of_speed:
@@ -104,12 +102,9 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         sections.append(Section(x, y))
     left_out["samples in pieces too short"] = short
     if not sections:
-        raise ValueError(
-            f"all pieces between gaps and jumps are short; allowed: {MIN_SECTION} samples in one"
-        )
-    temperature, preload = (
-        float(np.nanmean(log.signals[name])) if name in log.signals else None for name in SLOW
-    )
+        raise ValueError(f"pieces between gaps and jumps too short; allowed: {MIN_SECTION} samples")
+    slow = (log.signals.get(name) for name in SLOW)
+    temperature, preload = (None if values is None else float(np.nanmean(values)) for values in slow)
     return Signals(rotary, of_speed, step, quantum, sections, temperature, preload, left_out, notes)
 
 
@@ -207,9 +202,8 @@ def _unwrapped(
             other, step, usual_step = differs & jumps, joined, median_filter(joined, 5, mode="mirror")
             position = position[0] + np.r_[0.0, np.cumsum(joined)]
             shown = f"{period / ANGLE[unit][0]:.6g} {unit}" if unit in ANGLE else f"{period:.6g} m"
-            notes.append(
-                f"position starts again {int((jumps & ~differs).sum())} times, every {shown}: joined"
-            )
+            times_of = int((jumps & ~differs).sum())
+            notes.append(f"position starts again {times_of} times, every {shown}: joined")
     size = np.abs(step)
     usual = float(np.quantile(np.abs(usual_step), USUAL) or np.quantile(size, USUAL))
     jumps = np.flatnonzero(other | ((size > JUMP * usual) & together & (usual > 0.0)))

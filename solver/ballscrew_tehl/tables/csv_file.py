@@ -148,10 +148,8 @@ def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> 
             alike = [k for k in comments if k < heading and len(fields[k]) == len(fields[heading])]
             alike = [k for k in alike if not kind.needed or named_places(fields[k], kind, stated)]
             if not alike:
-                line = lines[heading][:40]
-                raise ValueError(
-                    f"no line of headings, the first line is {line!r}; allowed: headings with units"
-                )
+                line = f"the first line is {lines[heading][:40]!r}"
+                raise ValueError(f"no line of headings, {line}; allowed: headings with units")
             heading, first = alike[-1], heading
         if not 0 <= heading < first < len(lines):
             raise ValueError("no rows; allowed: a line of headings and one line per point")
@@ -223,15 +221,11 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
             raise ValueError("no rows; allowed: a line of headings and one line per row")
         if len(damaged) > max_damaged * len(lines):
             few = f" ({len(damaged)} of {len(lines)} rows are damaged, at most {100.0 * max_damaged:g} % are left out)"
-            commas = f"; {COMMAS}" * (table.separator == "," and "fields under" in first)
-            raise ValueError(
-                f"{first}; allowed: a number, or an empty field, under each heading{few * (not strict)}{commas}"
-            )
+            end = few * (not strict) + f"; {COMMAS}" * (table.separator == "," and "fields under" in first)
+            raise ValueError(f"{first}; allowed: a number, or an empty field, under each heading{end}")
         _check_marks(table, {columns[key].heading: texts[key] for key in numbers}, lines)
     kept = np.delete(np.arange(len(lines)), list(damaged))
-    values = {
-        key: si(value[kept], kind.quantities[key], columns[key].unit) for key, (value, _) in numbers.items()
-    }
+    values = {k: si(x[kept], kind.quantities[k], columns[k].unit) for k, (x, _) in numbers.items()}
     return Rows(lines, texts, values, (len(damaged), first))
 
 
@@ -289,9 +283,9 @@ def _check_marks(table: Table, columns: Mapping[str, Sequence[str]], lines: Sequ
     if marked["."] and marked[","]:
         decimal, other = (".", ",") if "." in forms and "," not in forms else (",", ".")
         problem = (
-            f"allowed in a file with decimal {_NAMES[decimal]}s: no {_NAMES[other]} (thousands or decimal?)"
+            f"; allowed in a file with decimal {_NAMES[decimal]}s: no {_NAMES[other]} (thousands or decimal?)"
         )
-        problems.append((min(marked[other], key=lambda key: "group" not in key[1]), f"; {problem}"))
+        problems.append((min(marked[other], key=lambda key: "group" not in key[1]), problem))
     for heading, form in first:
         others = {other for column, other in first if column == heading}
         # whole numbers below 1000 in the column, and no decimals; or no other number in the file
@@ -304,8 +298,6 @@ def _check_marks(table: Table, columns: Mapping[str, Sequence[str]], lines: Sequ
         number, readings = first[heading, form], ""
         if form.endswith("group"):
             point, none = number.replace(",", "."), re.sub("[.,]", "", number)
-            readings = (
-                f", {point} or {none}: export without marks of thousands, with the same decimals in each row"
-            )
+            readings = f", {point} or {none}: export without thousands, with the same decimals in each row"
         line = lines[columns[heading].index(number)]
         raise ValueError(f"line {line}: {heading} = {number!r}{problem}{readings}")

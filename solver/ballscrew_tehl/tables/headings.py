@@ -70,14 +70,12 @@ _OIL = Quantity(("temperature", "oil_temperature", "temperatur", "\u00f6ltempera
 MEASURED = {
     "preload": _PRELOAD,
     "speed": Quantity(("speed", "drehzahl"), SPEED),
-    "torque": Quantity(
-        ("torque", "friction_torque", "measured_torque", "measured", "moment", "drehmoment", "reibmoment"), TORQUE
-    ),
+    "torque": Quantity(("torque", "friction_torque", "measured_torque", "measured",
+                        "moment", "drehmoment", "reibmoment"), TORQUE),
     "temperature": _OIL,
     "axial_load": Quantity(("axial_load", "axiallast"), FORCE),
-    "torque_uncertainty": Quantity(
-        ("torque_uncertainty", "torque_error", "uncertainty"), TORQUE | {PERCENT: (1e-2, 0.0)}
-    ),
+    "torque_uncertainty": Quantity(("torque_uncertainty", "torque_error", "uncertainty"),
+                                   TORQUE | {PERCENT: (1e-2, 0.0)}),
 }  # fmt: skip
 MEASURED_EXAMPLE = "preload [N], speed [r/min], temperature [degC], torque [N.m]"
 #: of a number as it is written

@@ -45,15 +45,13 @@ class _Axis(NamedTuple):
         return float(seal + guide * abs(self.lead or 0.0))
 
     def stated(self, rotary: bool, names: tuple[str, str], power: int) -> list[float]:
-        """Numbers for the side of the log, empty: none; power: of the lead from those of the axis to those of the screw."""
+        """Numbers for the side of the log, empty: none; power: of the lead, from axis to screw."""
         own, other = (_option(name) for name in names[:: 1 if rotary else -1])
         direct, value = (getattr(self.args, name) for name in names[:: 1 if rotary else -1])
         if direct is not None or value is None:
             return [] if direct is None else np.atleast_1d(direct).tolist()
         if self.lead is None:
-            raise ValueError(
-                f"{other} needs --lead-mm or --screw with the signals of this log; or give {own}"
-            )
+            raise ValueError(f"{other} needs --lead-mm or --screw with this log; or give {own}")
         factor = self.lead ** (power if rotary else -power)
         return [factor * number for number in np.atleast_1d(value).tolist()]
 
