@@ -7,10 +7,10 @@ from scipy.stats import chi2, norm
 
 from ..parameters.units import RPM
 from ..physics.ball_law import Array
-from .regression import CONFIDENCE
+from .regression import PROBABILITY
 
 #: standard deviations of a 95 % limit
-LIMIT = float(norm.ppf(0.5 + 0.5 * CONFIDENCE))
+LIMIT = float(norm.ppf(PROBABILITY))
 #: chance that a difference that is the same at all speeds is taken for one that varies
 CHANCE = 1e-3
 
@@ -32,10 +32,6 @@ class Units(NamedTuple):
         """Key of the effort, or of its part: low, high, error, residual."""
         return self.effort.format(f"{part}_" if part else "")
 
-    def option(self, key: str) -> str:
-        """Of the command line, for a key."""
-        return f"--{key.format('').replace('_', '-')}"
-
 
 LINEAR = Units(
     "mass_{}kg", "offset_{}n", "velocity_m_s", "force_{}n", "position_m", 1.0,
@@ -45,6 +41,15 @@ ROTARY = Units(
     "inertia_{}kgm2", "offset_{}nm", "speed_rpm", "torque_{}nm", "angle_rad", RPM,
     ("inertia", "speed", "torque"), ("rad/s", "N.m"), ("kg m2", "N m", "r/min"),
 )  # fmt: skip
+
+
+#: by whether an axis is that of a screw
+UNITS = {False: LINEAR, True: ROTARY}
+
+
+def option(key: str) -> str:
+    """Option of the command line for a key."""
+    return f"--{key.format('').replace('_', '-')}"
 
 
 class Friction(NamedTuple):

@@ -12,9 +12,8 @@ filter and by the position counts; for a bin, shrunk towards what the independen
 times the mean ratio of both. Intervals: 95 %, Student's t, and in quadrature what follows from the width of a bin and
 from half the cutoff: SMEAR times the change of a bin, COARSER times that of the inertia, LATER times that of the delay
 (added, as a bias), as much by FARTHER times the travel behind reversals. The effect of a filter on a smooth curve goes
-as 1/cutoff^2, so that a third of the change would do there. Forces that are not measured act on the inertia through the
-controller, more so at a high cutoff. The limits of the inertia also hold the share MAX_NOISE that the choice of the
-cutoff allows.
+as 1/cutoff^2, so that a third would do there; forces that are not measured act on the inertia through the controller,
+more so at a high cutoff. The limits of the inertia also hold the share MAX_NOISE of the choice of the cutoff.
 """
 
 import math
@@ -26,7 +25,7 @@ from scipy.ndimage import maximum_filter1d
 from scipy.optimize import minimize_scalar
 
 from ..physics.ball_law import Array
-from .directions import LIMIT, LINEAR, ROTARY, Bidirectional, Friction, Units, bidirectional_friction, varies
+from .directions import LIMIT, UNITS, Bidirectional, Friction, Units, bidirectional_friction, option, varies
 from .motion import MAX_NOISE, Samples, chosen_cutoff, filtered
 from .regression import MIN_BINS, MIN_INDEPENDENT, Fit, bins_of, errors_of, fit_of, within
 from .signals import Signals
@@ -82,7 +81,7 @@ class Identified:
     @property
     def units(self) -> Units:
         """Keys, names and units."""
-        return ROTARY if self.rotary else LINEAR
+        return UNITS[self.rotary]
 
     @cached_property
     def both(self) -> Bidirectional:
@@ -136,12 +135,10 @@ def identify(
         if usable < MIN_BINS * MIN_SAMPLES:
             raise ValueError(
                 f"samples with {name} speed away from reversals = {usable}; allowed: at least {MIN_BINS * MIN_SAMPLES} "
-                "in each direction; remedy: a log that moves both ways, longer strokes, signs"
+                "in each direction; remedy: longer strokes both ways, values with their signs"
             )
-    notes, free = (
-        list(signals.notes),
-        [name for name, value in (("inertia", inertia), ("delay", delay)) if value is None],
-    )
+    notes = list(signals.notes)
+    free = [name for name, value in (("inertia", inertia), ("delay", delay)) if value is None]
     if delay is None:
         delay, inside = estimated_delay(samples)
         text = f"delay at the end of its range, {1e3 * delay:.3g} ms: are both signals of one log?"
@@ -155,8 +152,7 @@ def identify(
     left_out = signals.left_out | samples.left_out | {reason: int((~use).sum()) * samples.each}
     # what half the cutoff and a farther travel change
     others = [
-        filtered(signals, travel, 0.5 * cutoff, variance),
-        filtered(signals, FARTHER * travel, cutoff, variance),
+        filtered(signals, *pair, variance) for pair in ((travel, 0.5 * cutoff), (FARTHER * travel, cutoff))
     ]
     if len(others[1].speed) < FARTHER_LEFT * len(samples.speed):
         del others[1]
@@ -213,7 +209,7 @@ def _check(
     signals: Signals, fit: Fit, free: bool, explained: float, half: float, usual: float, along: np.ndarray
 ) -> None:
     """Refuse a log that does not determine the values; half: of the inertia's interval, along: bins of wrong sign."""
-    units, value = ROTARY if signals.rotary else LINEAR, fit.inertia
+    units, value = UNITS[signals.rotary], fit.inertia
     what, unit = units.names[0], units.shown[0]
     never = all(float(section.effort.min()) >= 0.0 for section in signals.sections)
     magnitude = "; the effort is never negative: a magnitude without its sign?" * never
@@ -228,7 +224,7 @@ def _check(
     if free and not half <= usual * VAGUE * value:
         raise ValueError(
             f"{what} = {value:.4g} {unit} +- {half:.2g}: too little acceleration, or noise or delay beyond it; "
-            f"remedy: {units.option(units.inertia)} with the known value, or a log with ramps{magnitude}"
+            f"remedy: {option(units.inertia)} with the known value, or a log with ramps{magnitude}"
         )
     wrong = float(np.sum(fit.number * along) / fit.number.sum())
     if wrong > MAX_ALONG:

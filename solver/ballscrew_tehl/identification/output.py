@@ -9,7 +9,7 @@ import numpy as np
 from .._version import __version__
 from ..parameters.units import CELSIUS, RPM
 from ..physics.ball_law import Array
-from .directions import LIMIT, Bidirectional, varies
+from .directions import LIMIT, Bidirectional, option, varies
 from .dynamics import Identified
 
 #: what friction from one log is of
@@ -79,11 +79,11 @@ def identified_data(result: Identified) -> dict[str, Any]:
 def identified_text(result: Identified, data: dict[str, Any]) -> str:
     """The result as text: the answer, friction over speed, what was left out, notes."""
     units, both, mean, error = result.units, result.both, *result.places[1:]
-    inertia, effort, _ = units.shown
+    inertia, effort, speed = units.shown
     of_offset = (
         "; by convention what friction alike in both directions leaves: one log cannot tell it from a "
     )
-    of_offset += f"difference of friction between them; if it is known: {units.option(units.offset)}"
+    of_offset += f"difference of friction between them; if it is known: {option(units.offset)}"
     if result.offset_error is not None:
         of_offset = " (given)"
         if len(both.speed):
@@ -108,22 +108,21 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
     if len(mean):
         position = f"{mean.min():.2g} to {mean.max():.2g} {effort} (error {error.max():.1g})"
         lines.append(f"residual over position: {position}")
-    lines += ["", *_friction_lines(result), "", f"samples used: {result.samples}; left out: {left_out}"]
-    lines += [f"note: {note}" for note in [*result.notes, *filter(None, [data.get("contains")])]]
-    return "\n".join(lines)
-
-
-def _friction_lines(result: Identified) -> list[str]:
-    """Friction over the magnitude of speed, both directions side by side."""
-    units, friction = result.units, result.friction
-    _, effort, speed = units.shown
+    friction = result.friction
     head = f"{speed:>12}{'friction ' + effort:>14}{'+-':>10}{'samples':>10}"
     half = 0.5 * (friction.high - friction.low)
     columns = friction.speed / units.one, friction.value, half, friction.samples
     cells = ["{:>12.5g}{:>14.4g}{:>10.2g}{:>10}".format(*row) for row in zip(*columns, strict=True)]
     back = int(np.sum(friction.speed < 0.0))
     sides = zip_longest([head, *cells[back:]], [head, *cells[:back][::-1]], fillvalue="")
-    return [f"{ahead:<46}  |{behind}" for ahead, behind in sides]
+    lines += [
+        "",
+        *(f"{ahead:<46}  |{behind}" for ahead, behind in sides),
+        "",
+        f"samples used: {result.samples}; left out: {left_out}",
+    ]
+    lines += [f"note: {note}" for note in [*result.notes, *filter(None, [data.get("contains")])]]
+    return "\n".join(lines)
 
 
 def measurements_text(friction: Bidirectional, preload: float, temperature: float) -> str:

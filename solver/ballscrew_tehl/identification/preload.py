@@ -118,10 +118,11 @@ def _inside(friction: Bidirectional, law: Law) -> Bidirectional:
     low, high = law.axes["speed"][:2]
     keep = (friction.speed >= low) & (friction.speed <= high)
     if not keep.sum() >= MIN_SPEEDS:
-        raise ValueError(
-            f"speeds of the log within the map = {int(keep.sum())} of {len(keep)}, {friction.span}; allowed: at least "
-            f"{MIN_SPEEDS} in {low / RPM:.4g} to {high / RPM:.4g} r/min: check --ratio and --lead-mm"
+        allowed = (
+            f"at least {MIN_SPEEDS} in {low / RPM:.4g} to {high / RPM:.4g} r/min: check --ratio and --lead-mm"
         )
+        inside = f"{int(keep.sum())} of {len(keep)}, {friction.span}"
+        raise ValueError(f"speeds of the log within the map = {inside}; allowed: {allowed}")
     return friction.where(keep)
 
 
@@ -176,16 +177,15 @@ def found_preload(friction: Bidirectional, law: Law, temperature: float) -> Foun
     of_log = math.sqrt(max(excess, 1.0) / float(np.sum((rise * weight) ** 2))) * LIMIT
     bounds, meaning = (preload, preload), "95 %, of the log alone: this friction set has no interval"
     if law.nut_map.law == MECHANISTIC:
-        speed = _typical_speed(friction)
-        torque = float(law.torque(preload, speed, temperature))
-        point = torque, preload, speed, temperature
-        ends = preload_interval(law.parameters, law.nut_map, law.friction_set, *point)
+        point = preload, _typical_speed(friction), temperature
+        torque = float(law.torque(*point))
+        ends = preload_interval(law.parameters, law.nut_map, law.friction_set, torque, *point)
         bounds = ends.low, ends.high
         meaning = f"law {ends.meaning}; 95 % of the log added in quadrature"
         if ends.at_edge:
             meaning += f"; the {' and '.join(ends.at_edge)} end is that of the map"
     low, high = (math.hypot(math.log(end / preload), of_log) for end in bounds)
-    slope = float(np.polyfit(np.log(friction.speed), residual, 1)[0]) if np.ptp(friction.speed) > 0.0 else 0.0
+    slope = float(np.polyfit(np.log(friction.speed), residual, 1)[0])
     return FoundPreload(
         preload, preload * math.exp(-low), preload * math.exp(high), meaning,
         preload * math.exp(-of_log), preload * math.exp(of_log),
@@ -229,12 +229,12 @@ def separated_parts(logs: list[tuple[Bidirectional, float, float]], law: Law) ->
     variance = spread * np.sum(inverse**2, axis=1)
     of_log = np.repeat(np.arange(len(parts)), [len(part.mean) for part in parts])
     for number, part in enumerate(parts):
+        # errors of the speeds of one log may all have one sign
         common = float(np.mean(part.error / part.mean)) * torque * weight * (of_log == number)
         variance += (inverse @ common) ** 2
     half = LIMIT * np.sqrt(variance)
     if not half[0] <= float(np.mean(torque)):
         raise ValueError(
-            f"part without the nut = {best[0]:.3g} +- {half[0]:.2g} N.m; allowed: logs at preloads or temperatures "
-            "that differ more"
+            f"part without the nut = {best[0]:.3g} +- {half[0]:.2g} N.m; allowed: logs at less similar preloads"
         )
     return Apart(*np.column_stack([best, best - half, best + half]).ravel().tolist())

@@ -14,14 +14,10 @@ from .motion import Samples
 MAX_BINS, MIN_BINS, FOR_A_BIN, MIN_INDEPENDENT = 60, 6, 150, 2.0
 #: longest cluster [s], or so many periods of the cutoff
 CLUSTER, CLUSTER_PERIODS = 0.25, 10.0
-CONFIDENCE = 0.95
+#: of Student's t, for two-sided 95 % limits
+PROBABILITY = 0.975
 #: largest share of a cluster in a slope that is allowed for;  clusters that the pooled error of a bin counts as
 LEVERAGE, POOLED = 0.5, 4.0
-
-
-def quantile(degrees: Array | float) -> Array:
-    """Of Student's t, for two-sided limits."""
-    return np.asarray(student.ppf(0.5 + 0.5 * CONFIDENCE, degrees))
 
 
 def bins_of(samples: Samples, wanted: int | None = None) -> tuple[int, Callable[[Array], np.ndarray]]:
@@ -121,7 +117,7 @@ def errors_of(
         share = np.bincount(clusters, regressor**2) / max(float(regressor @ regressor), 1e-300)
         moves = np.bincount(clusters, regressor * residual) / squares / (1.0 - np.minimum(share, LEVERAGE))
         degrees = max(1.0 / max(float(share @ share), 1e-12) - 1.0, 1.0)
-        return moves, float(quantile(degrees)) * float(np.sqrt(moves @ moves / freedom))
+        return moves, float(student.ppf(PROBABILITY, degrees)) * float(np.sqrt(moves @ moves / freedom))
 
     by_inertia, half = slope(fit.acceleration, fit.squares)
     delay = slope(fit.jerk, max(abs(fit.inertia) * float(fit.jerk @ fit.jerk), 1e-300))[1]
@@ -136,5 +132,5 @@ def errors_of(
     errors = np.sqrt((POOLED * ratio * plain + (of_bin - 1.0) * variance) / degrees)
     # a bin that one cluster fills hides the error of that
     offset = max(few * float(of_offset @ of_offset), ratio * float(weights**2 @ plain))
-    usual = float(quantile(max(size - 1, 1)))
-    return errors, quantile(degrees) * errors, half, delay, usual * math.sqrt(offset), usual
+    usual = float(student.ppf(PROBABILITY, max(size - 1, 1)))
+    return errors, student.ppf(PROBABILITY, degrees) * errors, half, delay, usual * math.sqrt(offset), usual

@@ -72,7 +72,10 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     log = _without_repeats(log, names)
     time, left_out, notes = log.signals["time"], dict(log.left_out), list(log.notes)
     steps = np.diff(time)
-    step, resolution = float(np.median(steps)), _resolution(time)
+    step, differences = float(np.median(steps)), np.diff(np.unique(steps))
+    # between steps beyond rounding of the numbers, 0: they are all equal
+    seen = differences[differences > 4.0 * np.spacing(np.abs(time).max())]
+    resolution = float(seen.min()) if seen.size else 0.0
     if not step * MIN_RATE <= 1.0:
         remedy = f"check the unit of time ({log.columns['time'].unit}), or log faster"
         raise ValueError(f"time between samples = {step:.4g} s; allowed: {1.0 / MIN_RATE:g} s: {remedy}")
@@ -213,13 +216,6 @@ def _unwrapped(
             "no jumps, or jumps of one size, those of an encoder that starts again"
         )
     return position, jumps + 1
-
-
-def _resolution(time: Array) -> float:
-    """Least difference between steps of time beyond rounding of the numbers [s], 0: they are all equal."""
-    differences = np.diff(np.unique(np.diff(time)))
-    seen = differences[differences > 4.0 * np.spacing(np.abs(time).max())]
-    return float(seen.min()) if seen.size else 0.0
 
 
 def _quantum(values: Array) -> float:

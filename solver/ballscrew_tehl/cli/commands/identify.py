@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...calibration.plot import save_figure
 from ...exchange.friction_table import friction_table
 from ...identification import output, preload
-from ...identification.directions import Bidirectional
+from ...identification.directions import Bidirectional, option
 from ...identification.dynamics import Identified, identify
 from ...identification.log_file import read_log, stated_columns
 from ...identification.motion import TRAVEL, TRAVEL_ANGLE
@@ -46,7 +47,7 @@ class _Axis(NamedTuple):
 
     def stated(self, rotary: bool, names: tuple[str, str], power: int) -> list[float]:
         """Numbers for the side of the log, empty: none; power: of the lead, from axis to screw."""
-        own, other = (_option(name) for name in names[:: 1 if rotary else -1])
+        own, other = (option(name) for name in names[:: 1 if rotary else -1])
         direct, value = (getattr(self.args, name) for name in names[:: 1 if rotary else -1])
         if direct is not None or value is None:
             return [] if direct is None else np.atleast_1d(direct).tolist()
@@ -89,10 +90,6 @@ class _Axis(NamedTuple):
         return fit.temperature
 
 
-def _option(name: str) -> str:
-    return f"--{name.replace('_', '-')}"
-
-
 def run_identify(args: Namespace) -> Answer:
     """Fit of a log, its friction and preload, and the files that are requested."""
     axis = _axis(args)
@@ -121,8 +118,6 @@ def run_identify(args: Namespace) -> Answer:
         text = output.measurements_text(friction, known, axis.temperature(fit))
         write_text("--measurements", args.measurements, text)
     if args.plot:
-        from ...calibration.plot import save_figure
-
         with written("--plot", args.plot):
             save_figure(identification_figure(fit, curve), Path(args.plot))
         say(f"written: {args.plot}")
@@ -136,14 +131,14 @@ def _axis(args: Namespace) -> _Axis:
     stated_columns(args.column)
     for one, other in (INERTIAS, OFFSETS):
         if getattr(args, one) is not None and getattr(args, other) is not None:
-            raise ValueError(f"{_option(one)} and {_option(other)}; allowed: one of them")
+            raise ValueError(f"{option(one)} and {option(other)}; allowed: one of them")
     with_map = any(value is not None for value in (args.map, args.screw, args.friction))
     if args.before and not with_map:
         raise ValueError("--before without --screw and --map; allowed: with them, for the preload")
     inputs = args.log, args.before, args.without_nut, args.screw, args.map
     for name, suffix in (("plot", "png"), ("measurements", "csv"), ("output", "json")):
         if path := getattr(args, name):
-            check_output(_option(name), path, f"a file *.{suffix}", inputs=inputs)
+            check_output(option(name), path, f"a file *.{suffix}", inputs=inputs)
     lead = None if args.lead_mm is None else args.lead_mm * 1e-3 / (2.0 * math.pi)
     if not with_map:
         return _Axis(args, lead)
