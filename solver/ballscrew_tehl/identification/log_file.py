@@ -95,10 +95,8 @@ def _in_time(signals: dict[str, Array], left_out: dict[str, int], notes: list[st
     back = np.flatnonzero(step < 0.0)
     if back.size:
         row = int(back[0])
-        first_of = f"first from {time[row]:.9g} to {time[row + 1]:.9g} s after row {row + 1}"
-        raise ValueError(
-            f"time runs backwards {back.size} times, {first_of}; remedy: sort rows, one log a file"
-        )
+        where = f"first from {time[row]:.9g} to {time[row + 1]:.9g} s after row {row + 1}"
+        raise ValueError(f"time runs backwards {back.size} times, {where}; remedy: sort rows, one log a file")
     first = np.r_[True, step > 0.0]
     repeated = int((~first).sum())
     if repeated <= FEW_REPEATED * len(time):

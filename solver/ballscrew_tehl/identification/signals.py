@@ -78,7 +78,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     resolution = float(seen.min()) if seen.size else 0.0
     if not step * MIN_RATE <= 1.0:
         remedy = f"check the unit of time ({log.columns['time'].unit}), or log faster"
-        raise ValueError(f"time between samples = {step:.4g} s; allowed: {1.0 / MIN_RATE:g} s: {remedy}")
+        raise ValueError(f"time between samples = {step:.4g} s; allowed: <= {1.0 / MIN_RATE:g} s: {remedy}")
     motion, effort = (log.signals[name] for name in names)
     jumps = np.empty(0, dtype=int)
     if not of_speed:
@@ -105,7 +105,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         sections.append(Section(x, y))
     left_out["samples in pieces too short"] = short
     if not sections:
-        raise ValueError(f"pieces between gaps and jumps too short; allowed: {MIN_SECTION} samples")
+        raise ValueError(f"pieces between gaps and jumps too short; allowed: >= {MIN_SECTION} samples")
     slow = (log.signals.get(name) for name in SLOW)
     temperature, preload = (None if values is None else float(np.nanmean(values)) for values in slow)
     return Signals(rotary, of_speed, step, quantum, sections, temperature, preload, left_out, notes)
