@@ -7,9 +7,9 @@ from scipy.stats import chi2, norm
 
 from ..parameters.units import RPM
 from ..physics.ball_law import Array
-from .regression import PROBABILITY
 
-#: standard deviations of a 95 % limit
+#: of two-sided 95 % limits, and their standard deviations
+PROBABILITY = 0.975
 LIMIT = float(norm.ppf(PROBABILITY))
 #: chance that a difference that is the same at all speeds is taken for one that varies
 CHANCE = 1e-3
