@@ -1,7 +1,5 @@
 """Picture of an identification: friction over speed, with the law where a map is given, and residual over position."""
 
-from typing import NamedTuple
-
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -11,16 +9,8 @@ from .dynamics import Identified
 
 #: colours of Okabe & Ito: forwards, backwards, law
 AHEAD, BACK, LAW = "#0072B2", "#D55E00", "#009E73"
-
-
-class LawCurve(NamedTuple):
-    """Friction by the law with its interval over speed > 0 [SI of the axis], known parts included."""
-
-    speed: Array
-    value: Array
-    low: Array
-    high: Array
-    label: str
+#: friction by the law over speed > 0 [SI of the axis], known parts included: speed, value, low, high, label
+LawCurve = tuple[Array, Array, Array, Array, str]
 
 
 def identification_figure(found: Identified, law: LawCurve | None = None) -> Figure:
@@ -29,9 +19,10 @@ def identification_figure(found: Identified, law: LawCurve | None = None) -> Fig
     figure = Figure(figsize=(11.0, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     if law is not None:
-        left.fill_between(law.speed / units.one, law.low, law.high, color=LAW, alpha=0.18, linewidth=0.0,
-                          label="interval of the law")  # fmt: skip
-        left.plot(law.speed / units.one, law.value, color=LAW, linewidth=1.6, label=law.label)
+        speeds, value, low, high, label = law
+        shade = {"color": LAW, "alpha": 0.18, "linewidth": 0.0, "label": "interval of the law"}
+        left.fill_between(speeds / units.one, low, high, **shade)
+        left.plot(speeds / units.one, value, color=LAW, linewidth=1.6, label=label)
     for sign, colour, label in ((1.0, AHEAD, "positive speed"), (-1.0, BACK, "negative speed, sign changed")):
         of_it = friction.speed * sign > 0.0
         half = 0.5 * (friction.high - friction.low)[of_it]

@@ -199,13 +199,13 @@ def _unit_of(heading: str, behind: str, unit: str | None, name: str, key: str, k
 
 def named_places(headings: Sequence[str], kind: Kind, stated: Mapping[str, str]) -> list[int]:
     """Places of the needed quantities in a line, by their names alone; empty: it is no line of headings."""
+    # a unit may follow
+    stems = [_lowered(parted(heading)[0]) + "_" for heading in headings]
     places: dict[str, int] = {}
-    for place, heading in enumerate(headings):
-        # a unit may follow
-        stem = _lowered(parted(heading)[0]) + "_"
-        for key, quantity in kind.quantities.items():
-            if any(stem.startswith(f"{name}_") for name in quantity.names):
-                places.setdefault(key, place)
+    for key, quantity in kind.quantities.items():
+        names = tuple(f"{name}_" for name in quantity.names)
+        if found := [k for k, stem in enumerate(stems) if stem.startswith(names)]:
+            places[key] = found[0]
     places |= {key: same[-1] for key, text in stated.items() if (same := _places_of(text, headings))}
     needed = [next((places[key] for key in keys if key in places), -1) for keys in kind.needed.values()]
     return [] if -1 in needed else needed
@@ -224,12 +224,12 @@ def columns_of(
     """Columns by key, headings that were not understood; stated: by an option, below: row of units, may be short."""
     units = [text.strip("[]() ") for text in below] + len(headings) * [""]
     columns: dict[str, list[Column]] = {}
+    those = f"found: {', '.join(filter(None, headings))}"
     for key, text in stated.items():
         places = _places_of(text, headings)
         if len(places) != 1:
             raise ValueError(
-                f"--column {key}={text}: {len(places) or 'no'} such columns (found: {', '.join(headings)}); allowed: "
-                "one heading of the log and its unit"
+                f"--column {key}={text}: {len(places) or 'no'} such columns ({those}); allowed: one"
             )
         (place,), own = places, parted(text)[1]
         unit = own or parted(headings[place])[1] or units[place]
@@ -249,10 +249,7 @@ def columns_of(
             for problem in problems:
                 if problem.key in keys:
                     raise problem
-            raise ValueError(
-                f"column {what} missing (found: {', '.join(filter(None, headings))}); allowed: headings with units "
-                f"between commas, semicolons or tabs, such as {kind.example}"
-            )
+            raise ValueError(f"column {what} missing ({those}); allowed: headings with units: {kind.example}")
     return columns, problems
 
 

@@ -199,4 +199,4 @@ def _curve(axis: _Axis, law: preload.Law, fit: Identified, friction: Bidirection
     known = f" and {other.mean() / scale:.3g} {unit} of other parts" if np.any(other > 1e-9) else ""
     curves = (table.torque if values is None else values for values in (table.torque, table.low, table.high))
     value, lower, upper = ((torque[:, 0, 0] + other) / scale for torque in curves)
-    return LawCurve(speed * scale, value, lower, upper, f"law at a preload of {force:.4g} N{known}")
+    return speed * scale, value, lower, upper, f"law at a preload of {force:.4g} N{known}"
