@@ -83,8 +83,7 @@ def within(values: Array, speed: Array, bins: np.ndarray) -> Array:
 
     across = speed - mean(speed)[bins]
     rest = values - mean(values)[bins]
-    spread = mean(across**2)
-    slope = np.divide(mean(across * rest), spread, out=np.zeros(len(spread)), where=spread > 0.0)
+    slope = mean(across * rest) / np.maximum(mean(across**2), 1e-300)
     return np.asarray(rest - slope[bins] * across)
 
 
@@ -203,11 +202,6 @@ class Identified:
     temperature: float | None
     preload: float | None
 
-    @property
-    def units(self) -> directions.Units:
-        """Keys, names and units."""
-        return UNITS[self.rotary]
-
     @cached_property
     def both(self) -> Bidirectional:
         """Both directions at common speeds."""
@@ -250,7 +244,6 @@ def identify(
                  bins_wanted : bins of a direction, None = by the number of samples
                  offset : known, with its standard error [N] or [N m], None = by convention
     Raises       ValueError: motion in one direction only, too few samples, inertia not determined
-    Source       head of this module
     """
     chosen, variance = chosen_cutoff(signals)
     cutoff = chosen if cutoff is None else cutoff
@@ -315,6 +308,14 @@ def _result(
     late += math.hypot(*(LATER * float(np.nan_to_num(other.late)) for other in changed))
     wide = np.sqrt(wide**2 + _within_a_bin(speed, friction) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2)
     offset_wide = math.hypot(offset_wide, float(weights @ smeared), LIMIT * offset_error)
+    # residual over the position
+    low, high = float(samples.position.min()), float(samples.position.max())
+    place = np.minimum(((samples.position - low) / (high - low or 1.0) * PLACES).astype(int), PLACES - 1)
+    count = np.bincount(place, minlength=PLACES)
+    some = count * samples.each * samples.rate >= MIN_INDEPENDENT
+    middle = low + (np.flatnonzero(some) + 0.5) * (high - low) / PLACES
+    mean = np.bincount(place, residual, PLACES)[some] / count[some]
+    places = middle, mean, float(np.std(residual)) / np.sqrt(count[some] * samples.each * samples.rate)
     bins = Friction(
         speed, friction, np.hypot(errors, offset_error), friction - wide, friction + wide,
         (fit.number * samples.each).astype(int),
@@ -323,7 +324,7 @@ def _result(
         signals.rotary, fit.inertia, (fit.inertia - half, fit.inertia + half) if "inertia" in free else None,
         offset, (offset - offset_wide, offset + offset_wide), user_offset and offset_error, bins,
         fit.delay, (fit.delay - late, fit.delay + late) if "delay" in free else None, deviation, explained,
-        _places(samples, residual), samples.cutoff, len(residual) * samples.each, signals.left_out, signals.notes,
+        places, samples.cutoff, len(residual) * samples.each, signals.left_out, signals.notes,
         signals.temperature, signals.preload,
     )  # fmt: skip
     result.notes.extend(_notes(result, noise))
@@ -359,7 +360,7 @@ def _check(
 
 def _notes(result: Identified, noise: float) -> list[str]:
     """What limits the result."""
-    notes, unit, both, (_, mean, error) = [], result.units.shown[1], result.both, result.places
+    notes, unit, both, (_, mean, error) = [], UNITS[result.rotary].shown[1], result.both, result.places
     if noise > 10.0 * MAX_NOISE:
         notes.append(f"noise is {100.0 * noise:.2g} % of the acceleration's variance at the lowest cutoff")
     if directions.varies(both):
@@ -385,15 +386,3 @@ def _within_a_bin(speed: Array, friction: Array) -> Array:
             second = np.pad(np.abs(np.diff(friction[side], 2)), 1, mode="edge")
             bend[side] = maximum_filter1d(second, 3, mode="nearest") / 8.0
     return bend
-
-
-def _places(samples: Samples, residual: Array) -> tuple[Array, Array, Array]:
-    """Position, mean residual and its standard error over the positions."""
-    low, high = float(samples.position.min()), float(samples.position.max())
-    place = np.minimum(((samples.position - low) / (high - low or 1.0) * PLACES).astype(int), PLACES - 1)
-    count = np.bincount(place, minlength=PLACES)
-    independent = count * samples.each * samples.rate
-    some = independent >= MIN_INDEPENDENT
-    middle = low + (np.arange(PLACES) + 0.5) * (high - low) / PLACES
-    mean = np.bincount(place, residual, PLACES)[some] / count[some]
-    return middle[some], mean, float(np.std(residual)) / np.sqrt(independent[some])

@@ -30,12 +30,7 @@ class Log(NamedTuple):
 
 
 def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, str] = {}) -> Log:
-    """Signals of a log.
-
-    Parameters   wanted : signals of the drive that are used if the log has them, before the order of EFFORT
-                 stated : heading with its unit, by signal, of columns that have other headings
-    Raises       ValueError: cannot be read, headings not understood, damaged rows, too few rows, time not rising
-    """
+    """Signals of a log; wanted: used before the order of EFFORT; stated: headings with units, of other columns."""
     with naming(path):
         table = open_table(path, LOG, stated)
         columns = _selected(table, stated, wanted)

@@ -29,6 +29,10 @@ ABOVE, LOOKED_AT = 0.35, 200_000
 RESPONSE, SLOW = 1.5, 0.01
 #: travel after a reversal in which friction still rises [m], of a screw without lead [rad]
 TRAVEL, TRAVEL_ANGLE = 5e-5, 0.04
+#: samples of the log that are not used, by reason
+LEFT_OUT = (
+    "ends of pieces (filter)", "near reversals (filter and presliding)", "slower than 1 % of the largest speed"
+)  # fmt: skip
 #: a sample is kept of so many that fit a period of the cutoff
 PER_PERIOD = 4
 
@@ -120,7 +124,7 @@ def filtered(signals: Signals, travel: float, cutoff: float, variance: float) ->
     reach = math.ceil(RESPONSE / (cutoff * step))
     pieces = [_differences(section.motion, cutoff, signals) for section in signals.sections]
     slow = SLOW * max(float(np.quantile(np.abs(speed), 0.999)) for _, speed, _ in pieces)
-    runs, ends, near, slower, parts = 0, 0, 0, 0, []
+    runs, left, parts = 0, np.zeros(3, dtype=int), []
     for number, (position, speed, acceleration) in enumerate(pieces):
         index, size = np.arange(len(speed)), len(speed)
         inner, moving = (index >= reach) & (index < size - reach), np.abs(speed) >= slow
@@ -132,18 +136,13 @@ def filtered(signals: Signals, travel: float, cutoff: float, variance: float) ->
         upcoming = np.r_[stop, size + reach][np.searchsorted(stop, index)]
         away = (index - begin >= reach) & (end - index >= reach) & (upcoming - index >= reach // 2)
         away &= np.abs(position - position[begin]) >= travel
-        ends += int((~inner).sum()) + 2
-        slower += int((inner & ~moving).sum())
-        near += int((inner & moving & ~away).sum())
+        left += [(~inner).sum() + 2, (inner & moving & ~away).sum(), (inner & ~moving).sum()]
         keep = inner & moving & away & (index % each == 0)
         jerk, section = np.gradient(acceleration, step), np.full(size, number)
         columns = speed, acceleration, jerk, position, run + runs, section, index + 1
         parts.append([values[keep] for values in columns])
         runs += int(run[-1]) + 1
-    left_out = {
-        "ends of pieces (filter)": ends, "near reversals (filter and presliding)": near,
-        "slower than 1 % of the largest speed": slower,
-    }  # fmt: skip
+    left_out = dict(zip(LEFT_OUT, left.tolist(), strict=True))
     # noise behind the filter, run twice, is independent over about this time
     rate = min(1.0, 2.0 * 0.8 * cutoff * step)
     efforts = [sosfiltfilt(_filter(cutoff, step), section.effort) for section in signals.sections]

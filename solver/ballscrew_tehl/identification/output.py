@@ -9,7 +9,7 @@ import numpy as np
 from .._version import __version__
 from ..parameters.units import CELSIUS, RPM
 from ..physics.ball_law import Array
-from .directions import LIMIT, Bidirectional, option, varies
+from .directions import LIMIT, UNITS, Bidirectional, option, varies
 from .dynamics import Identified
 
 #: what friction from one log is of
@@ -36,7 +36,7 @@ PRELOAD_LINES = {
 
 def identified_data(result: Identified) -> dict[str, Any]:
     """Keys of --json."""
-    units, friction, both = result.units, result.friction, result.both
+    units, friction, both = UNITS[result.rotary], result.friction, result.both
 
     def limits(key: str, value: float, bounds: tuple[float, float] | None) -> dict[str, float | None]:
         low, high = bounds or (None, None)
@@ -78,7 +78,7 @@ def identified_data(result: Identified) -> dict[str, Any]:
 
 def identified_text(result: Identified, data: dict[str, Any]) -> str:
     """The result as text: the answer, friction over speed, what was left out, notes."""
-    units, both, mean, error = result.units, result.both, *result.places[1:]
+    units, both, mean, error = UNITS[result.rotary], result.both, *result.places[1:]
     inertia, effort, speed = units.shown
     of_offset = (
         "; by convention what friction alike in both directions leaves: one log cannot tell it from a "

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..physics.ball_law import Array
-from .directions import LIMIT
+from .directions import LIMIT, UNITS
 from .dynamics import Identified
 
 #: colours of Okabe & Ito: forwards, backwards, law
@@ -15,7 +15,7 @@ LawCurve = tuple[Array, Array, Array, Array, str]
 
 def identification_figure(found: Identified, law: LawCurve | None = None) -> Figure:
     """Left: magnitude of friction over the magnitude of speed, both directions. Right: residual over position."""
-    units, friction = found.units, found.friction
+    units, friction = UNITS[found.rotary], found.friction
     figure = Figure(figsize=(11.0, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     if law is not None:

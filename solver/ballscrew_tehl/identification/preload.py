@@ -5,7 +5,7 @@ fitted to all speeds, each weighted by its standard error and a shape error SHAP
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -36,14 +36,10 @@ class Law(NamedTuple):
         return np.asarray(self.nut_map.evaluate(preload, speed, temperature).friction_torque)
 
     @property
-    def axes(self) -> dict[str, Any]:
-        """Ranges of the map [SI]."""
-        return self.nut_map.header["axes"]
-
-    @property
     def preloads(self) -> tuple[float, float]:
         """Lowest and highest [N]."""
-        return float(self.axes["preload"][0]), min(float(self.axes[name][1]) for name in ("force", "preload"))
+        axes = self.nut_map.header["axes"]
+        return float(axes["preload"][0]), min(float(axes[name][1]) for name in ("force", "preload"))
 
     def holds(self, preload: float) -> bool:
         """Whether a preload is inside, not at an end where a fit stops."""
@@ -115,7 +111,7 @@ def without(friction: Bidirectional, known: float, other: Bidirectional | None =
 
 def _inside(friction: Bidirectional, law: Law) -> Bidirectional:
     """The speeds within the map."""
-    low, high = law.axes["speed"][:2]
+    low, high = law.nut_map.header["axes"]["speed"][:2]
     keep = (friction.speed >= low) & (friction.speed <= high)
     if not keep.sum() >= MIN_SPEEDS:
         allowed = (
@@ -155,7 +151,7 @@ def found_preload(friction: Bidirectional, law: Law, temperature: float) -> Foun
     """
     from ..nut_map.interval import preload_interval
 
-    coldest, hottest = law.axes["temperature"][:2]
+    coldest, hottest = law.nut_map.header["axes"]["temperature"][:2]
     if not coldest <= temperature <= hottest:
         raise ValueError(
             f"temperature = {temperature - CELSIUS:.4g} C; allowed by the map: {coldest - CELSIUS:.4g} to "
@@ -207,7 +203,9 @@ def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: Law) -> Chan
     if law.nut_map.law == MECHANISTIC:
         friction, result, temperature = now
         point = result.preload_n, _typical_speed(_inside(friction, law)), temperature
-        for factor in map_interval(law.parameters, law.axes, law.friction_set, *point).relative:
+        for factor in map_interval(
+            law.parameters, law.nut_map.header["axes"], law.friction_set, *point
+        ).relative:
             ends = [_fitted(_inside(part, law), law, kelvin, factor) for part, _, kelvin in (now, before)]
             if all(map(law.holds, ends)):
                 moved.append(math.log(ends[0] / ends[1] / ratio))

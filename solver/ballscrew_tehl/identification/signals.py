@@ -160,8 +160,7 @@ def _without_repeats(log: Log, names: list[str]) -> Log:
     rate = 1.0 / float(np.median(np.diff(log.signals["time"])))
     note = f"{slow} repeats each value in {held} rows: one of them is used, {rate / held:.4g} of {rate:.4g} samples/s"
     signals = {key: values[phase::held] for key, values in log.signals.items()}
-    fewer = len(log.signals[slow]) - len(signals[slow])
-    left_out = log.left_out | {f"rows that repeat the {slow}": fewer}
+    left_out = log.left_out | {f"rows that repeat the {slow}": len(log.signals[slow]) - len(signals[slow])}
     return log._replace(signals=signals, left_out=left_out, notes=[*log.notes, note])
 
 

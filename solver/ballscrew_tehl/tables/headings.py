@@ -141,11 +141,6 @@ def parted(heading: str) -> tuple[str, str | None]:
     return (match[1], match[2]) if match else (heading, None)
 
 
-def _lowered(stem: str) -> str:
-    """Name as the tables have it."""
-    return re.sub("[ -]", "_", stem.strip().lower())
-
-
 def quantity_of(heading: str, kind: Kind, below: str = "") -> tuple[str, str] | None:
     """Quantity and unit of a heading, "" without one; below: unit in a row of units; None: not a known quantity.
 
@@ -160,7 +155,7 @@ def quantity_of(heading: str, kind: Kind, below: str = "") -> tuple[str, str] | 
         except HeadingError as error:
             if unit is not None or not error.unknown_unit:
                 raise
-    stem = _lowered(stem)
+    stem = re.sub("[ -]", "_", stem.lower())
     if stem in kind.texts:
         return stem, ""
     keys = {name: key for key, quantity in kind.quantities.items() for name in quantity.names}
@@ -200,7 +195,7 @@ def _unit_of(heading: str, behind: str, unit: str | None, name: str, key: str, k
 def named_places(headings: Sequence[str], kind: Kind, stated: Mapping[str, str]) -> list[int]:
     """Places of the needed quantities in a line, by their names alone; empty: it is no line of headings."""
     # a unit may follow
-    stems = [_lowered(parted(heading)[0]) + "_" for heading in headings]
+    stems = [re.sub("[ -]", "_", parted(heading)[0].lower()) + "_" for heading in headings]
     places: dict[str, int] = {}
     for key, quantity in kind.quantities.items():
         names = tuple(f"{name}_" for name in quantity.names)

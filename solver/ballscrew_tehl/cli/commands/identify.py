@@ -188,7 +188,7 @@ def _with_law(
 def _curve(axis: _Axis, law: preload.Law, fit: Identified, friction: Bidirectional, force: float) -> LawCurve:
     """The law at a preload over the speeds of the log, with what was subtracted from the friction."""
     whole = preload.screw_friction(fit, axis.lead)
-    low, high = law.axes["speed"][:2]
+    low, high = law.nut_map.header["axes"]["speed"][:2]
     speed = np.linspace(max(float(whole.speed.min()), low), min(float(whole.speed.max()), high), 60)
     other = np.interp(speed, whole.speed, whole.mean) - np.interp(speed, friction.speed, friction.mean)
     table = friction_table(
