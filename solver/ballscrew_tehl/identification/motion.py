@@ -25,16 +25,15 @@ CUTOFFS, MIN_CUTOFF = (0.1, 0.07, 0.05, 0.035, 0.025, 0.0175, 0.0125, 0.009, 0.0
 MAX_NOISE = 5e-4
 #: part of the sampling frequency above which motion is noise; samples that the cutoff is chosen from
 ABOVE, LOOKED_AT = 0.35, 200_000
-#: response of the filter over 1/cutoff: reversals and ends of a piece are felt so long;  slowest speed over the largest
-RESPONSE, SLOW = 1.5, 0.01
+#: response of the filter over 1/cutoff: reversals and ends of a piece are felt so long; slowest speed over the largest;
+#: a sample is kept of so many that fit a period of the cutoff
+RESPONSE, SLOW, PER_PERIOD = 1.5, 0.01, 4
 #: travel after a reversal in which friction still rises [m], of a screw without lead [rad]
 TRAVEL, TRAVEL_ANGLE = 5e-5, 0.04
 #: samples of the log that are not used, by reason
 LEFT_OUT = (
     "ends of pieces (filter)", "near reversals (filter and presliding)", "slower than 1 % of the largest speed"
 )  # fmt: skip
-#: a sample is kept of so many that fit a period of the cutoff
-PER_PERIOD = 4
 
 
 class Samples(NamedTuple):

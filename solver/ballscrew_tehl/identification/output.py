@@ -80,10 +80,8 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
     """The result as text: the answer, friction over speed, what was left out, notes."""
     units, both, mean, error = UNITS[result.rotary], result.both, *result.places[1:]
     inertia, effort, speed = units.shown
-    of_offset = (
-        "; by convention what friction alike in both directions leaves: one log cannot tell it from a "
-    )
-    of_offset += f"difference of friction between them; if it is known: {option(units.offset)}"
+    of_offset = "; by convention what friction alike in both directions leaves: one log cannot tell it from"
+    of_offset += f" a difference of friction between them; if it is known: {option(units.offset)}"
     if result.offset_error is not None:
         of_offset = " (given)"
         if len(both.speed):
@@ -115,12 +113,8 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
     cells = ["{:>12.5g}{:>14.4g}{:>10.2g}{:>10}".format(*row) for row in zip(*columns, strict=True)]
     back = int(np.sum(friction.speed < 0.0))
     sides = zip_longest([head, *cells[back:]], [head, *cells[:back][::-1]], fillvalue="")
-    lines += [
-        "",
-        *(f"{ahead:<46}  |{behind}" for ahead, behind in sides),
-        "",
-        f"samples used: {result.samples}; left out: {left_out}",
-    ]
+    lines += ["", *(f"{ahead:<46}  |{behind}" for ahead, behind in sides), ""]
+    lines.append(f"samples used: {result.samples}; left out: {left_out}")
     lines += [f"note: {note}" for note in [*result.notes, *filter(None, [data.get("contains")])]]
     return "\n".join(lines)
 

@@ -17,10 +17,8 @@ from .log_file import SLOW, Log
 GAP, SAME_WRAP, NO_WRAPS = 4.5, 0.02, 0.1
 #: a jump is this many times the largest usual step;  steps that count as usual
 JUMP, USUAL = 8.0, 0.999
-#: slowest sampling [1/s];  steps of time that differ by more than this share are uneven
-MIN_RATE, UNEVEN = 20.0, 1e-3
-#: shortest section [samples]
-MIN_SECTION = 100
+#: slowest sampling [1/s];  steps of time that differ by more than this share are uneven;  shortest section [samples]
+MIN_RATE, UNEVEN, MIN_SECTION = 20.0, 1e-3, 100
 #: rows over which a slow channel repeats its value, at least (two are smooth behind the filter); fraction of its
 #: changes that are in phase, of those that follow each other so
 MIN_HELD, SAME_PHASE, MIN_HELD_FRACTION = 3, 0.99, 0.5

@@ -134,7 +134,7 @@ def _axis(args: Namespace) -> _Axis:
             raise ValueError(f"{option(one)} and {option(other)}; allowed: one of them")
     with_map = any(value is not None for value in (args.map, args.screw, args.friction))
     if args.before and not with_map:
-        raise ValueError("--before without --screw and --map; allowed: with them, for the preload")
+        raise ValueError("--before, no --screw, --map; allowed: with both, which turn friction into preload")
     inputs = args.log, args.before, args.without_nut, args.screw, args.map
     for name, suffix in (("plot", "png"), ("measurements", "csv"), ("output", "json")):
         if path := getattr(args, name):
