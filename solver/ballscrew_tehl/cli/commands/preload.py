@@ -17,7 +17,6 @@ from ..shared.progress import each
 from ..shared.quantities import PRELOAD_POINT
 from ..shared.results import Answer, say
 
-#: of a table
 COLUMNS = (
     "torque_nm", "speed_rpm", "temperature_c", "preload_n", "preload_low_n", "preload_high_n", "in_range",
 )  # fmt: skip
