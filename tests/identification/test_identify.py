@@ -1,5 +1,7 @@
 """Inertia, offset, friction and preload from logs of axes whose truth is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -23,6 +25,7 @@ from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.identification.directions import bidirectional_friction
 from ballscrew_tehl.identification.dynamics import identify
 from ballscrew_tehl.identification.log_file import Log, read_log
+from ballscrew_tehl.identification.output import identified_data, identified_text
 from ballscrew_tehl.identification.preload import (
     Law,
     change_of_preload,
@@ -129,6 +132,11 @@ def test_given_mass_fewer_bins_and_a_given_cutoff(emps):
     assert len(found.friction.speed) == 24
     with pytest.raises(ValueError, match=r"inertia given = 9.5e\+07 kg; the log shows about 95"):
         of_emps(*emps, inertia=1e6 * 95.0)
+
+
+def test_without_residuals_over_the_position_there_is_a_text(emps):
+    found = replace(of_emps(*emps), places=(np.empty(0),) * 3)
+    assert "residual over position" not in identified_text(found, identified_data(found))
 
 
 def missing_at_wraps(time, position, voltage):
