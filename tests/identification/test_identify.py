@@ -1,5 +1,7 @@
 """Inertia, offset, friction and preload from logs of axes whose truth is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -23,6 +25,7 @@ from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.identification.directions import bidirectional_friction
 from ballscrew_tehl.identification.dynamics import identify
 from ballscrew_tehl.identification.log_file import Log, read_log
+from ballscrew_tehl.identification.output import identified_data, identified_text
 from ballscrew_tehl.identification.preload import (
     Law,
     change_of_preload,
@@ -115,6 +118,11 @@ def test_given_mass_fewer_bins_and_a_given_cutoff(emps):
         of_emps(*emps, inertia=1e6 * 95.0)
 
 
+def test_without_residuals_over_the_position_there_is_a_text(emps):
+    found = replace(of_emps(*emps), places=(np.empty(0),) * 3)
+    assert "residual over position" not in identified_text(found, identified_data(found))
+
+
 def missing_at_wraps(time, position, voltage):
     """An encoder that starts again each 20 mm, three rows missing at some of its jumps."""
     wrapped = (position - position.min()) % 0.02
@@ -156,7 +164,7 @@ def test_units_wraps_gaps_missing_samples_and_jumps(emps, tmp_path, headings, ch
 def of_signals(motion, effort, units, drive):
     signals = dict(zip(("time", "position", "current"), motion + effort, strict=True))
     columns = {name: Column(k, "", unit) for k, (name, unit) in enumerate(zip(signals, units, strict=True))}
-    return signals_of(Log("log.csv", signals, columns, {}, []), drive)
+    return signals_of(Log(signals, columns, {}, []), drive)
 
 
 def test_sides_of_a_gear_a_lead_a_left_hand_thread_and_signs_of_the_drive(emps):
