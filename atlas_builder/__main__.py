@@ -20,7 +20,7 @@ import numpy as np
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
 from ballscrew_tehl.atlas.contact_atlas import load_atlas, packaged_atlas
 from ballscrew_tehl.atlas.groups import COORDINATES, QUANTITIES, coordinates
-from ballscrew_tehl.cli.shared.progress import progress_bar
+from ballscrew_tehl.cli.shared.output import progress_bar
 from ballscrew_tehl.nut_map.build import build_map
 from ballscrew_tehl.nut_map.certificate import deviation_from_direct
 from ballscrew_tehl.nut_map.file import VG100, nut_map_of, packaged_map, save_map

@@ -29,8 +29,8 @@ from matplotlib.figure import Figure
 
 from ballscrew_tehl import load_map, load_screw
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
+from ballscrew_tehl.calibration.measured import calibrate_point
 from ballscrew_tehl.calibration.measurements import Measurement
-from ballscrew_tehl.calibration.one_point import calibrate_point
 from ballscrew_tehl.friction.interval import DEVIATIONS
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
 from ballscrew_tehl.friction.torque import preload_from_torque

@@ -14,8 +14,6 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -57,18 +55,6 @@ def environment(machine: Machine) -> dict[str, str]:
     return env
 
 
-@contextmanager
-def busy_processes(count: int) -> Iterator[None]:
-    """Processes that compute until the end of the block."""
-    others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
-    try:
-        yield
-    finally:
-        for other in others:
-            other.kill()
-            other.wait()
-
-
 def run(name: str, arguments: list[str]) -> bool:
     """Run the tests on a machine and print their outcome; whether they pass."""
     machine, begun = MACHINES[name], time.monotonic()
@@ -76,11 +62,15 @@ def run(name: str, arguments: list[str]) -> bool:
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *arguments]
     if machine.ordinary and os.geteuid() == 0 and shutil.which("setpriv"):
         command = ["setpriv", "--bounding-set=-all", "--inh-caps=-all", *command]
-    with busy_processes(2 if machine.busy else 0):
+    others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2 * machine.busy)]
+    try:
         process = subprocess.run(
             command, cwd=ROOT, env=environment(machine), check=False, stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT, encoding="utf-8", errors="replace",
         )  # fmt: skip
+    finally:
+        for other in others:
+            other.kill()
     shown = process.stdout[-6000:] if process.returncode else process.stdout.strip().rpartition("\n")[2]
     print(f"{shown}\n{name}: exit code {process.returncode}, {time.monotonic() - begun:.0f} s", flush=True)
     return process.returncode == 0
@@ -88,9 +78,7 @@ def run(name: str, arguments: list[str]) -> bool:
 
 def main() -> int:
     """Run the machines one after the other."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--all", action="store_true", help="all tests, not only the quick ones")
     parser.add_argument("--only", choices=MACHINES, action="append", help="this machine, may be repeated")
     parser.add_argument("pytest", nargs="*", help="arguments of pytest, after --")

@@ -39,12 +39,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="session")
 def synthetic_nut_map() -> NutMap:
-    """The closed-form nut map of synthetic_map.py."""
     return make_map()
 
 
 @pytest.fixture(scope="session")
 def native_fmu(tmp_path_factory: pytest.TempPathFactory, synthetic_nut_map: NutMap) -> Path:
-    """The native FMU of FMI 2 of that map for x86_64 Linux."""
     path = tmp_path_factory.mktemp("native_fmu") / "native.fmu"
     return build_native_fmu(synthetic_nut_map, 2, path, platforms=("x86_64-linux",)).path

@@ -49,15 +49,6 @@ def test_hysteresis_and_spin_of_a_thrust_bearing_in_closed_form():
     assert found.hysteresis == pytest.approx(14 * u * lost, rel=1e-4)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("geometry", "load", "speed"), [(ANGULAR, 3650.0, 100.0), (THRUST, 500.0, 1000.0)])
-def test_the_atlas_gives_what_solves_give(geometry, load, speed):
-    """The atlas states some tenths of a per cent for films and 2 % for single rolling losses."""
-    atlas, solved = (bearing(**geometry, solved=by).torque(load, speed, WARM) for by in (False, True))
-    assert atlas.rolling == pytest.approx(solved.rolling, rel=0.02)
-    assert atlas.total == pytest.approx(solved.total, rel=0.02)
-
-
 REFUSED = {
     "pitch_diameter": 60.0, "ball_diameter": 0.0, "balls": 16, "contact_angle": 40.0, "inner_conformity": 0.5,
     "outer_conformity": math.nan, "iso_vg": 69, "friction": {"supply_length": 1.0},

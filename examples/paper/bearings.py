@@ -204,7 +204,8 @@ def bearing_points(points: Iterable[Point]) -> pd.DataFrame:
     """Law, closed formulas and SKF at points, torques [N.m]: columns of Point, axial_load [N] and
 
     rolling, hysteresis, sliding, total, low, high of the law; rolling_ and total_ with other supplies of oil;
-    rolling_houpert; total_palmgren with oil mist and with an oil bath; skf: total without drag, skf_replenished: with replenishment
+    rolling_houpert; total_palmgren with oil mist and with an oil bath; skf: total without drag; skf_replenished: with
+    replenishment
     """
     rows = []
     for point in points:
@@ -215,7 +216,7 @@ def bearing_points(points: Iterable[Point]) -> pd.DataFrame:
         for supply in OTHER_SUPPLIES:
             other = _built(point.bearing, supply)
             ((_, nut),) = nuts_powers(other.parameters, [load], other.contacts, speed, BEARING_TEMPERATURE)
-            row[f"rolling_{supply}"] = nut.rolling_screw + nut.rolling_nut
+            row[f"rolling_{supply}"] = nut.viscous_screw + nut.viscous_nut
             row[f"total_{supply}"] = nut.torque(*CAGED.values[:2])
         # like with like: the same factor on both
         factor = row["rolling_replenished"] / row["rolling"]

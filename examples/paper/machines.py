@@ -92,7 +92,7 @@ def groove_points(rows: pd.DataFrame | None = None) -> pd.DataFrame:
         )  # fmt: skip
         speed = row.start_speed_rpm * RPM
         ((_, nut),) = nuts_powers(balls.parameters, [3.0 * row.load_N], balls.contacts, speed, warm)
-        law.append(nut.rolling_screw + nut.rolling_nut)
+        law.append(nut.viscous_screw + nut.viscous_nut)
     measured = 1e-5 * rows["K_1e-5"] * (rows.start_speed_rpm * RPM) ** rows.exponent
     return rows.assign(law=law, measured=measured)
 

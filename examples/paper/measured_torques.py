@@ -209,7 +209,9 @@ def main() -> str:
     parts = ["## Friction laws compared", table("Deviation from the measured torques", head, rows)]
     head = ["oil at", "law: coefficient", "mean", "largest", "Jungnickel: [mm]", "mean", "largest"]
     head += ["proportional to preload, as Zhou and NSK: [mm]", "mean", "largest"]
-    title = "Deviation by the oil temperature, which is not printed; ISO VG 100, one number of each fitted anew"
+    title = (
+        "Deviation by the oil temperature, which is not printed; ISO VG 100, one number of each fitted anew"
+    )
     parts.append(table(title, head, temperature_rows()))
     parts.append("## Tables of the paper")
     for entry, parameters, nut_map in laws:

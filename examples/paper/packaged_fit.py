@@ -19,7 +19,7 @@ from itertools import combinations
 
 import numpy as np
 from pipe_table import percent, table
-from scipy.optimize import brentq, least_squares, minimize_scalar
+from scipy.optimize import brentq, least_squares
 from scipy.stats import t as student_t
 
 from ballscrew_tehl import __version__, load_screw
@@ -107,24 +107,11 @@ def intervals(basis: TorqueBasis, values: np.ndarray) -> tuple[dict[str, float],
 
 def profile(basis: TorqueBasis, parameter: int, value: float) -> float:
     """Least sum of squared errors with one of the fitted parameters fixed, the others free and not negative."""
-    names = [name for name in basis.names if name != FITTED[parameter]]
-    linear = tuple(name for name in names if name != FITTED[HEIGHT])
     fixed = np.array(basis.fixed)
     fixed[parameter] = value
-
-    def cost(height: float) -> float:
-        at_height = replace(basis, names=linear, fixed=(*fixed[:HEIGHT], height))
-        values = fit.fit_values(at_height) if linear else at_height.fixed
-        return float(np.sum(basis.errors(values) ** 2))
-
-    if FITTED[HEIGHT] not in names:
-        return cost(fixed[HEIGHT])
-    heights = float(basis.film.min()) * np.r_[0.0, np.geomspace(0.03, 30.0, 50)]
-    costs = [cost(height) for height in heights]
-    i = int(np.argmin(costs))
-    around = (heights[max(i - 1, 0)], heights[min(i + 1, len(heights) - 1)])
-    refined = minimize_scalar(cost, bounds=around, method="bounded", options={"xatol": 1e-6 * heights[-1]})
-    return float(min(costs[i], refined.fun))
+    names = tuple(name for name in basis.names if name != FITTED[parameter])
+    others = fit.fit_values(replace(basis, names=names, fixed=tuple(fixed)))
+    return float(np.sum(basis.errors(others) ** 2))
 
 
 def profile_limits(basis: TorqueBasis) -> dict[str, dict[str, float]]:

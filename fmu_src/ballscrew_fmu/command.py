@@ -29,7 +29,7 @@ BUILD = Command("from a screw file to checked FMUs", f"{RUNS}:run_build", (
     "the libraries. A clone compiles them once, some minutes with ziglang (extra compile), without it by the compiler "
     "of this machine for it only; --embed-map always compiles. Each FMU is validated by fmpy "
     "and replayed against the map; FMUs are delivered only if all checks pass. Same input, same bytes. Exit codes: 0 "
-    "done, 1 a check or the compiler failed, 2 invalid input.", interrupted="no FMU delivered")
+    "done, 1 a check or the compiler failed, 2 invalid input.")
 FMU_FILE = option("fmu", "an FMU of this program", "FILE.fmu")
 #: of the FMUs, in both faces
 FMU_COMMANDS = {

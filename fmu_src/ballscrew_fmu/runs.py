@@ -12,9 +12,17 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from ballscrew_tehl.cli.shared.files import check_output, new_folder, try_folder, written
-from ballscrew_tehl.cli.shared.progress import progress_bar
-from ballscrew_tehl.cli.shared.results import Answer, CommandError, say, table
+from ballscrew_tehl.cli.shared.output import (
+    Answer,
+    CommandError,
+    check_output,
+    new_folder,
+    progress_bar,
+    say,
+    table,
+    try_folder,
+    written,
+)
 
 #: where a wheel puts the examples, below the prefix of the environment (pyproject.toml)
 INSTALLED = Path("share", "ballscrew-tehl", "examples")
@@ -137,7 +145,7 @@ def run_report(args: Namespace) -> Answer:
     from ballscrew_fmu.live_page.page import live_frame
     from ballscrew_fmu.native_fmu.compile import BuildError
     from ballscrew_tehl.cli.commands.report import run_report
-    from ballscrew_tehl.cli.shared.chosen import Chosen
+    from ballscrew_tehl.cli.shared.inputs import Chosen
     from ballscrew_tehl.report.data import OperatingPoint
     from ballscrew_tehl.report.page import Html
     from ballscrew_tehl.runtime.evaluate import NutMap

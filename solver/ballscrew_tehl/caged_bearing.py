@@ -7,6 +7,7 @@ examples/paper/machines.py.
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from numbers import Integral
 from typing import Any, NamedTuple
 
@@ -15,7 +16,7 @@ from pydantic import ValidationError
 from .atlas.ball_contacts import BallContacts
 from .atlas.contact_atlas import OutsideAtlasError
 from .friction.interval import torque_interval
-from .friction.mechanistic import ContactValues, nuts_powers
+from .friction.mechanistic import ContactValues, double_nut_parts
 from .friction.sets import FrictionSet
 from .parameters.file import (
     FrictionTable,
@@ -34,10 +35,10 @@ from .refinement.direct import DirectContacts
 #: the bodies between two balls over its square. The loads of the balls then differ by less than 1e-3; they would be
 #: lost in rounding without any stretch of the bodies
 LEAD, SECTION = 1e-6, 1e-3
-#: contact angle [rad] that stands for a right angle, at which a contact has no radius of its own
-STEEPEST = math.radians(89.99)
-#: least contact angle [rad] and widest groove over ball diameter
-FLATTEST, WIDEST_GROOVE = math.radians(1.0), 2.0
+#: contact angles [rad]: least, and one that stands for a right angle, at which a contact has no radius of its own
+FLATTEST, STEEPEST = math.radians(1.0), math.radians(89.99)
+#: widest groove over ball diameter
+WIDEST_GROOVE = 2.0
 #: least and highest temperature [K] of an oil with a viscosity
 TEMPERATURES = (COLDEST, 500.0)
 #: least speed [rad/s]: films of fractions of a nanometre, sheared by boundary friction; below, it does not change
@@ -83,25 +84,16 @@ class Bearing(NamedTuple):
         Raises       ValueError: out of range;  ArithmeticError: a contact or the equilibrium of a ball not found
         Source       friction.mechanistic; the interval: friction.interval, without the thrust between balls
         """
-        _needs(
-            0.0 < axial_load < math.inf,
-            "axial_load",
-            axial_load,
-            "N",
-            "> 0",
-            "no load, no friction of the law",
-        )
-        slow = f">= {SLOWEST:g}", "below it the torque no longer depends on speed"
-        _needs(SLOWEST <= speed < math.inf, "speed", speed, "rad/s", *slow)
         low, high = TEMPERATURES
-        valid = low <= temperature <= high
-        _needs(valid, "temperature", temperature, "K", f"{low:g} to {high:g}", "is it in kelvin?")
+        loaded, slow = 0.0 < axial_load < math.inf, "below it the torque no longer depends on speed"
+        _needs(loaded, "axial_load", axial_load, "N", "> 0", "no load, no friction of the law")
+        _needs(SLOWEST <= speed < math.inf, "speed", speed, "rad/s", f">= {SLOWEST:g}", slow)
+        warm, allowed = low <= temperature <= high, f"{low:g} to {high:g}"
+        _needs(warm, "temperature", temperature, "K", allowed, "is it in kelvin?")
         at = self.parameters, [float(axial_load)], self.contacts, float(speed), float(temperature)
-        ((_, nut),) = nuts_powers(*at)
-        interval = torque_interval(*at, CAGED)
-        rolling, sliding, hysteresis = nut.rolling_screw + nut.rolling_nut, float(nut.shear), nut.hysteresis
-        total = rolling + sliding + hysteresis
-        return BearingTorque(rolling, sliding, hysteresis, total, interval.low, interval.high)
+        parts, interval = double_nut_parts(*at, *CAGED.values[:2]), torque_interval(*at, CAGED)
+        rolling, hysteresis, sliding = map(float, parts)
+        return BearingTorque(rolling, sliding, hysteresis, parts.total, interval.low, interval.high)
 
 
 def bearing(
@@ -147,11 +139,9 @@ def bearing(
     for name, value in grooves.items():
         valid, allowed = 0.5 < value <= WIDEST_GROOVE, f"> 0.5, up to {WIDEST_GROOVE:g}"
         _needs(valid, name, value, "", allowed, "it is groove radius over ball diameter")
-    lead = LEAD * d
     screw = ScrewParameters(
-        nominal_radius=0.5 * D, ball_diameter=d, contact_angle=0.25 * math.pi,
-        screw_raceway_radius=inner_conformity * d, nut_raceway_radius=outer_conformity * d,
-        lead=lead, turns=1.0, ball_count=int(balls),
+        nominal_radius=0.5 * D, ball_diameter=d, contact_angle=0.25 * math.pi, lead=LEAD * d, turns=1.0,
+        screw_raceway_radius=inner_conformity * d, nut_raceway_radius=outer_conformity * d, ball_count=int(balls),
         screw_section_area=SECTION * d**2, nut_section_area=SECTION * d**2,
         youngs_modulus=MODULUS, poisson_ratio=POISSON,
     )  # fmt: skip
@@ -161,11 +151,9 @@ def bearing(
         R_x, R_y = reduced_radii(screw, screw.contact_angle, raceway)
         allowed = "a contact that is longer across rolling"
         _needs(R_x <= R_y, name, grooves[name], "", allowed, "take a narrower groove")
-    given = dict(friction or {})
+    given, remedy = dict(friction or {}), "a bearing has no other constant"
     for name in given:
-        _needs(
-            name in CONSTANTS, "friction", name, "", ", ".join(CONSTANTS), "a bearing has no other constant"
-        )
+        _needs(name in CONSTANTS, "friction", name, "", ", ".join(CONSTANTS), remedy)
     try:
         law = FrictionTable(**given, net_sliding_coefficient=0.0, neighbour_oil=0.0)
     except ValidationError as err:
@@ -176,15 +164,11 @@ def bearing(
         name=f"bearing {1e3 * D:g} mm, {balls} balls of {1e3 * d:g} mm", screw=screw, solid=WALLS,
         lubricant=graded_oil(iso_vg, viscosity_index) if oil is None else oil, friction=law,
     )  # fmt: skip
-    return Bearing(parameters, DirectContacts(parameters) if solved else _contacts(parameters))
-
-
-def _contacts(parameters: Parameters) -> ContactValues:
-    """Contacts from the atlas, or solved if it does not hold this oil or these grooves."""
-    try:
-        return BallContacts(parameters)
-    except OutsideAtlasError:
-        return DirectContacts(parameters)
+    if not solved:
+        # where the atlas does not hold this oil or these grooves the contacts are solved
+        with suppress(OutsideAtlasError):
+            return Bearing(parameters, BallContacts(parameters))
+    return Bearing(parameters, DirectContacts(parameters))
 
 
 def _needs(valid: bool, name: str, value: object, unit: str, allowed: str, remedy: str) -> None:

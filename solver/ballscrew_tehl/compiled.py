@@ -11,8 +11,10 @@ import hashlib
 import os
 import shutil
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -25,10 +27,7 @@ except ModuleNotFoundError as error:
 
 PACKAGE = Path(__file__).parent
 #: modules with kernels and with constants that kernels take from elsewhere, below the package
-SOURCES = (
-    "compiled.py", "contact/film", "contact/half_space",
-    "parameters/oil.py",
-)  # fmt: skip
+SOURCES = "compiled.py", "contact/film", "contact/half_space", "parameters/oil.py"
 KEPT_DAYS = 30.0
 
 
@@ -51,10 +50,8 @@ def _roots() -> Iterator[Path]:
     yield PACKAGE / "__pycache__"
     home = {"win32": "AppData/Local", "darwin": "Library/Caches"}.get(sys.platform, ".cache")
     given = os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME")
-    try:
+    with suppress(RuntimeError):  # no home folder
         yield Path(given or Path.home() / home) / "ballscrew_tehl"
-    except RuntimeError:  # no home folder
-        return
 
 
 @lru_cache(maxsize=1)
@@ -64,17 +61,13 @@ def cache_folder() -> Path | None:
         folder = root / f"kernels-{sources_hash()}"
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            (folder / f"used-{os.getpid()}").touch()  # and the date of the folder is that of its last use
-            (folder / f"used-{os.getpid()}").unlink()
+            tempfile.NamedTemporaryFile(dir=folder).close()  # the date of the folder is that of its last use
         except OSError:
             continue
-        oldest = time.time() - 86400.0 * KEPT_DAYS
         for other in root.glob("kernels-*"):
-            try:
-                if other.stat().st_mtime < oldest:
+            with suppress(OSError):  # another process has removed it
+                if other.stat().st_mtime < time.time() - 86400.0 * KEPT_DAYS:
                     shutil.rmtree(other, ignore_errors=True)
-            except OSError:  # another process has removed it
-                continue
         return folder
     return None
 

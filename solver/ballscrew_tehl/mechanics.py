@@ -1,14 +1,11 @@
-"""What a ball-screw program states of a screw: ratings, loads, pressure, stiffness, life, efficiency.
-
-Read by the command `screw` and by the report.
-"""
+"""What a ball-screw program states of a screw: ratings, loads, pressure, stiffness, life, efficiency."""
 
 import math
 from typing import NamedTuple
 
 from .friction.baselines import nsk_torque
 from .parameters.file import ScrewParameters
-from .physics.axial_stiffness import axial_deflection, axial_stiffness, lost_motion, nut_stiffness_constant
+from .physics.axial_stiffness import axial_deflection, axial_stiffness, nut_stiffness_constant
 from .physics.load import double_nut_loads, separation_load
 from .physics.rating import STATIC_PRESSURE, ball_pressure, dynamic_rating, life, static_rating
 
@@ -17,11 +14,11 @@ CATALOGUE_SHARE = 0.05
 
 
 class ScrewConstants(NamedTuple):
-    """What a screw has at any load: axial ratings of one nut [N], k of F = k deflection^(3/2) [N/m^1.5]."""
+    """What a screw has at any load."""
 
-    static_rating: float
-    dynamic_rating: float
-    stiffness: float
+    static_rating: float  # [N] axial, of one nut
+    dynamic_rating: float  # [N]
+    stiffness: float  # [N/m^1.5] k of F = k deflection^(3/2)
 
 
 class LoadedScrew(NamedTuple):
@@ -57,21 +54,14 @@ def catalogue_preload(screw: ScrewParameters) -> float:
 
 
 def screw_constants(screw: ScrewParameters) -> ScrewConstants:
-    """Constants of a screw, computed once for all loads.
-
-    Raises       ValueError as physics.rating.static_rating
-    """
+    """Constants of a screw, computed once for all loads."""
     return ScrewConstants(static_rating(screw), dynamic_rating(screw), nut_stiffness_constant(screw))
 
 
 def loaded_screw(
     screw: ScrewParameters, constants: ScrewConstants, preload: float, axial_load: float
 ) -> LoadedScrew:
-    """Loads, pressure, stiffness and life at one load.
-
-    Parameters   preload [N] >= 0, axial_load [N]
-    Raises       ValueError, ArithmeticError as physics.load and physics.axial_stiffness
-    """
+    """Loads, pressure, stiffness and life at a preload [N] >= 0 and an axial load [N]."""
     count = screw.loaded_ball_count
     nuts = double_nut_loads(screw, preload, axial_load, count)
     heaviest = max(float(nuts.Q_a.max()), float(nuts.Q_b.max()))
@@ -93,19 +83,13 @@ def loaded_screw(
         life_turns=life(screw, nuts.force_a, nuts.force_b),
         axial_stiffness=axial_stiffness(k, preload, deflection),
         axial_deflection=deflection,
-        lost_motion=lost_motion(k, preload, axial_load),
+        lost_motion=2.0 * abs(deflection),
         catalogue_torque=float(nsk_torque(screw, preload)),
     )
 
 
 def efficiency(screw: ScrewParameters, axial_load: float, torque: float) -> Efficiency | None:
-    """Efficiency both ways under an axial load [N] with a friction torque [N.m], magnitude; None without axial load.
-
-    Example
-        >>> from ballscrew_tehl.parameters.file import load_screw
-        >>> [round(value, 3) for value in efficiency(load_screw().screw, 5000.0, 0.5)]
-        [0.927, 0.921]
-    """
+    """Efficiency both ways under an axial load [N] with a friction torque [N.m], magnitude; None without axial load."""
     useful = abs(axial_load) * screw.lead / (2.0 * math.pi)
     if useful == 0.0:
         return None

@@ -1,26 +1,13 @@
 """The tool that makes the atlas: its contacts, its journal, its executors, films of sliding balls, its certificate."""
 
 import itertools
-import json
 from concurrent.futures import ThreadPoolExecutor
 
-import numpy as np
 import pytest
-from reference_screw import GD4008
 from synthetic_atlas import closed_contact, contacts, few_contacts, saved
-from synthetic_contacts import GRID, ClosedFilm
 
-from atlas_builder import certificate as errors
 from atlas_builder import contacts as chosen
 from atlas_builder.contacts import journal_of, solve_contacts, usable
-from atlas_builder.published import FILMS, SlidingFilms, sliding_points
-from ballscrew_tehl.atlas.ball_contacts import BallContacts
-from ballscrew_tehl.friction.mechanistic import mean_load
-from ballscrew_tehl.friction.torque import nut_forces
-from ballscrew_tehl.nut_map.grid import ball_range
-from ballscrew_tehl.nut_map.workers import worker_pool
-from ballscrew_tehl.physics.hertz import RACEWAYS
-from ballscrew_tehl.physics.load import nut_loads
 
 
 def test_first_contacts_of_more_are_those_of_fewer():
@@ -32,7 +19,6 @@ def test_first_contacts_of_more_are_those_of_fewer():
 
 @pytest.fixture
 def solved(monkeypatch):
-    """Contacts in closed form; each that was solved."""
     found = []
     monkeypatch.setattr(
         chosen, "solve_contact", lambda contact: found.append(contact) or closed_contact(contact)
@@ -80,81 +66,3 @@ def test_interrupted_work_continues_and_its_order_does_not_matter(solved, monkey
     with pytest.raises(ValueError, match=r"contacts of the atlas.*expected"), journal_of(path):
         pass
     assert path.read_bytes() == before
-
-
-@pytest.mark.slow
-def test_processes_and_a_dask_cluster_give_the_same_entries(monkeypatch, tmp_path):
-    distributed = pytest.importorskip("distributed")
-    monkeypatch.setattr(chosen, "solve_contact", closed_contact)
-    entries = []
-
-    def run(executor):
-        with journal_of(tmp_path / f"{len(entries)}.jsonl") as journal:
-            entries.append(solve_contacts(contacts()[:12], journal, executor))
-
-    with worker_pool(2) as pool:
-        run(pool)
-    cluster = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
-    with cluster, distributed.Client(cluster) as client:
-        run(client.get_executor(retries=3))
-    assert entries[0] == entries[1] == [closed_contact(contact) for contact in contacts()[:12]]
-
-
-@pytest.mark.slow
-def test_films_of_sliding_balls_are_those_between_the_solved_ones():
-    """Of the law of the paper; one that did not converge is left out."""
-    range_, count = ball_range(GD4008, GRID), 64
-    entries = {
-        f"{raceway} {k}": {film: float(ClosedFilm(GD4008, thermal).central_film(raceway, p[:1], *p[1:])[0])
-                           for thermal, film in enumerate(FILMS)}
-        for raceway in RACEWAYS
-        for k, p in enumerate(sliding_points(range_, GD4008, raceway, count))
-    }  # fmt: skip
-    entries["nut 5"] = {"reason": "any"}
-    load, speed, temperature = (
-        np.array([20.0, 24.0, 30.0]),
-        np.array([[15.0], [70.0]]),
-        np.array([295.0, 310.0]),
-    )
-    for thermal in (False, True):
-        films = SlidingFilms(GD4008, range_, json.loads(json.dumps(entries)), count, thermal)
-        for raceway in RACEWAYS:
-            assert len(films.errors[raceway]) == count - (raceway == "nut")
-            assert np.mean(np.abs(films.errors[raceway])) <= 1e-3
-            at = raceway, load, speed, temperature
-            expected = ClosedFilm(GD4008, thermal).central_film(*at)
-            np.testing.assert_allclose(films.central_film(*at), expected, rtol=2e-3)
-
-
-@pytest.mark.slow
-def test_certificate_states_the_errors_of_contacts_and_torque():
-    """Direct solves that are the atlas itself, fine ones with films 2 % thicker, at four points of a screw."""
-    entries = {}
-    for number in range(4):
-        parameters, point = errors.certificate_point(number)
-        contacts = BallContacts(parameters)
-        forces = nut_forces(parameters, point.preload, point.axial_load)
-        for grid, film in (("direct", 1.0), ("fine", 1.02)):
-            rows = []
-            for force in {f for f in forces if f > 0.0}:
-                load = mean_load(nut_loads(parameters.screw, force, parameters.screw.loaded_ball_count))
-                for raceway in RACEWAYS:
-                    at = (np.array([value]) for value in (load, point.speed, point.temperature))
-                    values = {name: float(v[0]) for name, v in contacts.at(raceway, *at).items()}
-                    values["central_film"] *= film
-                    rows.append([raceway, force, load, values])
-            entries[f"{number} {grid}"] = rows
-    with ThreadPoolExecutor(1) as executor:
-        found = errors.certificate(json.loads(json.dumps(entries)) | {"4 fine": "not converged"}, executor)
-    direct, grids = found["against_direct_solves"], found["of_direct_solves"]
-    assert (found["points"], found["points_not_solved"]) == (4, 1)
-    assert (direct["points"], direct["points_not_solved"], grids["points"]) == (4, 0, 4)
-    for of in (found, grids):
-        assert of["film_error_max"] == pytest.approx(1.0 - 1.0 / 1.02, rel=1e-6)
-        assert 1e-6 <= of["torque_error_mean"] <= of["torque_error_max"] <= 0.02
-    assert found["temperature_rise_error_max"] <= 1e-9
-    assert direct["film_error_max"] <= 1e-9
-    # of the map alone
-    assert direct["torque_error_max"] <= 0.003
-    assert found["regions"]["axial load"]["points"] == 2
-    assert 0 <= found["largest_at"] < 4

@@ -88,16 +88,13 @@ def refusal(parameters):
 
 def test_screws_and_oils_outside_are_named_with_value_and_range():
     BallContacts(LAW, None, atlas())
-    for change, words in (
-        ({"lubricant": {"pressure_law": "barus"}}, "pressure_law = barus; "),
-        ({"lubricant": {"density_law": "incompressible"}}, "density_law = incompressible; "),
-        ({"screw": {"youngs_modulus": 320e9}}, "E' = 351.6 GPa; the atlas of contacts holds 200 to 300 GPa"),
-    ):
-        assert words in refusal(changed(LAW, **change))
+    modulus = changed(LAW, screw={"youngs_modulus": 320e9})
+    assert "E' = 351.6 GPa; the atlas of contacts holds 200 to 300 GPa" in refusal(modulus)
     for name, value, words in (
+        ("pressure_law", "barus", "= barus; "), ("density_law", "incompressible", "= incompressible; "),
         ("roelands_pressure", 1e8, "= 100 MPa; the atlas of contacts holds 186.3 to 205.9 MPa"),
         ("viscosity_law", "constant", "= constant; the atlas of contacts holds oils that thin with heat"),
-    ):
+    ):  # fmt: skip
         oil = LAW.lubricant.model_copy(update={name: value})
         assert f"{name} {words}" in refusal(LAW.model_copy(update={"lubricant": oil}))
     ball = LAW.screw.ball_diameter

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from atlas_builder.fit import interpolant_of, lengths_and_noise
+from atlas_builder.fit import interpolant_of
 from ballscrew_tehl.atlas.interpolation import CHUNK, correlation, trend_terms
 
 RNG = np.random.default_rng(2)
@@ -44,14 +44,3 @@ def test_errors_left_out_are_those_of_refits_without_the_point():
         without, _ = interpolant_of(x[rest], y[rest], noise[rest], LENGTHS, LEVEL)
         expected = y[k] - without(x[k : k + 1] / LENGTHS)[0]
         np.testing.assert_allclose(errors[k], expected, rtol=1e-6, atol=1e-9)
-
-
-def test_lengths_and_noise_of_a_sample_are_found():
-    """Two samples of the same lengths, one ten times as noisy; 300 points."""
-    x = RNG.uniform(-6.0, 6.0, (300, 2))
-    factor = np.linalg.cholesky(correlation(x / LENGTHS, x / LENGTHS) + 1e-8 * np.eye(300))
-    true = np.array([0.02, 0.2])
-    y = factor @ RNG.normal(size=(300, 2)) + true * RNG.normal(size=(300, 2))
-    lengths, noise = lengths_and_noise(x, y, np.ones_like(y), np.array([4.0, 4.0]))
-    assert np.max(np.abs(np.log(lengths / LENGTHS))) <= np.log(1.4)
-    assert np.max(np.abs(np.log(noise / true))) <= np.log(2.0)

@@ -7,19 +7,17 @@ change of the film, ratio of linear solves and of CPU time. Numbers in compiled 
 One pass of the sample takes about a minute.
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib
+import inspect
 import os
 import pkgutil
 import re
 import sys
 import time
-from collections import Counter
+from contextlib import ExitStack, suppress
 from pathlib import Path
-from types import ModuleType
-from typing import Any
+from unittest.mock import patch
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -44,7 +42,7 @@ from ballscrew_tehl.parameters.file import load_screw
 MODULES_ASIDE = ("moes", "film.oil", "half_space.walls")
 NAMES_ASIDE = (
     "TINY", "INLET_SHAPE", "TARGET_LOAD", "FAR_POWER", "LARGEST_LN_ETA",
-    "FASTEST", "FEWEST", "LEAST_LAYERS", "LEAST_NODES", "LEAST_LINES", "MOST_NODES", "LEAST_FACTOR", "MOST_FACTOR",
+    "FASTEST", "FEWEST", "LEAST_LAYERS", "LEAST_NODES", "LEAST_LINES", "MOST_NODES", "BOUNDS",
     "RANGES", "THICKEST", "MOST_FILM", "LEAST_FILM", "CORE", "WARNED_ABOVE",
     "SMOOTHED_OVER", "SMOOTHED_HERTZ", "POINTS", "SHARE", "CUT", "COLUMNS",
 )  # fmt: skip
@@ -55,40 +53,38 @@ THERMAL = (0, 5, 21, 22, 30, 44, 60, 77, 90, 93, 122, 125)
 RANDOM = 15
 
 
-def modules() -> dict[str, ModuleType]:
+def modules():
     """Modules of the room that hold numbers which steer, by name."""
     found = pkgutil.walk_packages(contact.__path__, contact.__name__ + ".")
     names = [item.name.removeprefix(contact.__name__ + ".") for item in found if not item.ispkg]
     return {n: importlib.import_module(f"{contact.__name__}.{n}") for n in names if n not in MODULES_ASIDE}
 
 
-def numbers(value: Any) -> list[float]:
+def numbers(value):
     """The numbers of a constant."""
     if isinstance(value, dict | tuple):
-        parts = value.values() if isinstance(value, dict) else value
-        return [number for part in parts for number in numbers(part)]
+        return [n for part in (value.values() if isinstance(value, dict) else value) for n in numbers(part)]
     return [value] if isinstance(value, int | float) and not isinstance(value, bool) else []
 
 
-def constants() -> dict[tuple[str, str], Any]:
+def constants():
     """Values by module and name, where they are assigned."""
     found = {}
     for name, module in modules().items():
-        text = Path(str(module.__file__)).read_text(encoding="utf-8")
-        assigned = re.findall(r"^([A-Z][A-Z_0-9]*(?:, [A-Z_0-9]+)*) = ", text, re.M)
+        assigned = re.findall(r"^([A-Z][A-Z_0-9]*(?:, [A-Z_0-9]+)*) = ", inspect.getsource(module), re.M)
         for each in (part for names in assigned for part in names.split(", ")):
             if each not in NAMES_ASIDE and numbers(getattr(module, each)):
                 found[name, each] = getattr(module, each)
     return found
 
 
-def compiled(module: ModuleType, name: str) -> bool:
+def compiled(module, name):
     """Whether a kernel of its module takes a constant: it is frozen when that is compiled."""
     kernels = [each.py_func for each in vars(module).values() if hasattr(each, "py_func")]
     return any(name in kernel.__code__.co_names for kernel in kernels)
 
 
-def moved(value: Any, factor: float) -> Any:
+def moved(value, factor):
     """A constant with all its numbers times a factor; whole numbers stay whole."""
     if isinstance(value, dict):
         return {key: moved(part, factor) for key, part in value.items()}
@@ -97,35 +93,39 @@ def moved(value: Any, factor: float) -> Any:
     return max(round(factor * value), 1) if isinstance(value, int) else factor * value
 
 
-def solved(every: int) -> tuple[list[Any], int, float]:
+def solved(every):
     """Results of every k-th contact of the sample, products of GMRES and CPU seconds of all."""
     cube = qmc.Sobol(5, seed=1).random_base2(11)
-    jobs: list[Any] = [lambda k=k: isothermal(cube[k])[1] for k in ISOTHERMAL]
+    jobs = [lambda k=k: isothermal(cube[k])[1] for k in ISOTHERMAL]
     jobs += [lambda k=k: thermal(cube[k])[1] for k in THERMAL]
     jobs += [lambda c=c: solve_for_map(*c, True) for c in contact_pool(1, RANDOM, 1)]
-    for file in sorted((ROOT / "tests/data/screws").glob("*.toml")):
-        own = load_screw(file)
+    for own in map(load_screw, sorted((ROOT / "tests/data/screws").glob("*.toml"))):
         range_ = ball_range(own, map_grid(own))
         third = range_.load[1] / 3.0, range_.speed[1] / 3.0, sum(range_.temperature) / 2.0
         at = ball_conditions(own, "nut", *third)
         jobs.append(lambda at=at, own=own: solve_for_map(at, own.lubricant, own.solids, True))
     products, linear_step = 0, reynolds._linear_step
 
-    def counted(*args: Any) -> Any:
+    def counted(*args):
         nonlocal products
         found = linear_step(*args)
         products += args[3].krylov[-1]
         return found
 
     geometry.contact_geometry.cache_clear()
-    reynolds._linear_step, begun = counted, time.process_time()
-    results = [job() for job in jobs[::every]]
-    reynolds._linear_step = linear_step
+    with patch.object(reynolds, "_linear_step", counted):
+        begun = time.process_time()
+        results = [job() for job in jobs[::every]]
     return results, products, time.process_time() - begun
 
 
-def effect(before: tuple[list[Any], int, float], now: tuple[list[Any], int, float]) -> dict[str, float]:
-    """What has changed between two passes."""
+def effect(before, name, value, every):
+    """What changes with another value of a constant, in all modules that have taken it over."""
+    with ExitStack() as stack:
+        for module in modules().values():
+            if hasattr(module, name):
+                stack.enter_context(patch.object(module, name, value))
+        now = solved(every)
     pairs = [(a, b) for a, b in zip(before[0], now[0], strict=True) if a.converged and b.converged]
     change = [abs(b.h_c / a.h_c - 1.0) for a, b in pairs]
     beyond = sum(c > a.error_estimate + b.error_estimate for c, (a, b) in zip(change, pairs, strict=True))
@@ -135,40 +135,20 @@ def effect(before: tuple[list[Any], int, float], now: tuple[list[Any], int, floa
     }  # fmt: skip
 
 
-def with_moved(name: str, value: Any, every: int) -> tuple[list[Any], int, float]:
-    """The sample with another value of a constant, in all modules that have taken it over."""
-    holders = [(module, getattr(module, name)) for module in modules().values() if hasattr(module, name)]
-    for module, _ in holders:
-        setattr(module, name, value)
-    try:
-        return solved(every)
-    finally:
-        for module, own in holders:
-            setattr(module, name, own)
-
-
-def main() -> None:
+def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", default="", help="part of module.NAME")
     parser.add_argument("--every", type=int, default=1, help="take every k-th contact of the sample")
     parser.add_argument("--output", type=Path, help="CSV file of the table")
     args = parser.parse_args()
-    found = constants()
-    print(f"{len(found)} constants of {sum(len(numbers(v)) for v in found.values())} numbers")
-    before = solved(args.every)
-    print(Counter(re.sub(r"[\d.e+-]*\d", "#", f"{r.branch}: {r.reason}") for r in before[0]))
-    rows = []
+    found, before, rows = constants(), solved(args.every), []
     for module, name in track([key for key in found if args.only in ".".join(key)], "constants"):
         value = found[module, name]
-        if compiled(modules()[module], name):
-            rows.append({"constant": f"{module}.{name}", "value": value, "moved": "compiled"})
-            continue
-        for factor in (0.5, 2.0):
-            try:
-                now = effect(before, with_moved(name, moved(value, factor), args.every))
-            except (ArithmeticError, ValueError, IndexError) as error:
-                now = {"error": str(error)}
-            rows.append({"constant": f"{module}.{name}", "value": value, "moved": factor, **now})
+        for factor in ("compiled",) if compiled(modules()[module], name) else (0.5, 2.0):
+            rows.append({"constant": f"{module}.{name}", "value": value, "moved": factor})
+            with suppress(ArithmeticError, ValueError, IndexError):  # then without results
+                if factor != "compiled":
+                    rows[-1] |= effect(before, name, moved(value, factor), args.every)
     table = pd.DataFrame(rows)
     if args.output:
         table.to_csv(args.output, index=False)

@@ -9,8 +9,6 @@ each again with nodes, lines, layers, domain and tolerance refined by K and prin
 moves by no more than error_estimate.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import os
@@ -19,7 +17,6 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -31,7 +28,7 @@ from scipy.stats import qmc
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
 from reference_screw import GD4008
 
-from ballscrew_tehl.contact import ContactResult, SolverOptions, ball_conditions, solve, solve_moes
+from ballscrew_tehl.contact import SolverOptions, ball_conditions, solve, solve_moes
 from ballscrew_tehl.nut_map.grid import MapGrid, ball_range
 from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.parameters.units import RPM
@@ -41,7 +38,7 @@ KINEMATICS = ("published", "rolling_frame")
 RANGE = ball_range(GD4008, replace(MapGrid(), force=MapGrid().preload))
 
 
-def isothermal(u: np.ndarray, refine: float = 1.0) -> tuple[str, ContactResult]:
+def isothermal(u, refine=1.0):
     """One point of the unit cube as Moes numbers."""
     ratio, M, L = 0.03 * (1.0 / 0.03) ** u[0], 1.5 * (2e6 / 1.5) ** u[1], 1.8 + 38.2 * u[2]
     law = "barus" if u[3] < 0.5 else "roelands"
@@ -49,7 +46,7 @@ def isothermal(u: np.ndarray, refine: float = 1.0) -> tuple[str, ContactResult]:
     return f"ratio {ratio:.4g} M {M:.4g} L {L:.4g} {law}", solve_moes(M, L, ratio, law, options).result
 
 
-def thermal(u: np.ndarray, refine: float = 1.0) -> tuple[str, ContactResult]:
+def thermal(u, refine=1.0):
     """One point of the unit cube as a contact of the packaged screw; load and speed over their logarithms."""
     ends = np.array([RANGE.load, RANGE.speed])
     load, speed = (ends[:, 0] * (ends[:, 1] / ends[:, 0]) ** u[:2]).tolist()
@@ -61,7 +58,7 @@ def thermal(u: np.ndarray, refine: float = 1.0) -> tuple[str, ContactResult]:
     return name, solve(conditions, parameters.lubricant, parameters.solids, SolverOptions().refined(refine))
 
 
-def outcome(u: np.ndarray, heated: bool, refine: float) -> dict[str, Any]:
+def outcome(u, heated, refine):
     """What became of one point. Without heat NaN: heat_balance, its relative gap."""
     contact = thermal if heated else isothermal
     point, s = contact(u)
@@ -74,7 +71,7 @@ def outcome(u: np.ndarray, heated: bool, refine: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def report(found: pd.DataFrame) -> None:
+def report(found):
     """Print the counts, the quantiles and the worst points."""
     broken, asymptotic = ~np.isfinite(found[["h_c", "h_m"]]).all(axis=1), found.branch != "resolved"
     print(f"{len(found)} points: {int((~found.converged).sum())} not converged, {int(broken.sum())} not finite, "
@@ -91,7 +88,7 @@ def report(found: pd.DataFrame) -> None:
         print(f"largest {name}: {worst[name]:.3g} at {worst.point} (point {worst.name}, {worst.branch})")
 
 
-def main() -> None:
+def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--points", type=int, default=2000, help="points of the sequence (default 2000)")
     parser.add_argument("--thermal", action="store_true", help="thermal contacts of the packaged screw")

@@ -40,7 +40,6 @@ def test_jacobian_is_the_derivative_of_weighted_errors():
 
 
 def test_left_out_errors_are_those_of_refits():
-    """Exact in a linear model, weighted, also of points left out together."""
     weighted = tuple(replace(m, weight=0.5 + i) for i, m in enumerate(MEASURED))
     for basis, groups, limit in (
         (replace(TWO, measurements=weighted), GROUPS, 1e-9),
@@ -78,16 +77,6 @@ def test_a_point_beyond_the_limit_is_an_outlier():
     for ratio, deviation, outliers in ((inside, 1.0, []), (outside, 1.0, [3, 6]), (outside, 0.017, [])):
         changed = found._replace(studentised=ratio * found.limit, deviation=np.full(11, deviation))
         assert changed.outliers == outliers
-
-
-def test_a_number_at_its_bound_stays_there_without_a_point():
-    low = tuple(replace(m, torque=0.01 * m.torque) for m in MEASURED)
-    found = fit(replace(BASIS, measurements=low, names=FITTED[1:2], fixed=(8.0, 0.0, 0.0)), SINGLE)
-    assert found.values[1] == 0.0
-    np.testing.assert_array_equal(found.left_out, found.deviation)
-    bounds = found.limits[FITTED[1]]
-    assert bounds["low"] == 0.0
-    assert 0.0 < bounds["high"] < math.inf
 
 
 def test_proportional_parts_are_refused():

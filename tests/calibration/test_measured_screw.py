@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from reference_screw import published_rows
 
-from ballscrew_tehl import load_map, load_screw
-from ballscrew_tehl.calibration.measured_screw import NEEDED, is_measured, validation_tables
+from ballscrew_tehl.calibration.measured_screw import validation_tables
 
 
 def test_deviations_of_printed_models_and_of_a_torque_proportional_to_the_preload():
@@ -25,11 +24,3 @@ def test_deviations_of_printed_models_and_of_a_torque_proportional_to_the_preloa
         ]
         over = [8e-4 * force / value if name == "table2" else value / (8e-4 * force) for force, value in rows]
         assert tables[name].deviations[0] == pytest.approx(np.mean(np.abs(np.array(over) - 1.0)), rel=1e-6)
-
-
-def test_tables_come_from_a_map_with_their_range_only():
-    axes = dict(load_map().header["axes"])
-    assert is_measured(load_screw().screw, axes)
-    for axis, (low, high) in NEEDED.items():
-        for narrow in ((low, 0.999 * high), (1.001 * low, high)):
-            assert not is_measured(load_screw().screw, {**axes, axis: narrow}), narrow

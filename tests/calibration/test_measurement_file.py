@@ -4,9 +4,7 @@ import math
 
 import pytest
 
-from ballscrew_tehl.calibration.measured_screw import PACKAGED_TORQUE, packaged_measurements
-from ballscrew_tehl.calibration.measurement_file import read_measurement_file
-from ballscrew_tehl.calibration.measurements import Measurement
+from ballscrew_tehl.calibration.measurements import Measurement, read_measurement_file
 
 HEAD = "preload [N],speed [r/min],temperature [degC],torque [N.m]\n"
 GOOD = "1000,60,30,0.4\n"
@@ -51,16 +49,6 @@ def test_uncertainties_become_weights(csv_file):
         found = read_measurement_file(csv_file(f"{head}{name}\n{lines}"), 300.0)
         assert [m.weight for m in found.measurements] == pytest.approx([2.0, 1.0, 0.5])
         assert [m.uncertainty for m in found.measurements] == pytest.approx([0.004, 0.01, 0.04])
-
-
-def test_the_tables_of_the_paper_are_read_unchanged():
-    found = read_measurement_file(PACKAGED_TORQUE, 303.0)
-    assert found.measurements == packaged_measurements(303.0)
-    assert found.notes == [
-        "columns not used: zhao_Nm, zhou_Nm, nsk_Nm",
-        "all rows: no oil temperature given, 303 K assumed",
-    ]
-    assert found.measurements[0].rows == (1, 7)
 
 
 IMPOSSIBLE = """

@@ -5,11 +5,10 @@ import pytest
 from law_contacts import VG100, ClosedContacts
 
 from ballscrew_tehl.calibration.fit import fit_values, torque_basis
-from ballscrew_tehl.calibration.measured import calibrate
 from ballscrew_tehl.calibration.measured_screw import packaged_measurements
 from ballscrew_tehl.friction.mechanistic import nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set, load_friction_sets
-from ballscrew_tehl.parameters.file import PACKAGED_DATA, PACKAGED_VG100, changed, load_screw
+from ballscrew_tehl.parameters.file import PACKAGED_DATA, changed, load_screw
 from ballscrew_tehl.physics.load import nut_loads
 
 K = 0.0113
@@ -53,12 +52,3 @@ def test_packaged_number_is_that_of_its_screw_and_carried_over_to_others():
         ValueError, match=r"ball_thrust = 0\.5; allowed: no entry with net_sliding_coefficient"
     ):
         default_friction_set(changed(screw, friction=thrust | {"net_sliding_coefficient": 0.01}))
-
-
-@pytest.mark.slow
-def test_torque_below_the_rolling_loss_is_said(tmp_path):
-    path = tmp_path / "low.csv"
-    path.write_text("preload_n,speed_rpm,torque_nm,temperature_c\n1000,500,0.15,30\n4000,500,0.45,30\n")
-    found = calibrate(path, load_screw(PACKAGED_VG100), name="mechanistic")
-    assert found.friction_set.net_sliding_coefficient == 0.0
-    assert "net_sliding_coefficient = 0: " in str(found.notes)

@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 from law_contacts import VG100, ClosedContacts
 
+from ballscrew_tehl.calibration.measured import calibrate_point
 from ballscrew_tehl.calibration.measurements import Measurement
-from ballscrew_tehl.calibration.one_point import calibrate_point
 from ballscrew_tehl.friction.interval import DEVIATIONS, LEFT_OUT, SCATTER_DEVIATION, torque_interval
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
 from ballscrew_tehl.friction.sets import friction_set_of_file, load_friction_sets, write_friction_sets
@@ -26,7 +26,6 @@ TORQUE = torque_at(*PLACE, K)
 
 
 def test_coefficient_comes_back_and_the_interval_is_the_scatter_at_the_point_and_wider_away(tmp_path):
-    """As read from the file, which has six digits."""
     found = calibrate_point(Measurement(*PLACE, TORQUE), VG100, CONTACTS).friction_set
     assert found.net_sliding_coefficient == pytest.approx(K, rel=1e-12)
     write_friction_sets(tmp_path / "fit.toml", [found])

@@ -15,14 +15,8 @@ from section7 import MEASURED
 from ballscrew_tehl.calibration.fit import torque_basis
 from ballscrew_tehl.calibration.measured import MapFilm
 from ballscrew_tehl.calibration.measured_screw import PACKAGED_TORQUE
-from ballscrew_tehl.calibration.measurements import Measurement, spread_advice
-from ballscrew_tehl.friction.sets import (
-    FITTED,
-    default_friction_set,
-    friction_set_of_file,
-    load_friction_sets,
-    with_set,
-)
+from ballscrew_tehl.calibration.measurements import Measurement
+from ballscrew_tehl.friction.sets import FITTED, friction_set_of_file, load_friction_sets, with_set
 from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map.file import load_map, packaged_map
 from ballscrew_tehl.parameters.file import changed
@@ -92,20 +86,6 @@ def test_torque_basis_under_axial_load_is_the_double_nut(films):
         assert torque == pytest.approx(direct.total, rel=1e-12)
 
 
-def test_films_of_a_map_give_its_torques(films):
-    """Balls around the mean one of a nut: the square of the spread of their loads is left out."""
-    for name in ("two_parameter", "three_parameter"):
-        parameters = with_set(GD4008, name)
-        nut_map, friction = load_map(None, parameters), default_friction_set(parameters)
-        for point in (
-            (200.0, 1.0, 290.0, 0.0),
-            (2000.0, 50.0, 303.0, 3000.0),
-            (9000.0, 300.0, 330.0, -1500.0),
-        ):
-            found = double_nut_torque(parameters, friction, films[friction.film_model], *point)
-            assert found.viscous == pytest.approx(float(nut_map.evaluate(*point).viscous_torque), rel=1e-3)
-
-
 def test_known_parameters_lie_in_their_limits_and_in_the_file_of_their_screw(capsys, measured, tmp_path):
     output, picture = tmp_path / "friction.toml", tmp_path / "p.png"
     found, _ = run(capsys, measured(), "--map", MAP, "--output", str(output), "--plot", str(picture))
@@ -170,35 +150,3 @@ def test_impossible_rows_stop_the_fit_unless_dropped(capsys, measured):
     used = [row for point in entry["calibration"]["points"] for row in point["rows"]]
     assert used == [row for row in range(1, 25) if row not in bad]
     assert "21 points of 24 rows, without rows 3, 12, 20" in entry["provenance"]
-
-
-def test_repeats_are_named_left_out_together_and_tell_why_a_fit_is_poor(capsys, tmp_path, torques):
-    """Noise 0.5 %, stated 0.1 %: repeats show it. A law of another shape: repeats that agree show that."""
-    path = tmp_path / "repeats.csv"
-    for slope, apart, cause in (
-        (0.0, 0.005, "too small by that factor"),
-        (0.1, 1e-4, "does not fit in shape"),
-    ):
-        rows = []
-        for (preload, rpm, celsius, axial), torque in zip(POINTS, torques.tolist(), strict=True):
-            value = torque * rpm**slope
-            twice = (1.0 - apart, 1.0 + apart) if (rpm, celsius) == (100.0, 20.0) else (1.0,)
-            rows += [f"{preload},{rpm},{celsius},{value * x!r},{axial},{1e-3 * value}" for x in twice]
-        path.write_text("\n".join([f"{HEAD},torque error [N.m]", *rows]) + "\n")
-        calibration = run(capsys, str(path), "--map", MAP)[0]["published.three_parameter"]["calibration"]
-        assert any("100 r/min: rows 3, 4 (lines 4, 5): " in note for note in calibration["notes"])
-        predicted = [(1.0 + p["left_out_deviation"]) * p["measured_nm"] for p in calibration["points"]]
-        assert predicted[2] == pytest.approx(predicted[3], rel=1e-9)
-        scatter = calibration["repeat_over_uncertainty"]
-        assert scatter == pytest.approx(1e3 * apart * 2.0**0.5, rel=1e-3)
-        assert cause in spread_advice(calibration["error_over_uncertainty"], scatter)
-
-
-def test_a_wrong_unit_of_all_torques_is_named_before_single_rows(capsys, measured, torques):
-    """N.cm under [N.m]: the largest are impossible for the screw as well."""
-    rows = {
-        n: f"{p},{rpm},{c},{100.0 * torque!r},{axial}"
-        for n, ((p, rpm, c, axial), torque) in enumerate(zip(POINTS, torques.tolist(), strict=True), start=1)
-    }
-    path = measured(rows | {3: "1,30,20,9000,0"})
-    assert "N.cm = " in refused(capsys, "calibrate", path, "--map", MAP)

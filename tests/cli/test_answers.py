@@ -14,11 +14,9 @@ from command_line import answer, refused, run
 from reference_screw import GD4008
 
 from ballscrew_tehl.cli import parser
-from ballscrew_tehl.cli.commands import torque
 from ballscrew_tehl.friction.sets import default_friction_set, write_friction_sets
 from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
 from ballscrew_tehl.nut_map.interval import map_interval
-from ballscrew_tehl.nut_map.trend import Trend
 from ballscrew_tehl.parameters.file import PACKAGED_DATA, PACKAGED_VG100, load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.load import double_nut_loads
@@ -58,7 +56,6 @@ def test_keys_and_numbers_are_those_recorded(capsys, name):
 
 @pytest.mark.parametrize("friction", ["three_parameter", "mechanistic"])
 def test_seals_of_the_screw_file_are_a_constant_part_of_the_torque(capsys, tmp_path, friction):
-    """Along the motion, at breakaway, in the interval; the preload and a calibration are those of the balls."""
     source = {"three_parameter": PACKAGED_DATA / "gd4008.toml", "mechanistic": PACKAGED_VG100}[friction]
     screw = tmp_path / "sealed.toml"
     screw.write_text(source.read_text().replace("poisson_ratio", "seal_torque_Nm = 0.05\npoisson_ratio", 1))
@@ -116,7 +113,6 @@ def test_torque_is_that_of_the_map_and_opposes_the_motion(capsys, friction):
 
 @pytest.mark.parametrize("friction", ["three_parameter", "mechanistic"])
 def test_at_rest_and_without_load(capsys, friction):
-    """The friction is that of the drive, up to the Coulomb torque of the map; a nut without load has none."""
     words = "torque", *POINT[:2], *POINT[4:], "--friction", friction, "--speed-rpm"
     found, err = answer(capsys, *words, "0")
     state = load_map(None, LAW if friction == "mechanistic" else GD4008).evaluate(2000.0, 0.0, SI[2])
@@ -146,20 +142,6 @@ def test_outside_the_map_is_flagged_and_said_once(capsys):
         assert ("catalogue_torque_nm" in found) == (found["preload_n"] <= 12000.0)
 
 
-def test_reservations_are_keys_and_one_line_about_many_points(capsys, monkeypatch, tmp_path):
-    thin, _ = answer(capsys, "torque", "--preload-n", "9000", "--speed-rpm", "5.5", "--temperature-c", "79")
-    assert thin["film_thickness_min_m"] < 1e-9
-    assert thin["in_range"] is True
-    assert "too_thin_film" in thin
-    points = tmp_path / "points.csv"
-    points.write_text("preload_n,speed_rpm,temperature_c\n900,200,30\n950,0,40\n990,300,40\n")
-    monkeypatch.setattr(
-        torque, "unphysical_trend", lambda nut_map, preload, *at: Trend(preload > 940.0, False)
-    )
-    found, _ = answer(capsys, "torque", "--points", points)
-    assert ["unphysical_trend" in one for one in found] == [False, True, True]
-
-
 def test_preload_inverts_torque(capsys):
     place = "--speed-rpm", "-140", "--temperature-c", "41"
     torque, _ = answer(capsys, "torque", "--preload-n", "3210", *place)
@@ -175,7 +157,6 @@ def test_preload_inverts_torque(capsys):
 
 
 def test_one_torque_calibrates_and_the_preload_behind_it_has_an_interval(capsys, tmp_path):
-    """Ends of the preload: there the interval of the torque ends at the measured one; calibrated at it: narrower."""
     place, path = ("--speed-rpm", "100", "--temperature-c", "30"), tmp_path / "friction.toml"
     words = "calibrate", "--torque-nm", "0.9", "--preload-n", "2000", *place
     assert run(capsys, *words, "--map", packaged_map(VG100), "--output", path)[0] == 0
@@ -209,10 +190,7 @@ def test_points_may_have_units_decimal_commas_and_gaps_that_options_fill(capsys,
         assert found[key] == pytest.approx(single[key], rel=1e-7), key
 
 
-# --- screw and catalogue ---
-
-
-def test_screw_agrees_with_itself_the_loads_and_torque(capsys):
+def test_screw_agrees_with_itself_the_loads_and_torque(capsys, tmp_path):
     loaded = "--preload-n", "2000", "--axial-load-n", "1500"
     found, _ = answer(capsys, "screw", *loaded, "--speed-rpm", "-1000", "--temperature-c", "30")
     screw = GD4008.screw
@@ -231,9 +209,10 @@ def test_screw_agrees_with_itself_the_loads_and_torque(capsys):
     assert found["efficiency"] == pytest.approx(useful / (useful + friction), rel=1e-12)
     assert found["efficiency_backdriving"] == pytest.approx(1.0 - friction / useful, rel=1e-12)
     assert "efficiency" not in pulled
-
-
-# --- friction sets of a name, a file, another screw ---
+    # a column of preloads takes the place of the default
+    points = tmp_path / "points.csv"
+    points.write_text("axial_load_n,preload [kN]\n-1500,2\n")
+    assert answer(capsys, "screw", "--points", points)[0] == [pulled]
 
 
 def test_file_of_a_fit_and_another_screw(capsys, tmp_path):
@@ -274,9 +253,6 @@ def test_direct_solve_agrees_with_the_map(capsys, friction):
     assert by_map["film_temperature_rise_k"] == pytest.approx(rise, abs=error)
     if friction == "mechanistic":
         assert direct["torque_low_nm"] == pytest.approx(by_map["torque_low_nm"], rel=0.02)
-
-
-# --- face ---
 
 
 @pytest.mark.parametrize("words", [("torque", *POINT), ("preload", "--torque-nm", "0.8", *POINT[2:])])

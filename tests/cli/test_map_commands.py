@@ -24,7 +24,6 @@ def few_nodes(monkeypatch):
 
 
 def screw_file(path, *tables, old="", new=""):
-    """The screw of the law with one entry replaced and more tables."""
     assert old in SCREW
     path.write_text("\n".join([SCREW.replace(old, new, 1), *tables]), encoding="utf-8")
     return path
@@ -61,7 +60,6 @@ def test_range_of_the_screw_its_table_and_the_options(tmp_path, capsys):
 
 
 def test_family_gets_a_map_for_every_screw(tmp_path, capsys):
-    """Into the folder of the screws; one that the atlas does not hold ends it before the first map."""
     for name in "ab":
         screw_file(tmp_path / f"{name}.toml")
     found, _ = answer(capsys, "map", "build", "--family", tmp_path)
@@ -72,7 +70,6 @@ def test_family_gets_a_map_for_every_screw(tmp_path, capsys):
 
 
 def test_a_screw_without_a_map_answers_as_with_one(tmp_path, capsys):
-    """Its map is made in memory; a film that is no part of the atlas is solved by --direct alone."""
     screw, path = (
         screw_file(tmp_path / "own.toml", old="lead_mm = 8.0", new="lead_mm = 10.0"),
         tmp_path / "own.npz",

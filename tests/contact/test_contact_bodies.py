@@ -7,9 +7,9 @@ from scipy.integrate import quad
 from scipy.special import k0e
 
 from ballscrew_tehl.contact.coupled import wall_operators
-from ballscrew_tehl.contact.film.geometry import TARGET_LOAD, ContactGeometry, GridChoice
+from ballscrew_tehl.contact.film.geometry import TARGET_LOAD, ContactGeometry
 from ballscrew_tehl.contact.half_space.deflection import dry_contact
-from ballscrew_tehl.contact.half_space.grid import Grid
+from ballscrew_tehl.contact.half_space.grid import Grid, GridChoice
 from ballscrew_tehl.contact.half_space.walls import wall_operator
 from ballscrew_tehl.contact.problem import ContactProblem
 from ballscrew_tehl.parameters.screw import NITRIDE
@@ -40,7 +40,6 @@ def line_source(peclet, x):
 
 
 def test_moving_band_standing_square_and_reversed_source():
-    """The endless line source, the square at rest in closed form, the mirror image."""
     for peclet in (20.0, 2.0, 0.1):
         x, rise = band(peclet)
         exact = np.array([line_source(peclet, v) for v in x[1:-1:8]])
@@ -81,7 +80,6 @@ def test_walls_of_a_contact_have_the_speed_of_their_own_body():
 
 @pytest.mark.parametrize("ratio", [CIRCLE, LONG])
 def test_dry_contact_is_that_of_hertz(ratio):
-    """Pressure on the nodes, gap zero under it and positive outside: complementarity and the closed form."""
     geometry = ContactGeometry(GridChoice(-2.0, 1.5, 1.3, 65, 17, 0.2), ratio)
     p, approach = geometry.dry_contact
     gap = geometry.gap(p, approach)

@@ -6,37 +6,16 @@ from contact_cases import OIL
 
 from ballscrew_tehl.contact.film import flow as film_flow
 from ballscrew_tehl.contact.film import transport
-from ballscrew_tehl.contact.film.geometry import TARGET_LOAD, ContactGeometry, GridChoice
+from ballscrew_tehl.contact.film.geometry import TARGET_LOAD, ContactGeometry, ReynoldsState
 from ballscrew_tehl.contact.film.linear import Film, Linearisation, times
 from ballscrew_tehl.contact.film.oil import oil_table
+from ballscrew_tehl.contact.half_space.grid import GridChoice
 
 GEOMETRIES = {
     "circle": (GridChoice(-3.0, 1.8, 1.6, 33, 7, 0.2), 1.0),
     "ellipse, open side": (GridChoice(-3.0, 1.8, 1.6, 33, 9, 0.2, open_side=True), 0.1),
 }
 N_Z, P_MAX = 5, 4e8
-
-
-class HotFilm(Film):
-    """A film whose temperatures follow the pressure and the gap linearly, as by the energy equation."""
-
-    def __init__(self, state):
-        self.state, self.heat = state, state.heat
-        self.unit, self.unit_h, self.warm = P_MAX, 1e-6, True
-        self.change = np.zeros_like(state.t)
-
-    def coefficients(self, p):
-        speeds = film_flow.SurfaceSpeeds(1.4, 0.8)
-        *out, self.by_t = film_flow.film_coefficients(
-            self.state.table, P_MAX, p, self.state.t + self.change, speeds, 1.1, 1.0
-        )
-        return out
-
-    def follow(self, linear, d_p, d_h):
-        """From the temperatures of the state."""
-        transport.follow(
-            self.heat, linear.g, linear.dg, linear.by_t, self.unit, self.unit_h, d_p, d_h, self.change
-        )
 
 
 class State:
@@ -62,9 +41,14 @@ class State:
         heat.lower[..., 1:], heat.upper[..., :-1] = -0.2, -0.2
         heat.weight[:], heat.stress[:] = 0.1 * rng.random((2, *inner))
 
+    def law(self, p, t):
+        """Film coefficients at a pressure [p_max] and temperatures [K]."""
+        speeds = film_flow.SurfaceSpeeds(1.4, 0.8)
+        return film_flow.film_coefficients(self.table, P_MAX, p, t, speeds, 1.1, 1.0)
+
     def linear(self, d_p=0.0, d_h=0.0, squeeze=0.0, free=True):
-        """Linearisation, at temperatures that have followed from the state."""
-        film, geometry = HotFilm(self), self.geometry
+        """Linearisation, at temperatures that have followed from the state, linearly as by the energy equation."""
+        film, geometry = Film(self.law, P_MAX, 1e-6, self.t.copy(), self.heat), self.geometry
         gap = geometry.gap(self.p, self.h_0)
         if np.any(d_p) or d_h:
             linear = self.linear()
@@ -72,7 +56,9 @@ class State:
             film.follow(
                 linear.system, np.maximum(self.p + d_p, 0.0) - np.maximum(self.p, 0.0), gap - linear.gap
             )
-        return Linearisation(geometry, self.p + d_p, gap, film, 0.7, squeeze, free)
+        return Linearisation(
+            geometry, ReynoldsState(self.p + d_p, self.h_0 + d_h, gap), film, 0.7, squeeze, free
+        )
 
     def unbounded(self, d_p, d_h, squeeze):
         """Residual without the penalty, and the load: the function that the Jacobian differentiates."""
@@ -83,7 +69,7 @@ class State:
 
     def random(self, seed=12):
         """Pressures on the inner nodes."""
-        shape = self.geometry.inner_weights.shape
+        shape = self.geometry.undeformed[self.geometry.grid.inner].shape
         return self.geometry.embed(np.random.default_rng(seed).normal(size=shape))
 
 

@@ -8,8 +8,6 @@ from contact_cases import CIRCLE, LONG, STEEL, conditions, moes, solved
 
 from ballscrew_tehl.contact import ContactConditions, SolverOptions, reference_oil, solve
 
-# --- thick film: rigid bodies, one viscosity ---------------------------------------------------------------------
-
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("ratio", "M"), [(CIRCLE, 2.0), (LONG, 5.0)])
@@ -23,9 +21,6 @@ def test_thick_film_is_that_of_rigid_bodies(ratio, M):
     closed = 0.25 * 128.0 * alpha * side**2 * (0.131 * math.atan(0.5 * alpha) + 1.683) ** 2
     # a fit, 3 % stated; the film of the default domain is 3 % thin on the circle
     assert moes(M, 0.01, ratio, "barus").Hc * M**2 == pytest.approx(closed, rel=0.06)
-
-
-# --- symmetries ---
 
 
 @pytest.mark.slow
@@ -43,9 +38,6 @@ def test_swapped_bodies_give_the_same_film_and_the_opposite_traction():
         if thermal:
             gap = np.abs(other.temperature[:, :, ::-1] - one.temperature)
             assert gap.max() <= 5e-3 * one.temperature_rise
-
-
-# --- heat and scaling ---
 
 
 @pytest.mark.slow

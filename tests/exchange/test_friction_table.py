@@ -89,8 +89,7 @@ def identified(path, rotary):
         value,
         value - 0.01,
         value + 0.01,
-        0.005 + 0.0 * both,
-        99.0 + 0.0 * both,
+        *np.full((2, len(both)), 9.0),
     )
     rows = [dict(zip(keys, map(float, row), strict=True)) for row in zip(*columns, strict=True)]
     path.write_text(

@@ -23,7 +23,6 @@ from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 
 def _common_folder(tmp_path_factory) -> Path:
-    """A folder of this run of pytest; the workers of xdist share it."""
     base = tmp_path_factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "built_fmus"
     folder.mkdir(exist_ok=True)
@@ -56,8 +55,6 @@ def built(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def folder_of(built):
-    """Function as `built`, which gives the folder of the unpacked FMU."""
-
     def unpack(*arguments):
         fmu = built(*arguments)
         with FileLock(f"{fmu}.lock"):
@@ -107,7 +104,6 @@ LIBRARIES = solver_cache.user_cache() / "libraries"  # the same of the compiled 
 
 @pytest.fixture(autouse=True)
 def user_cache(monkeypatch, tmp_path_factory):
-    """A cache folder of the tests for all FMUs that refine."""
     folder = tmp_path_factory.getbasetemp() / "cache"
     (folder / "ballscrew_tehl").mkdir(parents=True, exist_ok=True)
     with contextlib.suppress(OSError):  # there already; or Windows, which compiles again

@@ -107,12 +107,8 @@ def any_balls(kind):
         motions[0].raceways, *(np.stack(parts) for parts in list(zip(*motions, strict=True))[1:])
     )
     parts = (np.concatenate(part) for part in list(zip(*tractions, strict=True))[:4])
-    return (
-        motion,
-        10.0 ** rng.uniform(-1.0, 2.8, len(balls)),
-        np.concatenate(axes),
-        Traction(*parts, *tractions[0][4:]),
-    )
+    speed = 10.0 ** rng.uniform(-1.0, 2.8, len(balls))
+    return motion, speed, np.concatenate(axes), Traction(*parts, *tractions[0][4:])
 
 
 @pytest.mark.parametrize("kind", ["double_nut", FOUR_POINT])

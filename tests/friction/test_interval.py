@@ -11,8 +11,6 @@ from scipy.stats import qmc
 from ballscrew_tehl.friction.interval import (
     FITTED_COEFFICIENT,
     LEFT_OUT,
-    TorqueInterval,
-    fit_of,
     torque_interval,
     uniform_moments,
     unknown_constants,
@@ -96,25 +94,6 @@ def test_stated_constants_are_known():
     assert "eyring_stress" not in unknown_constants(oil)
     coefficient = changed(LAW, friction={"net_sliding_coefficient": 0.012})
     assert "ball_thrust" not in unknown_constants(coefficient)
-
-
-def test_advice_is_what_removes_most_of_the_variance():
-    shares = {FITTED_COEFFICIENT: 0.4, "supply_length": 0.35, "boundary_friction": 0.25}
-    for extra, text in (
-        ({}, "one measured torque (calibrate --torque-nm), 65 %"),
-        ({LEFT_OUT: 0.0}, "torques measured around this point (calibrate MEASUREMENTS.csv), 40 %"),
-        ({"roughness_height": 0.7}, "raceway_rq and ball_rq in the screw file, 70 %"),
-    ):
-        assert TorqueInterval(1.0, 0.5, 2.0, {}, shares | extra).advice == text
-    assert TorqueInterval(0.0, 0.0, 0.0, {}, {}).advice == ""
-
-
-def test_fit_is_that_of_this_screw_only():
-    assert fit_of(FREE, LAW) is None
-    assert fit_of(FITTED, LAW) == pytest.approx((0.0112, 0.012, 0.03), rel=1e-12)
-    assert fit_of(FITTED, changed(LAW, screw={"ball_diameter": 4.7e-3})) is None
-    limits = dataclasses.replace(FITTED, limits={"net_sliding_coefficient": {"low": 0.011, "high": 0.0125}})
-    assert fit_of(limits, LAW)[:2] == (0.011, 0.0125)
 
 
 def test_fitted_interval_is_that_of_the_coefficient():

@@ -6,7 +6,7 @@ from contact_cases import CIRCLE, LONG, conditions, moes, solved
 
 from ballscrew_tehl.contact.film import fluxes
 from ballscrew_tehl.contact.half_space.deflection import deflection_operator
-from ballscrew_tehl.contact.half_space.grid import Grid, graded_grid
+from ballscrew_tehl.contact.half_space.grid import Grid, GridChoice
 
 
 def fitted_order(sizes, errors):
@@ -25,7 +25,7 @@ def test_deflection_of_a_smooth_pressure_is_of_second_order():
     """P = (1 - r^2)^(3/2): integral of P/r is 3 pi^2/8 (1 - r^2 + 3/8 r^4); Hertz pressures added over all radii."""
     errors = []
     for n_x, n_y in SIZES:
-        grid = graded_grid(-1.5, 1.5, 1.25, n_x, n_y, 0.2)
+        grid = GridChoice(-1.5, 1.5, 1.25, n_x, n_y, 0.2).build()
         r_2 = grid.x**2 + grid.y[:, None] ** 2
         deflection = deflection_operator(grid, 1.0, 1.0)(np.maximum(0.0, 1.0 - r_2) ** 1.5)
         exact = 3.0 * np.pi**2 / 8.0 * (1.0 - r_2 + 0.375 * r_2**2)
@@ -81,7 +81,6 @@ def family(case, grids):
 @pytest.mark.slow
 @pytest.mark.parametrize(("case", "grids"), HALVINGS.values(), ids=HALVINGS)
 def test_central_film_is_of_second_order(case, grids):
-    """And the extrapolated one is closer by far, within its estimate."""
     solutions = family(case, grids)
     films = [s.grid_film for s in solutions]
     steps = np.diff(films)

@@ -5,13 +5,11 @@ import itertools
 import numpy as np
 import pytest
 
-from ballscrew_tehl.parameters import mineral_oil as oil_grade
 from ballscrew_tehl.parameters.file import graded_oil
 from ballscrew_tehl.parameters.mineral_oil import (
     ISO_GRADES,
     density_15c,
     density_at,
-    density_slope,
     roelands_z,
     viscosity_at_100c,
     viscosity_index,
@@ -27,18 +25,6 @@ def test_examples_of_astm_d2270():
         index = viscosity_index(1e-6 * U, 1e-6 * Y)
         assert round(index) == round(stated)
         assert index == pytest.approx(stated, abs=0.31)  # L and H by its equations instead of its table
-
-
-def test_density_falls_by_its_slope():
-    for T in (283.15, 313.15, 373.15):
-        slope = -(density_at(880.0, T + 0.01) - density_at(880.0, T - 0.01)) / 0.02 / density_at(880.0, T)
-        assert density_slope(880.0, T) == pytest.approx(slope, rel=1e-7)
-    assert density_at(880.0, oil_grade.T_15C) == 880.0
-    # ASTM D1250: K_1/rho = 0.000713 1/K
-    assert density_slope(880.0, oil_grade.T_15C) == pytest.approx(7.134e-4, rel=1e-3)
-
-
-# --- the oil of a screw file ---
 
 
 def test_every_grade_gives_an_oil():

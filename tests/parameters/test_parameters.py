@@ -6,8 +6,7 @@ from importlib import resources
 import pytest
 from reference_screw import GD4008
 
-from ballscrew_tehl.friction.sets import load_friction_sets
-from ballscrew_tehl.parameters.file import PACKAGED_VG100, Law, changed, load_screw
+from ballscrew_tehl.parameters.file import Law, changed, load_screw
 from ballscrew_tehl.parameters.identity import parameters_hash
 from ballscrew_tehl.parameters.screw import NITRIDE
 from ballscrew_tehl.parameters.template import example_parameters
@@ -21,8 +20,6 @@ EXAMPLE = (resources.files("ballscrew_tehl") / "data" / "example_25x10.toml").re
 
 @pytest.fixture
 def read(tmp_path):
-    """Parameters from text."""
-
     def from_text(text):
         path = tmp_path / "screw.toml"
         path.write_text(text, encoding="utf-8")
@@ -32,7 +29,6 @@ def read(tmp_path):
 
 
 def edited(old, new, text=PACKAGED):
-    """The packaged file with one entry replaced; the entry must be there."""
     assert text.count(old) == 1, old
     return text.replace(old, new)
 
@@ -184,18 +180,6 @@ def test_balls_of_silicon_nitride(read):
     stiff = changed(GD4008, screw={"ball_youngs_modulus": 210e9})
     others = [GD4008, hybrid, heavy, stiff, changed(hybrid, screw={"ball_youngs_modulus": 300e9})]
     assert len({parameters_hash(each) for each in others}) == len(others)
-
-
-def test_steel_balls_are_the_screws_that_the_packaged_sets_were_fitted_to():
-    assert GD4008.solids == (GD4008.solid, GD4008.solid)
-    as_bodies = changed(
-        GD4008, screw={"ball_material": "steel", "ball_youngs_modulus": 205e9}, ball=GD4008.solid.model_dump()
-    )
-    for screw in (GD4008, as_bodies, load_screw(PACKAGED_VG100)):
-        sets = [
-            entry for entry in load_friction_sets().values() if entry.kinematics == screw.friction.kinematics
-        ]
-        assert {entry.parameters_hash for entry in sets} == {parameters_hash(screw)}
 
 
 def test_roughness_height_is_the_composite_of_both_surfaces(read):

@@ -45,7 +45,6 @@ def test_template_gives_the_same_screw_again(tmp_path):
 
 
 def test_init_writes_a_grease(tmp_path):
-    """Base oil by its grade; NLGI grade stated; the map depends on the oil only."""
     path = tmp_path / "greased.toml"
     assert cli.main(["init", str(path), "--lubricant", "grease"]) == 0
     greased, oiled = load_screw(path), example_parameters("iso_vg")
@@ -56,7 +55,6 @@ def test_init_writes_a_grease(tmp_path):
 
 
 def test_init_fills_in_a_catalogue_screw(tmp_path, capsys):
-    """What is given is taken, the rest marked; the balls fill the turns."""
     path = tmp_path / "mine.toml"
     sizes = ["--diameter-mm", "32", "--lead-mm", "10", "--turns", "2.5"]
     assert cli.main(["init", str(path), *sizes]) == 0

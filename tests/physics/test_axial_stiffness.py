@@ -12,9 +12,8 @@ from ballscrew_tehl.physics.axial_stiffness import (
     nut_stiffness_constant,
     preload_approach,
 )
-from ballscrew_tehl.physics.ball_chain import ball_oversize
 from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
-from ballscrew_tehl.physics.load import double_nut_loads
+from ballscrew_tehl.physics.load import ball_oversize, double_nut_loads
 
 SCREW = load_screw().screw
 K = nut_stiffness_constant(SCREW)

@@ -59,19 +59,6 @@ def test_helix_leaves_a_slip_across_rolling_that_no_motion_removes():
     assert min(abs(abs(spin.sum()) - whole), abs(abs(spin[0] - spin[1]) - whole)) <= 1e-12
 
 
-def test_oversize_ball_has_four_contacts_in_mirrored_pairs():
-    screw = changed(ROLLING, screw={"preload_kind": FOUR_POINT}).screw
-    motion = contact_motion(screw, screw.contact_angle)
-    assert motion.raceways == ("screw", "screw", "nut", "nut")
-    two = contact_motion(SCREW, SCREW.contact_angle)
-    for first, found in ((0, 0), (1, 2)):
-        assert np.max(np.abs(motion.matrix[found] - two.matrix[first])) <= 1e-15
-    # no motion stops the slip of all four at once
-    q = np.linalg.lstsq(motion.matrix[:, :2].reshape(-1, 4), -motion.offset[:, :2].reshape(-1), rcond=None)[0]
-    left = motion.matrix @ q + motion.offset
-    assert np.max(np.abs(left[:, 2])) >= 0.5
-
-
 def test_neighbours_slide_with_the_speed_of_their_surfaces():
     """Over 2 u_e: 1/cos(beta) of oversize balls, which turn about an axis parallel to that of the screw."""
     angle = SCREW.contact_angle

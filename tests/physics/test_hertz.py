@@ -43,10 +43,3 @@ def test_deflection_reproduces_the_undeformed_paraboloid(ratio):
     assert factor * term(0, 0) == pytest.approx(c.delta, rel=1e-8)
     assert factor * term(0, 1) == pytest.approx(0.5 / R_x, rel=1e-8)
     assert factor * term(1, 0) == pytest.approx(0.5 * ratio / R_x, rel=1e-8)
-
-
-def test_bad_input():
-    with pytest.raises(ValueError, match="needs 0 < R_x/R_y <= 1"):
-        ellipse(1.0, 2e-3, 1e-3, 226e9)
-    with pytest.raises(ValueError, match="allowed: screw, nut"):
-        reduced_radii(GD4008.screw, 0.7, "ball")

@@ -9,14 +9,13 @@ from hypothesis import strategies as st
 from reference_screw import GD4008
 
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed
-from ballscrew_tehl.physics.ball_chain import ball_pitch
 from ballscrew_tehl.physics.ball_law import (
     contact_angle_at_ball_load,
     contact_compliance,
     groove_distance,
     loaded_contact_angle,
 )
-from ballscrew_tehl.physics.load import double_nut_loads, nut_loads, separation_load
+from ballscrew_tehl.physics.load import ball_pitch, double_nut_loads, nut_loads, separation_load
 
 SCREW = GD4008.screw
 OVERSIZE = changed(GD4008, screw={"preload_kind": FOUR_POINT}).screw
@@ -32,7 +31,6 @@ def approach(Q):
 
 
 def axial(Q):
-    """Axial forces of balls by their loads."""
     return Q * np.sin(contact_angle_at_ball_load(SCREW, Q)) * math.cos(SCREW.lead_angle)
 
 
@@ -97,12 +95,9 @@ def test_gap_equation_from_the_loads():
 
 def test_bad_forces():
     for bad in (-1.0, math.nan, math.inf):
-        for function, name in (
-            (lambda f: double_nut_loads(SCREW, f, 0.0, 86), "preload"),
-            (lambda f: separation_load(SCREW, f, 86), "preload"),
-            (lambda f: nut_loads(SCREW, f, 86), "force"),
-            (lambda f: loaded_contact_angle(SCREW, f, 86), "force"),
-            (lambda f: contact_angle_at_ball_load(SCREW, f), "ball_load"),
-        ):
+        for name, function, *more in (
+            ("preload", double_nut_loads, 0.0, 86), ("preload", separation_load, 86), ("force", nut_loads, 86),
+            ("force", loaded_contact_angle, 86), ("ball_load", contact_angle_at_ball_load),
+        ):  # fmt: skip
             with pytest.raises(ValueError, match=f"{name} = "):
-                function(bad)
+                function(SCREW, bad, *more)

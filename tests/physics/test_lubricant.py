@@ -20,7 +20,6 @@ LAWS = ("section_2_3", "roelands_printed", "astm_d341", "constant")
 
 
 def oil(law, **values):
-    """Lubricant parameters with one viscosity law."""
     if law == "astm_d341":
         with resources.as_file(resources.files("ballscrew_tehl") / "data" / "example_25x10.toml") as path:
             return changed(load_screw(path), lubricant=values).lubricant

@@ -24,11 +24,3 @@ def test_life_of_one_nut_and_of_two():
     ):  # fmt: skip
         assert abs(life(SCREW, *forces) / turns - 1.0) <= 1e-12
     assert life(SCREW, 0.0, 0.0) == math.inf
-
-
-def test_both_ratings_grow_with_size_as_their_formulas():
-    """All lengths doubled: areas, and with them static forces, fourfold; the dynamic rating by 2^1.8."""
-    names = ("nominal_radius", "ball_diameter", "screw_raceway_radius", "nut_raceway_radius", "lead")
-    large = changed(load_screw(), screw={name: 2.0 * getattr(SCREW, name) for name in names}).screw
-    assert abs(static_rating(large) / static_rating(SCREW) / 4.0 - 1.0) <= 1e-9
-    assert abs(dynamic_rating(large) / dynamic_rating(SCREW) / 2.0**1.8 - 1.0) <= 1e-9

@@ -4,34 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from closed_film import HamrockDowsonFilm
 from reference_screw import GD4008
 
-from ballscrew_tehl.friction.sets import FrictionSet
-from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.parameters.file import changed
-from ballscrew_tehl.physics.ball_chain import ball_oversize, ball_pitch
 from ballscrew_tehl.physics.ball_law import contact_compliance, groove_distance
-from ballscrew_tehl.physics.load import double_nut_loads
+from ballscrew_tehl.physics.load import ball_oversize, ball_pitch, double_nut_loads
 
 FOUR = changed(GD4008, screw={"preload_kind": "single_nut_oversize_ball"})
-OFFSET = changed(GD4008, screw={"preload_kind": "single_nut_offset"})
 SCREW, BETA = FOUR.screw, FOUR.screw.contact_angle
-FRICTION = FrictionSet("three_parameter", 7.0, 0.005, 3e-8)
-
-
-def test_offset_lead_is_the_double_nut_of_the_same_turns_per_side():
-    for axial_load in [0.0, 1500.0, -4000.0, 9000.0]:
-        same = changed(OFFSET, screw={"spacer_length": GD4008.screw.spacer_length})
-        found, expected = (double_nut_loads(p.screw, 2000.0, axial_load, 86) for p in (same, GD4008))
-        for one, other in zip(found, expected, strict=True):
-            np.testing.assert_array_equal(one, other)
-        film = [HamrockDowsonFilm(p) for p in (same, GD4008)]
-        torques = [
-            double_nut_torque(p, FRICTION, f, 2000.0, 50.0, 303.0, axial_load)
-            for p, f in zip((same, GD4008), film, strict=True)
-        ]
-        assert torques[0] == torques[1]
 
 
 def test_chain_of_balls_obeys_the_recurrence():

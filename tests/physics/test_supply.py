@@ -49,16 +49,6 @@ def test_more_supply_is_more_loss_up_to_the_flooded_one():
         assert abs(float(supply_factor(length, load, loss, *HEAVY)) - 1.0) <= error
 
 
-def test_in_thick_films_the_load_acts_within_a_third_of_the_supply():
-    """Film up to the radius, far above the gap where oil begins; a flooded loss that grows with it."""
-    u_e, viscosity, film, b, R_x, R_y = LIGHT
-    film = film * np.geomspace(1.0, 2e3, 60)
-    loss = float(missing_loss(3.0, *LIGHT)) * film / film[0]
-    offset = supply_factor(6.0, 1.0, loss, u_e, viscosity, film, b, R_x, R_y) * loss * R_x / u_e
-    assert np.max(offset) <= 6.0 * b / 3.0
-    assert offset[-1] >= 0.9 * 6.0 * b / 3.0
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("load", [17.0, 100.0])
 def test_factor_is_that_of_contacts_solved_with_the_short_inlet(load):

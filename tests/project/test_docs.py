@@ -71,7 +71,6 @@ def known(command: str) -> None:
 
 
 def shell(text: str, folder: Path) -> str:
-    """What the commands of a block print."""
     printed = ""
     for command in commands(text):
         if MINUTES.search(command):
@@ -105,7 +104,6 @@ def clone(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def executed(clone):
-    """The notebooks, run anew in the folder `small`, by their paths."""
     spec = importlib.util.spec_from_file_location("notebooks", ROOT / "docs" / "site" / "notebooks.py")
     notebooks = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(notebooks)

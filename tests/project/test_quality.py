@@ -28,7 +28,6 @@ def test_checker_finds_nothing(name):
 
 
 def ordered(node):
-    """Ordering comparisons in this expression."""
     parts = [part for part in ast.walk(node) if isinstance(part, ast.Compare)]
     return [part for part in parts if any(isinstance(op, ORDER) for op in part.ops)]
 

@@ -1,7 +1,5 @@
 """Films and torque from single contacts: each ball as solved, extremes of all balls, a mean ball for the friction."""
 
-import math
-
 import numpy as np
 import pytest
 from reference_screw import GD4008
@@ -31,7 +29,6 @@ CASES = ((0.0, 1), (1500.0, 2), (-9000.0, 1))  # axial load, nuts that differ
 
 @pytest.fixture
 def solves(monkeypatch):
-    """Contacts in closed form; the arguments of each."""
     calls = []
 
     def solve(*arguments, thermal=None):
@@ -43,7 +40,6 @@ def solves(monkeypatch):
 
 
 def test_direct_film_solves_each_point_once(solves):
-    """Raceway, speed and temperature are points of their own; more nodes over a wide range of loads."""
     places = [("nut", 30.0, 303.0), ("screw", 30.0, 303.0), ("nut", 31.0, 303.0), ("nut", 30.0, 304.0)]
     for thermal in (False, True):
         film, counts = DirectFilm(GD4008, thermal), []
@@ -96,7 +92,6 @@ def test_extremes_and_torque_are_those_of_all_balls_of_both_nuts(solves):
 
 
 def test_mechanistic_law_takes_the_mean_ball_of_each_nut(solves):
-    """Torque from contacts that it solves itself; the loss of the other balls as its closed form."""
     friction, contacts = default_friction_set(LAW), DirectContacts(LAW)
     ratio, net, _ = friction.values
     at = np.array([[50.0]]), np.array([303.0])
@@ -140,16 +135,3 @@ def test_films_too_thick_for_a_parabolic_gap_are_closed_forms(solves):
             assert found["rolling_loss"] == closed["rolling_loss"]
     solved_contact(GD4008, "nut", 0.3, *at)
     assert len(solves) == 2
-
-
-def test_a_solved_film_without_a_loss_has_that_of_the_closed_form(monkeypatch):
-    """A hot film, thicker than its closed form, whose oil ends before the wedge loses anything."""
-    ball = closed_ball(LAW, "nut", 30.0, 600.0, 283.15, True)
-    ball.rolling_loss = math.nan
-    monkeypatch.setattr(direct, "solve_ball", lambda *arguments, **options: ball)
-    found = solved_contact(LAW, "nut", 30.0, 600.0, 283.15)
-    closed = closed_forms(rolling_contacts(LAW, "nut", np.array([30.0]), 600.0, 283.15)).values[
-        "rolling_loss"
-    ]
-    assert found["rolling_loss"] == float(closed[0])
-    assert found["central_film"] == ball.h_c

@@ -17,7 +17,6 @@ from ballscrew_tehl.report import data
 
 
 def made(folder, *words):
-    """Page, text, answer and numbers of a report."""
     path, gathered, out, report_data = folder / "page.html", [], [], data.report_data
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
@@ -33,7 +32,6 @@ def made(folder, *words):
 
 @pytest.fixture(scope="session")
 def of_packaged(tmp_path_factory):
-    """The report without --screw and --map."""
     return made(tmp_path_factory.mktemp("packaged"))
 
 
@@ -55,5 +53,4 @@ def own_words(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def of_own(own_words, tmp_path_factory):
-    """The report on that screw, at a point of the user."""
     return made(tmp_path_factory.mktemp("own"), *own_words, "--speed-rpm", "800", "--temperature-c", "35")

@@ -3,14 +3,8 @@
 import base64
 import re
 
-import numpy as np
 import pytest
 from command_line import answer
-from matplotlib.figure import Figure
-
-from ballscrew_tehl.parameters.units import CELSIUS, RPM
-from ballscrew_tehl.physics.rating import dynamic_rating
-from ballscrew_tehl.report import figures
 
 pytestmark = pytest.mark.slow
 
@@ -40,14 +34,6 @@ def test_page_opens_alone_and_its_pictures_are_complete(request, name):
     assert not re.search(r"[0-9a-f]{12}|Zhou|NSK|\bnan\b|None|contact_cell|sampling_error", shown)
     cautions = [line for line in shown.splitlines() if len(line) > 60]
     assert len(cautions) == len(set(cautions))
-
-
-def test_default_point_is_the_catalogue_preload_at_the_reference_temperature(of_packaged):
-    point, screw = of_packaged.numbers.point, of_packaged.numbers.parameters.screw
-    assert point.preload == pytest.approx(0.05 * dynamic_rating(screw), rel=0.05)
-    assert point[1:] == pytest.approx((1000.0 * RPM, 303.0))
-    # no interval is stated for numbers fitted to this screw, by the command torque neither
-    assert "interval 0" not in of_packaged.page.text
 
 
 def test_headline_is_that_of_the_commands(of_own, own_words, capsys):
@@ -99,55 +85,3 @@ def test_tables_are_those_of_the_commands(of_own, own_words, capsys):
         said = at("torque", 820, "--speed-rpm", 800, "--temperature-c", celsius)
         films = [f"{1e9 * said[name]:.1f}" for name in names]
         assert cells == [*films, f"{said['lambda_ratio']:.2f}", f"{said['film_temperature_rise_k']:.2f}"]
-
-
-def test_intervals_and_marks_are_those_of_the_command_torque(of_own, own_words, capsys):
-    found, marks = of_own.numbers, set()
-
-    def at(preload, speed, celsius):
-        place = "--preload-n", preload, "--speed-rpm", speed / RPM, "--temperature-c", celsius
-        return answer(capsys, "torque", *own_words, *place)[0]
-
-    for lines, place in (
-        (found.by_preload, lambda row, x: (row, x, 35.0)),
-        (found.by_temperature, lambda row, x: (820.0, x, row - CELSIUS)),
-    ):
-        for row, value in enumerate(lines.rows):
-            for k in (0, -1):
-                said = at(*place(value, found.interval_speeds[k]))
-                ends = [said["torque_low_nm"], said["torque_high_nm"]]
-                # equilibrium of the balls on a grid and point by point
-                assert lines.interval[row, k] == pytest.approx(ends, rel=1e-6)
-            for k in range(0, 161, 40):
-                said = at(*place(value, found.line_speeds[k]))
-                marks.add(marked := bool(lines.unphysical[row, k]))
-                assert ("unphysical_trend" in said) == marked
-                assert lines.torque[row, k] == pytest.approx(said["friction_torque_nm"], rel=1e-9)
-    assert marks == {True, False}
-    assert any("not physical, dashed" in row[0] for row in of_own.page.tables["not_certain"])
-
-
-@pytest.mark.parametrize("name", ["of_packaged", "of_own"])
-def test_figures_show_the_map(request, name):
-    data = request.getfixturevalue(name).numbers
-
-    def axes_of(figure_of):
-        figure = Figure()
-        figure_of.__wrapped__(figure, figure.subplots(), data)
-        figure.draw_without_rendering()
-        return figure.axes
-
-    speed = data.line_speeds
-    (axes,) = axes_of(figures.torque_parts)
-    stack = np.max([path.vertices[:, 1].max() for part in axes.collections for path in part.get_paths()])
-    state = data.nut_map.evaluate(data.point.preload, speed, data.point.temperature)
-    assert stack == pytest.approx(state.friction_torque.max(), rel=1e-9)
-    left, right = axes_of(figures.film)
-    lines = [line.get_xydata().T for line in left.lines if len(line.get_xydata()) > 2]
-    for (x, line), temperature in zip(lines, data.temperatures, strict=True):
-        state = data.nut_map.evaluate(data.point.preload, speed, float(temperature))
-        assert x == pytest.approx(speed / RPM)
-        assert line == pytest.approx(1e9 * state.film_thickness_min)
-        # both axes have one height of roughness
-        of_lambda = line / left.get_ylim()[0] * right.get_ylim()[0]
-        assert of_lambda == pytest.approx(state.lambda_ratio, rel=1e-9)

@@ -136,19 +136,6 @@ def test_range_margin_is_the_least_distance_from_the_limits(nut_map):
     assert signs == {True, False}
 
 
-def test_torque_is_in_range_and_continuous_where_a_nut_separates(nut_map):
-    separation = 2000.0 * float(synthetic_map.separation_ratio(2000.0)[0])
-    before, after = (nut_map.evaluate(2000.0, 30.0, T, separation * (1.0 + e)) for e in (-1e-9, 1e-9))
-    assert before.in_range
-    assert after.in_range
-    assert before[:3] == pytest.approx(after[:3], rel=1e-6)
-    alone = nut_torques(nut_map.law, separation, 30.0, T, *nut_map.defaults)
-    assert after[:3] == pytest.approx(alone, rel=1e-6)
-
-
-# --- standstill ---
-
-
 def slopes_at(function, x):
     """One-sided differences of second order."""
     h = 1e-4 * x
@@ -193,7 +180,6 @@ def test_sliding_torque_of_film_shear_rises_to_breakaway():
 
 @pytest.mark.parametrize("breakaway", [1.5, 2.0, 5.0])
 def test_ball_friction_rises_smoothly_to_breakaway_at_standstill(breakaway):
-    """Mechanistic: by the formula of the law, whose factor of the map is 1 in the thickest film."""
     nut_map = MAPS[MECHANISTIC]
     one, none = (
         nut_map.evaluate(2000.0, 320.0, T, net_sliding_coefficient=k).sliding_torque for k in (1.0, 0.0)
@@ -221,9 +207,6 @@ def test_ball_friction_rises_smoothly_to_breakaway_at_standstill(breakaway):
     assert low == pytest.approx(slow, rel=1e-12)  # below the friction of the slowest node: no effect
 
 
-# --- oversize balls ---
-
-
 @pytest.mark.parametrize("speed", [47.0, 0.1])
 def test_oversize_balls_roll_freely_where_the_axial_load_has_freed_two_flanks(speed):
     """Held by all four flanks up to a large axial load; beyond separation their shear is that of two flanks."""
@@ -242,9 +225,6 @@ def test_oversize_balls_roll_freely_where_the_axial_load_has_freed_two_flanks(sp
     assert found == pytest.approx(free * shear, rel=1e-4)
     both = OVERSIZE.evaluate(*at, 9000.0).sliding_torque - plain.evaluate(*at, 9000.0).sliding_torque
     assert both == pytest.approx((free - 1.0) * shear, rel=1e-3)
-
-
-# --- refusals, files ---
 
 
 def test_arguments_that_cannot_be_used_are_named():
@@ -277,17 +257,10 @@ def test_npz_round_trip_is_exact_and_damage_is_refused(tmp_path, nut_map):
     assert sealed({**nut_map.header, "content_hash": "other"}, nut_map.arrays) == nut_map.header
     other = sealed({**nut_map.header, "version": "other"}, nut_map.arrays)
     assert other["content_hash"] != nut_map.header["content_hash"]
-
-
-def test_a_map_of_another_format_is_refused():
-    for change, message in (
-        (lambda h, a: a["coefficients"].__iadd__(1e-12), r"content hash .*; expected"),
-        (lambda h, a: h.update(format_version=99), "format version 99; expected"),
-        (lambda h, a: h["axes"].update(force=[0.0, 10.0, 7]), r"content hash .*; expected"),
-        (lambda h, a: a.pop("force_coefficients"), r"content hash .*; expected"),
+    arrays = nut_map.arrays | {"coefficients": nut_map.arrays["coefficients"] + 1e-12}
+    for header, damaged, message in (
+        (nut_map.header, arrays, "content hash .*; expected"),
+        (nut_map.header | {"format_version": 99}, nut_map.arrays, "format version 99; expected"),
     ):
-        arrays = {name: array.copy() for name, array in NUT_MAP.arrays.items()}
-        header = {**NUT_MAP.header, "axes": dict(NUT_MAP.header["axes"])}
-        change(header, arrays)
         with pytest.raises(MapError, match=message):
-            NutMap(header, arrays)
+            NutMap(header, damaged)

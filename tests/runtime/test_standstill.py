@@ -12,7 +12,6 @@ from ballscrew_tehl.runtime.standstill import (
     element_limits,
     held_stiffness,
     initial_elements,
-    longest_step,
     presliding_friction,
     presliding_power,
     presliding_step,
@@ -35,9 +34,6 @@ def moved(states, travel, damping=0.0, step=1e-3):
 
 def energy(states):
     return Elements(states).energy
-
-
-# --- the curve of a rolling element ---
 
 
 def test_from_rest_the_torque_is_the_parabola_of_the_travel_and_its_pieces_meet_it():
@@ -70,11 +66,7 @@ def test_inner_loops_close_and_an_outer_one_goes_on_as_if_they_had_not_been():
         )
 
 
-# --- balance ---
-
-
 def test_heat_is_the_work_less_what_is_stored_and_steps_add_up():
-    """One step against a thousand parts of it."""
     rng = np.random.default_rng(0)
     for _ in range(25):
         states = initial_elements(rng.uniform(-1.0, 1.0), 0.0, TC, K).states
@@ -160,32 +152,3 @@ def test_side_at_the_start():
     ):  # fmt: skip
         assert initial_elements(side, speed, TC, K).states == pytest.approx(moved(NONE, share * X_M).states)
         assert initial_elements(side, speed, 0.0, 0.0).states == NONE
-
-
-# --- coupled with a rotor ---
-
-
-def rests(stiffness, damping, torque, seconds, inertia, step=1e-3):
-    """Whether a rotor under a steady torque, stepped with the friction of the previous step, comes to rest."""
-    states, friction, speed, speeds = NONE, 0.0, 0.0, []
-    for _ in range(round(seconds / step)):
-        result = stepped(states, speed, step, TC, stiffness, damping)
-        speed += step * (torque - friction) / inertia
-        states, friction = result.states, result.torque
-        speeds.append(speed)
-    return bool(np.ptp(speeds[-500:]) < 1e-9)
-
-
-def test_rotors_below_the_lowest_inertia_do_not_come_to_rest():
-    """The condition of the warning: default damping, both models with the values of the last step."""
-    stiffness, step = 100.0, 1e-3
-    damping = DAMPING_TIME * stiffness
-    assert longest_step(stiffness, damping) == pytest.approx(DAMPING_TIME)
-    lowest = step * damping / (1.0 - step / DAMPING_TIME)
-    small = 0.5 * TC / ELEMENTS**2  # all elements stick
-    for factor in (0.9, 1.1):
-        assert rests(stiffness, damping, small, 20.0, factor * lowest) == (factor > 1.0)
-    for inertia in (0.001, 0.1):  # a longer step finds no rest at any inertia
-        assert not rests(stiffness, damping, small, 60.0, inertia, 1.05 * DAMPING_TIME)
-    # the damping alone exceeds the level
-    assert rests(K, 20.0, 0.9 * TC, 10.0, 0.2)

@@ -8,8 +8,6 @@ from synthetic_map import LAWS, make_map
 
 from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.physics import axial_stiffness as closed
-from ballscrew_tehl.runtime.constants import ELEMENTS
-from ballscrew_tehl.runtime.standstill import Elements
 from ballscrew_tehl.runtime.transmission import (
     TransmissionInputs,
     TransmissionParameters,
@@ -41,7 +39,6 @@ def reversal(time):
 
 @pytest.mark.parametrize("step", [4e-4, 1e-3])
 def test_power_balance_over_a_cycle_with_reversal(synthetic_nut_map, step):
-    """Shaft, nut, heat and stored energy: to rounding, with elements that follow the load, where a nut comes free."""
     for preload, standstill in (
         (2000.0, {"presliding": False}), (2000.0, {"presliding_stiffness": 150.0}), (400.0, {}),
         (2000.0, {"presliding_stiffness": 0.0, "presliding_damping": 0.0, "presliding_side": 0.7}),
@@ -67,22 +64,6 @@ def test_power_balance_over_a_cycle_with_reversal(synthetic_nut_map, step):
         assert abs(energy[0] - energy[1] - energy[2] - stored) <= 1e-12 * throughput
 
 
-def test_power_at_an_instant_is_the_rate_of_the_stored_energy(synthetic_nut_map):
-    """shaft - nut - loss = d(stored)/dt, by central differences of the stored energy along the motion."""
-    speed, velocity, h = 30.0, 30.0 * RATIO - 2e-3, 1e-6
-
-    def held(deflection):  # no element slides
-        return Elements((math.sqrt(150.0 / ELEMENTS) * deflection,) * ELEMENTS, 150.0, False)
-
-    before, now, after = (
-        at(synthetic_nut_map, before=held(5e-4 + speed * t), angle=2e-6 / RATIO + speed * t, speed=speed,
-           position=velocity * t, velocity=velocity).outputs
-        for t in (-h, 0.0, h)
-    )  # fmt: skip
-    rate = (after["stored_energy"] - before["stored_energy"]) / (2.0 * h)
-    assert now["shaft_power"] - now["nut_power"] - now["power_loss"] == pytest.approx(rate, rel=1e-6)
-
-
 def test_forces_are_those_of_the_closed_form(synthetic_nut_map):
     """The displacement of physics.axial_stiffness is that of the nut against the screw, the opposite sign."""
     for x in (-9e-6, -3e-6, 0.0, 1e-6, 4.4e-6, 8e-6):
@@ -100,22 +81,6 @@ def test_forces_are_those_of_the_closed_form(synthetic_nut_map):
     assert out["axial_deflection"] == pytest.approx(2e-6, rel=1e-9)
     assert preload_approach(K, 2000.0, 1e-5) == pytest.approx(closed.preload_approach(K, 2000.0), rel=1e-14)
     assert preload_approach(K, 0.0, 1e-5) == -5e-6
-
-
-def test_each_nut_has_the_friction_of_the_map_at_its_force(synthetic_nut_map):
-    turning = {"speed": 60.0, "velocity": 60.0 * RATIO}
-    for position in (0.0, -2e-6):
-        out = at(synthetic_nut_map, SLIDING, position=position, **turning).outputs
-        both = [synthetic_nut_map.evaluate(out[f"force_nut_{nut}"], 60.0, 303.15) for nut in "ab"]
-        for nut, state in zip("ab", both, strict=True):
-            torque = 0.5 * state.friction_torque
-            assert out[f"friction_torque_nut_{nut}"] == pytest.approx(torque, rel=1e-12)
-        parts = out["viscous_torque"] + out["hysteresis_torque"] + out["sliding_torque"]
-        assert out["friction_torque"] == pytest.approx(parts, rel=1e-13)
-        screw = RATIO * out["nut_force"] + out["friction_torque"]
-        assert out["screw_torque"] == pytest.approx(screw, rel=1e-13)
-        for name, choose in (("film_thickness_min", min), ("lambda_ratio", min), ("ball_load_max", max)):
-            assert out[name] == choose(getattr(nut, name) for nut in both)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -167,15 +132,3 @@ def test_play_counts_without_preload_only_and_damping_ends_with_the_contact(synt
     for nothing in ({"nut_stiffness": 0.0}, {"stiffness_preload": 0.0}):
         out = at(synthetic_nut_map, PARAMETERS._replace(**nothing), position=-1e-6).outputs
         assert out["nut_force"] == out["friction_torque"] == out["stored_energy"] == 0.0
-
-
-def test_names_what_is_beyond_the_map(synthetic_nut_map):
-    for inputs, names in (
-        ({"preload": 12000.0}, ""), ({"preload": 12001.0}, "preload force_nut_a force_nut_b"),
-        ({"preload": 1.0}, "preload"), ({"speed": 400.0, "velocity": 400.0 * RATIO}, "speed"),
-        ({"temperature": 400.0}, "temperature"), ({"position": -2e-5}, "force_nut_a"),
-        ({"position": 2e-5}, "force_nut_b"),
-    ):  # fmt: skip
-        found = at(synthetic_nut_map, **inputs)
-        assert found.clamped == tuple(names.split())
-        assert found.outputs["in_range"] == (names == "")

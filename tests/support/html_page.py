@@ -1,52 +1,29 @@
 """An HTML page taken apart: tables, images, links, text."""
 
-from html.parser import HTMLParser
+from lxml import html
 
-#: elements without an end
-VOID = {"meta", "img", "br", "link"}
 #: attributes that load something
-LOADING = {"src", "srcset", "data", "poster", "background", "action", "xlink:href"}
+LOADING = ("src", "srcset", "data", "poster", "background", "action")
 
 
-class Page(HTMLParser):
-    """Tables by id, images, links, text; raises on elements that are not closed."""
+class Page:
+    """Tables by id, images, links, what is loaded, ids, names of the elements, text."""
 
     def __init__(self, text):
-        super().__init__()
-        self.tables, self.images, self.links, self.loaded = {}, [], [], []
-        self.ids, self.text, self.names = [], "", set()
-        self._open, self._table, self._cell = [], None, None
-        self.feed(text)
-        assert self._open == []
-
-    def handle_starttag(self, tag, attrs):
-        attributes = dict(attrs)
-        self.names.add(tag)
-        self.ids += [attributes["id"]] if "id" in attributes else []
-        self.loaded += [(tag, name, value) for name, value in attrs if name in LOADING]
-        if tag not in VOID:
-            self._open.append(tag)
-        if tag == "a":
-            self.links.append(attributes["href"])
-        elif "href" in attributes:
-            self.loaded.append((tag, "href", attributes["href"]))
-        if tag == "img":
-            self.images.append(attributes)
-        elif tag == "table":
-            self._table = self.tables.setdefault(attributes["id"], [])
-        elif tag == "tr":
-            self._table.append([])
-        elif tag in ("td", "th"):
-            self._table[-1].append("")
-            self._cell = True
-
-    def handle_endtag(self, tag):
-        assert self._open.pop() == tag
-        if tag in ("td", "th"):
-            self._cell = None
-
-    def handle_data(self, data):
-        if self._open and self._open[-1] != "style":
-            self.text += data
-        if self._cell:
-            self._table[-1][-1] += data
+        root = html.document_fromstring(text)
+        nodes = [node for node in root.iter() if isinstance(node.tag, str)]
+        self.tables = {
+            table.get("id"): [[cell.text_content() for cell in row] for row in table.iter("tr")]
+            for table in root.iter("table")
+        }
+        self.images = [dict(node.attrib) for node in root.iter("img")]
+        self.links = [node.get("href") for node in root.iter("a")]
+        self.loaded = [
+            (node.tag, name, value)
+            for node in nodes
+            for name, value in node.items()
+            if name in LOADING or (name == "href" and node.tag != "a")
+        ]
+        self.ids = [node.get("id") for node in nodes if node.get("id")]
+        self.names = {node.tag for node in nodes}
+        self.text = "".join(root.xpath("//text()[not(ancestor::style)]"))

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from ballscrew_tehl.calibration.measurement_file import read_measurement_file
+from ballscrew_tehl.calibration.measurements import read_measurement_file
 from ballscrew_tehl.tables.headings import MEASURED, TORQUES, quantity_of, si
 
 #: heading, value as written, quantity, SI; conversion factors of NIST SP 811

@@ -27,6 +27,7 @@ def axis_motion(
     p = {v.name: float(v.start or 0.0) for v in axis_variables(nut_map.header) if v.causality == "parameter"}
     friction = FrictionParameters(*(p[name] for name in FrictionParameters._fields))
     cylinder = 0.25 * math.pi * STEEL_DENSITY * p["screw_diameter"] ** 2 * p["screw_length"]
+    coefficients = friction.net_sliding_coefficient, friction.breakaway_factor
     inertia = p["motor_inertia"] + (p["screw_inertia"] or 0.125 * cylinder * p["screw_diameter"] ** 2)
     ratio = p["lead"] / (2.0 * math.pi)
     contact = contact_stiffness(p["nut_stiffness"], p["stiffness_preload"])
@@ -52,10 +53,8 @@ def axis_motion(
             low, high = sorted(min(force, nut_map.force.hi) for force in (a, b))
             nut = nut_map.evaluate_forces(low, high, abs(w), row["temperature"], friction)
             coulomb = nut.coulomb_torque + p["seal_torque"]
-            coefficients = friction.net_sliding_coefficient, friction.breakaway_factor
-            stiffness = held_stiffness(
-                elements, seals + nut_map.stiffness_at_forces(low, high, *coefficients)
-            )
+            present = seals + nut_map.stiffness_at_forces(low, high, *coefficients)
+            stiffness = held_stiffness(elements, present)
             law = presliding_friction(coulomb, speed, h, elements, stiffness, AXIS_DAMPING_TIME * stiffness)
             elements = law.elements
             torque = law.sign * coulomb + math.copysign(nut.viscous_torque, w)

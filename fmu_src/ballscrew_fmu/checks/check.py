@@ -14,7 +14,7 @@ from fmpy import validation
 from fmpy.model_description import ModelDescription
 
 from ballscrew_fmu.checks.reference import reference_of
-from ballscrew_fmu.checks.replay import AGREEMENT, CheckError, check_replay, replay
+from ballscrew_fmu.checks.replay import CheckError, largest_difference, replay
 from ballscrew_fmu.models import AXIS, FRICTION, MODELS, FmuModel
 from ballscrew_fmu.native_fmu.experiments import Reference, validation_in
 from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, hash_in
@@ -22,25 +22,40 @@ from ballscrew_fmu.python_fmu.shared_map import MAP_FILE as PYTHON_MAP_FILE
 from ballscrew_fmu.python_fmu.shared_map import map_in
 from ballscrew_tehl.runtime.packed import MapError
 
+AGREEMENT = 1e-9  # relative difference between an FMU and its reference
 _SHOWN = ("name", "causality", "unit", "start", "min", "max", "description")  # of a variable
 
 
 def check(fmu: Path, reference: Reference, model: FmuModel = FRICTION) -> str:
-    """Validation and replay of a built FMU. Returns one line with the results.
-
-    Raises       CheckError
-    """
+    """Validation and replay of a built FMU: a line with the results, or CheckError."""
     _refuse_findings(fmu)
     source = "its recorded results" if model is AXIS else "the map"
+    return f"fmpy: no finding; replay against {source}: {_agreement(fmu, reference, source, fmu.name)}"
+
+
+def _agreement(fmu: Path, reference: Reference, source: str, name: str) -> str:
+    """Result of check_replay as text; CheckError begins with the name of what is checked."""
     try:
         worst = check_replay(fmu, reference, f"{source}:")
     except CheckError as error:
-        raise CheckError(f"{fmu.name}: {error}") from error
-    return f"fmpy: no finding; replay against {source}: largest difference {worst:.1e} (limit {AGREEMENT:g})"
+        raise CheckError(f"{name}: {error}") from error
+    return f"largest difference {worst:.1e} (limit {AGREEMENT:g})"
+
+
+def check_replay(fmu: Path | str, reference: Reference, source: str) -> float:
+    """Largest relative difference between an FMU and a reference from `source`; CheckError above AGREEMENT."""
+    outputs = replay(fmu, reference.inputs, reference.step)
+    try:
+        worst, n, name, value, wanted = largest_difference(outputs, reference.outputs)
+    except ValueError as error:
+        raise CheckError(f"replay: {error}") from error
+    if not worst <= AGREEMENT:
+        raise CheckError(f"replay step {n}: {name} = {value!r}; {source} {wanted!r}")
+    return worst
 
 
 def _refuse_findings(fmu: Path) -> None:
-    """Raises CheckError with what the validation of fmpy finds."""
+    """CheckError with what the validation of fmpy finds."""
     if findings := validation.validate_fmu(str(fmu)):
         raise CheckError(f"fmpy validation of {fmu.name}: {' | '.join(findings)}")
 
@@ -48,13 +63,12 @@ def _refuse_findings(fmu: Path) -> None:
 def check_file(fmu: Path) -> list[str]:
     """Checks of an FMU file, a line each: validation, map, replay of the validation or of the map that it contains.
 
-    Raises       ValueError: not an FMU; CheckError: what is wrong, one line
+    ValueError: not an FMU; CheckError: what is wrong, one line
     """
     description = read_description(fmu)
     _refuse_findings(fmu)
-    lines = ["fmpy validation: no finding"]
-    if (note := _map_note(fmu, description.description or "")) is not None:
-        lines.append(note)
+    note = _map_note(fmu, description.description or "")
+    lines = ["fmpy validation: no finding", *filter(None, [note])]
     if fmpy.platform not in fmpy.supported_platforms(str(fmu)):
         return [*lines, f"not run: no library for this machine ({fmpy.platform})"]
     with tempfile.TemporaryDirectory(prefix="ballscrew_fmu_", ignore_cleanup_errors=True) as folder:
@@ -71,46 +85,27 @@ def check_file(fmu: Path) -> list[str]:
 
 
 def _replayed(folder: Path, model: str) -> str:
-    """Replay of the FMU in a folder against what it contains, or a step if that is nothing, as a line.
-
-    Raises       CheckError: what is wrong, one line
-    """
-    name, reference = _reference_in(folder, model)
+    """Replay of an unpacked FMU against what it contains, or a step if that is nothing, as a line; or CheckError."""
+    resources = folder / "resources"
+    slaves = [one for one in MODELS if one.name == model and (resources / PYTHON_MAP_FILE).exists()]
+    name = "map" if slaves else f"{model}_validation"
+    try:
+        reference = reference_of(map_in(str(resources)), slaves[0]) if slaves else validation_in(folder)
+    except MapError as error:
+        raise CheckError(f"made by another version of this package: {error}") from error
+    except ValueError as error:
+        raise CheckError(str(error)) from error
     if reference is None:
         (outputs,) = replay(folder, [{}])
         if wrong := [output for output, value in outputs.items() if value != value]:
             raise CheckError(f"not a number after a step with the start values: {', '.join(wrong)}")
         return f"a step with the start values: {len(outputs)} outputs; not replayed: no reference results in the FMU"
-    try:
-        worst = check_replay(folder, reference, f"{name} in the FMU:")
-    except CheckError as error:
-        raise CheckError(f"{name}: {error}") from error
-    found = f"largest difference {worst:.1e} (limit {AGREEMENT:g})"
+    found = _agreement(folder, reference, f"{name} in the FMU", name)
     return f"replay against {name} in the FMU, {len(reference.inputs)} steps: {found}"
 
 
-def _reference_in(folder: Path, model: str) -> tuple[str, Reference | None]:
-    """Name and content of the reference of an unpacked FMU; for Python hosts, computed from its map.
-
-    Raises       CheckError: it cannot be read
-    """
-    slave = next((one for one in MODELS if one.name == model), None)
-    resources = folder / "resources"
-    try:
-        if slave is not None and (resources / PYTHON_MAP_FILE).exists():
-            return "map", reference_of(map_in(str(resources)), slave)
-        return f"{model}_validation", validation_in(folder)
-    except MapError as error:
-        raise CheckError(f"made by another version of this package: {error}") from error
-    except ValueError as error:
-        raise CheckError(str(error)) from error
-
-
 def fmu_info(fmu: Path) -> dict[str, Any]:
-    """Names, kinds, platforms and variables of an FMU; JSON-able.
-
-    Raises       ValueError: not an FMU that fmpy can read
-    """
+    """Names, kinds, platforms and variables of an FMU for JSON; ValueError: not an FMU that fmpy can read."""
     description = read_description(fmu)
     kinds = {"co-simulation": description.coSimulation, "model exchange": description.modelExchange}
     with zipfile.ZipFile(fmu) as archive:
@@ -134,10 +129,7 @@ def fmu_info(fmu: Path) -> dict[str, Any]:
 
 
 def read_description(fmu: Path) -> ModelDescription:
-    """Model description of an FMU file.
-
-    Raises       ValueError: it cannot be read, with the reason
-    """
+    """Model description of an FMU file; ValueError: it cannot be read, with the reason."""
     if not fmu.is_file():
         raise ValueError(f"{fmu}: {'a folder; give an FMU file' if fmu.is_dir() else 'no such file'}")
     try:

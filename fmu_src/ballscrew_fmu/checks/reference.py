@@ -14,18 +14,11 @@ from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION, FmuModel
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu
-from ballscrew_tehl.runtime.constants import DAMPING_TIME
+from ballscrew_tehl.runtime import outputs
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
-from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS, POINT, FrictionParameters
-from ballscrew_tehl.runtime.standstill import (
-    RELAXED,
-    Elements,
-    held_stiffness,
-    presliding_friction,
-    regularised_friction,
-)
+from ballscrew_tehl.runtime.standstill import RELAXED, Elements, StandstillLaw
 from ballscrew_tehl.runtime.transmission import TransmissionInputs, TransmissionParameters, transmission_step
 
 STEP = 1e-3  # [s] communication step of the replay
@@ -39,32 +32,34 @@ Row = dict[str, Any]
 def reference_of(nut_map: NutMap, model: FmuModel = FRICTION) -> Reference:
     """Reference input and the outputs of the map for it, with the start values of the parameters.
 
-    Raises       CheckError: the monitor does not recover the preload that its torque is computed from; as check_axis
+    CheckError: the monitor does not recover the preload that its torque is computed from; as check_axis
     """
     header = nut_map.header
     if model is AXIS:
         rows = list(axis_input(header))
-        return Reference(STEP, rows, _axis_results(nut_map, rows))
+        with tempfile.TemporaryDirectory(prefix="ballscrew_axis_") as scratch:
+            fmu = Path(scratch) / "axis.fmu"
+            build_native_fmu(nut_map, 2, fmu, platforms=(this_platform(),), model=AXIS)
+            results = replay(fmu, rows, STEP)
+        check_axis(nut_map, rows, results)
+        return Reference(STEP, rows, results)
     if model is TRANSMISSION:
-        rows = list(_transmission_input(header, STEP))
-        return Reference(STEP, rows, _transmission_outputs(nut_map, rows, STEP))
+        rows = list(_transmission_input(header))
+        return Reference(STEP, rows, _transmission_outputs(nut_map, rows))
     rows = list(reference_input(header))
     if model is FRICTION:
         return Reference(STEP, rows, friction_results(nut_map, rows))
+    torques = [row["friction_torque"] for row in friction_results(nut_map, rows, presliding=False)]
     inputs = [
-        {"torque": result["friction_torque"]}
-        | {name: row[name] for name in ("speed", "temperature", "axial_load")}
-        for row, result in zip(rows, friction_results(nut_map, rows, presliding=False), strict=True)
+        {"torque": torque} | {name: row[name] for name in ("speed", "temperature", "axial_load")}
+        for row, torque in zip(rows, torques, strict=True)
     ]
-    outputs = monitor_outputs(nut_map, inputs)
-    errors = [
-        abs(result["preload"] / row["preload"] - 1.0)
-        for row, result in zip(rows, outputs, strict=True)
-        if result["in_range"]
-    ]
+    results = monitor_outputs(nut_map, inputs)
+    pairs = zip(rows, results, strict=True)
+    errors = [abs(found["preload"] / row["preload"] - 1.0) for row, found in pairs if found["in_range"]]
     if not (errors and all(error <= RECOVERY for error in errors)):
         raise CheckError(f"preload from torque: relative errors {errors}; allowed {RECOVERY:g}")
-    return Reference(STEP, inputs, outputs)
+    return Reference(STEP, inputs, results)
 
 
 def _starts(nut_map: NutMap, model: FmuModel) -> dict[str, float]:
@@ -73,19 +68,10 @@ def _starts(nut_map: NutMap, model: FmuModel) -> dict[str, float]:
     return {v.name: float(v.start or 0.0) for v in table if v.causality == "parameter"}
 
 
-def _parameters(nut_map: NutMap, model: FmuModel, kind: Any) -> Any:
-    """Start values of the parameters as a NamedTuple of this kind."""
-    starts = _starts(nut_map, model)
-    return kind(*(starts[name] for name in kind._fields))
-
-
 def _outputs(nut_map: NutMap, model: FmuModel, results: Iterable[Mapping[str, Any]]) -> list[Row]:
     """The outputs among these results, in the order of the table."""
     names = [v.name for v in model.variables(nut_map.header) if v.causality == "output"]
     return [{name: row[name] for name in names} for row in results]
-
-
-# of the friction
 
 
 def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
@@ -105,57 +91,33 @@ def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
 
 
 def friction_step(
-    nut_map: NutMap, given: Mapping[str, float], step: float, before: Elements
+    nut_map: NutMap, given: Mapping[str, float], step: float, before: Elements, heat: float = 0.0
 ) -> tuple[dict[str, Any], Elements]:
-    """Outputs of BallScrewFriction at the end of a step, except heat, and the elements there.
-
-    Parameters   given : inputs and parameters by name;  step : [s];  before : elements at its start
-    """
-    preload, speed, temperature, axial_load = (given[name] for name in POINT)
-    friction = FrictionParameters(*(given[name] for name in DEFAULTS))
-    nut = nut_map.evaluate(preload, speed, temperature, axial_load, *friction)
-    nut = nut._replace(seal_torque=given["seal_torque"])
-    if given["presliding"]:
-        present = given["presliding_stiffness"] or nut_map.presliding_stiffness(
-            preload, axial_load, friction.net_sliding_coefficient, friction.breakaway_factor
-        ) + nut_map.seal_stiffness(nut.seal_torque)
-        stiffness = held_stiffness(before, present)
-        damping = given["presliding_damping"] or DAMPING_TIME * stiffness
-        law = presliding_friction(nut.coulomb_torque, speed, step, before, stiffness, damping)
-    else:
-        law = regularised_friction(nut.coulomb_torque, speed, step, given["regularization_speed"], before)
-    outputs = friction_outputs(nut, speed, law, loads_a=axial_load >= 0.0)
-    outputs["range_margin"] = nut_map.range_margin(preload, speed, temperature, axial_load)
-    return outputs, law.elements
+    """Outputs of BallScrewFriction and elements at the end of a step [s]; given: inputs and parameters by name."""
+    point = [given[name] for name in (*POINT, *DEFAULTS)]
+    nut = nut_map.evaluate(*point)._replace(seal_torque=given["seal_torque"])
+    law = StandstillLaw(*(given[name] for name in StandstillLaw._fields))  # type: ignore[arg-type]
+    result, coulomb = outputs.friction_step(nut_map, nut, point, law, step, before, heat)
+    return result, coulomb.elements
 
 
 def friction_results(
     nut_map: NutMap, inputs: Iterable[Mapping[str, float]], step: float = STEP, **parameters: float
 ) -> list[Row]:
-    """Outputs of BallScrewFriction after each step of an input sequence, from a new instance.
-
-    Parameters   inputs : rows by name;  step : [s]
-                 parameters : by name; the others keep their start values
-    """
+    """Outputs of BallScrewFriction after each step [s] of an input sequence; parameters off their start values."""
     given = _starts(nut_map, FRICTION) | parameters
     elements, heat, results = RELAXED, 0.0, []
     for row in inputs:
-        outputs, elements = friction_step(nut_map, {**given, **row}, step, elements)
-        heat = outputs["heat"] = heat + step * outputs["power_loss"]
-        results.append(outputs)
+        result, elements = friction_step(nut_map, {**given, **row}, step, elements, heat)
+        heat = result["heat"]
+        results.append(result)
     return _outputs(nut_map, FRICTION, results)
 
 
-# of the monitor
-
-
 def monitor_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]]) -> list[Row]:
-    """Outputs after each step of an input sequence, from a new instance.
-
-    Parameters   inputs : torque [N.m], speed [rad/s], temperature [K], axial_load [N]
-    """
-    parameters = _parameters(nut_map, MONITOR, MonitorParameters)
-    held, results = None, []
+    """Outputs of BallScrewPreloadMonitor after each step of an input sequence."""
+    starts, held, results = _starts(nut_map, MONITOR), None, []
+    parameters = MonitorParameters(*(starts[name] for name in MonitorParameters._fields))
     for row in inputs:
         done = monitor_step(nut_map, MonitorInputs(**row), parameters, held)
         results.append(done.outputs)
@@ -163,20 +125,15 @@ def monitor_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]]) -> l
     return _outputs(nut_map, MONITOR, results)
 
 
-# of the transmission
-
-
-def _transmission_input(header: Mapping[str, Any], step: float) -> Iterator[dict[str, float]]:
+def _transmission_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
     """Motion from rest, in both directions, under a load that changes its sign, partly outside the map."""
     axes = header["axes"]
     force_hi, fastest = axes["force"][1], axes["speed"][1]
     cold, hot = axes["temperature"][:2]
-    numbers = header["screw"]
-    ratio = numbers["lead"] / (2.0 * math.pi)
+    screw = header["screw"]
+    ratio = screw["lead"] / (2.0 * math.pi)
     # way at which one nut comes free at the middle preload
-    way = (
-        (0.3 * force_hi * numbers["stiffness_preload"] ** 0.5) ** (2.0 / 3.0) * 3.0 / numbers["nut_stiffness"]
-    )
+    way = (0.3 * force_hi * screw["stiffness_preload"] ** 0.5) ** (2.0 / 3.0) * 3.0 / screw["nut_stiffness"]
     angle = 0.0
     for n in range(STEPS):
         phase = n / STEPS
@@ -188,24 +145,22 @@ def _transmission_input(header: Mapping[str, Any], step: float) -> Iterator[dict
             "angle": angle,
             "speed": speed,
             "position": ratio * angle - x,
-            "velocity": ratio * speed - (x_next - x) / step,
+            "velocity": ratio * speed - (x_next - x) / STEP,
             "temperature": cold + (hot - cold) * (1.1 * phase - 0.05),
             "preload": force_hi * (0.02 + 0.5 * phase),
         }
-        angle += speed * step
+        angle += speed * STEP
 
 
-def _transmission_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]], step: float) -> list[Row]:
-    parameters = _parameters(nut_map, TRANSMISSION, TransmissionParameters)
+def _transmission_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]]) -> list[Row]:
+    starts = _starts(nut_map, TRANSMISSION)
+    parameters = TransmissionParameters(*(starts[name] for name in TransmissionParameters._fields))  # type: ignore[arg-type]
     before, heat, results = RELAXED, 0.0, []  # at rest before the first step
     for row in inputs:
-        done = transmission_step(nut_map, TransmissionInputs(**row), parameters, step, before, heat)
+        done = transmission_step(nut_map, TransmissionInputs(**row), parameters, STEP, before, heat)
         results.append(done.outputs)
         before, heat = done.elements, done.outputs["heat"]
     return _outputs(nut_map, TRANSMISSION, results)
-
-
-# of the axis
 
 
 def axis_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
@@ -222,31 +177,19 @@ def axis_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
         }
 
 
-def _axis_results(nut_map: NutMap, inputs: Sequence[Mapping[str, float]]) -> list[Row]:
-    """Outputs of the axis, recorded from an FMU for this machine, once three checks have found them right."""
-    with tempfile.TemporaryDirectory(prefix="ballscrew_axis_") as scratch:
-        fmu = Path(scratch) / "axis.fmu"
-        build_native_fmu(nut_map, 2, fmu, platforms=(this_platform(),), model=AXIS)
-        results = replay(fmu, inputs, STEP)
-    check_axis(nut_map, inputs, results)
-    return results
-
-
 def check_axis(
     nut_map: NutMap, inputs: Sequence[Mapping[str, float]], results: Sequence[Mapping[str, Any]]
 ) -> float:
     """Energies of an axis, its friction against the map, its motion against an integration in Python (axis_motion).
 
-    Returns      largest difference of the motion, over the range of the quantity
-    Raises       CheckError
+    Returns the largest difference of the motion over the range of the quantity; CheckError above MOTION or BALANCE.
     """
     defaults = FrictionParameters(*nut_map.defaults)
     for n, (row, result) in enumerate(zip(inputs, results, strict=True)):
         kept = [result[name] for name in ("heat", "kinetic_energy", "potential_energy", "stored_energy")]
-        if not abs(result["supplied_energy"] - sum(kept)) <= BALANCE * sum(map(abs, kept)):
-            raise CheckError(
-                f"axis, step {n}: {result['supplied_energy']!r} J supplied, {sum(kept)!r} J kept"
-            )
+        supplied = result["supplied_energy"]
+        if not abs(supplied - sum(kept)) <= BALANCE * sum(map(abs, kept)):
+            raise CheckError(f"axis, step {n}: {supplied!r} J supplied, {sum(kept)!r} J kept")
         low, high = sorted(min(result[f"force_nut_{nut}"], nut_map.force.hi) for nut in "ab")
         nut = nut_map.evaluate_forces(low, high, result["speed"], row["temperature"], defaults)
         viscous = result["viscous_torque"]
@@ -254,9 +197,7 @@ def check_axis(
             raise CheckError(f"axis, step {n}: viscous_torque = {viscous!r}; the map {nut.viscous_torque!r}")
     motion = list(axis_motion(nut_map, inputs, STEP))
     names = list(motion[0])
-    integrated, recorded = (
-        np.array([[row[name] for name in names] for row in of]) for of in (motion, results)
-    )
+    integrated, recorded = (np.array([[row[x] for x in names] for row in of]) for of in (motion, results))
     differences = np.max(np.abs(integrated - recorded), axis=0) / np.ptp(integrated, axis=0)
     n = int(np.argmax(differences))  # a NaN before all
     name, worst = names[n], float(differences[n])

@@ -1,13 +1,11 @@
-"""An FMU of FMI 2.0 or 3.0 stepped in fmpy, with variables by name, for the checks and the tests."""
-
-from __future__ import annotations
+"""An FMU of FMI 2.0 or 3.0 stepped in fmpy, with variables by name; imported by hosts that step an FMU, too."""
 
 import contextlib
 import math
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import fmpy
 from fmpy.fmi1 import FMICallException
@@ -22,11 +20,7 @@ from fmpy.fmi2 import (
 )
 from fmpy.fmi3 import FMU3Slave
 
-if TYPE_CHECKING:  # this module is imported by hosts that step an FMU
-    from ballscrew_fmu.native_fmu.experiments import Reference
-
 DISCARD = 2  # status of FMI
-AGREEMENT = 1e-9  # relative difference between an FMU and its reference
 FLOOR = 0.01  # of the largest value of an output: smaller ones are compared with this
 Rows = Sequence[Mapping[str, Any]]  # outputs of steps by name
 
@@ -49,11 +43,10 @@ class FmuInstance:
     def __init__(
         self, fmu: Path | str, messages: list[tuple[int, str]] | None = None, **start: float
     ) -> None:
-        self._unpacked = None
+        self._unpacked, folder = contextlib.ExitStack(), str(fmu)
         if not Path(fmu).is_dir():
-            self._unpacked = tempfile.TemporaryDirectory(prefix="ballscrew_fmu_", ignore_cleanup_errors=True)
-            fmpy.extract(str(fmu), unzipdir=self._unpacked.name)
-        folder = str(fmu) if self._unpacked is None else self._unpacked.name
+            scratch = tempfile.TemporaryDirectory(prefix="ballscrew_fmu_", ignore_cleanup_errors=True)
+            folder = str(fmpy.extract(str(fmu), unzipdir=self._unpacked.enter_context(scratch)))
         self.description = fmpy.read_model_description(folder)
         self.references = {v.name: v.valueReference for v in self.description.modelVariables}
         self._types = {v.name: v.type for v in self.description.modelVariables}
@@ -116,8 +109,7 @@ class FmuInstance:
 
     def close(self) -> None:
         self.slave.freeInstance()
-        if self._unpacked is not None:
-            self._unpacked.cleanup()
+        self._unpacked.close()
 
     def __enter__(self) -> Self:
         return self
@@ -132,10 +124,7 @@ class FmuInstance:
 
 @contextlib.contextmanager
 def running(fmu: Path | str) -> Iterator[FmuInstance]:
-    """An instance of an FMU, packed or in a folder.
-
-    Raises       CheckError: it cannot be loaded, instantiated or stepped, with what the FMU says itself
-    """
+    """An instance of an FMU; CheckError: it cannot be loaded, instantiated or stepped, with what it says itself."""
     messages: list[tuple[int, str]] = []
     try:
         instance = FmuInstance(fmu, messages)
@@ -155,10 +144,7 @@ def _failed(messages: Sequence[tuple[int, str]], error: Exception) -> CheckError
 def replay(
     fmu: Path | str, rows: Iterable[Mapping[str, float]], step_size: float = 1e-3
 ) -> list[dict[str, Any]]:
-    """Outputs after each step of an input sequence. A row may be limited to the inputs that change.
-
-    Raises       CheckError: as running, or the FMU discards a step
-    """
+    """Outputs after each step of an input sequence, a row of inputs that change each; CheckError: it fails a step."""
     results = []
     with running(fmu) as instance:
         for row in rows:
@@ -172,9 +158,7 @@ def largest_difference(results: Rows, expected: Rows) -> tuple[float, int, str, 
     """The largest relative one of two sequences of outputs, NaN before all; its row, name, result and expected value.
 
     Relative to the value, or to FLOOR of the largest value of that output where the value is smaller: the force on a
-    nut is a difference of forces, and rounds as they do.
-
-    Raises       ValueError: their names or lengths differ
+    nut is a difference of forces, and rounds as they do. ValueError: their names or lengths differ.
     """
     if any(row.keys() != wanted.keys() for row, wanted in zip(results, expected, strict=True)):
         raise ValueError(f"outputs {sorted(results[0])}; expected {sorted(expected[0])}")
@@ -185,18 +169,3 @@ def largest_difference(results: Rows, expected: Rows) -> tuple[float, int, str, 
         for name, value in wanted.items()
     )
     return max(differences, key=lambda one: (math.isnan(one[0]), one[0]))
-
-
-def check_replay(fmu: Path | str, reference: Reference, source: str) -> float:
-    """Largest relative difference between an FMU in fmpy and a reference, which comes from `source`.
-
-    Raises       CheckError: an output differs by more than AGREEMENT, or as replay
-    """
-    outputs = replay(fmu, reference.inputs, reference.step)
-    try:
-        worst, n, name, value, wanted = largest_difference(outputs, reference.outputs)
-    except ValueError as error:
-        raise CheckError(f"replay: {error}") from error
-    if not worst <= AGREEMENT:
-        raise CheckError(f"replay step {n}: {name} = {value!r}; {source} {wanted!r}")
-    return worst

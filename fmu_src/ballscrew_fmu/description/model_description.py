@@ -23,18 +23,10 @@ from ballscrew_tehl.runtime.packed import map_hash
 
 LOG_CATEGORIES = {
     "logStatusWarning": "An input or the force of a nut is outside the map and is clamped",
-    "logStatusDiscard": "An invalid value, which is not stored",
+    "logStatusDiscard": "An invalid value, which is not stored; of an FMU for Python hosts: a step with one",
     "logStatusError": "A call that is illegal in the current state or has invalid arguments, with the reason",
-    "logStatusFatal": "Failures that end the simulation (not used)",
+    "logStatusFatal": "Failures that end the simulation",
     "logAll": "All messages",
-}
-
-
-_PYTHON_CATEGORIES = {
-    **LOG_CATEGORIES,
-    "logStatusDiscard": "A step is discarded, with the variable and the value that are the reason",
-    "logStatusError": "A call that has no effect",
-    "logStatusFatal": "Failures of the Python interpreter",
 }
 
 
@@ -48,9 +40,7 @@ def about() -> dict[str, str]:
     """Version, author, copyright, licence and date by attribute of the description, the same in FMI 2.0 and 3.0.
 
     The date is that of the version, so that the same input gives the same FMU; the variable SOURCE_DATE_EPOCH of
-    reproducible builds [s since 1970] replaces it.
-
-    Raises       ValueError: SOURCE_DATE_EPOCH is not a number of seconds
+    reproducible builds [s since 1970] replaces it; ValueError: not a number.
     """
     notice = next(line for line in licence_text().splitlines() if line.startswith("Copyright"))
     made = datetime.fromisoformat(__date__).replace(tzinfo=UTC)
@@ -70,11 +60,6 @@ def flags(true: str, false: str) -> dict[str, str]:
     return dict.fromkeys(true.split(), "true") | dict.fromkeys(false.split(), "false")
 
 
-_FMI2 = flags(
-    "canGetAndSetFMUstate canSerializeFMUstate providesDirectionalDerivative",
-    # instances are in memory of the importer
-    "needsExecutionTool canBeInstantiatedOnlyOncePerProcess canNotUseMemoryManagementFunctions",
-)
 _PYTHON = flags(
     "canHandleVariableCommunicationStepSize canNotUseMemoryManagementFunctions canGetAndSetFMUstate "
     "canSerializeFMUstate",
@@ -82,28 +67,37 @@ _PYTHON = flags(
     "needsExecutionTool canInterpolateInputs canRunAsynchronuously canBeInstantiatedOnlyOncePerProcess "
     "providesDirectionalDerivative",
 ) | {"maxOutputDerivativeOrder": "0"}
-_FMI3 = flags(
-    "canGetAndSetFMUState canSerializeFMUState providesDirectionalDerivatives providesAdjointDerivatives",
-    "needsExecutionTool canBeInstantiatedOnlyOncePerProcess providesPerElementDependencies "
-    "providesEvaluateDiscreteStates",
-)
-_PARTS = (
-    "providesIntermediateUpdate mightReturnEarlyFromDoStep canReturnEarlyAfterIntermediateUpdate hasEventMode"
-)
-_DERIVED = "providesDirectionalDerivatives providesAdjointDerivatives"
+# of native FMUs by version of FMI; their instances are in memory of the importer
+_DERIVED = {
+    2: "providesDirectionalDerivative",
+    3: "providesDirectionalDerivatives providesAdjointDerivatives",
+}
+_COMMON = {
+    2: flags(
+        f"canGetAndSetFMUstate canSerializeFMUstate {_DERIVED[2]}",
+        "needsExecutionTool canBeInstantiatedOnlyOncePerProcess canNotUseMemoryManagementFunctions",
+    ),
+    3: flags(
+        f"canGetAndSetFMUState canSerializeFMUState {_DERIVED[3]}",
+        "needsExecutionTool canBeInstantiatedOnlyOncePerProcess providesPerElementDependencies "
+        "providesEvaluateDiscreteStates",
+    ),
+}
+_EXCHANGE = {2: flags("completedIntegratorStepNotNeeded", ""), 3: flags("", "needsCompletedIntegratorStep")}
 _STEPS = {"canHandleVariableCommunicationStepSize": "true", "maxOutputDerivativeOrder": "0"}
+_NO_STEPS = {
+    2: "canInterpolateInputs canRunAsynchronuously",
+    3: "providesIntermediateUpdate mightReturnEarlyFromDoStep canReturnEarlyAfterIntermediateUpdate hasEventMode",
+}
 
 
 def capabilities(model: FmuModel, fmi_version: int) -> dict[str, dict[str, str]]:
     """Capability flags of a native FMU, by interface."""
-    derived = "providesDirectionalDerivative" if fmi_version == 2 else _DERIVED
-    of_step = {} if model.step_derivatives else flags("", derived)
-    if fmi_version == 2:
-        exchange = flags("completedIntegratorStepNotNeeded", "")
-        steps = flags("", "canInterpolateInputs canRunAsynchronuously")
-        return {"ModelExchange": _FMI2 | exchange, "CoSimulation": _FMI2 | _STEPS | steps | of_step}
-    exchange = flags("", "needsCompletedIntegratorStep")
-    return {"ModelExchange": _FMI3 | exchange, "CoSimulation": _FMI3 | _STEPS | flags("", _PARTS) | of_step}
+    common, missing = _COMMON[fmi_version], _NO_STEPS[fmi_version]
+    if not model.step_derivatives:
+        missing = f"{missing} {_DERIVED[fmi_version]}"
+    steps = common | _STEPS | flags("", missing)
+    return {"ModelExchange": common | _EXCHANGE[fmi_version], "CoSimulation": steps}
 
 
 def native_description(
@@ -114,35 +108,15 @@ def native_description(
     sources: Sequence[str],
     model: FmuModel = FRICTION,
 ) -> bytes:
-    """modelDescription.xml in UTF-8. Same arguments give the same bytes.
+    """modelDescription.xml in UTF-8, the same bytes for the same arguments.
 
-    Parameters   header : of the map;  fmi_version : 2 or 3;  token : guid or instantiationToken
-                 sources : names of the C files in the sources folder
+    header : of the map;  fmi_version : 2 or 3;  token : guid or instantiationToken
+    sources : names of the C files in the sources folder; none: of an FMU for Python hosts
     """
-    interfaces = capabilities(model, fmi_version)
-    return _description(header, fmi_version, model, token, generation_tool, interfaces, sources)
-
-
-def python_description(
-    header: Mapping[str, Any], guid: str, generation_tool: str, model: FmuModel = FRICTION
-) -> bytes:
-    """modelDescription.xml of an FMU for Python hosts. Same arguments give the same bytes; header : of the map."""
-    return _description(header, 2, model, guid, generation_tool, {"CoSimulation": _PYTHON})
-
-
-def _description(
-    header: Mapping[str, Any],
-    fmi_version: int,
-    model: FmuModel,
-    token: str,
-    tool: str,
-    interfaces: Mapping[str, Mapping[str, str]],
-    sources: Sequence[str] = (),
-) -> bytes:
-    """interfaces : flags of each;  sources : of a native FMU."""
-    name, variables, categories = model.name, model.variables(header), _PYTHON_CATEGORIES
+    name, variables, interfaces = model.name, model.variables(header), {"CoSimulation": _PYTHON}
     if sources:
-        name, variables, categories = model.native_name, model.native_variables(header), LOG_CATEGORIES
+        name, variables = model.native_name, model.native_variables(header)
+        interfaces = capabilities(model, fmi_version)
     of_map = f"{header['kinematics']} kinematics, map {map_hash(header)[:12]}"
     root = Element(
         "fmiModelDescription",
@@ -153,7 +127,7 @@ def _description(
             "description": f"{model.summary}, thermal elastohydrodynamic lubrication; {law_name(header)} friction law, "
             + "; ".join(text for text in (of_map, lead_text(header), band_text(header)) if text),
             **about(),
-            "generationTool": tool,
+            "generationTool": generation_tool,
             "variableNamingConvention": "flat",
         },
     )
@@ -164,9 +138,15 @@ def _description(
             for source in sources:
                 SubElement(files, "File", name=source)
     listed = variables if fmi_version == 2 else (*variables, TIME)
-    _unit_definitions(SubElement(root, "UnitDefinitions"), listed)
+    units = SubElement(root, "UnitDefinitions")
+    for unit_name, unit in UNITS.items():
+        if any(v.unit == unit_name for v in listed):
+            node = SubElement(units, "Unit", name=unit_name)
+            SubElement(node, "BaseUnit", {base: str(exponent) for base, exponent in unit.base.items()})
+            for display, factor, offset in unit.displays:
+                SubElement(node, "DisplayUnit", name=display, factor=repr(factor), offset=repr(offset))
     logged = SubElement(root, "LogCategories")
-    for category, text in categories.items():
+    for category, text in LOG_CATEGORIES.items():
         SubElement(logged, "Category", name=category, description=text)
     SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="1.0", stepSize=repr(model.step))
     if fmi_version == 2:
@@ -174,6 +154,13 @@ def _description(
     _variables(SubElement(root, "ModelVariables"), listed, fmi_version)
     _structure(SubElement(root, "ModelStructure"), variables, fmi_version)
     return serialized(root)
+
+
+def python_description(
+    header: Mapping[str, Any], guid: str, generation_tool: str, model: FmuModel = FRICTION
+) -> bytes:
+    """modelDescription.xml of an FMU for Python hosts."""
+    return native_description(header, 2, guid, generation_tool, (), model)
 
 
 def build_description(sources: Sequence[str], model: FmuModel = FRICTION) -> bytes:
@@ -209,29 +196,14 @@ def serialized(root: Element) -> bytes:
     return ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
 
 
-def _states(variables: Sequence[Variable]) -> set[str]:
-    """Names of the continuous states."""
-    return {v.derivative_of for v in variables if v.derivative_of}
-
-
-def _unit_definitions(parent: Element, variables: Sequence[Variable]) -> None:
-    used = {v.unit for v in variables}
-    for name, unit in UNITS.items():
-        if name not in used:
-            continue
-        node = SubElement(parent, "Unit", name=name)
-        SubElement(node, "BaseUnit", {base: str(exponent) for base, exponent in unit.base.items()})
-        for display, factor, offset in unit.displays:
-            SubElement(node, "DisplayUnit", name=display, factor=repr(factor), offset=repr(offset))
-
-
 def _variables(parent: Element, variables: Sequence[Variable], fmi_version: int) -> None:
     reference = {v.name: str(n) for n, v in enumerate(variables, FIRST_REFERENCE)}
+    states = {v.derivative_of for v in variables}
     for v in variables:
         about = {"name": v.name, "valueReference": reference[v.name], "description": v.description}
         about |= {"causality": v.causality, "variability": v.variability}
         # inputs: exact is what they are by default, and CasADi refuses it
-        if v.causality == "parameter" or (v.name in _states(variables) and v.start is not None):
+        if v.causality == "parameter" or (v.name in states and v.start is not None):
             about["initial"] = "exact"
         elif v.causality not in ("input", "independent"):
             about["initial"] = "calculated"
@@ -243,13 +215,12 @@ def _variables(parent: Element, variables: Sequence[Variable], fmi_version: int)
             attributes = {"start": None if v.start is None else str(bool(v.start)).lower()}
         if v.derivative_of:
             attributes["derivative"] = reference[v.derivative_of]  # FMI 2.0: its index, the same number
-        if v.name in _states(variables):
+        if v.name in states:
             attributes["reinit"] = "true"
         given = {name: value for name, value in attributes.items() if value is not None}
         if fmi_version == 2:
-            SubElement(
-                SubElement(parent, "ScalarVariable", about), "Boolean" if v.unit is None else "Real", given
-            )
+            scalar = SubElement(parent, "ScalarVariable", about)
+            SubElement(scalar, "Boolean" if v.unit is None else "Real", given)
         else:
             SubElement(parent, "Boolean" if v.unit is None else "Float64", about | given)
 
@@ -257,7 +228,8 @@ def _variables(parent: Element, variables: Sequence[Variable], fmi_version: int)
 def _structure(parent: Element, variables: Sequence[Variable], fmi_version: int) -> None:
     """Unknowns with their dependencies: in FMI 2.0 in groups, without event indicators."""
     place = {v.name: n for n, v in enumerate(variables, 1 if fmi_version == 2 else FIRST_REFERENCE)}
-    unset = {v.name for v in variables if v.name in _states(variables) and v.start is None}
+    states = {v.derivative_of for v in variables}
+    unset = {v.name for v in variables if v.name in states and v.start is None}
     initial = [v for v in variables if v.causality == "output" or v.derivative_of or v.name in unset]
     kinds = [
         ("Outputs", "Output", [v for v in variables if v.causality == "output"]),

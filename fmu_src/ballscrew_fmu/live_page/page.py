@@ -34,7 +34,6 @@ from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MECHANISTIC, SURFACES, map_hash
 from ballscrew_tehl.tables.headings import MEASURED, MEASURED_EXAMPLE
 
-_ROOT = importlib.resources.files("ballscrew_fmu")
 _TRENDS = ["", *(trend.Trend(*at).text for at in ((True, False), (False, True), (True, True)))]
 _START_SPEED, _START_TEMPERATURE = 1000.0, 303.15  # [r/min], [K]
 
@@ -42,7 +41,8 @@ _START_SPEED, _START_TEMPERATURE = 1000.0, 303.15  # [r/min], [K]
 def _source(name: str) -> Html:
     """A file of this room as it is."""
     folder = "uplot" if name.startswith(("uPlot", "LICENSE")) else "templates"
-    return Html((_ROOT / "live_page" / folder / name).read_text(encoding="utf-8"))
+    place = importlib.resources.files("ballscrew_fmu") / "live_page" / folder / name
+    return Html(place.read_text(encoding="utf-8"))
 
 
 _TEMPLATES = environment("ballscrew_fmu.live_page")
@@ -56,21 +56,19 @@ def live_page(
     ends: NDArray[np.float64] | None,
     start: OperatingPoint | None = None,
 ) -> str:
-    """The page of a screw.
+    """The page of a screw in HTML, the same for the same input and compiler; BuildError, SourceError: not compiled.
 
-    Parameters   ends : interval_table of its law with TABLE_NODES nodes; None: without interval
-                 start : operating point shown first; None: that of the FMU
-    Returns      HTML, the same for the same input and compiler
-    Raises       BuildError: not in the package, and no ziglang, or it fails;  SourceError: a file is missing
+    ends : interval_table of its law with TABLE_NODES nodes; None: without interval
+    start : operating point shown first; None: that of the FMU
     """
-    header = nut_map.header
-    law = header["law"]
+    header, law = nut_map.header, nut_map.law
     friction = header.get("friction") or {"set": "", "provenance": "", "carried_over": "", "errors": {}}
     kind = parameters.screw.preload_kind
-    published, words = _published(parameters), PRELOAD_WORDS[kind]
+    published, words, mean = _published(parameters), PRELOAD_WORDS[kind], friction["errors"].get("mean")
+    fitted = "" if mean is None else f"; mean deviation from the torques of its fit {100.0 * mean:.1f} %"
     packed = {"wasm": _packed(contents(page_library(header))[WASM]), "map": packed_map(nut_map)}
     if ends is not None:
-        packed["ends"] = _packed(_by_byte(np.asarray(ends, dtype="<f8").tobytes()))
+        packed["ends"] = _packed_numbers(np.asarray(ends, dtype="<f8").tobytes())
     about = {
         "law": tuple(SURFACES).index(law),
         "lead": header.get("screw", {}).get("lead", 0.0),
@@ -89,7 +87,7 @@ def live_page(
         "trend": (trend.THICK, trend.STEP_K, trend.STEP_LN, trend.MIN_CHANGE, _TRENDS),
         "slip": trend.MIN_FORCE_RATIO if law == MECHANISTIC and kind == FOUR_POINT else 0.0,
         "nodes": None if ends is None else TABLE_NODES,
-        "meaning": MEANING if ends is not None else _no_interval(friction["errors"].get("mean")),
+        "meaning": MEANING if ends is not None else f"no interval for this friction set{fitted}",
         "units": {name: {"names": q.names, "units": q.units} for name, q in MEASURED.items()},
         "published": published,
     }
@@ -112,29 +110,26 @@ def live_page(
 
 def live_frame(page: str) -> Html:
     """The page as a fragment of another one, as high as its content; not fetched, for it is in the attribute."""
-    return Html(
-        '<iframe class="live" title="Live page" loading="lazy" srcdoc="{}" onload="{}"></iframe>'
-    ).format(page, _AS_HIGH_AS_ITS_CONTENT)
-
-
-_AS_HIGH_AS_ITS_CONTENT = (
-    "const main = this.contentDocument.querySelector('main'); new ResizeObserver(() => {"
-    "this.style.height = Math.ceil(main.getBoundingClientRect().height) + 40 + 'px'}).observe(main)"
-)
+    high = (
+        "const main = this.contentDocument.querySelector('main'); new ResizeObserver(() => {"
+        "this.style.height = Math.ceil(main.getBoundingClientRect().height) + 40 + 'px'}).observe(main)"
+    )
+    frame = '<iframe class="live" title="Live page" loading="lazy" srcdoc="{}" onload="{}"></iframe>'
+    return Html(frame).format(page, high)
 
 
 def packed_map(nut_map: NutMap) -> str:
     """Text of the map in the page, which the FMU for Python hosts reads, too (python_fmu.shared_map)."""
-    return _packed(_by_byte(map_bytes(nut_map)))
+    return _packed_numbers(map_bytes(nut_map))
+
+
+def _packed_numbers(numbers: bytes) -> str:
+    """Text of doubles: first bytes of all, then their second ones: a fifth smaller."""
+    return _packed(np.frombuffer(numbers, np.uint8).reshape(-1, 8).T.tobytes())
 
 
 def _packed(content: bytes) -> str:
     return base64.b64encode(zlib.compress(content, 9)).decode()
-
-
-def _by_byte(numbers: bytes) -> bytes:
-    """First bytes of all doubles, then their second ones: a fifth smaller when packed."""
-    return np.frombuffer(numbers, np.uint8).reshape(-1, 8).T.tobytes()
 
 
 def _inputs(header: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -143,24 +138,26 @@ def _inputs(header: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     force = axes["force"][1]
     slow, fast = (speed / RPM for speed in axes["speed"][:2])
     cold, hot = (kelvin - CELSIUS for kelvin in axes["temperature"][:2])
-    rows = {
-        "preload": ("Preload", "N", axes["preload"][0], force, True),
-        "speed": ("Speed", "r/min", slow, fast, True),
-        "temperature": ("Oil temperature", "degC", cold, hot, False),
-        "axial_load": ("Axial load", "N", -force, force, False),
-    }
+    rows = (
+        ("preload", "Preload", "N", axes["preload"][0], force, True),
+        ("speed", "Speed", "r/min", slow, fast, True),
+        ("temperature", "Oil temperature", "degC", cold, hot, False),
+        ("axial_load", "Axial load", "N", -force, force, False),
+    )
     names = ("label", "unit", "min", "max", "log", "least", "most")
-    bounds = [[x if math.isfinite(x) else None for x in (q.min_, q.max_)] for q in TORQUE_POINT]
-    fields = [(*row, *allowed) for row, allowed in zip(rows.values(), bounds, strict=True)]
-    return {name: dict(zip(names, field, strict=True)) for name, field in zip(rows, fields, strict=True)}
+    inputs = {}
+    for (name, *row), q in zip(rows, TORQUE_POINT, strict=True):
+        allowed = [x if math.isfinite(x) else None for x in (q.min_, q.max_)]
+        inputs[name] = dict(zip(names, (*row, *allowed), strict=True))
+    return inputs
 
 
 def _cautions(parameters: Parameters) -> list[tuple[str, str, float, float | None, str]]:
     """Results with a caution: name, label, least and largest value without it, words of the command torque."""
-    thickest = THICKEST_FILM * 0.5 * parameters.screw.ball_diameter
-    thin = trend.too_thin(0.5 * MIN_FILM)
-    thick = trend.too_thick(2.0 * thickest, 0.5 * parameters.screw.ball_diameter)
-    thin, thick = (text.split(", ", 1)[1] for text in (thin, thick))
+    radius = 0.5 * parameters.screw.ball_diameter
+    thickest = THICKEST_FILM * radius
+    texts = trend.too_thin(0.5 * MIN_FILM), trend.too_thick(2.0 * thickest, radius)
+    thin, thick = (text.split(", ", 1)[1] for text in texts)
     return [
         ("film_thickness_min", "least film", MIN_FILM, None, thin),
         ("film_thickness_central_screw", "central film, screw", 0.0, thickest, thick),
@@ -178,22 +175,13 @@ def _start(header: Mapping[str, Any], point: OperatingPoint | None) -> dict[str,
     return {"preload": point.preload, "speed": speed, "temperature": temperature, "axial_load": 0.0}
 
 
-def _no_interval(mean: float | None) -> str:
-    fitted = "" if mean is None else f"; mean deviation from the torques of its fit {100.0 * mean:.1f} %"
-    return f"no interval for this friction set{fitted}"
-
-
 def _published(parameters: Parameters) -> list[dict[str, float]]:
     """Measured points that are packaged, in the units of the fields; none of another screw."""
     if parameters.screw != load_screw().screw:
         return []
-    return [
-        {
-            "preload": m.preload,
-            "speed": round(m.speed / RPM, 6),
-            "temperature": round(m.temperature - CELSIUS, 2),
-            "axial_load": m.axial_load,
-            "torque": m.torque,
-        }
+    keys = ("preload", "speed", "temperature", "axial_load", "torque")
+    points = (
+        (m.preload, round(m.speed / RPM, 6), round(m.temperature - CELSIUS, 2), m.axial_load, m.torque)
         for m in packaged_measurements(ASSUMED_TEMPERATURE)
-    ]
+    )
+    return [dict(zip(keys, point, strict=True)) for point in points]

@@ -11,8 +11,7 @@ from ballscrew_fmu.description.model_description import licence_text
 from ballscrew_fmu.models import FmuModel
 from ballscrew_fmu.variables.friction import TIME, Variable, band_text, law_name
 from ballscrew_tehl.report.page import TEMPLATES as ELEMENTS
-from ballscrew_tehl.report.page import Html, page, section
-from ballscrew_tehl.report.tables import certificate_table
+from ballscrew_tehl.report.page import Html, certificate_table, page, section
 from ballscrew_tehl.runtime import constants
 from ballscrew_tehl.runtime.packed import map_hash
 

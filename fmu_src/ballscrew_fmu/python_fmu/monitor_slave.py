@@ -27,13 +27,10 @@ class BallScrewPreloadMonitorBase(MapSlave):
     def _restore_memory(self, state: Mapping[str, Any]) -> None:
         self._held = state["held"]
 
-    def _evaluate(self, step: float | None) -> bool:
+    def _evaluate(self, step: float | None) -> tuple[Mapping[str, Any], tuple[str, ...]]:
         inputs = MonitorInputs(*self._inputs(self._values))
         parameters = MonitorParameters(*self._parameters(self._values))
         done = monitor_step(self._map, inputs, parameters, self._held)
-        self._set_outputs(done.outputs)
         if step:
             self._held = done.preload
-        if done.clamped:
-            self._warn(done.clamped)
-        return True
+        return done.outputs, done.clamped

@@ -1,19 +1,18 @@
 """Packs the FMU for Python hosts reproducibly: isolated Python code, map, binaries of pythonfmu, description.
 
 All pythonfmu FMUs of a process share one interpreter and one sys.modules. Module names must therefore differ between
-FMUs and between versions of this one: all code, with the few modules of pythonfmu that it needs, is in one package
-named by the hash of its files, and the name of the entry script has the same hash. Modules that are copied into the
-FMU are said to travel. The sources of the contact solver, for refinement at run time, are in a folder of that package
-(solver_cache.py).
+FMUs and between versions of this one: all code that travels, with the few modules of pythonfmu that it needs, is in one
+package named by the hash of its files, as is the entry script. The sources of the contact solver, for refinement at run
+time, are in a folder of that package (solver_cache.py).
 """
 
 import ast
+import importlib.resources
 import importlib.util
 import re
 import sys
 import uuid
 from collections.abc import Callable, Collection, Iterator, Mapping
-from importlib.machinery import ModuleSpec, PathFinder
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -68,20 +67,17 @@ class PackageError(RuntimeError):
 
 
 def runtime_sources(model: FmuModel = FRICTION) -> dict[str, str]:
-    """Sources of the modules that travel, by their names inside the package, with relative imports.
-
-    Raises       PackageError: a module imports one that does not travel
-    """
-    sources = _imported_sources(model.slave, lambda name, _: name.startswith(TRAVELLING), ("numpy",))
+    """Sources of the modules that travel, by their names inside the package, with relative imports."""
+    files = _imported_files(model.slave, lambda name, _: name.startswith(TRAVELLING), ("numpy",))
 
     def relocated(module: str) -> str:
         def relative(match: re.Match[str]) -> str:
             target = importlib.util.resolve_name(match[2], module.rpartition(".")[0])
-            return f"{match[1]}from .{_inner_name(target)} import " if target in sources else match[0]
+            return f"{match[1]}from .{_inner_name(target)} import " if target in files else match[0]
 
-        return _IMPORT.sub(relative, sources[module])
+        return _IMPORT.sub(relative, files[module].read_text(encoding="utf-8"))
 
-    return {_inner_name(module): relocated(module) for module in sources}
+    return {_inner_name(module): relocated(module) for module in files}
 
 
 def _inner_name(module: str) -> str:
@@ -90,62 +86,48 @@ def _inner_name(module: str) -> str:
 
 
 def solver_sources() -> dict[str, str]:
-    """Sources of the modules that refinement needs, by their paths below the package `ballscrew_tehl`.
-
-    Raises       PackageError: an import is neither relative, nor of the standard library, nor in SOLVER_NEEDS
-    """
-    root = f"{SOLVER_MODULE.partition('.')[0]}/"
-    sources = _imported_sources(SOLVER_MODULE, lambda _, relative: relative, SOLVER_NEEDS)
-    return {_path(module).removeprefix(root): text for module, text in sources.items()}
+    """Sources of the modules that refinement needs, by their paths below the package `ballscrew_tehl`."""
+    files = _imported_files(SOLVER_MODULE, lambda _, relative: relative, SOLVER_NEEDS)
+    root = files[SOLVER_MODULE.partition(".")[0]].parent
+    return {file.relative_to(root).as_posix(): file.read_text(encoding="utf-8") for file in files.values()}
 
 
-def _path(module: str) -> str:
-    file = "/__init__.py" if _spec(module).submodule_search_locations else ".py"
-    return module.replace(".", "/") + file
-
-
-def _find_spec(module: str) -> ModuleSpec | None:
-    """Of a module without an import of its packages: those of the solver need numba."""
+def _file(module: str) -> Path | None:
+    """Source of a module, without an import of its packages: those of the solver need numba."""
     root, *names = module.split(".")
-    spec = importlib.util.find_spec(root)
-    for name in names:
-        spec = spec and PathFinder.find_spec(f"{spec.name}.{name}", spec.submodule_search_locations)
-    return spec
+    folders = getattr(importlib.util.find_spec(root), "submodule_search_locations", None) or ()
+    places = [Path(folder, *names) for folder in folders]
+    files = [file for place in places for file in (place / "__init__.py", place.with_suffix(".py"))]
+    return next(filter(Path.is_file, files), None)
 
 
-def _spec(module: str) -> ModuleSpec:
-    spec = _find_spec(module)
-    if spec is None or spec.origin is None:
-        raise PackageError(f"module {module} not found; install the project and pythonfmu")
-    return spec
-
-
-def _imported_sources(
+def _imported_files(
     first: str, travels: Callable[[str, bool], bool], others: Collection[str]
-) -> dict[str, str]:
-    """Sources by module: of the first one, and of those that it imports at run time, directly or indirectly.
+) -> dict[str, Path]:
+    """Files by module: of the first one, and of those that it imports at run time, directly or indirectly.
 
-    Parameters   travels : whether a module is one of them, from its name and whether the import is relative
-                 others : packages that may be imported, in addition to the standard library
-    Raises       PackageError: a module imports another one
+    travels : whether a module is one of them, from its name and whether the import is relative
+    others : packages that may be imported, in addition to the standard library; PackageError for another one
     """
-    sources: dict[str, str] = {}
+    files: dict[str, Path] = {}
     wanted = [first]
     while wanted:
         module = wanted.pop()
-        if module in sources:
+        if module in files:
             continue
-        spec = _spec(module)
-        sources[module] = Path(str(spec.origin)).read_text(encoding="utf-8")
-        parent = module.rpartition(".")[0]
+        file = _file(module)
+        if file is None:
+            raise PackageError(f"module {module} not found; install the project and pythonfmu")
+        files[module], parent = file, module.rpartition(".")[0]
         if parent and travels(parent, True):
             wanted.append(parent)
-        for name, relative in _imports(ast.parse(sources[module]), spec.parent or ""):
+        package = module if file.name == "__init__.py" else parent
+        for name, relative in _imports(ast.parse(file.read_bytes()), package):
             if travels(name, relative):
                 wanted.append(name)
             elif name.partition(".")[0] not in {*others, *sys.stdlib_module_names}:
                 raise PackageError(f"{module} imports {name}, which does not travel with the FMU")
-    return sources
+    return files
 
 
 def _imports(node: ast.AST, package: str) -> Iterator[tuple[str, bool]]:
@@ -157,29 +139,21 @@ def _imports(node: ast.AST, package: str) -> Iterator[tuple[str, bool]]:
     elif isinstance(node, ast.ImportFrom):
         module = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
         yield module, node.level > 0
-        if node.level and _spec(module).submodule_search_locations:
-            below = (f"{module}.{alias.name}" for alias in node.names)
-            yield from ((name, True) for name in below if _find_spec(name))
+        below = (f"{module}.{alias.name}" for alias in node.names if node.level)
+        yield from ((name, True) for name in below if _file(name))
     for child in ast.iter_child_nodes(node):
         yield from _imports(child, package)
 
 
 def binaries(header: Mapping[str, Any], model: FmuModel) -> dict[str, bytes]:
-    """Libraries by path in the FMU: entry libraries with the name of the model, and pythonfmu's, which they call.
-
-    Raises       BuildError: there is no compiler for them, or it fails;  ImportError: pythonfmu is missing
-    """
-    specification = importlib.util.find_spec("pythonfmu")
-    if specification is None or specification.origin is None:
-        raise ImportError("module pythonfmu not found; python -m pip install pythonfmu")
-    theirs = Path(specification.origin).parent / "resources" / "binaries"
+    """Libraries by path in the FMU: entry libraries with the name of the model, and pythonfmu's, which they call."""
+    theirs = importlib.resources.files("pythonfmu") / "resources" / "binaries"
     compiler, library = provider(header), entry_library(header, model)
     platforms = [name for name in library.platforms if name in compiler.platforms]
     if not platforms:
-        raise BuildError(
-            f"{compiler.name} compiles for {', '.join(compiler.platforms)}, pythonfmu runs on {', '.join(PLATFORMS)}: "
-            f"{INSTALL}, which compiles for these too"
-        )
+        ours, others = ", ".join(compiler.platforms), ", ".join(PLATFORMS)
+        found = f"{compiler.name} compiles for {ours}, pythonfmu runs on {others}"
+        raise BuildError(f"{found}: {INSTALL}, which compiles for these too")
     files = {}
     for platform, content in contents(library, platforms).items():
         folder, shared, suffix = PLATFORMS[platform]
@@ -197,8 +171,8 @@ def fmu_files(
 ) -> dict[str, bytes]:
     """Files of the FMU by path, with its GUID.
 
-    Parameters   sources, solver : None: runtime_sources(), solver_sources()
-                 live_page : a page with the map, which then is in it alone; "": none
+    sources, solver : None: runtime_sources(), solver_sources()
+    live_page : a page with the map, which then is in it alone; "": none
     """
     code = {f"{name}.py": text.encode() for name, text in (sources or runtime_sources(model)).items()}
     code["__init__.py"] = b'"""Code of one FMU, named by its content."""\n'
@@ -236,6 +210,5 @@ def build_fmu(
     """Build the FMU of a map. Same map and same code give the same bytes and GUID.
 
     Parameters   path : of the FMU; an existing file is replaced;  others as in fmu_files
-    Returns      BuiltFmu
     """
     return built(path, fmu_files(nut_map, sources, solver, model, live_page))

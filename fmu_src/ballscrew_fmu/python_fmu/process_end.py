@@ -1,11 +1,10 @@
 """End of the process on Linux: workaround for a use after free at exit in the binary of pythonfmu 0.7.
 
-Each copy of its library has a static std::shared_ptr, which a destructor of the library resets. The library is never
-unloaded (it has unique symbols), so this destructor runs at exit, after the pointer has been destroyed, and decrements
-a counter in freed memory. Libraries loaded after the FMU (by refine those of scipy and numba) are finalized later. If
-one of them then allocates or frees memory, the process may abort with "free(): corrupted unsorted chunks" after a
-correct simulation. Here the pointer is reset when Python exits, while it is valid, so that the destructor has no
-effect. Standard library only.
+Each copy of its library has a static std::shared_ptr. The library is never unloaded (it has unique symbols), so that
+its destructor, which resets the pointer, runs at exit after the pointer, and decrements a counter in freed memory. If
+libraries loaded after the FMU (by refine those of scipy and numba) then allocate or free memory, the process may abort
+with "free(): corrupted unsorted chunks" after a correct simulation. Here the pointer is reset when Python exits.
+Standard library only.
 """
 
 import atexit
@@ -17,9 +16,7 @@ from pathlib import Path
 BINARIES = "binaries/linux64"  # in the parent folder of the resources
 RESET = "finalizePythonInterpreter"  # called by the destructor; a second call has no effect
 
-_libraries: dict[
-    str, ctypes.CDLL
-] = {}  # by path; a reference is kept so that the registered function stays valid
+_libraries: dict[str, ctypes.CDLL] = {}  # by path; kept so that the registered function stays valid
 
 
 def reset_at_exit(resources: str) -> None:

@@ -2,7 +2,7 @@
 
 In an FMU with a live page the numbers of the map are in the page alone, and the file of the map has its header.
 Instances share a map if their resources have the same map file, by its content: a file that was replaced
-is read by the next instance. The modules of an FMU are loaded once in a process, whatever the number of copies.
+is read by the next instance.
 """
 
 import base64
@@ -25,9 +25,8 @@ from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import (
     AXES,
     DEFAULTS,
-    FILM_SHEAR,
+    EXTREMES,
     FORCE_CURVES,
-    SURFACES,
     TORQUE_SURFACES,
     MapError,
     read_npz,
@@ -60,21 +59,21 @@ class SharedMap:
         self.outputs = slice(outputs[0], outputs[-1] + 1)
         self.named = operator.itemgetter(*(self.table[p].name for p in outputs))
         self.bounds = [(p, -TOO_LARGE) for p in inputs]
-        self.bounds += [(p, _least(self.table[p])) for p in parameters if self.table[p].unit is not None]
+        for p in parameters:
+            if self.table[p].unit is not None:  # the tolerance must be positive
+                positive = self.table[p].name == "refine_tolerance"
+                self.bounds.append((p, math.ulp(0.0) if positive else self.table[p].minimum or 0.0))
         #: gets the values of these names from the values by value reference; a tuple unless one name is given
         self.getter = functools.cache(lambda *names: operator.itemgetter(*(place[name] for name in names)))
 
 
 _latest: dict[
     tuple[str, Table], SharedMap
-] = {}  # kept without an instance too: a simulation is often run again
+] = {}  # of one map; kept without an instance: simulations are run again
 
 
 def shared_map(resources: str, table: Table) -> SharedMap:
-    """The map in these resources; the latest one is not read again.
-
-    Raises       MapError: it is damaged;  OSError: it is not there
-    """
+    """The map in these resources, as map_in; the latest one is not read again."""
     with open(os.path.join(resources, MAP_FILE), "rb") as file:
         key = hashlib.file_digest(file, "sha256").hexdigest(), table
     if key not in _latest:
@@ -85,10 +84,7 @@ def shared_map(resources: str, table: Table) -> SharedMap:
 
 
 def map_in(resources: str) -> NutMap:
-    """The map of these resources.
-
-    Raises       MapError: it is damaged;  OSError: it is not there
-    """
+    """The map of these resources; MapError: it is damaged, OSError: it is not there."""
     header, arrays = read_npz(os.path.join(resources, MAP_FILE))
     if not arrays:
         with open(os.path.join(resources, PAGE_FILE), encoding="utf-8") as page:
@@ -105,21 +101,15 @@ def map_in(resources: str) -> NutMap:
 def arrays_of(numbers: NDArray[np.float64], counts: list[int]) -> dict[str, NDArray[np.float64]]:
     """Coefficients of a map from the numbers in nut_map.bin; counts: of coefficients along AXES."""
     force, speed, temperature, preload, share = counts
-    plane, films = (speed, temperature, force), len(SURFACES[FILM_SHEAR]) - TORQUE_SURFACES  # of each law
+    plane, films = (speed, temperature, force), len(EXTREMES)
     shapes = (
         (*plane, TORQUE_SURFACES), (*plane, films), (force, len(FORCE_CURVES)), (2, preload), (2, preload, share),
     )  # fmt: skip
     ends = np.cumsum([3 * len(AXES) + len(DEFAULTS) + 2, *map(math.prod, shapes)])
     parts = [part.reshape(shape) for part, shape in zip(np.split(numbers, ends)[1:-1], shapes, strict=True)]
-    torques, others, curves, separation, sharing = parts
     return {
-        "coefficients": np.concatenate([torques, others], axis=-1).transpose(2, 0, 1, 3),
-        "force_coefficients": curves,
-        "separation_coefficients": separation.T,
-        "sharing_coefficients": sharing.transpose(1, 2, 0),
+        "coefficients": np.concatenate(parts[:2], axis=-1).transpose(2, 0, 1, 3),
+        "force_coefficients": parts[2],
+        "separation_coefficients": parts[3].T,
+        "sharing_coefficients": parts[4].transpose(1, 2, 0),
     }
-
-
-def _least(variable: Variable) -> float:
-    """Lower bound of a Real parameter; the tolerance must be positive."""
-    return math.ulp(0.0) if variable.name == "refine_tolerance" else variable.minimum or 0.0

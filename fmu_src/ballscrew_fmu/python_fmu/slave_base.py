@@ -1,14 +1,12 @@
 """Base class of the slaves: FMI 2.0 co-simulation of a table of variables with a nut map.
 
-Inside the FMU this module is in a package named by its content (package.py), with copies of all modules that it
-imports. All imports are at the top: an import during a step would fail if the folder of the FMU copy that was loaded
-first has been deleted.
+Inside the FMU this module is in a package named by its content (package.py). All imports are at the top: an import
+during a step would fail if the folder of the FMU copy that was loaded first has been deleted.
 
 No call may raise once the instance exists: pythonfmu 0.7 then releases its objects twice, at the exception and when
-the instance is freed, which crashes the host process. The entry library (native/python_host/entry.c) refuses what is
-illegal: references that are unknown or cannot be set, all Integer and String variables, impossible steps, states that
-cannot be read.
-Steps that fail are discarded.
+the instance is freed, which crashes the host process. Steps that fail are discarded. The entry library
+(native/python_host/entry.c) refuses what is illegal: references that are unknown or cannot be set, all Integer and
+String variables, impossible steps, states that cannot be read.
 """
 
 import hashlib
@@ -56,8 +54,8 @@ class MapSlave(Fmi2Slave):
 
     # of a model
 
-    def _evaluate(self, step: float | None) -> bool:
-        """Compute the outputs for valid inputs and, with a step, update the memory."""
+    def _evaluate(self, step: float | None) -> tuple[Mapping[str, Any], tuple[str, ...]]:
+        """Outputs by name for valid inputs, and which inputs are clamped; with a step, update the memory."""
         raise NotImplementedError
 
     def _memory(self) -> dict[str, Any]:
@@ -68,12 +66,6 @@ class MapSlave(Fmi2Slave):
         """Restore this data from a saved state."""
         raise NotImplementedError
 
-    # for a model
-
-    def _set_outputs(self, outputs: Mapping[str, Any]) -> None:
-        """Store the outputs of the table by name. Other entries are ignored."""
-        self._values[self._shared.outputs] = self._shared.named(outputs)
-
     # FMI calls
 
     def exit_initialization_mode(self) -> None:
@@ -82,9 +74,8 @@ class MapSlave(Fmi2Slave):
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         if self._phase != STEPPING:
-            return self._discard(
-                "doStep in a wrong state: needs exitInitializationMode or a restored state of this FMU"
-            )
+            needs = "exitInitializationMode or a restored state of this FMU"
+            return self._discard(f"doStep in a wrong state: needs {needs}")
         self._started = self._started or self._update(None)
         return self._started and self._update(step_size)
 
@@ -92,12 +83,13 @@ class MapSlave(Fmi2Slave):
         self._phase = TERMINATED
 
     def get_real(self, vrs: list[int]) -> list[float]:
-        self._refresh()
+        if self._stale and self._phase == INITIALIZING:
+            self._stale = False
+            self._update(None)
         return [float(self._values[vr]) for vr in vrs]
 
     def get_boolean(self, vrs: list[int]) -> list[bool]:
-        self._refresh()
-        return [bool(self._values[vr]) for vr in vrs]
+        return [bool(value) for value in self.get_real(vrs)]
 
     def get_integer(self, vrs: list[int]) -> list[int]:
         """The phase, for the entry library."""
@@ -138,16 +130,9 @@ class MapSlave(Fmi2Slave):
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
         """The state, empty if the checksum differs."""
         found, text = bytes(state)[:CHECKSUM], bytes(state)[CHECKSUM:]
-        same: dict[str, Any] = json.loads(text) if hashlib.sha256(text).digest() == found else {}
-        return same
+        return dict(json.loads(text)) if hashlib.sha256(text).digest() == found else {}
 
     # evaluation
-
-    def _refresh(self) -> None:
-        """In initialization mode, update the outputs when they are read."""
-        if self._stale and self._phase == INITIALIZING:
-            self._stale = False
-            self._update(None)
 
     def _discard(self, message: str) -> bool:
         self.log(message, Fmi2Status.discard)
@@ -167,7 +152,15 @@ class MapSlave(Fmi2Slave):
     def _update(self, step: float | None) -> bool:
         """Outputs and, with a step, memory for the current inputs. False and no change if they are invalid."""
         try:
-            return self._valid() and self._evaluate(step)
+            if not self._valid():
+                return False
+            outputs, clamped = self._evaluate(step)
+            self._values[self._shared.outputs] = self._shared.named(outputs)
+            for name in clamped:
+                value = self._values[self._shared.place[name]]
+                message = f"{name} = {value} is outside the map and is clamped (logged once)"
+                self._log_once(name, message, Fmi2Status.warning)
+            return True
         except Exception as error:  # an exception would crash the host (see the module docstring)
             return self._discard(f"step failed: {type(error).__name__}: {error}")
 
@@ -175,13 +168,6 @@ class MapSlave(Fmi2Slave):
         if key not in self._warned:
             self._warned.append(key)
             self.log(message, status)
-
-    def _warn(self, clamped: tuple[str, ...]) -> None:
-        for name in clamped:
-            if name not in self._warned:
-                value = self._values[self._shared.place[name]]
-                message = f"{name} = {value} is outside the map and is clamped (logged once)"
-                self._log_once(name, message, Fmi2Status.warning)
 
 
 def _restore_imports(resources: str) -> None:

@@ -49,20 +49,14 @@ def user_cache() -> Path:
 
 
 def installed(shipped: Path, cache: Path) -> Path:
-    """Folder of the solver in the cache. It is copied there if it is missing or changed.
-
-    Parameters   shipped : folder of the sources, named by solver_name
-    Raises       OSError: the cache cannot be written
-    """
+    """Folder of the solver in the cache, to which its sources are copied if it is missing or changed; or OSError."""
     target = cache / shipped.name
     if _intact(target):
         return target
     cache.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=cache, prefix=".new_", ignore_cleanup_errors=True) as scratch:
-        fresh = Path(scratch, shipped.name)
-        shutil.copytree(
-            shipped, fresh, ignore=shutil.ignore_patterns("__pycache__"), copy_function=shutil.copyfile
-        )
+        fresh, ignored = Path(scratch, shipped.name), shutil.ignore_patterns("__pycache__")
+        shutil.copytree(shipped, fresh, ignore=ignored, copy_function=shutil.copyfile)
         if target.exists() and not _intact(target):
             target.rename(Path(scratch, "damaged"))
         try:
@@ -79,11 +73,7 @@ def _intact(folder: Path) -> bool:
 
 
 def load_solver(package: Path) -> tuple[ModuleType, str]:
-    """Module `refinement.refine` of the solver, and a remark: the reason if its compiled code is not kept, else empty.
-
-    Parameters   package : folder of this FMU's code
-    Raises       SolverError: the FMU has no solver, or the host lacks a package that it needs
-    """
+    """Module `refinement.refine` of the solver in this FMU, and why its compiled code is not kept, else empty."""
     folders = sorted(package.joinpath(SOLVER_FOLDER).glob("_ballscrew_solver_*"))
     if len(folders) != 1:
         raise SolverError(f"{len(folders)} solvers in {package}; needs one: build the FMU again")
@@ -99,8 +89,7 @@ def load_solver(package: Path) -> tuple[ModuleType, str]:
         return importlib.import_module(f"{name}.{ENTRY}"), remark
     except ImportError as error:
         missing = (error.name or str(error)).partition(".")[0]
-        raise SolverError(
-            f"{missing} is missing in the Python of the host ({error}): python -m pip install {missing}"
-        ) from error
+        text = f"{missing} is missing in the Python of the host ({error}): python -m pip install {missing}"
+        raise SolverError(text) from error
     finally:
         sys.path.remove(str(folder.parent))

@@ -1,5 +1,4 @@
 """The atlas: every lubricated contact of a ball in pure rolling, solved once, interpolated in its dimensionless groups.
 
-The package imports nothing by itself. groups.py says what a contact is given by and what its quantities are divided by,
-interpolation.py interpolates, contact_atlas.py reads the file, ball_contacts.py gives the contacts of one screw.
+groups.py: groups of a contact and what its quantities are divided by; ball_contacts.py: the contacts of one screw.
 """

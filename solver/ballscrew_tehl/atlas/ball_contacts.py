@@ -1,7 +1,5 @@
 """Contacts of the balls of one screw, read from the atlas: what the friction law and a map take."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 
@@ -45,13 +43,6 @@ class BallRange(NamedTuple):
     temperature: tuple[float, float]
 
 
-class _Table(NamedTuple):
-    """Cubic splines of the interpolated quantities: knots of each axis, coefficients with the quantities last."""
-
-    knots: list[Array]
-    coefficients: Array
-
-
 class BallContacts:
     """Contacts of the balls of a screw in pure rolling (friction.mechanistic.ContactValues).
 
@@ -67,13 +58,12 @@ class BallContacts:
     ) -> None:
         refuse_laws(parameters)
         self.parameters, self.table, self.atlas = parameters, table, atlas or load_atlas()
-        self._tables: dict[str, _Table] = {}
-        self._lines: dict[tuple[str, bytes, bytes], _Table] = {}
+        #: by raceway, and by raceway, speeds and temperatures: knots of each axis, coefficients of cubic splines
+        self._tables: dict[str, tuple[list[Array], Array]] = {}
+        self._lines: dict[tuple[str, bytes, bytes], tuple[Array, Array]] = {}
+        point = np.array([[1.0], [1.0], [parameters.lubricant.reference_temperature]])
         for raceway in RACEWAYS:
-            at = self.contacts(
-                raceway, *np.array([[1.0], [1.0], [parameters.lubricant.reference_temperature]])
-            )
-            refuse_groups(self.atlas, closed_forms(at).groups)
+            refuse_groups(self.atlas, closed_forms(self.contacts(raceway, *point)).groups)
 
     def contacts(self, raceway: str, load: Any, speed: Any, temperature: Any) -> RollingContacts:
         """Contacts at ball loads [N], screw speeds [rad/s] and temperatures [K], which broadcast."""
@@ -84,9 +74,10 @@ class BallContacts:
         forms = closed_forms(self.contacts(raceway, load, speed, temperature))
         return unmodelled(self.atlas.interpolated(forms), forms.values)
 
-    def _table_of(self, raceway: str, range_: BallRange) -> _Table:
-        """The atlas at nodes over load and speed, both at equal viscosity, and over temperature."""
-        oil, (loads, speeds, temperatures) = self.parameters.lubricant, range_
+    def _table_of(self, raceway: str) -> tuple[list[Array], Array]:
+        """The atlas at nodes over load and speed, both at equal viscosity, and temperature, quantities last."""
+        assert self.table is not None
+        oil, (loads, speeds, temperatures) = self.parameters.lubricant, self.table
         light, heavy = np.log(loads)
         thinning = math.log(eta0(oil, temperatures[0]) / eta0(oil, temperatures[1]))
         warm = np.linspace(*temperatures, max(math.ceil(OF_VISCOSITY * thinning), MIN_TEMPERATURES))
@@ -107,14 +98,14 @@ class BallContacts:
         for axis, own in enumerate(nodes):
             own_knots, coefficients = cubic_spline(own, coefficients, axis)
             knots.append(own_knots)
-        return _Table(knots, coefficients)
+        return knots, coefficients
 
-    def _over_load(self, raceway: str, range_: BallRange, speed: Array, temperature: Array) -> _Table:
+    def _over_load(self, raceway: str, speed: Array, temperature: Array) -> tuple[Array, Array]:
         """The table at speeds (s, 1) and temperatures (t,): knots over load, coefficients (s, t, load, quantity)."""
         key = raceway, speed.tobytes(), temperature.tobytes()
         if key not in self._lines:
             if raceway not in self._tables:
-                self._tables[raceway] = self._table_of(raceway, range_)
+                self._tables[raceway] = self._table_of(raceway)
             (place, *knots), table = self._tables[raceway]
             j, w_j = cubic_basis(knots[0], np.log(speed * eta0(self.parameters.lubricant, temperature)))
             k, w_k = cubic_basis(knots[1], temperature)
@@ -122,14 +113,12 @@ class BallContacts:
             warm = np.asarray(sum(w_k[:, a, None, None, None] * rows[k + a] for a in range(4)))
             t = np.arange(len(temperature))
             lines = np.asarray(sum(w_j[..., a, None, None] * warm[t, :, j + a] for a in range(4)))
-            self._lines[key] = _Table([place], lines)
+            self._lines[key] = place, lines
         return self._lines[key]
 
-    def _from_table(
-        self, raceway: str, range_: BallRange, load: Array, speed: Array, temperature: Array
-    ) -> Array:
+    def _from_table(self, raceway: str, load: Array, speed: Array, temperature: Array) -> Array:
         """Interpolated quantities (k, s, t, quantity) at loads (k, 1, 1), speeds (s, 1) and temperatures (t,)."""
-        (knots,), lines = self._over_load(raceway, range_, speed, temperature)
+        knots, lines = self._over_load(raceway, speed, temperature)
         thick = np.log(speed * eta0(self.parameters.lubricant, temperature))
         i, w_i = cubic_basis(knots, np.log(load) - SLOPE * thick)
         s, t = np.indices(thick.shape)
@@ -149,7 +138,7 @@ class BallContacts:
         if self.table is None:
             found = self.at(raceway, *at)
         else:
-            read = np.moveaxis(self._from_table(raceway, self.table, *at), -1, 0)
+            read = np.moveaxis(self._from_table(raceway, *at), -1, 0)
             closed = closed_forms(self.contacts(raceway, *at)).values
             found = unmodelled(dict(zip(QUANTITIES, read, strict=True)), closed)
         shape = len(load), speed.size, len(temperature)

@@ -1,13 +1,11 @@
 """The atlas file: contacts, weights of their interpolation, certificate; what it holds and what it refuses."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +13,7 @@ from numpy.typing import NDArray
 from ..parameters.file import PACKAGED_DATA, Parameters
 from ..parameters.oil import ROELANDS_PRESSURE
 from ..physics.hertz import E_prime
-from .groups import (
-    MAX_HEATING_N,
-    QUANTITIES,
-    Array,
-    ClosedForms,
-    Groups,
-    coordinates,
-)
+from .groups import MAX_HEATING_N, QUANTITIES, Array, ClosedForms, Groups, coordinates
 from .interpolation import Interpolant
 
 ATLAS_FORMAT = 5
@@ -51,16 +42,16 @@ class OutsideAtlasError(ValueError):
     """A screw or oil whose contacts the atlas does not hold; the message names the group, its value and the range."""
 
 
-class ContactAtlas:
+class ContactAtlas(NamedTuple):
     """The atlas, read.
 
-    ends: least and largest groups of its contacts;  header: counts, certificate, version, hash of the content
+    ends: smallest and largest groups of its contacts;  header: counts, certificate, version, hash of the content
     """
 
-    def __init__(
-        self, interpolant: Interpolant, lengths: Array, ends: tuple[Groups, Groups], header: Mapping[str, Any]
-    ) -> None:
-        self.interpolant, self.lengths, self.ends, self.header = interpolant, lengths, ends, dict(header)
+    interpolant: Interpolant
+    lengths: Array
+    ends: tuple[Groups, Groups]
+    header: Mapping[str, Any]
 
     @property
     def hash(self) -> str:
@@ -69,16 +60,14 @@ class ContactAtlas:
 
     def inside(self, groups: Groups) -> NDArray[np.bool_]:
         """Which of some contacts lie within the range of every group."""
-        found: NDArray[np.bool_] = np.ones((), dtype=bool)
-        for own, low, high in zip(groups, *self.ends, strict=True):
-            found = found & (own >= low * (1.0 - ROUNDING)) & (own <= high * (1.0 + ROUNDING))
-        return found
+        found = (
+            (own >= low * (1.0 - ROUNDING)) & (own <= high * (1.0 + ROUNDING))
+            for own, low, high in zip(groups, *self.ends, strict=True)
+        )
+        return np.logical_and.reduce(np.broadcast_arrays(*found))
 
     def interpolated(self, forms: ClosedForms) -> dict[str, Array]:
-        """What is interpolated of the quantities of contacts, at the end of the range where a group is beyond it.
-
-        N is extrapolated to MAX_HEATING_N.
-        """
+        """What is interpolated of contacts, at the end of the range where a group is beyond it, N to MAX_HEATING_N."""
         ends = self.ends[0], self.ends[1]._replace(N=np.array(MAX_HEATING_N))
         near = Groups(*(np.clip(own, *of) for own, *of in zip(forms.groups, *ends, strict=True)))
         at = coordinates(near) / self.lengths
@@ -134,10 +123,7 @@ def content_hash(arrays: Mapping[str, Array]) -> str:
 
 @lru_cache(maxsize=2)
 def load_atlas(path: Path | None = None) -> ContactAtlas:
-    """Read an atlas file; None = the packaged one.
-
-    Raises       AtlasError
-    """
+    """Read an atlas file; None = the packaged one."""
     path = path or packaged_atlas()
     try:
         with np.load(path, allow_pickle=False) as file:
@@ -153,8 +139,7 @@ def load_atlas(path: Path | None = None) -> ContactAtlas:
         raise AtlasError(
             f"{path}: content hash {digest[:12]}; expected {header['hash'][:12]}: the file was damaged"
         )
-    groups = Groups(*arrays["groups"].astype(float).T)
-    lengths = arrays["lengths"]
+    groups, lengths = Groups(*arrays["groups"].astype(float).T), arrays["lengths"]
     interpolant = Interpolant(coordinates(groups) / lengths, arrays["trend"], arrays["weights"])
     ends = Groups(*(own.min() for own in groups)), Groups(*(own.max() for own in groups))
     return ContactAtlas(interpolant, lengths, ends, header)

@@ -6,8 +6,6 @@ rho c u_e R_x/k_oil of the oil, and the effusivity sqrt(k rho c) of the walls in
 viscosity over temperature, expansion, effusivity of the oil) changes films by less than the interpolation does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -116,16 +114,15 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
     without sliding; rolling_loss: Biboulet & Houpert with THICK_FILM and that factor; core: Hertz with RIGID and
     FLATTENED; temperature_rise: N/beta; N up to MAX_HEATING_N; minimum_film, mean_rise: 1, see modelled.
     """
-    c, oil = contacts, contacts.oil
-    load, R_x, R_y, u_e, temperature = c.load, c.R_x, c.R_y, c.u_e, c.temperature
-    hertz = ellipse(load, R_x, R_y, c.E_prime)
+    load, R_x, R_y, u_e, temperature, E, oil, wall = contacts
+    hertz = ellipse(load, R_x, R_y, E)
     a, b, p_max = hertz.a, hertz.b, hertz.p_max
-    moes = moes_groups(oil, load, u_e, R_x, c.E_prime, temperature)
+    moes = moes_groups(oil, load, u_e, R_x, E, temperature)
     moes = moes._replace(M=np.maximum(moes.M, LEAST_M))
     N, ratio = thermal_load_parameter(oil, u_e, temperature), R_x / R_y
     heating, beta = np.minimum(N, MAX_HEATING_N), -temperature_slope(oil, temperature)
     groups = Groups(
-        moes.M, moes.L, ratio, np.array(oil.z_roelands), p_max / oil.roelands_pressure, N, np.array(c.wall),
+        moes.M, moes.L, ratio, np.array(oil.z_roelands), p_max / oil.roelands_pressure, N, np.array(wall),
         beta * temperature, oil.density * oil.specific_heat * u_e * R_x / oil.thermal_conductivity,
     )  # fmt: skip
     # density falls with temperature by the same amount at every pressure
@@ -134,31 +131,22 @@ def closed_forms(contacts: RollingContacts) -> ClosedForms:
     cold = central_film_estimate(oil, moes, R_x, R_y, p_max, temperature)
     cold = cold * compressed / ((compressed + ambient - 1.0) / ambient)
     heat = wilson_sheu(heating, 0.0)
-    viscosity = eta0(oil, temperature)
-    force = biboulet_houpert_point(load, u_e, R_x, R_y, c.E_prime, viscosity)
+    force = biboulet_houpert_point(load, u_e, R_x, R_y, E, eta0(oil, temperature))
     wider = 1.0 + RIGID * cold * np.sqrt(R_x * R_y) / (a * b)
-    pressure, area = p_max / wider, np.pi * a * b * wider
     flat = 1.0 / (1.0 + (FLATTENED_M / groups.M) ** 2)
     lack = {
         name: np.exp(-flat * c_0 * groups.M**m * groups.L**of_l * ratio**r)
         for name, (c_0, m, of_l, r) in FLATTENED.items()
     }
-    loss = (
-        2.0
-        * np.asarray(u_e)
-        * force
-        * heat
-        * np.exp(-THICK_FILM * np.sqrt(2.0 * np.minimum(cold / R_x, 1.0)))
-    )
-    one = np.ones(())
+    of_thick = np.exp(-THICK_FILM * np.sqrt(2.0 * np.minimum(cold / R_x, 1.0)))
     return ClosedForms(groups, {
         "central_film": cold * heat,
-        "minimum_film": one,
+        "minimum_film": np.ones(()),
         "temperature_rise": heating / beta,
-        "mean_rise": one,
-        "rolling_loss": loss,
-        "core_pressure": pressure * lack["core_pressure"],
-        "core_area": area * lack["core_area"] / lack["core_pressure"] ** 2,
+        "mean_rise": np.ones(()),
+        "rolling_loss": 2.0 * np.asarray(u_e) * force * heat * of_thick,
+        "core_pressure": p_max / wider * lack["core_pressure"],
+        "core_area": np.pi * a * b * wider * lack["core_area"] / lack["core_pressure"] ** 2,
     })  # fmt: skip
 
 

@@ -5,8 +5,6 @@ correlations serves them all. Source: Rasmussen & Williams 2006, Gaussian Proces
 2.41 and 4.17. The weights are found when the atlas is made.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

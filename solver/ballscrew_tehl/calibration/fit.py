@@ -2,22 +2,22 @@
 
 Minimised is the sum of r^2, r = w (T/T_measured - 1) the relative error with the weight w of a measurement. The torque
 is linear in the apparent viscosity ratio and in the net sliding coefficient, and no film changes during a fit: each
-operating point is evaluated once. Only the roughness height of the set three_parameter needs iterations.
+operating point is evaluated once. Only the roughness height of the set three_parameter is searched for.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from ..friction.mechanistic import UNLOADED_POWERS, ContactValues, NutPowers, nut_powers
+from ..friction.mechanistic import nuts_powers, torque_line
 from ..friction.sets import FITTED, SETS
 from ..friction.torque import (
     UNLOADED,
-    FilmModel,
-    NutSums,
+    NutTorques,
     nut_forces,
     nut_sums,
     roughness_share,
@@ -34,24 +34,20 @@ from .measurements import Measurement
 Values = Sequence[float] | Array
 #: number of the roughness height in FITTED, the parameter in which the torque is not linear
 HEIGHT = 2
-#: roughness height over the thinnest film below which it counts as 0: the method stays inside its bounds
-MIN_HEIGHT = 1e-3
+#: roughness heights over the thinnest film between which the search starts: the sum may have two minima
+HEIGHTS = np.r_[0.0, np.geomspace(0.03, 30.0, 50)]
 #: deviation of a torque below which it is no outlier: drag torques of one screw do not repeat more closely
 MIN_OUTLIER = 0.03
-#: leverage above which no other point checks a point
-MAX_LEVERAGE = 0.9
 
 
 @dataclass(frozen=True)
 class TorqueBasis:
     """Torque of the double nut at n operating points as a function of the fitted parameters.
 
-    viscous (n, 4) [N.m] and film (n, 4) [m] of screw and nut raceway, first nut, then second nut; hysteresis (n,) and
-    sliding (n,) [N.m]: sums over both nuts. The film of a nut without load is inf.
-    names   of the parameters that a fit determines;  fixed: values of the others
-
-    Mechanistic law: viscous is the rolling part, hysteresis also holds the shear of the contacts, sliding the friction
-    of ball on ball; its film is inf, for the torque does not depend on the roughness height.
+    viscous (n, k) [N.m] and film (n, k) [m] of k raceways; the film of a nut without load is inf. hysteresis (n,) and
+    sliding (n,) [N.m] of both nuts. names: parameters that a fit determines; fixed: values of the others.
+    Mechanistic law: viscous is the rolling part, k = 1 with a film of inf, for the torque does not depend on the
+    roughness height; hysteresis also holds the shear of the contacts, sliding is the friction of ball on ball.
     """
 
     measurements: tuple[Measurement, ...]
@@ -63,28 +59,26 @@ class TorqueBasis:
     fixed: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     @classmethod
-    def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutSums]]) -> Self:
-        """Two nuts per point by the law `published`, each with the sums under its own force."""
-        return cls(
-            tuple(measurements),
-            np.array([[value for s in nuts for value in (s.viscous_screw, s.viscous_nut)] for nuts in sums]),
-            np.array([[value for s in nuts for value in (s.film_screw, s.film_nut)] for nuts in sums]),
-            np.array([sum(s.hysteresis for s in nuts) for nuts in sums]),
-            np.array([sum(s.sliding for s in nuts) for nuts in sums]),
-        )
+    def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutTorques]]) -> Self:
+        """By the law `published`, the sums of both nuts at each point."""
+
+        def columns(*names: str) -> Array:
+            return np.array([[getattr(s, name) for s in nuts for name in names] for nuts in sums])
+
+        viscous, film = columns("viscous_screw", "viscous_nut"), columns("film_screw", "film_nut")
+        parts = (columns(name).sum(axis=1) for name in ("hysteresis", "sliding"))
+        return cls(tuple(measurements), viscous, film, *parts)
 
     @classmethod
-    def of_powers(cls, measurements: Sequence[Measurement], powers: Sequence[Sequence[NutPowers]]) -> Self:
-        """Two nuts per point by the mechanistic law; the factor of the rolling part is fixed at 1."""
-        return cls(
-            tuple(measurements),
-            np.array([[x for p in nuts for x in (p.rolling_screw, p.rolling_nut)] for nuts in powers]),
-            np.full((len(measurements), 4), np.inf),
-            np.array([sum(p.hysteresis + p.shear for p in nuts) for nuts in powers]),
-            np.array([sum(p.thrust_factor * p.ball_ball for p in nuts) for nuts in powers]),
-            SETS[MECHANISTIC],
-            (1.0, 0.0, 0.0),
-        )
+    def of_powers(
+        cls, measurements: Sequence[Measurement], powers: Sequence[Sequence[tuple[int, NutTorques]]]
+    ) -> Self:
+        """By the mechanistic law, nuts_powers at each point; the factor of the rolling part is fixed at 1."""
+        rest, sliding = np.array([torque_line(nuts, 0.0) for nuts in powers]).T
+        rolling = np.array([torque_line(nuts)[0] for nuts in powers]) - rest
+        film = np.full((len(rest), 1), np.inf)
+        law = SETS[MECHANISTIC], (1.0, 0.0, 0.0)
+        return cls(tuple(measurements), rolling[:, None], film, rest, sliding, *law)
 
     @property
     def fitted(self) -> list[int]:
@@ -131,93 +125,77 @@ class TorqueBasis:
 
 def torque_basis(
     parameters: Parameters,
-    film_model: FilmModel | ContactValues,
+    film_model: Any,
     measurements: Sequence[Measurement],
     progress: Progress = lambda finished, total, what: None,
 ) -> TorqueBasis:
-    """Evaluate both nuts at every operating point: loads of the balls, films, sums.
-
-    Parameters   film_model : films, or the contacts of the mechanistic law
-    Raises       ValueError: a point outside the range of the film model or of the load distribution, by name
-    """
-    screw, sums, what = parameters.screw, [], f"operating points with {film_model.name}"
-    law: tuple[Callable[..., TorqueBasis], Callable[..., Any], NutSums | NutPowers, int]
-    law = TorqueBasis.of_nuts, nut_sums, UNLOADED, screw.ball_count
-    if film_model.name == MECHANISTIC:
-        law = TorqueBasis.of_powers, nut_powers, UNLOADED_POWERS, screw.loaded_ball_count
-    basis_of, evaluate, unloaded, count = law
+    """Both nuts at every operating point by a FilmModel, or by ContactValues of the mechanistic law."""
+    mechanistic, nuts, what = (
+        film_model.name == MECHANISTIC,
+        list[Any](),
+        f"operating points with {film_model.name}",
+    )
+    screw = parameters.screw
     for number, m in enumerate(measurements):
         progress(number, len(measurements), what)
         try:
-            nuts = [
-                evaluate(parameters, nut_loads(screw, force, count), m.speed, m.temperature, film_model)
-                if force > 0.0
-                else unloaded
-                for force in dict.fromkeys(nut_forces(parameters, m.preload, m.axial_load))
-            ]
+            forces = nut_forces(parameters, m.preload, m.axial_load)
+            if mechanistic:
+                nuts.append(nuts_powers(parameters, forces, film_model, m.speed, m.temperature))
+            else:
+                loads = {force: nut_loads(screw, force, screw.ball_count) for force in {*forces} - {0.0}}
+                sums = {
+                    force: nut_sums(parameters, each, m.speed, m.temperature, film_model)
+                    for force, each in loads.items()
+                }
+                nuts.append([sums.get(force, UNLOADED) for force in forces])
         except ValueError as err:
             raise ValueError(f"{m.point}: {err}") from err
-        sums.append(nuts if len(nuts) == 2 else 2 * nuts)
     progress(len(measurements), len(measurements), what)
-    return basis_of(measurements, sums)
+    return (TorqueBasis.of_powers if mechanistic else TorqueBasis.of_nuts)(measurements, nuts)
 
 
 def fit_values(basis: TorqueBasis) -> Array:
-    """Values (3,) as FITTED that minimise the sum of squared errors, none negative.
-
-    The sum may have two minima over the roughness height: iterations start at the thinnest and at the median film.
-
-    Raises       ValueError: viscous and sliding part proportional;  ArithmeticError: no minimum reached
-    """
+    """Values (3,) as FITTED that minimise the sum of squared errors, none negative."""
     if FITTED[HEIGHT] not in basis.names:
-        return _minimum(basis, basis.fixed[HEIGHT])
-    films = basis.film[np.isfinite(basis.film)]
-    found = [_minimum(basis, float(height)) for height in (films.min(), np.median(films))]
-    best = min(found, key=lambda values: float(np.sum(basis.errors(values) ** 2)))
-    if best[HEIGHT] < MIN_HEIGHT * films.min():
-        return _minimum(replace(basis, names=basis.names[:HEIGHT]), 0.0)
-    return best
+        return _linear_values(basis, basis.fixed[HEIGHT])
+    from scipy.optimize import minimize_scalar
+
+    def squares(height: float) -> float:
+        return float(np.sum(basis.errors(_linear_values(basis, height)) ** 2))
+
+    heights = basis.film.min() * HEIGHTS
+    k = int(np.argmin([squares(height) for height in heights]))
+    around = heights[max(k - 1, 0)], heights[min(k + 1, len(heights) - 1)]
+    found = minimize_scalar(squares, bounds=around, method="bounded", options={"xatol": 1e-9 * around[1]})
+    return _linear_values(basis, min((heights[k], found.x), key=squares))
 
 
-def _minimum(basis: TorqueBasis, height: float) -> Array:
-    """Linear least squares at a roughness height [m], from which iterations start if the height is free."""
-    free, start = basis.fitted, np.array([*basis.fixed[:HEIGHT], height])
-    linear = [i for i in free if i != HEIGHT]
-    start[linear] = 0.0
-    columns = np.take(basis.jacobian((1.0, 1.0, height)), linear, axis=1)
-    norm = np.linalg.norm(columns, axis=0)
-    if len(linear) > 1 and not np.linalg.cond(columns / norm) < 1e6:
-        raise ValueError("viscous and sliding part are proportional at all points: measure at several speeds")
-    from scipy.optimize import least_squares, nnls
+def _linear_values(basis: TorqueBasis, height: float) -> Array:
+    """Values with a roughness height [m]: linear least squares in the others that are fitted."""
+    from scipy.optimize import nnls
 
-    start[linear] = nnls(columns / norm, -basis.errors(start))[0] / norm
-    if HEIGHT not in free:
-        return start
-    start[linear] = np.maximum(start[linear], 1e-3 / norm)
-    scale = start[free]
-
-    def values(x: Array) -> Array:
-        start[free] = scale * x
-        return start
-
-    found = least_squares(
-        lambda x: basis.errors(values(x)), np.ones(len(free)), bounds=(0.0, np.inf),
-        jac=lambda x: np.take(basis.jacobian(values(x)), free, axis=1) * scale,
-        xtol=1e-12, ftol=1e-12, gtol=1e-12,
-    )  # fmt: skip
-    if not found.success:
-        raise ArithmeticError(f"fit stopped without a minimum: {found.message}")
-    return values(found.x).copy()
+    linear = [i for i in basis.fitted if i != HEIGHT]
+    values = np.array([*basis.fixed[:HEIGHT], height])
+    if linear:
+        values[linear] = 0.0
+        columns = basis.jacobian((1.0, 1.0, height))[:, linear]
+        norm = np.linalg.norm(columns, axis=0)
+        if not np.linalg.cond(columns / norm) < 1e6:
+            raise ValueError(
+                "viscous and sliding part are proportional at all points: measure at several speeds"
+            )
+        values[linear] = nnls(columns / norm, -basis.errors(values))[0] / norm
+    return values
 
 
 class Fit(NamedTuple):
     """Values with what the linearised model says of them; arrays per point (n,).
 
-    deviation     model/measured - 1;  left_out: the same by the fit without the point and its repeats, NaN if those
-                  are needed to determine a parameter
-    leverage      hat value: share of the point in its own fitted value, 0 to 1
-    studentised   deleted studentised residual, NaN if not determined;  limit: its bound for one false alarm in 20 fits
-    half_width    of the 95 % interval by parameter, inf if not determined
+    deviation: model/measured - 1;  left_out: the same by the fit without the point and its repeats, NaN if a parameter
+    depends on those;  leverage: hat value, share of the point in its own fitted value;  studentised: deleted
+    studentised residual, NaN if not determined;  limit: its bound for one false alarm in 20 fits;  half_width: of the
+    95 % interval by parameter, inf if not determined
     """
 
     values: Array
@@ -237,53 +215,49 @@ class Fit(NamedTuple):
     @property
     def limits(self) -> dict[str, dict[str, float]]:
         """Bounds of the 95 % intervals, none negative."""
-        values = {name: float(self.values[FITTED.index(name)]) for name in self.half_width}
-        return {
-            name: {"low": max(value - half, 0.0), "high": value + half}
-            for (name, value), half in zip(values.items(), self.half_width.values(), strict=True)
-        }
+        values = dict(zip(FITTED, self.values.tolist(), strict=True))
+        ends = {name: (values[name] - half, values[name] + half) for name, half in self.half_width.items()}
+        return {name: {"low": max(low, 0.0), "high": high} for name, (low, high) in ends.items()}
 
 
 def fit(basis: TorqueBasis, groups: Sequence[Sequence[int]]) -> Fit:
-    """Least squares with hat values, Student t intervals and errors of points left out.
+    """Least squares with hat values, Student t intervals and errors of points left out, those of a group together.
 
-    Parameters   groups : numbers of the points of each operating point, which are left out together
-    Validity     intervals and hat values: exact for a linear model, linearised for the roughness height, with which
-                 the left-out errors are those of new fits; errors independent, normal, of equal relative size
-    Source       Cook & Weisberg, Residuals and Influence in Regression (1982), sections 2.2.1 (deleted studentised
-                 residuals, Bonferroni bound) and 3.4: residuals left out together (1 - H_gg)^-1 r_g
+    Validity     intervals and hat values: exact for a linear model; errors independent, normal, of equal relative size
+    Source       Cook & Weisberg, Residuals and Influence in Regression (1982), section 2.2.1: deleted studentised
+                 residuals, Bonferroni bound
     """
     from scipy.stats import t as student_t
 
     values, n, p = fit_values(basis), len(basis), len(basis.names)
-    r, J = basis.errors(values), basis.jacobian(values)
+    r, J, freedom = basis.errors(values), basis.jacobian(values), n - p
     sum_of_squares, half_width = float(r @ r), dict.fromkeys(basis.names, math.inf)
     # at height 0 the torque does not depend on the height to first order
     free = [i for i in basis.fitted if i != HEIGHT or values[i] > 0.0]
     norm = np.linalg.norm(J[:, free], axis=0)
     R = np.linalg.qr(J[:, free] / norm, mode="r")
-    if np.linalg.cond(R) < 1e7:
-        sigma = math.sqrt(sum_of_squares / (n - p)) * np.linalg.norm(np.linalg.inv(R), axis=1) / norm
-        for i, half in zip(free, student_t.ppf(0.975, n - p) * sigma, strict=True):
-            half_width[FITTED[i]] = float(half)
-    # a value at its bound 0 stays there without the point
+    if freedom > 0 and np.linalg.cond(R) < 1e7:
+        sigma = math.sqrt(sum_of_squares / freedom) * np.linalg.norm(np.linalg.inv(R), axis=1) / norm
+        half_width |= zip(
+            [FITTED[i] for i in free], (student_t.ppf(0.975, freedom) * sigma).tolist(), strict=True
+        )
+    # a value at its bound 0 stays there
     inner = [i for i in free if values[i] > 0.0]
     Q = np.linalg.qr(J[:, inner] / np.linalg.norm(J[:, inner], axis=0)).Q
-    H = Q @ Q.T
-    leverage = np.diag(H)
+    leverage = np.sum(Q**2, axis=1)
     left_out = np.full(n, math.nan)
     for group in groups if len(groups) > p else [[i] for i in range(n)]:
-        kept = np.eye(len(group)) - H[np.ix_(group, group)]
-        if HEIGHT in basis.fitted:
-            # not linear: with the hat values the error would be two thirds of that of a fit to the other points
-            others = fit_values(basis.subset([i for i in range(n) if i not in group]))
-            left_out[group] = (basis.torque(others) / basis.measured - 1.0)[group]
-        elif np.linalg.cond(kept) < 1e9 and leverage[group].max() < 1.0 - 1e-9:
-            left_out[group] = np.linalg.solve(kept, r[group]) / basis.weights[group]
+        others = [i for i in range(n) if i not in group]
+        # ValueError: they do not determine all parameters
+        with suppress(ValueError):
+            if len(others) >= p:
+                found = fit_values(basis.subset(others))
+                left_out[group] = (basis.torque(found) / basis.measured - 1.0)[group]
     studentised, limit = np.full(n, math.nan), math.inf
-    if n - p >= 2:
-        checked, own = leverage < 1.0 - 1e-6, np.maximum(1.0 - leverage, 1e-12)
-        rest = np.maximum(sum_of_squares - r**2 / own, 1e-24 * n)
-        studentised[checked] = (r * np.sqrt((n - p - 1) / (own * rest)))[checked]
-        limit = float(student_t.ppf(1.0 - 0.05 / (2 * n), n - p - 1))
+    if freedom >= 2:
+        checked = leverage < 1.0 - 1e-6
+        own = 1.0 - leverage[checked]
+        rest = np.maximum(sum_of_squares - r[checked] ** 2 / own, 1e-24 * n)
+        studentised[checked] = r[checked] * np.sqrt((freedom - 1) / (own * rest))
+        limit = float(student_t.ppf(1.0 - 0.05 / (2 * n), freedom - 1))
     return Fit(values, r / basis.weights, left_out, leverage, studentised, limit, half_width)

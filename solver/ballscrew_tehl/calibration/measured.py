@@ -1,40 +1,74 @@
-"""Calibration: a friction set from a file of measured torques, its points by the contacts of the screw or a map."""
+"""Calibration: a friction set from measured torques, their points by the contacts of the screw or a map."""
 
-from collections.abc import Callable, Collection, Sequence
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from .._version import __version__
 from ..atlas.ball_contacts import BallContacts
 from ..atlas.contact_atlas import OutsideAtlasError
+from ..friction.baselines import nsk_torque
+from ..friction.interval import TorqueInterval, torque_interval
 from ..friction.mechanistic import ContactValues, mean_load
-from ..friction.sets import SETS, FrictionSet, with_set
-from ..friction.torque import FilmModel, nut_forces
+from ..friction.sets import (
+    CALIBRATED_AT,
+    CATALOGUE,
+    CATALOGUE_DIFFERS,
+    SETS,
+    FrictionSet,
+    default_friction_set,
+    with_set,
+    without_overrides,
+)
+from ..friction.torque import double_nut_torque, nut_forces
 from ..nut_map.built import Progress
 from ..parameters.file import Law, Parameters
 from ..parameters.identity import parameters_hash
-from ..parameters.units import RPM
+from ..parameters.screw import ball_ball_coefficient
+from ..parameters.units import CELSIUS, RPM
 from ..physics.ball_law import Array
 from ..physics.hertz import RACEWAYS
 from ..physics.load import nut_loads
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import MECHANISTIC
-from .fit import MAX_LEVERAGE, Fit, TorqueBasis, fit, torque_basis
-from .measurement_file import RowProblem, implausible_for, named_rows, read_measurement_file
-from .measurements import Measurement, repeat_notes, repeats_of
-from .one_point import check_level
-from .result import TRANSFER, Calibration, not_identified, number_notes, outlier_text
+from ..tables.headings import TORQUE
+from .fit import Fit, TorqueBasis, fit, torque_basis
+from .measurements import (
+    Measurement,
+    MeasurementFile,
+    RowProblem,
+    implausible_for,
+    named_rows,
+    read_measurement_file,
+    repeats_of,
+)
+from .result import SPLIT, Calibration, not_identified, number_notes
 
 #: kinds of rows that --drop leaves out of a fit
 DROPS = ("impossible", "outside", "outliers")
 #: degrees of freedom below which a note says that intervals are rough;  most rows listed in one message
 FEW_DEGREES, NAMED_ROWS = 3, 8
+#: most that a torque may be above the interval of the law, or below it, as a factor
+MAX_FACTOR = 3.0
+ONE_POINT = (
+    "one point identifies the level of the torque only: no left-out error, no limits of the coefficient"
+)
+HELD = (
+    "the interval of the torque is narrow at this point and wider away from it: at other values of the bounded "
+    "constants the coefficient is fitted to this torque again; scatter as of the packaged fit"
+)
+
+#: why a point cannot be used; "": it can
+Reason = Callable[[Measurement], str]
 
 
 def calibrate(
-    measurements: Path | str,
+    measurements: Path | str | Measurement,
     parameters: Parameters | None = None,
     map_file: Path | str | None = None,
     *,
@@ -43,9 +77,10 @@ def calibrate(
     drop: Collection[str] = (),
     progress: Progress = lambda finished, total, what: None,
 ) -> Calibration:
-    """Fit the friction numbers of a screw to measured torques by least squares.
+    """Fit the friction numbers of a screw to measured torques by least squares, to a single one exactly.
 
-    Parameters   measurements : CSV file, headings with units: preload [N], speed [r/min], torque [N.m], ...
+    Parameters   measurements : CSV file, headings with units: preload [N], speed [r/min], torque [N.m], ...; or a
+                 single torque, as a file of one row
                  parameters : screw and oil (load_screw); None = those of the map file, or the packaged GD4008-3
                  map_file : map of this screw, None = of the atlas; what that does not hold is solved, seconds a point
                  name : friction set to fit; None = that of the screw
@@ -53,7 +88,7 @@ def calibrate(
                  drop : kinds of rows to leave out, of DROPS;  progress : called while points are computed
     Returns      Calibration; load_map(map_file, parameters, calibration.friction_set) takes its numbers
     Raises       ValueError: names file and row; a set of another law; rows that cannot be used and may not be
-                 dropped; too few points; viscous and sliding part proportional at all points
+                 dropped; too few points; torques far from the law; viscous and sliding part proportional at all points
     """
     from ..nut_map.file import parameters_for
 
@@ -62,164 +97,204 @@ def calibrate(
     parameters = parameters_for(map_file, parameters)
     name = name or parameters.friction.law
     with_set(parameters, name)
-    if temperature is None:
-        temperature = parameters.lubricant.reference_temperature
-    file = read_measurement_file(measurements, temperature)
-    points, notes = file.measurements, list(file.notes)
+    if isinstance(measurements, Measurement):
+        file = MeasurementFile.of_point(measurements)
+    else:
+        reference = parameters.lubricant.reference_temperature
+        file = read_measurement_file(measurements, reference if temperature is None else temperature)
+    return _calibration(file, parameters, name, *film_of(name, parameters, map_file), drop, progress)
+
+
+def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactValues) -> Calibration:
+    """Calibration on a single torque without axial load, with contacts of the balls."""
+    return _calibration(MeasurementFile.of_point(m), parameters, MECHANISTIC, contacts)
+
+
+def _calibration(
+    file: MeasurementFile, parameters: Parameters, name: str, film: Any,
+    outside: Reason = lambda m: "", drop: Collection[str] = (),
+    progress: Progress = lambda finished, total, what: None,
+) -> Calibration:  # fmt: skip
     if seals := parameters.screw.seal_torque:
-        points = [m.without_seals(seals) for m in points]
-        notes.append(f"seal_torque = {seals:g} N.m subtracted from all torques")
-    film, outside = film_of(name, parameters, map_file)
-
-    def problems(reason_of: Callable[[Measurement], str]) -> list[RowProblem]:
-        return [problem for m in points for problem in file.problems_of(m, reason_of(m))]
-
-    inside = [m for m in points if not outside(m)]
-    if inside:
-        # a wrong unit of all torques before what it makes of single rows
-        check_level(inside, parameters, film, name, file.path, file.torque_unit)
-    impossible = [*file.problems, *problems(lambda m: implausible_for(parameters, m))]
-    impossible.sort(key=lambda problem: problem.row)
-    points = [m for m in points if not implausible_for(parameters, m)]
-    dropped = _dropped(file.path, "impossible row(s)", "impossible", impossible, drop, len(points))
-    beyond, points = problems(outside), [m for m in points if not outside(m)]
-    dropped += _dropped(file.path, "row(s) outside the map", "outside", beyond, drop, len(points))
-    notes += [*repeat_notes(points, file.lines), *_check_count(points, name)]
+        file = file.without_seals(seals)
+    single = name == MECHANISTIC and not file.problems and [m.axial_load for m in file.measurements] == [0.0]
+    law = _typical_law(file, parameters, name, film, outside)
+    kinds: dict[str, Reason] = {"impossible": partial(implausible_for, parameters), "outside": outside}
+    points, dropped = _usable(file, kinds, drop)
+    notes = file.notes + ([] if single else _check_count(points, name))
     basis = replace(torque_basis(parameters, film, points, progress), names=SETS[name])
     found = fit(basis, repeats_of(points))
-    if "outliers" in drop and not found.outliers:
-        notes.append("--drop outliers: there are none, every point is in the fit")
-    elif "outliers" in drop:
+    if "outliers" in drop and found.outliers:
         # one pass; outliers of the remaining points are reported and kept
-        for i in found.outliers:
-            dropped += file.problems_of(points[i], f"outlier: {outlier_text(basis, found, i)}")
-        basis = basis.subset([i for i in range(len(basis)) if i not in found.outliers])
-        notes += _check_count(basis.measurements, name)
-        found = fit(basis, repeats_of(basis.measurements))
-    without = f", without {named_rows([problem.row for problem in dropped])}" if dropped else ""
-    provenance = (
-        f"{file.path.name} (SHA-256 {file.digest}), {len(basis)} points of {len(file.lines)} rows{without}, "
-        f"ballscrew_tehl {__version__}"
+        for i, text in _outliers(points, found).items():
+            dropped += file.problems_of(points[i], text)
+        kept = [i for i in range(len(basis)) if i not in found.outliers]
+        points, basis = [points[i] for i in kept], basis.subset(kept)
+        notes += _check_count(points, name)
+        found = fit(basis, repeats_of(points))
+    level: dict[str, float] = {}
+    if single:
+        (m,), rest = points, float(basis.torque((1.0, 0.0, 0.0))[0])
+        _check_level(m, law, file.where, rest=rest)
+        level = {"without_ball_ball_nm": rest, "law_low_nm": law.low, "law_high_nm": law.high}
+        statistics: dict[str, Any] = {
+            "loss": "solved", "not_identified": {SPLIT: ONE_POINT},
+            "calibrated_at": {axis: getattr(m, axis) for axis in CALIBRATED_AT},
+            "provenance": f"{file.source or 'one torque'}, {m.torque:g} N.m at {m.preload:g} N, "
+            f"{m.speed / RPM:g} r/min, {m.temperature - CELSIUS:g} C",
+        }  # fmt: skip
+        catalogue = float(nsk_torque(parameters.screw, m.preload))
+        notes += [HELD, f"catalogue torque ({CATALOGUE}) {catalogue:.3g} N.m: {CATALOGUE_DIFFERS}"]
+    else:
+        without = f", without {named_rows([problem.row for problem in dropped])}" if dropped else ""
+        statistics = {
+            "loss": "least_squares", "intervals": found.half_width, "limits": found.limits,
+            "provenance": f"{file.source}, {len(basis)} points of {len(file.lines)} rows{without}",
+            "errors": error_summary(basis, found.deviation, found.left_out),
+            "not_identified": not_identified(basis, found),
+        }  # fmt: skip
+        outliers = _outliers(points, found).items()
+        notes += [f"{points[i].point}: {text}; to leave it out: --drop outliers" for i, text in outliers]
+    statistics["provenance"] += f", ballscrew_tehl {__version__}"
+    statistics |= {"screw": parameters.name, "parameters_hash": parameters_hash(parameters)}
+    friction_set = FrictionSet(Law(name), *found.values.tolist(), **statistics)
+    notes += number_notes(friction_set, parameters)
+    return Calibration(friction_set, basis, found, dropped, notes, level)
+
+
+def _typical_law(
+    file: MeasurementFile, parameters: Parameters, name: str, film: Any, outside: Reason
+) -> TorqueInterval:
+    """Torque of the unfitted law, without overrides, at the point with the median torque over preload, as checked.
+
+    With the interval of the mechanistic law, of another one the torque alone; NaN if all points are outside.
+    """
+    own = without_overrides(with_set(parameters, name), name)
+    inside = sorted((m for m in file.measurements if not outside(m)), key=lambda m: m.torque / m.preload)
+    if not inside:
+        return TorqueInterval(math.nan, math.nan, math.nan, {}, {})
+    m = inside[(len(inside) - 1) // 2]
+    if name == MECHANISTIC:
+        unfitted = FrictionSet(Law(name), 1.0, ball_ball_coefficient(own.friction, own.friction.ball_thrust))
+        forces = nut_forces(own, m.preload, m.axial_load)
+        law = torque_interval(own, forces, film, m.speed, m.temperature, unfitted)
+    else:
+        at = m.preload, m.speed, m.temperature, m.axial_load
+        torque = double_nut_torque(own, default_friction_set(own), film, *at).total
+        law = TorqueInterval(torque, torque, torque, {}, {})
+    typical = f"{m.point}, typical of {len(inside)} rows: " if len(inside) > 1 else ""
+    _check_level(m, law, f"{file.where}{typical}", file.torque_unit)
+    return law
+
+
+def _check_level(
+    m: Measurement, law: TorqueInterval, where: str, unit: str = "N.m", rest: float = 0.0
+) -> None:
+    """ValueError if the law cannot give the torque of a point, or hardly does, with the unit that was probably meant.
+
+    unit: as it was written;  rest: torque without friction between balls [N.m], 0: does not bound it
+    """
+    low, high = max(rest, law.low / MAX_FACTOR), MAX_FACTOR * law.high
+    if low <= m.torque <= high:
+        return
+    # the unit that brings it nearest to the law
+    written = m.torque / TORQUE[unit][0]
+    meant = {other: written * factor for other, (factor, _) in TORQUE.items()}
+    nearest = min(meant, key=lambda other: max(meant[other] / law.torque, law.torque / meant[other]))
+    remedy = "check unit, preload, oil (viscosity, temperature), its supply and what was subtracted from the torque"
+    if low <= meant[nearest] <= high and nearest != unit:
+        remedy = f"is {written:.6g} {nearest} = {meant[nearest]:.4g} N.m meant?"
+    without = f", without friction between balls {rest:.4g} N.m" if rest else ""
+    raise ValueError(
+        f"{where}torque = {m.torque:.6g} N.m, {m.torque / law.torque:.3g} times that of the law; allowed: {low:.4g} to "
+        f"{high:.4g} N.m. Its interval is {law.low:.4g} to {law.high:.4g} N.m there{without}: {remedy}"
     )
-    ratio, net, height = found.values.tolist()
-    friction_set = FrictionSet(
-        Law(name), ratio, net, height, loss="least_squares",
-        provenance=provenance, intervals=found.half_width, limits=found.limits,
-        errors=error_summary(basis, found.deviation, found.left_out),
-        not_identified=not_identified(basis, found),
-        screw=parameters.name, parameters_hash=parameters_hash(parameters),
-    )  # fmt: skip
-    notes += [*number_notes(friction_set, parameters), *_point_notes(basis, found)]
-    notes += [TRANSFER] * (name == MECHANISTIC)
-    return Calibration(friction_set, basis, found, dropped, notes)
+
+
+def _usable(
+    file: MeasurementFile, kinds: Mapping[str, Reason], drop: Collection[str]
+) -> tuple[list[Measurement], list[RowProblem]]:
+    """Points without the kinds of rows that cannot be used, and these rows; ValueError: they may not be dropped."""
+    points, dropped = file.measurements, list[RowProblem]()
+    for kind, reason_of in kinds.items():
+        problems = [each for m in points for each in file.problems_of(m, reason_of(m))]
+        problems = sorted(problems + file.problems * (kind == "impossible"))
+        points = [m for m in points if not reason_of(m)]
+        dropped += problems
+        if not problems or (kind in drop and points):
+            continue
+        if not file.where:
+            raise ValueError(problems[0].reason + "; remedy: a larger map, or none" * (kind == "outside"))
+        shown = " | ".join(map(str, problems[:NAMED_ROWS]))
+        more = f" | and {len(problems) - NAMED_ROWS} more" if len(problems) > NAMED_ROWS else ""
+        remedy = f"fix or remove them, or continue without them: --drop {kind}"
+        remedy = "no row is left" if kind in drop else remedy
+        raise ValueError(f"{file.where}{len(problems)} {kind} row(s): {shown}{more}; {remedy}")
+    return points, dropped
+
+
+def _outliers(points: Sequence[Measurement], found: Fit) -> dict[int, str]:
+    """Torque, deviation and residual of the outliers by number."""
+    return {
+        i: f"outlier: torque {points[i].torque:.4g} N.m, model {100.0 * found.deviation[i]:+.1f} %, deleted "
+        f"studentised residual {found.studentised[i]:.1f} (limit {found.limit:.1f})"
+        for i in found.outliers
+    }
 
 
 def error_summary(basis: TorqueBasis, deviation: Array, left_out: Array) -> dict[str, float]:
     """Mean and largest |model/measured - 1|, mean of each table, and of points left out of the fit."""
     errors, unseen = np.abs(deviation), np.abs(left_out[np.isfinite(left_out)])
     summary = {"mean": float(errors.mean()), "max": float(errors.max())}
-    tables = list(dict.fromkeys(table for m in basis.measurements for table in m.tables or ("all",)))
+    of_points = [m.tables or ("all",) for m in basis.measurements]
+    tables = dict.fromkeys(table for names in of_points for table in names)
     for table in tables if len(tables) > 1 else ():
-        inside = [table in (m.tables or ("all",)) for m in basis.measurements]
-        summary[table] = float(errors[inside].mean())
+        summary[table] = float(errors[[table in names for names in of_points]].mean())
     if unseen.size:
         summary |= {"leave_one_out_mean": float(unseen.mean()), "leave_one_out_max": float(unseen.max())}
     return summary
 
 
-def _dropped(
-    path: Path, what: str, kind: str, problems: list[RowProblem], drop: Collection[str], left: int
-) -> list[RowProblem]:
-    """The problems, if they may be dropped.
-
-    Parameters   what : `impossible row(s)`;  kind : in drop if they may;  left : usable points without them
-    Raises       ValueError: they may not, or no row is left
-    """
-    if not problems or (kind in drop and left > 0):
-        return problems
-    remedy = "fix them"
-    if kind in drop:
-        what = f"{what}, no row is left"
-    else:
-        remedy = f"fix or remove them, or continue without them: --drop {kind}"
-    shown = " | ".join(map(str, problems[:NAMED_ROWS]))
-    more = f" | and {len(problems) - NAMED_ROWS} more" if len(problems) > NAMED_ROWS else ""
-    raise ValueError(f"{path}: {len(problems)} {what}: {shown}{more}; {remedy}")
-
-
 def _check_count(points: Sequence[Measurement], name: str) -> list[str]:
-    """Warnings about few points.
-
-    Raises       ValueError: fewer distinct operating points than fitted parameters
-    """
-    count, distinct = len(SETS[name]), len(repeats_of(points))
-    plural = "s" * (count > 1)
-    if distinct < count or len(points) <= count:
-        remedy = ", or give the only one as --torque-nm and its operating point"
-        if name == "three_parameter" and len(points) == count and distinct >= count - 1:
-            remedy = ", or fit --set two_parameter"
+    """A note about few points; ValueError: fewer rows or operating points than the parameters need."""
+    count, distinct, rows = len(SETS[name]), len(repeats_of(points)), len(points)
+    if distinct < count or rows <= count:
         raise ValueError(
-            f"usable rows: {len(points)}, different operating points: {distinct}; the {count} parameter{plural} of "
-            f"{name} need at least {count + 1} rows at {count} operating point{plural}: measure more"
-            f"{remedy if len(points) == count else ''}"
+            f"usable rows: {rows}, different operating points: {distinct}; {name} has {count} parameter(s) and needs "
+            f"at least {count + 1} rows at {count} operating point(s): measure more, or fit fewer parameters (--set)"
         )
-    notes = []
-    if (freedom := len(points) - count) < FEW_DEGREES:
-        notes.append(
-            f"{len(points)} rows for {count} parameter{plural}: {freedom} degree(s) of freedom, intervals and errors "
-            "are rough"
-        )
-    if distinct == count:
-        notes.append(
-            f"{count} operating points for {count} parameters: no point is left to check the shape of the torque"
-        )
-    return notes
-
-
-def _point_notes(basis: TorqueBasis, found: Fit) -> list[str]:
-    """Outliers that were kept, and points that no other point checks."""
-    points = basis.measurements
-    notes = [
-        f"{points[i].point}: outlier, kept: {outlier_text(basis, found, i)}; to leave it out: --drop outliers"
-        for i in found.outliers
+    if rows - count >= FEW_DEGREES and distinct > count:
+        return []
+    return [
+        f"{rows} rows at {distinct} operating point(s) for {count} parameter(s): intervals and errors are rough"
     ]
-    if unchecked := [points[i].point for i in np.flatnonzero(found.leverage > MAX_LEVERAGE)]:
-        notes.append(
-            f"{', '.join(unchecked)}: no other point checks it (leverage {found.leverage.max():.2f})"
-        )
-    return notes
 
 
-def film_of(
-    name: str, parameters: Parameters, map_file: Path | str | None
-) -> tuple[FilmModel | ContactValues, Callable[[Measurement], str]]:
-    """Film model of a set, or contacts of the mechanistic law; why a point is outside the map, "" if it is not."""
+def film_of(name: str, parameters: Parameters, map_file: Path | str | None) -> tuple[Any, Reason]:
+    """FilmModel of a set, or ContactValues of the mechanistic law, and why a point is outside the map."""
     if map_file is None:
         return solved_film(name, parameters), lambda m: ""
     from ..nut_map.file import load_map
 
-    axes = load_map(map_file, parameters).header["axes"]
+    nut_map = load_map(map_file, with_set(parameters, name))
 
     def outside(m: Measurement) -> str:
         forces = [force for force in nut_forces(parameters, m.preload, m.axial_load) if force > 0.0]
-        found = []
-        for what, unit, axis, factor, values in (
-            ("force of a nut", "N", "force", 1.0, forces),
-            ("speed", "r/min", "speed", RPM, [m.speed]),
-            ("temperature", "K", "temperature", 1.0, [m.temperature]),
-        ):
-            low, high = axes[axis][:2]
+        problems = []
+        for axis, unit, factor, values in (
+            ("force of a nut", "N", 1.0, forces), ("speed", "r/min", RPM, [m.speed]),
+            ("temperature", "K", 1.0, [m.temperature]),
+        ):  # fmt: skip
+            low, high = nut_map.header["axes"][axis.split()[0]][:2]
             # a value on the edge of the map may be off by rounding
             if not all(low * (1.0 - 1e-9) <= value <= high * (1.0 + 1e-9) for value in values):
                 shown = ", ".join(f"{value / factor:.6g}" for value in dict.fromkeys(values))
-                found.append(
-                    f"{what} = {shown} {unit}; allowed: {low / factor:.6g} to {high / factor:.6g} {unit}"
-                )
-        return "; ".join(found)
+                allowed = f"{low / factor:.6g} to {high / factor:.6g} {unit}"
+                problems.append(f"outside the map: {axis} = {shown} {unit}; allowed: {allowed}")
+        return "; ".join(problems)
 
-    if name == MECHANISTIC:
-        return solved_film(name, parameters), outside
-    return MapFilm(load_map(map_file, with_set(parameters, name)), parameters), outside
+    film = solved_film(name, parameters) if name == MECHANISTIC else MapFilm(nut_map, parameters)
+    return film, outside
 
 
 class MapFilm:
@@ -240,13 +315,13 @@ class MapFilm:
         return np.exp(self.nut_map.surfaces(force, speed, temperature)[film])
 
 
-def solved_film(name: str, parameters: Parameters) -> FilmModel | ContactValues:
-    """Film model of a set, by the solver, or the contacts of the mechanistic law, of the atlas if it holds them."""
+def solved_film(name: str, parameters: Parameters) -> Any:
+    """FilmModel of a set, by the solver, or the ContactValues of the mechanistic law, of the atlas if it holds them."""
     from ..refinement.direct import DirectContacts, DirectFilm
 
-    if name == MECHANISTIC:
-        try:
-            return BallContacts(parameters)
-        except OutsideAtlasError:
-            return DirectContacts(parameters)
-    return DirectFilm(parameters, Law(name).film_model == "solved_thermal")
+    if name != MECHANISTIC:
+        return DirectFilm(parameters, Law(name).film_model == "solved_thermal")
+    try:
+        return BallContacts(parameters)
+    except OutsideAtlasError:
+        return DirectContacts(parameters)

@@ -3,7 +3,7 @@
 The packaged set three_parameter is fitted to them; every FMU of this screw is compared with them when it is built.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from ..friction.torque import preload_from_torque
@@ -44,13 +44,18 @@ class ValidationRow(NamedTuple):
 
 
 class ValidationTable(NamedTuple):
-    """A table of the paper; deviations are means of |model/measured - 1|, in the order of MODELS."""
+    """A table of the paper."""
 
     name: str
     title: str
     unit: str
-    rows: tuple[ValidationRow, ...]
-    deviations: tuple[float, ...]
+    rows: list[ValidationRow]
+
+    @property
+    def deviations(self) -> list[float]:
+        """Means of |model/measured - 1|, in the order of MODELS."""
+        errors = [[abs(value / row.measured - 1.0) for value in row.models] for row in self.rows]
+        return [sum(column) / len(errors) for column in zip(*errors, strict=True)]
 
 
 def packaged_measurements(temperature: float = ASSUMED_TEMPERATURE) -> list[Measurement]:
@@ -70,47 +75,33 @@ def is_measured(screw: ScrewParameters, axes: Mapping[str, Any]) -> bool:
     return screw == load_screw().screw and all(inside)
 
 
-def mean_deviations(rows: Sequence[ValidationRow]) -> tuple[float, ...]:
-    """Mean of |model/measured - 1| per model."""
-    return tuple(
-        sum(abs(row.models[i] / row.measured - 1.0) for row in rows) / len(rows) for i in range(len(MODELS))
-    )
-
-
 def validation_tables(
     evaluate: Evaluate, preload_range: tuple[float, float] = (100.0, 12000.0)
 ) -> list[ValidationTable]:
-    """Tables 2, 4 and 3 with this model and the printed columns.
+    """Tables 2, 4 and 3 (preload recovered from the measured torque) with this model and the printed columns.
 
     Parameters   evaluate : the model, rising with the preload (the map, the direct solve, an FMU)
                  preload_range : [N] range of the search for the preload of Table 3
-    Returns      table2, table4 (torque), table3 (preload recovered from the measured torque)
     Source       measured, Zhao, Zhou, NSK: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, as printed
     """
-    printed: dict[str, list[ValidationRow]] = {"table2": [], "table4": [], "table3": []}
+    tables = {name: ValidationTable(name, *heads, []) for name, heads in TITLES.items()}
     for line in read_rows(PACKAGED_TORQUE):
-        preload, speed = float(line["preload_N"]), float(line["speed_rpm"]) * RPM
-        ours = float(evaluate(preload, speed, ASSUMED_TEMPERATURE))
-        others = tuple(float(line[key]) for key in ("zhao_Nm", "zhou_Nm", "nsk_Nm"))
-        printed[line["table"]].append(
-            ValidationRow(preload, speed, float(line["measured_Nm"]), (ours, *others))
+        preload, rpm, measured, *others = (
+            float(line[key])
+            for key in ("preload_N", "speed_rpm", "measured_Nm", "zhao_Nm", "zhou_Nm", "nsk_Nm")
         )
+        ours = float(evaluate(preload, rpm * RPM, ASSUMED_TEMPERATURE))
+        tables[line["table"]].rows.append(ValidationRow(preload, rpm * RPM, measured, (ours, *others)))
     speed = 100.0 * RPM
     for line in read_rows(PACKAGED_PRELOAD):
+        preload, torque, *others = (
+            float(line[key]) for key in ("preload_N", "torque_Nm", "zhao_N", "zhou_N", "nsk_N")
+        )
         ours = preload_from_torque(
-            lambda force: evaluate(force, speed, ASSUMED_TEMPERATURE),
-            float(line["torque_Nm"]),
-            *preload_range,
+            lambda force: evaluate(force, speed, ASSUMED_TEMPERATURE), torque, *preload_range
         )
-        preload, others = (
-            float(line["preload_N"]),
-            tuple(float(line[key]) for key in ("zhao_N", "zhou_N", "nsk_N")),
-        )
-        printed["table3"].append(ValidationRow(preload, speed, preload, (ours, *others)))
-    return [
-        ValidationTable(name, *TITLES[name], tuple(rows), mean_deviations(rows))
-        for name, rows in printed.items()
-    ]
+        tables["table3"].rows.append(ValidationRow(preload, speed, preload, (ours, *others)))
+    return list(tables.values())
 
 
 def table_text(shown: ValidationTable) -> str:
@@ -121,7 +112,5 @@ def table_text(shown: ValidationTable) -> str:
     for row in shown.rows:
         head = f"{row.preload:7.0f} N{row.speed / RPM:7.0f}{row.measured:10.{digits - 1}f}"
         lines.append(head + "".join(f"{value:12.{digits}f}" for value in row.models))
-    lines.append(
-        f"{'mean deviation':<26}" + "".join(f"{100.0 * value:10.2f} %" for value in shown.deviations)
-    )
-    return "\n".join(lines)
+    means = "".join(f"{100.0 * value:10.2f} %" for value in shown.deviations)
+    return "\n".join([*lines, f"{'mean deviation':<26}{means}"])

@@ -1,11 +1,29 @@
-"""Measured friction torques: operating points with their torque, and repeated measurements of one point."""
+"""Measured friction torques: operating points, repeats of a point, and files of them with every row checked.
 
+Dialect and headings of files: `tables.csv_file` and `tables.headings`.
+"""
+
+import hashlib
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
+from statistics import median
+from typing import NamedTuple, Self
 
-from ..parameters.units import RPM
+from ..parameters.file import Parameters
+from ..parameters.units import CELSIUS, COLDEST, RPM
+from ..tables.csv_file import open_table, read_columns
+from ..tables.headings import PERCENT, TORQUES, Column
 
+#: highest oil temperature [K], far above that of any ball screw
+HOTTEST = 473.15
+#: torque over (ball load times arm): below the friction of any rolling contact, above that of dry sliding
+MIN_COEFFICIENT, MAX_COEFFICIENT = 1e-4, 1.0
+#: nominal diameter times speed [mm r/min]; catalogues end near 2e5
+MAX_DN = 5e5
+#: columns whose fields may be empty
+OPTIONAL = ("temperature", "axial_load", "weight")
 #: errors over stated uncertainties that need no advice
 EXPECTED = (0.5, 2.0)
 #: share of these errors in the scatter of repeats from which on the stated uncertainties are the cause
@@ -33,23 +51,11 @@ class Measurement:
     uncertainty: float | None = None
     rows: tuple[int, ...] = field(default=(), compare=False)
 
-    def without_seals(self, seal_torque: float) -> "Measurement":
-        """The same with the torque of the balls alone, without that of the seals [N.m].
-
-        Raises       ValueError: nothing is left
-        """
-        if not self.torque > seal_torque:
-            raise ValueError(
-                f"torque = {self.torque:g} N.m; needs more than seal_torque = {seal_torque:g} N.m of the screw file: "
-                "check both"
-            )
-        return replace(self, torque=self.torque - seal_torque)
-
     @property
     def point(self) -> str:
         """For messages: row 3 (1000 N, 100 r/min)."""
         point = f"{self.preload:g} N, {self.speed / RPM:g} r/min"
-        return f"row {' = '.join(str(row) for row in self.rows)} ({point})" if self.rows else point
+        return f"row {' = '.join(map(str, self.rows))} ({point})" if self.rows else point
 
 
 def merged(measurements: Iterable[Measurement]) -> list[Measurement]:
@@ -68,57 +74,44 @@ def merged(measurements: Iterable[Measurement]) -> list[Measurement]:
 
 
 def repeats_of(measurements: Sequence[Measurement]) -> list[list[int]]:
-    """Numbers of the measurements at each operating point, in order of the first.
-
-    Points are the same whose preload, speed and load agree to 3 digits, temperature to 1 K.
-    """
-    groups: dict[tuple[str, ...], list[int]] = {}
+    """Numbers of the measurements at each point: preload, speed and load agree to 3 digits, temperature to 1 K."""
+    groups: dict[str, list[int]] = {}
     for number, m in enumerate(measurements):
-        point = f"{m.preload:.3g}", f"{m.speed:.3g}", f"{m.axial_load:.3g}", f"{m.temperature:.0f}"
+        point = f"{m.preload:.3g} {m.speed:.3g} {m.axial_load:.3g} {m.temperature:.0f}"
         groups.setdefault(point, []).append(number)
     return list(groups.values())
 
 
 def repeat_notes(measurements: Sequence[Measurement], lines: Sequence[int]) -> list[str]:
-    """Rows and lines, torques and spread of each repeated point.
-
-    Parameters   lines : of the file, by row
-    """
+    """Rows and lines, torques [N.m] and spread of each repeated point; lines: of the file, by row."""
     notes = []
-    for group in repeats_of(measurements):
-        rows = [row for i in group for row in measurements[i].rows]
-        torques, first = [measurements[i].torque for i in group], measurements[group[0]]
-        if len(group) > 1:
-            spread = 100.0 * (max(torques) - min(torques)) / (sum(torques) / len(torques))
-            copies = ": remove copies" if len(set(torques)) < len(torques) else ""
-            notes.append(
-                f"repeats of {first.preload:.4g} N, {first.speed / RPM:.4g} r/min: rows {', '.join(map(str, rows))} "
-                f"(lines {', '.join(str(lines[row - 1]) for row in rows)}): {min(torques):.4g} to {max(torques):.4g} "
-                f"N.m, spread {spread:.2g} %; each counts, and they are left out together{copies}"
-            )
+    for points in ([measurements[i] for i in group] for group in repeats_of(measurements) if len(group) > 1):
+        rows, torques = [row for m in points for row in m.rows], [m.torque for m in points]
+        low, high = min(torques), max(torques)
+        copies = ": remove copies" if len(set(torques)) < len(torques) else ""
+        notes.append(
+            f"repeats of {points[0].preload:.4g} N, {points[0].speed / RPM:.4g} r/min: rows "
+            f"{', '.join(map(str, rows))} (lines {', '.join(str(lines[row - 1]) for row in rows)}): {low:.4g} to "
+            f"{high:.4g} N.m, spread {100.0 * (high - low) * len(torques) / sum(torques):.2g} %; each counts, and they "
+            f"are left out together{copies}"
+        )
     return notes
 
 
 def repeat_scatter(measurements: Sequence[Measurement]) -> float | None:
-    """Scatter of repeats over the stated uncertainties, root mean square; None: no repeats, or none stated.
-
-    Equal torques are copies.
-    """
+    """Scatter of repeats, without copies, over the stated uncertainties, root mean square; None: there are none."""
     squares, freedom = 0.0, 0
     stated = [m for m in measurements if m.uncertainty]
     for group in repeats_of(stated):
-        unlike = {stated[i].torque: stated[i] for i in group}
+        unlike = {stated[i].torque: stated[i].uncertainty or math.inf for i in group}
         mean = sum(unlike) / len(unlike)
-        squares += sum(((m.torque - mean) / (m.uncertainty or math.inf)) ** 2 for m in unlike.values())
+        squares += sum(((torque - mean) / uncertainty) ** 2 for torque, uncertainty in unlike.items())
         freedom += len(unlike) - 1
     return math.sqrt(squares / freedom) if freedom else None
 
 
 def spread_advice(spread: float, scatter: float | None) -> str:
-    """What errors over stated uncertainties far from 1 mean, and what to do; "" if they are not.
-
-    Parameters   spread : root of the weighted mean square error;  scatter : see repeat_scatter
-    """
+    """What errors over stated uncertainties far from 1 mean, "" if they are not; scatter: see repeat_scatter."""
     if EXPECTED[0] <= spread <= EXPECTED[1]:
         return ""
     if spread < EXPECTED[0]:
@@ -128,3 +121,149 @@ def spread_advice(spread: float, scatter: float | None) -> str:
     if scatter is None:
         return f"{small}, or {shape}; repeats of a point tell which"
     return f"repeats scatter by {scatter:.2g}: {small if scatter > CAUSE * spread else shape}"
+
+
+class RowProblem(NamedTuple):
+    """A row that is not used: its number (first row of data = 1), its line in the file, why."""
+
+    row: int
+    line: int
+    reason: str
+
+    def __str__(self) -> str:
+        return f"row {self.row} (line {self.line}): {self.reason}"
+
+
+class MeasurementFile(NamedTuple):
+    """Content of a file, or a single torque.
+
+    where, source : the file at the begin of messages, its name and the start of its SHA-256; "" without a file
+    measurements : the usable rows in their order, a point of several tables once;  problems : the other rows
+    notes : assumptions and unused columns;  lines : of the rows in the file;  torque_unit : as in the heading
+    """
+
+    where: str
+    source: str
+    measurements: list[Measurement]
+    problems: list[RowProblem]
+    notes: list[str]
+    lines: Sequence[int]
+    torque_unit: str
+
+    @classmethod
+    def of_point(cls, m: Measurement) -> Self:
+        """A single torque without a file."""
+        return cls("", "", [replace(m, rows=(1,))], [], [], (1,), "N.m")
+
+    def without_seals(self, seal_torque: float) -> Self:
+        """The same without the torque of the seals [N.m]; ValueError: nothing is left."""
+        if not (least := min([m.torque for m in self.measurements], default=math.inf)) > seal_torque:
+            raise ValueError(
+                f"{self.where}torque = {least:g} N.m; needs more than seal_torque = {seal_torque:g} N.m of the screw "
+                "file: check both"
+            )
+        return self._replace(
+            measurements=[replace(m, torque=m.torque - seal_torque) for m in self.measurements],
+            notes=[*self.notes, f"seal_torque = {seal_torque:g} N.m subtracted from all torques"],
+        )
+
+    def problems_of(self, m: Measurement, reason: str) -> list[RowProblem]:
+        """The rows of a point that is not used; none without a reason."""
+        return [RowProblem(row, self.lines[row - 1], reason) for row in m.rows if reason]
+
+
+def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFile:
+    """Read a file and separate usable rows from others; temperature [K] of the oil where the file gives none.
+
+    CSV with headings of tables.headings: preload, speed, torque; optional temperature, axial_load, torque_uncertainty
+    (standard one, or % of the torque) or weight (factor on the relative error), table, comment. A negative speed with a
+    negative torque counts as both positive.
+    """
+    table = open_table(path, TORQUES)
+    columns = table.single_columns()
+    if {"weight", "torque_uncertainty"} <= columns.keys():
+        raise ValueError(f"{path}: columns weight and torque_uncertainty; allowed: one of them")
+    rows = read_columns(table, columns, TORQUES)
+    usable, problems, assumed = list[Measurement](), list[RowProblem](), list[int]()
+    for number, line in enumerate(rows.lines, start=1):
+        texts = {key: found[number - 1].replace(",", ".") for key, found in rows.texts.items()}
+        value = {k: float(x[number - 1]) for k, x in rows.values.items() if texts[k] or k not in OPTIONAL}
+        if reasons := _reasons(texts, columns, value):
+            problems.append(RowProblem(number, line, "; ".join(reasons)))
+            continue
+        if "temperature" not in value:
+            assumed.append(number)
+        torque, uncertainty, name = abs(value["torque"]), value.get("torque_uncertainty"), texts.get("table")
+        if uncertainty is not None and columns["torque_uncertainty"].unit == PERCENT:
+            uncertainty *= torque
+        usable.append(Measurement(
+            value["preload"], abs(value["speed"]), value.get("temperature", temperature), torque,
+            (name,) if name else (), value.get("weight", 1.0), value.get("axial_load", 0.0), uncertainty, (number,),
+        ))  # fmt: skip
+    notes = list(filter(None, [table.unused(columns)]))
+    if assumed:
+        which = "all rows" if len(assumed) == len(rows.lines) else named_rows(assumed)
+        notes.append(f"{which}: no oil temperature given, {temperature:g} K assumed")
+    source = f"{table.path.name} (SHA-256 {hashlib.sha256(table.path.read_bytes()).hexdigest()[:12]})"
+    # standard uncertainties as weights of the relative errors, 1 for the median of them
+    typical = median([m.uncertainty / m.torque for m in usable if m.uncertainty] or [1.0])
+    usable = [replace(m, weight=typical * m.torque / m.uncertainty) if m.uncertainty else m for m in usable]
+    points, unit = merged(usable), columns["torque"].unit
+    notes += repeat_notes(points, rows.lines)
+    return MeasurementFile(f"{path}: ", source, points, problems, notes, rows.lines, unit)
+
+
+def _reasons(
+    texts: Mapping[str, str], columns: Mapping[str, Column], values: Mapping[str, float]
+) -> list[str]:
+    """Why a row with these fields and values [SI] cannot be a measurement; empty if it can."""
+    shown = {key: f"{key} = {texts[key]} {columns[key].unit}".rstrip() for key in values}
+    if missing := [key for key, value in values.items() if not math.isfinite(value)]:
+        fields = {key: f"{texts[key]!r} {columns[key].unit}" if texts[key] else "empty" for key in missing}
+        return [f"{key} = {field.rstrip()}; allowed: a finite number" for key, field in fields.items()]
+    torque, speed, kelvin = values["torque"], values["speed"], values.get("temperature", COLDEST)
+    positive = ("preload", "weight", "torque_uncertainty")
+    bad = {key: "> 0" for key in positive if not values.get(key, 1.0) > 0.0}
+    bad |= {"speed": "not 0 (no film at rest)"} if speed == 0.0 else {}
+    bad |= {"torque": "not 0"} if torque == 0.0 else {}
+    reasons = [f"{shown[key]}; allowed: {allowed}" for key, allowed in bad.items()]
+    if torque * speed < 0.0:
+        reasons.append(
+            f"{shown['torque']} at {shown['speed']}; allowed: friction torque with the sign of the speed"
+        )
+    if not COLDEST <= kelvin <= HOTTEST:
+        other, offset = ("K", 0.0) if kelvin > HOTTEST else ("degC", CELSIUS)
+        written = columns["temperature"].unit
+        plausible = COLDEST <= float(texts["temperature"]) + offset <= HOTTEST
+        mixed = f"; probably {other}, not {written}" if plausible and written != other else ""
+        reasons.append(
+            f"{shown['temperature']}; allowed: {COLDEST:g} to {HOTTEST:g} K "
+            f"({COLDEST - CELSIUS:g} to {HOTTEST - CELSIUS:g} degC){mixed}"
+        )
+    return reasons
+
+
+def named_rows(rows: Sequence[int]) -> str:
+    """row 3 / rows 3, 5, 9."""
+    return f"row{'s' if len(rows) > 1 else ''} {', '.join(map(str, rows))}"
+
+
+def implausible_for(parameters: Parameters, m: Measurement) -> str:
+    """Why a point is impossible for a screw of this size, mostly a wrong unit of force, torque or speed; "" if not."""
+    screw, reasons = parameters.screw, []
+    arm = screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(screw.contact_angle)
+    # the friction coefficient that alone would give this torque
+    force = (2.0 * m.preload + abs(m.axial_load)) / math.sin(screw.contact_angle)
+    coefficient, max_speed = m.torque / (force * arm), MAX_DN / (2e3 * screw.nominal_radius) * RPM
+    if not MIN_COEFFICIENT <= coefficient <= MAX_COEFFICIENT:
+        reasons.append(
+            f"torque = {m.torque:g} N.m at preload = {m.preload:g} N means a friction coefficient of "
+            f"{coefficient:.2g} on this screw; allowed: {MIN_COEFFICIENT:g} to {MAX_COEFFICIENT:g}; "
+            "units of preload or torque probably mixed up"
+        )
+    if not m.speed <= max_speed:
+        reasons.append(
+            f"speed = {m.speed / RPM:.6g} r/min; allowed on this screw: up to {max_speed / RPM:.0f} r/min; "
+            "r/min and rad/s probably mixed up"
+        )
+    return "; ".join(reasons)

@@ -1,4 +1,4 @@
-"""Result of a calibration: its points, what the data do not identify, as rows and as text."""
+"""Result of a calibration: its points, what the data do not identify, as rows of --json."""
 
 import math
 from dataclasses import dataclass
@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 
 from ..friction.interval import implied_thrust
-from ..friction.sets import FITTED, FrictionSet, friction_set_lines
+from ..friction.sets import FITTED, FrictionSet
 from ..parameters.file import Parameters
-from ..parameters.units import CELSIUS, RPM
+from ..parameters.units import RPM
 from ..runtime.packed import MECHANISTIC
 from .fit import Fit, TorqueBasis
-from .measurement_file import RowProblem
-from .measurements import repeat_scatter, spread_advice
+from .measurements import RowProblem, repeat_scatter
 
 #: a parameter counts as identified if half its 95 % interval is at most this fraction of its value
 PRECISION = 0.25
@@ -33,6 +32,7 @@ class Calibration:
 
     friction_set  with limits and what is not identified;  basis, fit: the points of the fit and its statistics
     dropped       rows left out of the fit, with the reason;  notes  assumptions and warnings, one sentence each
+    level         of a single torque, by key of --json: the law there without friction between balls, its interval
     """
 
     friction_set: FrictionSet
@@ -40,27 +40,20 @@ class Calibration:
     fit: Fit
     dropped: list[RowProblem]
     notes: list[str]
-
-    @property
-    def spread(self) -> float | None:
-        """Root of the weighted mean square error over the stated uncertainties, None without these."""
-        stated = [m.uncertainty for m in self.basis.measurements]
-        if not all(stated):
-            return None
-        over = self.fit.deviation * self.basis.measured / np.array(stated, dtype=float)
-        return math.sqrt(float(over @ over) / (len(self.basis) - len(self.basis.names)))
+    level: dict[str, float]
 
 
-def number_notes(found: FrictionSet, parameters: Parameters) -> list[str]:
+def number_notes(entry: FrictionSet, parameters: Parameters) -> list[str]:
     """What the fitted number of the mechanistic law is in terms of the other keys of the screw file."""
-    if found.name != MECHANISTIC:
+    if entry.name != MECHANISTIC:
         return []
-    thrust = implied_thrust(found.net_sliding_coefficient, parameters)
+    thrust = implied_thrust(entry.net_sliding_coefficient, parameters)
     notes = [
         "net_sliding_coefficient = 2 boundary_friction limiting_shear_coefficient ball_thrust; with the first two of "
-        f"this screw file ball_thrust = {thrust:.3g}. A screw file has one of these two numbers, not both"
+        f"this screw file ball_thrust = {thrust:.3g}. A screw file has one of these two numbers, not both",
+        TRANSFER,
     ]
-    if not found.net_sliding_coefficient > 0.0:
+    if not entry.net_sliding_coefficient > 0.0:
         notes.append(
             "net_sliding_coefficient = 0: the computed rolling loss and shear alone exceed the measured torque: check "
             "unit and sign of the torque, preload, oil (viscosity, temperature) and its supply (supply_length)"
@@ -72,10 +65,14 @@ def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
     """Parameters, or SPLIT, that the data do not determine to PRECISION and SPLIT_WIDTH -> their intervals."""
     reasons = {}
     for name, half in found.half_width.items():
-        value, bounds = float(found.values[FITTED.index(name)]), found.limits[name]
+        value = float(found.values[FITTED.index(name)])
         if not half <= PRECISION * value:
-            low, high = (_shown(name, bounds[end]) for end in ("low", "high"))
-            reasons[name] = f"95 % interval {low} to {high} around {_shown(name, value)}"
+            scale, unit = (1e9, " nm") if name == FITTED[2] else (1.0, "")
+            low, high, middle = (
+                f"{scale * number:.3g}{unit}" if math.isfinite(number) else "no bound"
+                for number in (*found.limits[name].values(), value)
+            )
+            reasons[name] = f"95 % interval {low} to {high} around {middle}"
     per_net = float(np.mean(basis.sliding / basis.measured))
     low_share, high_share = (min(per_net * bound, 1.0) for bound in found.limits[FITTED[1]].values())
     if not high_share - low_share <= SPLIT_WIDTH:
@@ -84,24 +81,13 @@ def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
     return reasons
 
 
-def _shown(name: str, value: float) -> str:
-    if not math.isfinite(value):
-        return "no bound"
-    return f"{1e9 * value:.3g} nm" if name == FITTED[2] else f"{value:.3g}"
-
-
-def outlier_text(basis: TorqueBasis, found: Fit, i: int) -> str:
-    """Torque, deviation and residual of a point."""
-    return (
-        f"torque {basis.measured[i]:.4g} N.m, model {100.0 * found.deviation[i]:+.1f} %, deleted studentised "
-        f"residual {found.studentised[i]:.1f} (limit {found.limit:.1f})"
-    )
-
-
 def calibration_data(result: Calibration) -> dict[str, Any]:
     """What --json adds to the friction set; one row per point of the fit."""
-    found, points, outliers = result.fit, result.basis.measurements, result.fit.outliers
-    computed = result.basis.torque(found.values)
+    fit, points = result.fit, result.basis.measurements
+    arrays = {
+        "computed_nm": result.basis.torque(fit.values), "deviation": fit.deviation,
+        "left_out_deviation": fit.left_out, "leverage": fit.leverage, "studentised": fit.studentised,
+    }  # fmt: skip
     rows = [
         {
             "rows": list(m.rows),
@@ -111,49 +97,24 @@ def calibration_data(result: Calibration) -> dict[str, Any]:
             "axial_load_n": m.axial_load,
             "weight": m.weight,
             "measured_nm": m.torque,
-            "computed_nm": float(computed[i]),
-            "deviation": float(found.deviation[i]),
-            "left_out_deviation": float(found.left_out[i]),
-            "leverage": float(found.leverage[i]),
-            "studentised": float(found.studentised[i]),
-            "outlier": i in outliers,
+            **{key: float(values[i]) for key, values in arrays.items()},
+            "outlier": i in fit.outliers,
+            **result.level,
         }
         for i, m in enumerate(points)
     ]
+    uncertainty = np.array([m.uncertainty or math.nan for m in points])
+    spread = math.nan
+    if freedom := len(points) - len(result.basis.names):
+        spread = float(np.linalg.norm(fit.deviation * result.basis.measured / uncertainty)) / math.sqrt(
+            freedom
+        )
     return {
         "points": rows,
         "dropped": [{"row": problem.row, "reason": problem.reason} for problem in result.dropped],
-        "outliers": [list(points[i].rows) for i in outliers],
+        "outliers": [list(points[i].rows) for i in fit.outliers],
         "notes": result.notes,
         "not_identified": result.friction_set.not_identified,
-        "error_over_uncertainty": result.spread,
+        "error_over_uncertainty": spread if math.isfinite(spread) else None,
         "repeat_over_uncertainty": repeat_scatter(points),
     }
-
-
-def calibration_text(result: Calibration, data: dict[str, Any]) -> str:
-    """The result as text: points, parameters, errors, what is not identified, dropped rows."""
-    lines = [
-        f"{'row':>9}{'preload':>10}{'speed':>9}{'oil':>7}{'axial':>9}{'measured':>10}{'computed':>10}{'model':>8}"
-        f"{'left out':>10}",
-        f"{'':>9}{'N':>10}{'r/min':>9}{'C':>7}{'N':>9}{'N m':>10}{'N m':>10}{'%':>8}{'%':>10}",
-    ]
-    for row in data["points"]:
-        lines.append(
-            f"{'='.join(str(number) for number in row['rows']):>9}{row['preload_n']:>10.4g}{row['speed_rpm']:>9.4g}"
-            f"{row['temperature_k'] - CELSIUS:>7.1f}{row['axial_load_n']:>9.4g}{row['measured_nm']:>10.4g}"
-            f"{row['computed_nm']:>10.4g}{100.0 * row['deviation']:>+8.1f}{100.0 * row['left_out_deviation']:>+10.1f}"
-            + ("  outlier" if row["outlier"] else "")
-        )
-    found = result.friction_set
-    lines += ["", "Fitted (value +- half-width of the 95 % interval)", *friction_set_lines(found)]
-    if result.spread is not None:
-        advice = spread_advice(result.spread, data["repeat_over_uncertainty"])
-        lines.append(
-            f"    errors over stated uncertainties: {result.spread:.2g} (about 1 expected){advice and f': {advice}'}"
-        )
-    if found.not_identified:
-        lines.append("Not identified by these data:")
-        lines += [f"    {name}: {why}" for name, why in found.not_identified.items()]
-    lines += [f"dropped: {problem}" for problem in result.dropped]
-    return "\n".join([*lines, *(f"note: {note}" for note in result.notes)])

@@ -12,16 +12,11 @@ from io import TextIOWrapper
 from pkgutil import resolve_name
 
 from .parser import SOLVER, Command, build_parser
-from .shared.files import os_error_text
-from .shared.results import CommandError, say, show
+from .shared.output import REMEDIES, CommandError, say, show
 
-#: exit code after Ctrl-C: 128 and the number of the signal
-INTERRUPTED = 130
 #: optional package: extra of pyproject.toml that brings it
-EXTRAS = {
-    **dict.fromkeys(("matplotlib", "jinja2", "markupsafe"), "report"),
-    **{"fmpy": "fmu", "pythonfmu": "fmu", "distributed": "dask", "numba": "direct"},
-}
+EXTRAS = {"matplotlib": "report", "jinja2": "report", "markupsafe": "report", "fmpy": "fmu", "pythonfmu": "fmu",
+          "distributed": "dask", "numba": "direct"}  # fmt: skip
 #: exception, exit code, what stands before its text
 FAILURES = (
     (CommandError, 1, "error"),
@@ -36,12 +31,7 @@ def main(
     prog: str = "python -m ballscrew_tehl",
     command: Command = SOLVER,
 ) -> int:
-    """Run one command.
-
-    Parameters   arguments : without the program's name; None = those of the process
-                 prog : name of the program in help and messages;  command : its commands, or its only one
-    Returns      exit code, see the top of this file
-    """
+    """Exit code of one command; arguments without the program's name, prog: that name in help and messages."""
     # the solver's matrices are small: BLAS threads would cost more than they save (read when numpy is imported)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if isinstance(sys.stdout, TextIOWrapper):
@@ -54,8 +44,7 @@ def main(
         argcomplete.autocomplete(parser)
     args = parser.parse_args(arguments)
     try:
-        answer = resolve_name(args.run)(args)
-        code = answer if isinstance(answer, int) else show(answer, args.json)
+        code = show(resolve_name(args.run)(args), args.json)
         print(end="", flush=True)
         return code
     except BrokenPipeError:
@@ -63,17 +52,19 @@ def main(
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         return 0
     except (Exception, KeyboardInterrupt) as error:
-        code, text = _failure(error, args.interrupted)
+        code, text = _failure(error)
         if not text:
             raise
         say(f"{args.prog}: {' '.join(text.split())}")
         return code
 
 
-def _failure(error: BaseException, interrupted: str) -> tuple[int, str]:
+def _failure(error: BaseException) -> tuple[int, str]:
     """Exit code and line of an exception; line "": a defect of the program."""
     if isinstance(error, OSError):
-        return 2, f"error: {os_error_text(error)}"
+        remedy = REMEDIES.get(error.errno or 0, "check path and permissions")
+        named = f"{error.filename}: {error.strerror}; remedy: {remedy}"
+        return 2, f"error: {named if error.filename and error.strerror else error}"
     for kind, code, words in FAILURES:
         if isinstance(error, kind):
             return code, f"{words}: {error}"
@@ -86,5 +77,6 @@ def _failure(error: BaseException, interrupted: str) -> tuple[int, str]:
     while isinstance(cause, SystemError):
         cause = cause.__cause__
     if isinstance(cause, KeyboardInterrupt):
-        return INTERRUPTED, "; ".join(filter(None, ("interrupted", interrupted)))
+        # 128 and the number of the signal
+        return 130, "interrupted"
     return 1, ""

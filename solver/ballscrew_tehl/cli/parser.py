@@ -10,86 +10,59 @@ import functools
 import re
 import shutil
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn
 
 from .._version import __version__
-from .shared.quantities import (
-    CALIBRATION_POINT,
-    CONTACT_POINT,
-    CURRENT_UNIT,
-    IDENTIFY_OPTIONS,
-    LEAD,
-    OFFSETS,
-    PRELOAD,
-    PRELOAD_POINT,
-    RATIO,
-    REPORT_POINT,
-    SCREW_POINT,
-    SPEED,
-    TEMPERATURE,
-    TORQUE_CONSTANT,
-    TORQUE_POINT,
-    Quantity,
-    with_error,
-)
+from .shared import quantities as q
+from .shared.quantities import Quantity, with_error
 
 KINEMATICS = ("published", "rolling_frame")
 SET_NAMES = ("two_parameter", "three_parameter", "mechanistic")
 DROP_KINDS = ("impossible", "outside", "outliers")
-OILS = ("viscosities", "iso_vg")
-LUBRICANTS = ("oil", "grease")
+OILS, LUBRICANTS = ("viscosities", "iso_vg"), ("oil", "grease")
 EXPORT_FORMATS = ("twincat", "csv", "modelica", "matlab", "json")
 LAWS = ("barus", "roelands")
 #: package of the commands
 RUN = f"{__package__}.commands"
 #: flag or name of an argument, settings of argparse
 Option = tuple[str, dict[str, Any]]
-Metavar = str | tuple[str, ...] | None
 
 
 class Command(NamedTuple):
-    """A command, or the commands below it.
+    """A command, or the commands below it."""
 
-    help: one line;  run: package.module:function;  options: its own, shared: those of several commands
-    example: what follows the name of the command;  interrupted: what is said after Ctrl-C
-    groups: headings over names of actions
-    """
-
-    help: str
-    run: str = ""
-    options: Sequence[Option] = ()
-    shared: Sequence[Option] = ()
-    example: str = ""
+    help: str  # one line
+    run: str = ""  # package.module:function
+    options: Sequence[Option] = ()  # its own
+    shared: Sequence[Option] = ()  # those of several commands
+    example: str = ""  # what follows the name of the command
     description: str = ""
     actions: Mapping[str, "Command"] = {}
-    groups: Mapping[str, Sequence[str]] = {}
-    interrupted: str = ""
+    groups: Mapping[str, Sequence[str]] = {}  # headings over names of actions
 
 
-def option(flag: str, text: str, metavar: Metavar = None, **settings: Any) -> Option:
+def option(flag: str, text: str, metavar: str | tuple[str, ...] | None = None, **settings: Any) -> Option:
     """An option of the table."""
-    return flag, {"help": text} | ({} if metavar is None else {"metavar": metavar}) | settings
+    return flag, {"help": text, "metavar": metavar, **settings}
 
 
-def switch(flag: str, text: str) -> Option:
+def switch(flag: str, text: str, action: str = "store_true", **settings: Any) -> Option:
     """An option without a value."""
-    return option(flag, text, action="store_true")
+    return flag, {"help": text, "action": action, **settings}
 
 
-def numbers(quantities: Sequence[Quantity], **settings: Any) -> list[Option]:
+def numbers(*quantities: Quantity, **settings: Any) -> list[Option]:
     """An option for each quantity, with its unit as metavar."""
     return [
-        option(
-            one.option, one.help, **{"type": one, "metavar": one.name.rsplit("_", 1)[-1].upper(), **settings}
-        )
+        (one.option, {"help": one.help, "type": one, "metavar": one.name.split("_")[-1].upper()} | settings)
         for one in quantities
     ]
 
 
 # fmt: off
-HELP = option("-h --help", "show this page; --version shows the version", action="help")
-VERSION = option("--version", argparse.SUPPRESS, action="version", version=f"ballscrew-tehl {__version__}")
+HELP = switch("-h --help", "show this page; --version shows the version", "help")
+VERSION = switch("--version", argparse.SUPPRESS, "version", version=f"ballscrew-tehl {__version__}")
 JSON = switch("--json", "JSON on stdout, logs on stderr")
 SCREW = option("--screw", "screw file; default: that in the map, or the packaged GD4008-3", "FILE.toml")
 SCREW_ALONE = option("--screw", "screw file; default: the packaged GD4008-3", "FILE.toml")
@@ -107,76 +80,61 @@ ROWS = (
 # without a default, which would take the place of --map
 GIVEN_MAP = (option("map", "map file, also as --map; default: the packaged map", "FILE.npz", nargs="?",
                     default=argparse.SUPPRESS), option("--map", argparse.SUPPRESS))
+RANGE: dict[str, Any] = {"nargs": 2, "metavar": ("LO", "HI")}
 PLOT = option("--plot", "draw the result", "FILE.png")
 
 MAP_ACTIONS = {
     "build": Command("sum the contacts of the atlas over a nut, write the map", f"{RUN}.map_file:run_map_build", (
         option("--output", OUTPUT, "FILE.npz"),
-        *numbers([Quantity(name, f"range of the map [{unit}]") for name, unit in (
-            ("preload_n", "N"), ("speed_rpm", "r/min"), ("temperature_c", "C"))], nargs=2, metavar=("LO", "HI")),
+        *numbers(*(Quantity(name, f"range of the map [{unit}]") for name, unit in (
+            ("preload_n", "N"), ("speed_rpm", "r/min"), ("temperature_c", "C"))), **RANGE),
         option("--family", "a map for every *.toml in this folder; --output: folder", "FOLDER"),
     ), (SCREW_ALONE, KINEMATIC, JSON), "--screw my.toml --output my_map.npz",
         "Ranges: by these options, else table [map] of the screw file, else what the screw and its oil allow. The map "
         "holds its screw and oil, and the errors of the atlas against direct solves. No command needs the file: with "
         "--screw alone they make the map in memory."),
-    "check": Command("compare a map with direct solves", f"{RUN}.map_file:run_map_check",
-                     (*GIVEN_MAP,
-                      *numbers([Quantity("count", "points compared with direct solves (+5 %% at low speed); default: "
-                                         "%(default)s", 1, whole=True)], metavar="N", default=4),
-                      *numbers([Quantity("workers", "processes; default: one per core", 1, whole=True)], metavar="N")),
-                     OF_SCREW, "my_map.npz"),
+    "check": Command("compare a map with direct solves", f"{RUN}.map_file:run_map_check", (
+        *GIVEN_MAP,
+        *numbers(Quantity("count", "points compared with direct solves (+5 %% at low speed); default: %(default)s", 1,
+                          whole=True), metavar="N", default=4),
+        *numbers(Quantity("workers", "processes; default: one per core", 1, whole=True), metavar="N"),
+    ), OF_SCREW, "my_map.npz"),
     "info": Command("axes, parameters, version and certificate of a map", f"{RUN}.map_file:run_map_info",
                     GIVEN_MAP, OF_SCREW, "my_map.npz"),
-}
-CONTACT = {
-    "contact": Command("solve one elastohydrodynamic contact", f"{RUN}.contact:run_contact", (
-        *numbers(CONTACT_POINT),
-        switch("--isothermal", "without the energy equation"),
-        *numbers([Quantity("moes", "Moes load and lubricant number")], nargs=2, metavar=("M", "L")),
-        *numbers([Quantity("radius_ratio", "0 < R_x/R_y <= 1", 0.0, 1.0, not_zero=True)], metavar="R_X/R_Y"),
-        option("--law", "barus (incompressible) or roelands (compressible)", choices=LAWS),
-        *numbers([Quantity("domain", "along and across rolling [Hertz half-widths]")], nargs=3,
-                 metavar=("XA", "XB", "Y")),
-        *numbers([Quantity("refine", "truth check: nodes, layers and domain times K, 1 to 8", 1, 8)], metavar="K"),
-    ), (*ROWS, SCREW_ALONE, JSON), "--moes 20 5 --radius-ratio 1 --law barus",
-        "By its dimensions, thermal unless --isothermal, with oil and steel of --screw; or by its Moes numbers: "
-        "--moes, --radius-ratio, --law. The default domain is wide enough not to starve."),
 }
 COMMANDS = {
     "init": Command("write a commented screw file to fill in", f"{RUN}.screw:run_init", (
         option("file", "a new file", "FILE.toml"),
         option("--oil", "oil by two viscosities, or by ISO grade and viscosity index", choices=OILS, default=OILS[0]),
         option("--lubricant", "grease: base oil by grade, NLGI grade", choices=LUBRICANTS, default=LUBRICANTS[0]),
-        *numbers([Quantity(name, text, 0.0, not_zero=True, whole=name == "starts") for name, text in (
+        *numbers(*(Quantity(name, text, 0.0, not_zero=True, whole=name == "starts") for name, text in (
             ("diameter_mm", "nominal diameter of the catalogue"), ("lead_mm", "lead"), ("ball_mm", "ball diameter"),
-            ("turns", "loaded turns of one nut"), ("starts", "starts of the thread"))]),
+            ("turns", "loaded turns of one nut"), ("starts", "starts of the thread")))),
     ), (JSON,), "my.toml --diameter-mm 32 --lead-mm 10",
         "With diameter and lead a file of that screw, in which what is not given is marked as assumed."),
-    "screw": Command("loads, pressure, stiffness, life, efficiency, catalogue torque",
-                     f"{RUN}.screw:run_screw",
-                     numbers((*SCREW_POINT, SPEED, TEMPERATURE)), (*ROWS, *OF_MAP),
-                     "--screw my.toml --preload-n 1000 --axial-load-n 1500",
-                     "Default of the preload: 5 % of the dynamic rating. With speed and temperature also efficiency "
-                     "and hours, from the map. Catalogue torque: drag torque by JIS B 1192."),
+    "screw": Command("loads, pressure, stiffness, life, efficiency, catalogue torque", f"{RUN}.screw:run_screw",
+        numbers(q.PRELOAD, q.AXIAL_LOAD, q.SPEED, q.TEMPERATURE), (*ROWS, *OF_MAP),
+        "--screw my.toml --preload-n 1000 --axial-load-n 1500",
+        "Default of the preload: 5 % of the dynamic rating. With speed and temperature also efficiency and hours, from "
+        "the map. Catalogue torque: drag torque by JIS B 1192."),
     "oil": Command("viscosity, density and pressure-viscosity coefficient of an oil", f"{RUN}.oil:run_oil", (
-        *numbers([Quantity("iso_vg", "ISO 3448 viscosity grade", whole=True)], metavar="GRADE"),
-        *numbers([Quantity("viscosity_index", "viscosity index (ASTM D2270)")], metavar="VI"),
-        *numbers([Quantity("density_15c_kg_m3", "density at 15 C; default: a paraffinic oil")], metavar="RHO"),
+        *numbers(Quantity("iso_vg", "ISO 3448 viscosity grade", whole=True), metavar="GRADE"),
+        *numbers(Quantity("viscosity_index", "viscosity index (ASTM D2270)"), metavar="VI"),
+        *numbers(Quantity("density_15c_kg_m3", "density at 15 C; default: a paraffinic oil"), metavar="RHO"),
     ), (option("--screw", "screw file, whose oil is described", "FILE.toml"), JSON), "--iso-vg 68 --viscosity-index 95",
         "A mineral oil by its grade, or the oil of a screw file, at 20 to 100 C, with assumptions and their errors."),
     "map": Command("build, check or describe a map", actions=MAP_ACTIONS),
     "torque": Command("friction torque with its parts, films and interval", f"{RUN}.torque:run_torque", (
-        *numbers(TORQUE_POINT), switch("--direct", "solve the contacts instead of reading the map"),
+        *numbers(*q.TORQUE_POINT), switch("--direct", "solve the contacts instead of reading the map"),
     ), (*ROWS, *OF_MAP), "--preload-n 2000 --speed-rpm 1000 --temperature-c 30 --map my_map.npz"),
     "preload": Command("preload behind a measured friction torque", f"{RUN}.preload:run_preload",
-                       numbers(PRELOAD_POINT), (*ROWS, *OF_MAP),
-                       "--torque-nm 0.8 --speed-rpm 100 --temperature-c 30 --map my_map.npz"),
-    "identify": Command("inertia, offset, friction and preload from a log of a drive",
-                        f"{RUN}.identify:run_identify", (
+        numbers(*q.PRELOAD_POINT), (*ROWS, *OF_MAP),
+        "--torque-nm 0.8 --speed-rpm 100 --temperature-c 30 --map my_map.npz"),
+    "identify": Command("inertia, offset, friction and preload from a log of a drive", f"{RUN}.identify:run_identify", (
         option("log", "log of an axis that moves both ways", "LOG.csv"),
         option("--column", "a column by heading: \"current=Iq_act [A]\" (repeat it)", "NAME=HEADING",
                action="append", default=[]),
-        *numbers((*IDENTIFY_OPTIONS, TEMPERATURE)), *numbers(OFFSETS, type=with_error),
+        *numbers(*q.IDENTIFY_OPTIONS, q.TEMPERATURE), *numbers(*q.OFFSETS, type=with_error),
         option("--without-nut", "log of the same axis without the nut, which is subtracted", "LOG.csv"),
         option("--before", "earlier log of the same axis: change of the preload", "LOG.csv"),
         PLOT,
@@ -187,7 +145,7 @@ COMMANDS = {
         "voltage [V]."),
     "calibrate": Command("fit the friction parameters to measured torques", f"{RUN}.calibrate:run_calibrate", (
         option("measurements", "measured torques", "MEASUREMENTS.csv", nargs="?"),
-        *numbers(CALIBRATION_POINT),
+        *numbers(*q.CALIBRATION_POINT),
         option("--output", "where to write the sets, for --friction", "FILE.toml"),
         PLOT,
         option("--set", "parameters to fit; default: as in the screw file", choices=SET_NAMES),
@@ -196,17 +154,14 @@ COMMANDS = {
         "Columns by headings with units: preload [N], speed [r/min], temperature [degC], torque [N.m]; optional "
         "axial_load, torque_uncertainty or weight, table, comment. Or one torque, measured or of a catalogue: the four "
         "options of a point. Prints errors, 95 % intervals, outliers and what the data do not identify."),
-    "export": Command("friction of a map or a log as a table for a controller or a tool",
-                      f"{RUN}.export:run_export", (
-        option("--format", "twincat: list frict_comp; modelica: CombiTable1Ds", choices=EXPORT_FORMATS,
-                required=True),
+    "export": Command("friction of a map or a log as a table for a controller or a tool", f"{RUN}.export:run_export", (
+        option("--format", "twincat: list frict_comp; modelica: CombiTable1Ds", choices=EXPORT_FORMATS, required=True),
         option("--output", OUTPUT + "; of several lists the stem of their names", "PATH", required=True),
-        *numbers((PRELOAD._replace(not_zero=True), TEMPERATURE), nargs="+"),
+        *numbers(q.PRELOAD._replace(not_zero=True), q.TEMPERATURE, nargs="+"),
         option("--identified", "not of a map: of the whole axis, by identify --output", "FILE.json"),
-        *numbers([SPEED._replace(help="range of the screw's speed; default: of map or log")], nargs=2,
-                 metavar=("LO", "HI")),
-        *numbers((LEAD, TORQUE_CONSTANT, RATIO, CURRENT_UNIT)),
-        *numbers([Quantity("points", "most entries of a list (20), speeds of a table (40)", 3, 400, whole=True)],
+        *numbers(q.SPEED._replace(help="range of the screw's speed; default: of map or log"), **RANGE),
+        *numbers(q.LEAD, q.TORQUE_CONSTANT, q.RATIO, q.CURRENT_UNIT),
+        *numbers(Quantity("points", "most entries of a list (20), speeds of a table (40)", 3, 400, whole=True),
                  metavar="N"),
     ), OF_MAP, "--map my_map.npz --format csv --output friction.csv",
         "Torque over speed, preload and temperature with its interval; units and signs are in the file. Defaults: 5 % "
@@ -214,11 +169,22 @@ COMMANDS = {
         "twincat, which is over the velocity of the axis. With --identified each direction by itself, in a list the "
         "mean."),
     "report": Command("one HTML page on a screw: torque, film, loads, limits", f"{RUN}.report:run_report", (
-        option("--output", OUTPUT, "FILE.html", required=True), *numbers(REPORT_POINT),
+        option("--output", OUTPUT, "FILE.html", required=True), *numbers(*q.REPORT_POINT),
     ), OF_MAP, "--map my_map.npz --output my_report.html",
         "One page without external files; without screw and map on the packaged GD4008-3. Default of the point: 5 % of "
         "the dynamic rating, 1000 r/min, reference temperature of the oil."),
-    **CONTACT,
+    "contact": Command("solve one elastohydrodynamic contact", f"{RUN}.contact:run_contact", (
+        *numbers(*q.CONTACT_POINT),
+        switch("--isothermal", "without the energy equation"),
+        *numbers(Quantity("moes", "Moes load and lubricant number"), nargs=2, metavar=("M", "L")),
+        *numbers(Quantity("radius_ratio", "0 < R_x/R_y <= 1", 0.0, 1.0, not_zero=True), metavar="R_X/R_Y"),
+        option("--law", "barus (incompressible) or roelands (compressible)", choices=LAWS),
+        *numbers(Quantity("domain", "along and across rolling [Hertz half-widths]"), nargs=3,
+                 metavar=("XA", "XB", "Y")),
+        *numbers(Quantity("refine", "truth check: nodes, layers and domain times K, 1 to 8", 1, 8), metavar="K"),
+    ), (*ROWS, SCREW_ALONE, JSON), "--moes 20 5 --radius-ratio 1 --law barus",
+        "By its dimensions, thermal unless --isothermal, with oil and steel of --screw; or by its Moes numbers: "
+        "--moes, --radius-ratio, --law. The default domain is wide enough not to starve."),
 }
 #: python -m ballscrew_tehl
 SOLVER = Command("Friction torque of preloaded ball screws.", actions=COMMANDS)
@@ -246,8 +212,8 @@ class Parser(argparse.ArgumentParser):
         message = re.sub(r"^argument (\S+):  = ", r"\1 = ", message)
         if wrong := re.search(r"(?:invalid choice: '|arguments: )([\w-]+)", message):
             known = [*re.findall(r"\w+", message.partition("(choose from")[2]), *self._option_string_actions]
-            near = difflib.get_close_matches(wrong[1], known, n=1)
-            message += f"; is {near[0]} meant?" if near else ""
+            for near in difflib.get_close_matches(wrong[1], known, n=1):
+                message += f"; is {near} meant?"
         return message
 
     def error(self, message: str) -> NoReturn:
@@ -255,23 +221,16 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: error: {self.explained(message)} (see --help)\n")
 
 
-def build_parser(prog: str, command: Command) -> Parser:
-    """The whole command line of a face, or of one command.
-
-    Parameters   prog : name of the program in help and messages
-    """
-    return _filled(Parser(**_page(prog, command)), command)
-
-
-def _page(prog: str, command: Command) -> dict[str, Any]:
-    """Name, usage and head of the page of help: an example first."""
-    needed = ["COMMAND"] if command.actions else []
+def build_parser(prog: str, command: Command, new: Callable[..., Parser] = Parser) -> Parser:
+    """The parser of a command and those below it; prog: its name in help and messages."""
+    usage = [prog, *(["COMMAND"] if command.actions else [])]
     for flag, settings in command.options:
-        word = settings.get("metavar", flag.strip("-").upper())
+        word = settings.get("metavar") or flag.strip("-").upper()
         if not flag.startswith("-"):
-            needed.append(f"[{word}]" if settings.get("nargs") == "?" else word)
+            usage.append(f"[{word}]" if settings.get("nargs") == "?" else word)
         elif settings.get("required"):
-            needed.append(f"{flag} {word}")
+            usage.append(f"{flag} {word}")
+    # an example first
     lines = [f"  {prog} {command.example}\n"] if command.example else []
     about = f"{command.help[:1].upper()}{command.help[1:].rstrip('.')}."
     if command.actions:
@@ -281,16 +240,10 @@ def _page(prog: str, command: Command) -> dict[str, Any]:
         lines += ["", command.description]
     else:
         lines.append(textwrap.fill(f"{about} {command.description}", shutil.get_terminal_size().columns - 2))
-    return {"prog": prog, "usage": " ".join([prog, *needed, "[options]"]), "description": "\n".join(lines)}
-
-
-def _filled(parser: Parser, command: Command) -> Parser:
-    """A parser with the options of a command and the parsers of those below it."""
-    parser.set_defaults(run=command.run, prog=parser.prog, interrupted=command.interrupted)
-    for title, options in {
-        "options": command.options,
-        "common options": (*command.shared, HELP, VERSION),
-    }.items():
+    parser = new(prog=prog, usage=" ".join([*usage, "[options]"]), description="\n".join(lines))
+    parser.set_defaults(run=command.run, prog=prog)
+    groups = {"options": command.options, "common options": (*command.shared, HELP, VERSION)}
+    for title, options in groups.items():
         group = parser.add_argument_group(title)
         for flag, settings in options:
             group.add_argument(*flag.split(), **settings)
@@ -300,6 +253,7 @@ def _filled(parser: Parser, command: Command) -> Parser:
             dest="command", required=True, metavar="COMMAND", parser_class=Parser, help=argparse.SUPPRESS
         )
         for name, action in command.actions.items():
-            page = _page(f"{parser.prog} {name}", action)
-            _filled(below.add_parser(name, help=action.help, **page), action)
+            build_parser(
+                f"{prog} {name}", action, functools.partial(below.add_parser, name, help=action.help)
+            )
     return parser

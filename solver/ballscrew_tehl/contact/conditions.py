@@ -11,8 +11,8 @@ from ..parameters.file import LubricantParameters
 from ..physics import film as film_formulas
 from ..physics.hertz import HertzContact, ellipse
 from .film.flow import LEAST_LAYERS
-from .film.geometry import LEAST_LINES, LEAST_NODES, THICK_FILM, GridChoice
-from .half_space.grid import INLET_SHAPE, Array
+from .film.geometry import THICK_FILM
+from .half_space.grid import INLET_SHAPE, LEAST_LINES, LEAST_NODES, Array, GridChoice
 
 #: unit, least and largest of what a contact is given by: wider than any machine, so that no number overflows
 RANGES = {
@@ -26,10 +26,7 @@ FASTEST = 1e4  # [m/s]
 
 
 def number(name: str, value: Any, unit: str) -> float:
-    """A single number as given.
-
-    Raises       ValueError: none, text, a truth value, an array
-    """
+    """A single number as given; None, text, a truth value and an array are refused."""
     array = np.asarray(value)
     if array.ndim > 0 or array.dtype.kind not in "iuf":
         raise ValueError(f"{name} = {value!r} {unit}; needs a number")
@@ -60,17 +57,17 @@ class ContactConditions:
                 raise ValueError(f"{name} = {value} {unit}; needs finite, > 0")
             if not low <= value <= high:
                 raise ValueError(f"{name} = {value} {unit}; allowed: {low:g} to {high:g} {unit}")
-        fastest = max(abs(number(name, getattr(self, name), "m/s")) for name in ("u_1", "u_2"))
-        if math.isfinite(fastest) and fastest > FASTEST:
-            raise ValueError(f"u_1, u_2 = {self.u_1}, {self.u_2} m/s; allowed: up to {FASTEST:g} m/s")
         if not self.R_x <= self.R_y:
             raise ValueError(
                 f"R_x = {self.R_x} m; needs R_x <= R_y = {self.R_y} m: x is the rolling direction"
             )
-        if not (math.isfinite(self.u_1) and math.isfinite(self.u_2) and self.u_1 + self.u_2 != 0.0):
+        u_1, u_2 = number("u_1", self.u_1, "m/s"), number("u_2", self.u_2, "m/s")
+        if not (math.isfinite(u_1) and math.isfinite(u_2) and u_1 + u_2 != 0.0):
             raise ValueError(
-                f"u_1, u_2 = {self.u_1}, {self.u_2} m/s; needs finite with u_1 + u_2 not 0: no oil is drawn in"
+                f"u_1, u_2 = {u_1}, {u_2} m/s; needs finite with u_1 + u_2 not 0: no oil is drawn in"
             )
+        if max(abs(u_1), abs(u_2)) > FASTEST:
+            raise ValueError(f"u_1, u_2 = {u_1}, {u_2} m/s; allowed: up to {FASTEST:g} m/s")
 
     @property
     def u_e(self) -> float:
@@ -78,10 +75,11 @@ class ContactConditions:
         return 0.5 * (self.u_1 + self.u_2)
 
 
-#: fewest nodes, lines, layers and iterations of a solve; most, which then take hours; bounds of the factors on domain
-#: and lines
+#: fewest nodes, lines, layers and iterations of a solve; most, which then take hours
 FEWEST = {"n_x": LEAST_NODES, "n_y": LEAST_LINES, "n_z": LEAST_LAYERS, "max_newton": 1, "max_thermal": 1}
-MOST_NODES, LEAST_FACTOR, MOST_FACTOR = 10_000, 0.25, 64.0
+MOST_NODES = 10_000
+#: bounds of the other numbers of a solve
+BOUNDS = {"extent": (0.25, 64), "density": (0.25, 64), "tolerance": (1e-15, 0.9), "warm_films": (2, 1e6)}
 
 
 @dataclass(frozen=True)
@@ -121,16 +119,10 @@ class SolverOptions:
                 continue
             if not (isinstance(value, Integral) and bound <= int(value) <= MOST_NODES):
                 raise ValueError(f"{name} = {value!r}; needs a whole number >= {bound}, <= {MOST_NODES}")
-        for name in ("extent", "density"):
-            value = number(name, getattr(self, name), "of the default")
-            if not (LEAST_FACTOR <= value <= MOST_FACTOR):
-                raise ValueError(f"{name} = {value}; needs {LEAST_FACTOR} to {MOST_FACTOR} of the default")
-        if not (0.0 < number("tolerance", self.tolerance, "of the largest pressure") < 1.0):
-            raise ValueError(
-                f"tolerance = {self.tolerance}; needs > 0, < 1: relative to the largest pressure"
-            )
-        if not (2.0 <= number("warm_films", self.warm_films, "films") < math.inf):
-            raise ValueError(f"warm_films = {self.warm_films}; needs finite, >= 2 films")
+        for name, (low, high) in BOUNDS.items():
+            value = number(name, getattr(self, name), "of SolverOptions")
+            if not low <= value <= high:
+                raise ValueError(f"{name} = {value}; needs {low:g} to {high:g}")
         # the Hertz ellipse must lie inside
         for name, sign in (("x_in", -1.0), ("x_out", 1.0), ("y_max", 1.0)):
             value = getattr(self, name)
@@ -139,11 +131,10 @@ class SolverOptions:
                 raise ValueError(f"{name} = {value}; needs finite, {relation} {sign:g} Hertz half-widths")
 
     def refined(self, factor: float) -> Self:
-        """The truth check: nodes, lines and layers by a factor, and the extent of film and energy domain as well.
+        """The truth check: nodes, lines, layers and extent of film and energy domain by a factor of 1 to 8.
 
         The tolerance falls with the square. Lines and layers are rounded to even numbers of cells. A given domain
         stays.
-        Raises ValueError: factor out of range
         """
         if not (1.0 <= number("refine", factor, "of the default") <= 8.0):
             raise ValueError(f"refine = {factor}; needs 1 <= refine <= 8")
@@ -160,8 +151,6 @@ class SolverOptions:
 
 
 DEFAULT_OPTIONS = SolverOptions()
-
-
 #: Moes M and least L of a narrow pressure in a cold fast film, and its lines over those of choose_grid. The spike, a
 #: few spacings wide, moves through the lines with the load: over five loads within 10 %, on eight contacts of four
 #: screws, mean rise and core pressure left their trend by 12 to 33 and 3 to 19 % before, by 2 to 12 and 1 to 16 % with
@@ -180,12 +169,18 @@ class Scales:
     L: float
     film_estimate: float  # [b^2/R_x], isothermal
     warm_film: float  # [b^2/R_x], expected thermal film
-    inlet: float  # [b]
 
 
 def inlet_length(film: float) -> float:
     """Distance [b] over which the Hertz gap (2 sqrt(2)/3) s^(3/2) outside a line opens by `film` [b^2/R_x]."""
     return (INLET_SHAPE * film) ** (2.0 / 3.0)
+
+
+def expected_cells(c: ContactConditions, oil: LubricantParameters, options: SolverOptions) -> float:
+    """Cells of the grid of an operating point in its expected inlet."""
+    scales = scales_of(c, oil)
+    x = choose_grid(c, scales, scales.film_estimate, options).build().x
+    return cells_in_inlet(x, scales.film_estimate)
 
 
 def cells_in_inlet(x: Array, film: float) -> float:
@@ -195,20 +190,17 @@ def cells_in_inlet(x: Array, film: float) -> float:
 
 
 def scales_of(c: ContactConditions, oil: LubricantParameters) -> Scales:
-    hertz = ellipse(c.load, c.R_x, c.R_y, c.E_prime)
-    a, b, p_max = float(hertz.a), float(hertz.b), float(hertz.p_max)
-    hertz = HertzContact(a, b, p_max, float(hertz.delta))
-    u_e = abs(c.u_e)
+    """Dimensionless numbers of an operating point."""
+    hertz = HertzContact(*map(float, ellipse(c.load, c.R_x, c.R_y, c.E_prime)))
+    b, p_max, u_e = hertz.b, hertz.p_max, abs(c.u_e)
     groups = film_formulas.moes_groups(oil, c.load, u_e, c.R_x, c.E_prime, c.temperature)
     h_c = float(film_formulas.central_film_estimate(oil, groups, c.R_x, c.R_y, p_max, c.temperature))
     h_unit = b * b / c.R_x
     N = film_formulas.thermal_load_parameter(oil, u_e, c.temperature)
     # the formula reduces thin films too much: half of it, in the logarithm
     left = math.sqrt(float(film_formulas.wilson_sheu(N, abs(c.u_1 - c.u_2) / u_e)))
-    return Scales(
-        hertz, h_unit, 12.0 * u_e * c.R_x**2 / (b**3 * p_max), groups.M, groups.L, h_c / h_unit,
-        left * h_c / h_unit, inlet_length(h_c / h_unit),
-    )  # fmt: skip
+    reynolds = 12.0 * u_e * c.R_x**2 / (b**3 * p_max)
+    return Scales(hertz, h_unit, reynolds, groups.M, groups.L, h_c / h_unit, left * h_c / h_unit)
 
 
 #: steps of a doubled film in which grids differ: neighbouring points share one
@@ -223,8 +215,8 @@ INLET_WEDGES, OUTLET_WEDGES, SIDE_WEDGES = (12.0, 40.0, 9.0), (1.0, 2.5), (4.0, 
 LINES, LOBES, ROUND, LINES_PER_WEDGE, THIN = (11.0, 49.0), (0.1, 1.3), 0.3, (3.6, 14.0), 0.3
 
 
-def choose_grid(options: SolverOptions, film: float, curvature_y: float, kappa: float) -> GridChoice:
-    """Domain and refinement for an expected film [b^2/R_x]; rounded, so that neighbouring points share a grid.
+def choose_grid(c: ContactConditions, scales: Scales, film: float, options: SolverOptions) -> GridChoice:
+    """Domain and lines for an expected film [b^2/R_x]; rounded, so that neighbouring points share a grid.
 
     wedge: distance over which the undeformed gap opens by one film. A film formed by the flattened contact feels the
     inlet over a dozen of them (a gap of 150 films). A film thicker than the flattening is carried by the wedge alone:
@@ -234,7 +226,10 @@ def choose_grid(options: SolverOptions, film: float, curvature_y: float, kappa: 
     spacing: the Hertz edge lies on a line; side lobes of a wide ellipse are narrower the thinner the film; thick films
     need about two lines per wedge.
     """
-    extent = options.extent
+    kappa, extent, density = scales.hertz.b / scales.hertz.a, options.extent, options.density
+    curvature_y = c.R_x / c.R_y / kappa**2
+    if NARROW_M[0] <= scales.M <= NARROW_M[1] and scales.L >= NARROW_L:
+        density *= NARROW_LINES
     film = 2.0 ** (math.ceil(FILM_STEPS * math.log2(film)) / FILM_STEPS)
     wedge, wedge_y, thick = math.sqrt(2.0 * film), math.sqrt(2.0 * film / curvature_y), min(film, THICK_FILM)
     inlet = INLET_WEDGES[0] + (INLET_WEDGES[1] + INLET_WEDGES[2] / kappa) * thick
@@ -254,13 +249,5 @@ def choose_grid(options: SolverOptions, film: float, curvature_y: float, kappa: 
     if lines is None:
         # an odd number, so that every other line makes the coarse grid; LEAST_LINES after two halvings
         lines = max(1 + 4 * (LEAST_LINES - 1), 1 + 2 * round(0.5 * y_max * per_half_width))
-        lines = 1 + 2 * round(0.5 * options.density * (lines - 1))
+        lines = 1 + 2 * round(0.5 * density * (lines - 1))
     return GridChoice(x_in, x_out, y_max, options.n_x, lines, inlet_length(film), options.y_max is None)
-
-
-def expected_grid(c: ContactConditions, scales: Scales, film: float, options: SolverOptions) -> GridChoice:
-    """The grid of an operating point for an expected film [b^2/R_x]."""
-    kappa = scales.hertz.b / scales.hertz.a
-    if NARROW_M[0] <= scales.M <= NARROW_M[1] and scales.L >= NARROW_L:
-        options = replace(options, density=NARROW_LINES * options.density)
-    return choose_grid(options, film, c.R_x / c.R_y / kappa**2, kappa)

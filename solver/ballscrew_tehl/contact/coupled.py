@@ -1,25 +1,18 @@
 """Thermal film: pressure, energy equation and surface temperatures solved in turn.
 
-One iteration: Newton steps of the generalised Reynolds equation at temperatures that follow the pressure, the flow at
-the new pressure, sweeps of the energy equation each way, the temperatures of both surfaces, and a step towards the new
-temperatures by Aitken's rule. Undamped, it converges in about ten iterations; cold, fast, sliding contacts need the
-damped form first and 15 to 45.
+One iteration: Newton steps of the generalised Reynolds equation at temperatures that follow the pressure, the flow,
+sweeps of the energy equation each way, the temperatures of both surfaces, and a step towards the new temperatures by
+Aitken's rule. Undamped, it takes about ten iterations; cold, fast, sliding contacts need the damped form and 15 to 45.
 """
 
-from functools import lru_cache
-
 import numpy as np
-from numpy.typing import NDArray
 
 from .film import energy, reynolds
-from .film.geometry import GridChoice, contact_geometry
 from .film.reynolds import FLOOR_SHARE, HELD_ABOVE, NewtonHistory
 from .half_space.deflection import LineConvolution
 from .half_space.grid import TINY, Array
 from .half_space.walls import wall_operator
-from .problem import ContactProblem, Iteration, OilFilm
-
-Columns = NDArray[np.int64]
+from .problem import ContactProblem, Iteration
 
 # Effects of the numbers below: tests/benchmarks/constant_effects.py. "16 contacts": of both kinematics, 5 to 98 N, 300
 # to 4500 rpm.
@@ -31,13 +24,12 @@ UNDAMPED_STEP, DAMPED_STEP = 0.85, 0.5
 LEAST_STEP = 0.05
 #: relative change above which Aitken's rule only shortens steps, and Newton steps are no less exact
 LARGE_CHANGE = 0.1
-#: growth of the share from one iteration to the next, near the solution and above LARGE_CHANGE
-GROWTH, FAR_GROWTH = 1.5, 1.2
+#: growth of the share from one iteration to the next
+GROWTH = 1.5
 #: damping ends at a relative change of LARGE_CHANGE/RETURN; when the change has grown by RETURN, it goes on from the
 #: state where it ended, and then ends at the share 1/RETURN of that bound
 RETURN = 5.0
-#: Newton steps per iteration at most; three times as many where the last ones failed; where these fail as well, damping
-#: follows
+#: Newton steps per iteration at most; three times as many where the last failed; where these fail, damping follows
 NEWTON_STEPS = 4
 #: pressure change that ends the Newton steps, as a share of the last relative change; 16 contacts: a sixth fewer Newton
 #: steps than with 10 steps and a share of 0.1
@@ -49,17 +41,15 @@ CONVERGED_AT = 10.0
 #: of the mean rise. Bound of the ratio of the changes, which is taken where they creep: damped
 SPIKE_CHANGE, LARGEST_RATIO = 0.5, 0.98
 #: sweeps of the energy equation each way per iteration: oil circulates in the inlet. With 1, the heat balance of a
-#: thick sliding film closes to 3e-5 only; no iteration more on 12 contacts of a map
+#: thick sliding film closes to 3e-5 only
 SWEEPS = 2
-#: gap in which temperatures count, in films and at least [b^2/R_x]: beyond, oil circulates in the inlet
-NEAR_FILMS, NEAR_GAP = 10.0, 0.2
+#: gap in which temperatures count, in films: beyond, oil circulates in the inlet, without an effect on the film
+NEAR_FILMS = 10.0
 #: temperature rise [K] below which the relative change is that over this rise: bounds the error of small rises
 LEAST_RISE = 10.0
-#: largest temperature change of one iteration [K]
-TEMPERATURE_LIMIT = 60.0
-#: iterations between surfaces and separately sheared columns for the first temperatures, and share of the change in
-#: each; with 4, a sliding contact of M = 2e5 does not converge
-START_ITERATIONS, START_STEP = 10, 0.6
+#: damped iterations between surfaces and separately sheared columns for the first temperatures; with 4, a contact that
+#: slides at M = 2e5 does not converge
+START_ITERATIONS = 10
 
 
 # a diverging iterate is detected by values that are not finite
@@ -72,32 +62,37 @@ def solve_coupled(
     limit: int,
     damped: bool = False,
 ) -> Iteration:
-    """Alternate pressure and temperature until both converge.
+    """Alternate pressure and temperature (n_y, n_x, n_z+1) [K], None = an estimate, for at most `limit` iterations.
 
-    Parameters   it: start, changed in place;  temperature (n_y, n_x, n_z+1) [K]: None = an estimate
-                 limit: most iterations;  damped: until the changes are small, dissipation is linearised as if it fell
-                 with temperature, temperatures do not follow the pressure, and steps stay short
-    Returns      it, with `converged` and `reason`
+    damped: until the changes are small, dissipation is linearised as if it fell with temperature, temperatures do not
+    follow the pressure, and steps stay short.
     """
     run = _CoupledRun(problem, it, temperature, tolerance, damped)
     it.damped, it.converged = damped, False
     it.reason = f"no convergence in {limit} thermal iterations"
     for _ in range(limit):
         newton = run.step_pressure()
-        run.gap = problem.update_flow(it, run.temperature)
-        if failure := run.pressure_failure(newton):
-            it.reason = failure
+        steps = len(newton.change)
+        if not newton.finite:
+            it.reason = newton.reason
             break
-        it.temperature_history.append(run.step_temperature())
+        if not (newton.converged or run.relaxation.ever_damped) and steps > NEWTON_STEPS:
+            it.reason = f"pressure not found in {steps} Newton steps"
+            break
+        run.step_temperature()
         it.iterations += 1
-        if failure := run.failure():
-            it.reason = failure
+        if not np.isfinite(run.change):
+            it.reason = "temperature not finite"
+            break
+        if run.relaxation.share < LEAST_STEP:
+            it.reason = f"no progress: a share of {run.relaxation.share:.2g} of the temperature step is left"
             break
         if reached := run.reached(newton):
             it.converged, it.reason = True, reached
             run.settle(newton)
             break
-    it.temperature, it.heat_flows = run.temperature, run.equation.heat_flows(it, run.new)
+    equation, it.temperature = run.equation, run.temperature
+    it.heat_flows = energy.heat_flows(equation.mesh, run.new, it.flow, equation.face, equation.walls)
     return it
 
 
@@ -118,7 +113,10 @@ class _CoupledRun:
         near = temperature is not None
         if temperature is None:
             temperature = self.equation.estimate(it)
-        self.equation.set_outside(temperature)
+        # in the film where the energy equation is not solved
+        columns, face = np.arange(temperature.shape[1]), self.equation.face
+        outside = (columns < face.start[:, None]) | (columns >= face.end[:, None])
+        temperature[..., 1:-1][outside] = problem.conditions.temperature
         #: temperatures of the iterate; those of the last energy solve
         self.temperature = self.new = temperature
         self.gap = problem.update_flow(it, temperature)
@@ -126,44 +124,38 @@ class _CoupledRun:
             # the first Newton steps need the temperatures of a near start to follow as well
             self.equation.solve(it, temperature, self.gap, damped)
         self.films: list[float] = []
-        self.mean_changes: list[float] = []
-        #: largest change of temperature over the mean rise
-        self.spike = np.inf
+        #: changes of temperature: largest over largest rise, mean over largest rise, largest over mean rise
+        self.change, self.mean_change, self.spike = np.inf, np.inf, np.inf
         #: pressure and temperature where damping last ended; whether undamped steps have led away from there
         self.kept = it.state, temperature
         self.returned = False
 
     def step_pressure(self) -> NewtonHistory:
-        """Newton steps of the pressure, as close as the temperatures are known, which follow it."""
+        """Newton steps of the pressure, as close as the temperatures are known, which follow it; and the flow."""
         problem, it = self.problem, self.it
-        last_change = it.temperature_history[-1] if it.temperature_history else 1.0
-        aim = max(self.tolerance, PRESSURE_SHARE * min(last_change, LARGE_CHANGE))
+        aim = max(self.tolerance, PRESSURE_SHARE * min(self.change, LARGE_CHANGE))
         # a node at the edge of cavitation may take many short steps
-        steps = NEWTON_STEPS if it.history.converged or not it.temperature_history else 3 * NEWTON_STEPS
+        steps = NEWTON_STEPS if it.history.converged or self.change == np.inf else 3 * NEWTON_STEPS
         if problem.film_scale > HELD_ABOVE:
             steps = problem.options.max_newton
         newton = self._newton(aim, steps)
         self.films.append(problem.central_film(it))
         self._rescale(self.films[-1])
+        self.gap = problem.update_flow(it, self.temperature)
         return newton
 
     def _newton(self, aim: float, steps: int) -> NewtonHistory:
         """Newton steps to a pressure change [p_max], at temperatures that follow."""
         problem, it = self.problem, self.it
-        film = OilFilm(problem, self.temperature.copy(), it.heat)
-        it.state, newton, it.preconditioner = reynolds.solve(
+        film = problem.film(self.temperature.copy(), it.heat)
+        it.state, it.history, it.preconditioner = reynolds.solve(
             problem.geometry, it.state, film, problem.film_scale, aim, steps, preconditioner=it.preconditioner
         )
-        it.history.extend(newton)
         self.temperature = film.temperature
-        return newton
+        return it.history
 
     def settle(self, newton: NewtonHistory) -> None:
-        """Newton steps to the tolerance where those of the last iteration, newton, ended before it.
-
-        They end as close as the temperatures are known. The film is settled then, the pressure spike is not: the
-        rolling loss of 12 neighbouring contacts (M 222 to 342, L 19) scattered by 1.5 %, now by 0.18 %.
-        """
+        """Newton steps to the tolerance where the last ended before it: losses of neighbours scattered by 1.5 %."""
         if newton.change[-1] <= self.tolerance:
             return
         it, state, temperature = self.it, self.it.state, self.temperature
@@ -178,35 +170,32 @@ class _CoupledRun:
         estimate = self.problem.scales.film_estimate
         self.problem.film_scale = min(max(film, 0.5 * FLOOR_SHARE * estimate), estimate)
 
-    def step_temperature(self) -> float:
-        """Solve the energy equation and step towards it; largest change of temperature over largest rise."""
-        it, damped = self.it, self.relaxation.damped
+    def step_temperature(self) -> None:
+        """Solve the energy equation and step towards it."""
+        it, damped, T_0 = self.it, self.relaxation.damped, self.problem.conditions.temperature
         self.new = self.equation.solve(it, self.temperature, self.gap, damped)
         if damped:
             self._hold_temperatures()
         residual = self.new - self.temperature
-        rise = max(float(self.new.max()) - self.problem.conditions.temperature, LEAST_RISE)
-        # far upstream oil circulates between the bodies, without an effect on the film
-        near = it.state.gap <= max(NEAR_FILMS * self.problem.film_scale, NEAR_GAP)
-        change = float(np.max(np.abs(residual[near]), initial=0.0)) / rise
+        rise = max(float(self.new.max()) - T_0, LEAST_RISE)
+        near = it.state.gap <= NEAR_FILMS * self.problem.film_scale
+        largest = float(np.max(np.abs(residual[near]), initial=0.0))
         # by load: a pressure spike covers many nodes and little of the contact
         carried = np.maximum(it.state.p, 0.0) * self.problem.geometry.weights
         carried /= float(np.sum(carried))
-        self.mean_changes.append(float(np.sum(carried * np.abs(residual).mean(axis=2))) / rise)
-        heated = float(np.sum(carried * self.new.mean(axis=2))) - self.problem.conditions.temperature
-        self.spike = float(np.max(np.abs(residual[near]), initial=0.0)) / max(heated, LEAST_RISE)
-        step = self.relaxation.step(residual * near[..., None], change)
+        heated = float(np.sum(carried * self.new.mean(axis=2))) - T_0
+        self.change, self.spike = largest / rise, largest / max(heated, LEAST_RISE)
+        self.mean_change = float(np.sum(carried * np.abs(residual).mean(axis=2))) / rise
+        step = self.relaxation.step(residual * near[..., None], self.change)
         if damped and not self.relaxation.damped:
             self.kept = it.state, self.temperature
         elif self.relaxation.damped and not damped:
             self._go_back()
-            return change
+            return
         if damped and not self.returned:
             # it creeps: changes are small while much is left to change
             self.films.clear()
-        step = min(step, TEMPERATURE_LIMIT / max(float(np.max(np.abs(residual[near]), initial=0.0)), TINY))
         self.temperature = self.temperature + np.where(near[..., None], step, 1.0) * residual
-        return change
 
     def _hold_temperatures(self) -> None:
         """The next Newton steps at given temperatures: far away, they would follow the wrong way."""
@@ -225,44 +214,21 @@ class _CoupledRun:
         self.films.clear()
         self.returned = True
 
-    def pressure_failure(self, newton: NewtonHistory) -> str:
-        """Why the Newton steps end the solve; empty if they do not."""
-        if not newton.finite:
-            return newton.reason
-        lost = not (newton.converged or self.relaxation.ever_damped) and len(newton.change) > NEWTON_STEPS
-        return f"pressure not found in {len(newton.change)} Newton steps" if lost else ""
-
-    def failure(self) -> str:
-        """Why the last change ends the solve; empty if it does not."""
-        changes = self.it.temperature_history
-        if not np.isfinite(changes[-1]):
-            return "temperature not finite"
-        if self.relaxation.share < LEAST_STEP:
-            return f"no progress: a share of {self.relaxation.share:.2g} of the temperature step is left"
-        return ""
-
     def reached(self, newton: NewtonHistory) -> str:
         """Which criterion of convergence holds; empty if none does."""
-        changes, tolerance = self.it.temperature_history, CONVERGED_AT * self.tolerance
+        tolerance = CONVERGED_AT * self.tolerance
         if not newton.converged:
             return ""
-        if newton.change[-1] <= tolerance and changes[-1] <= tolerance:
+        if newton.change[-1] <= tolerance and self.change <= tolerance:
             return "pressure and temperature changes below tolerance"
-        if (
-            self.mean_changes
-            and self.spike <= SPIKE_CHANGE
-            and self.mean_changes[-1] <= CONVERGED_AT * tolerance
-            and _left(self.films, LARGEST_RATIO if self.relaxation.damped else 0.0) <= tolerance
-        ):
-            return f"film and mean temperature within tolerance, largest change {changes[-1]:.0e} of the rise"
+        left = _left(self.films, LARGEST_RATIO if self.relaxation.damped else 0.0)
+        if self.spike <= SPIKE_CHANGE and self.mean_change <= CONVERGED_AT * tolerance and left <= tolerance:
+            return f"film and mean temperature within tolerance, largest change {self.change:.0e} of the rise"
         return ""
 
 
 def _left(films: list[float], least: float) -> float:
-    """Relative change that the film is expected to make yet: the last change continued as a geometric series.
-
-    By the larger of its last two ratios, and at least by one: one change may be small by chance.
-    """
+    """Relative change that the film has yet to make, as a geometric series by the larger of its last two ratios."""
     if len(films) < 3:
         return np.inf
     changes = np.maximum(np.abs(np.diff(films[-4:])), TINY)
@@ -281,27 +247,19 @@ class Relaxation:
 
     def step(self, residual: Array, change: float) -> float:
         """Share of a residual to take; change: its relative size."""
-        if self._residual is not None:
-            self._aitken(residual, self._residual, change)
+        if (before := self._residual) is not None:
+            # the share that would have removed the residual before, no longer than a bound
+            overlap = float(np.sum(residual * before)) / max(float(np.sum(before * before)), TINY)
+            longest = DAMPED_STEP if self.damped else UNDAMPED_STEP if change > LARGE_CHANGE else 1.0
+            self.share = min(self.share / max(1.0 - overlap, TINY), GROWTH * self.share, longest)
         self._residual = residual
-        self._switch_damping(change)
-        return self.share
-
-    def _aitken(self, residual: Array, before: Array, change: float) -> None:
-        """The share that would have removed the residual before, no longer than a bound."""
-        overlap = float(np.sum(residual * before)) / max(float(np.sum(before * before)), TINY)
-        longest = min(GROWTH * self.share, 1.0)
-        if self.damped or change > LARGE_CHANGE:
-            longest = min(FAR_GROWTH * self.share, DAMPED_STEP if self.damped else UNDAMPED_STEP)
-        self.share = min(self.share / max(1.0 - overlap, TINY), longest)
-
-    def _switch_damping(self, change: float) -> None:
-        """End damping at small changes; resume it where they grow again."""
+        # damping ends at small changes and resumes where they grow again
         if self.damped and change < self._undamped_below:
             self.damped, self.share, self._residual = False, UNDAMPED_STEP, None
         elif self.ever_damped and not self.damped and change > RETURN * self._undamped_below:
             self.damped, self.share, self._residual = True, DAMPED_STEP, None
             self._undamped_below /= RETURN
+        return self.share
 
 
 class EnergyEquation:
@@ -317,32 +275,29 @@ class EnergyEquation:
         #: unit of the Reynolds fluxes [kg/(m s)]
         self.flux_unit = problem.conditions.u_e * problem.scales.h_unit * problem.oil.density
         shape = problem.geometry.undeformed.shape
-        self.face = energy.FaceFlow.empty(*warm_columns(problem), shape[1], problem.options.n_z)
+        near = problem.geometry.undeformed <= problem.options.warm_films * problem.scales.warm_film + 1.0
+        near[:, [0, -1]] = False
+        # of every line the first column where the equation is solved, and the one behind the last
+        start = np.where(near.any(axis=1), near.argmax(axis=1), 1)
+        end = np.where(near.any(axis=1), shape[1] - near[:, ::-1].argmax(axis=1), 1)
+        self.face = energy.FaceFlow.empty(start, end, shape[1], problem.options.n_z)
         self.walls = energy.WallHeat(np.zeros(shape), np.zeros(shape), np.zeros((*shape, 4)))
         self.operators = wall_operators(problem)
 
     def estimate(self, it: Iteration) -> Array:
         """First temperatures: every column sheared by itself, surfaces warmed by the heat that they take up."""
-        problem, T_0, k_oil = self.problem, self.T_0, self.problem.oil.thermal_conductivity
+        problem, T_0 = self.problem, self.T_0
         temperature = problem.uniform_temperature()
-        h = problem.update_flow(it, temperature)
-        p, _ = problem.physical(it.state)
-        slip = problem.speeds.u_b - problem.speeds.u_a
-        wall_a = np.full(p.shape, float(T_0))
-        wall_b = wall_a.copy()
+        h, p = problem.update_flow(it, temperature), np.maximum(it.state.p, 0.0) * problem.scales.hertz.p_max
+        k_oil, slip = problem.oil.thermal_conductivity, problem.speeds.u_b - problem.speeds.u_a
+        walls = np.full((2, *p.shape), float(T_0))
         for _ in range(START_ITERATIONS):
-            q = energy.sheared_films(problem.table, p, h, k_oil, slip, wall_a, wall_b, temperature)
-            wall_a += START_STEP * (T_0 + self.operators[0](q) - wall_a)
-            wall_b += START_STEP * (T_0 + self.operators[1](q) - wall_b)
-        energy.sheared_films(problem.table, p, h, k_oil, slip, wall_a, wall_b, temperature)
+            q = energy.sheared_films(problem.table, p, h, k_oil, slip, *walls, temperature)
+            for wall, operator in zip(walls, self.operators, strict=True):
+                wall += DAMPED_STEP * (T_0 + operator(q) - wall)
+        energy.sheared_films(problem.table, p, h, k_oil, slip, *walls, temperature)
         temperature[:, 0], temperature[:, -1] = T_0, T_0
         return temperature
-
-    def set_outside(self, temperature: Array) -> None:
-        """Inlet temperature in the film where the energy equation is not solved."""
-        columns = np.arange(temperature.shape[1])
-        outside = (columns < self.face.start[:, None]) | (columns >= self.face.end[:, None])
-        temperature[..., 1:-1][outside] = self.T_0
 
     def solve(self, it: Iteration, temperature: Array, gap: Array, damped: bool) -> Array:
         """Temperatures by the energy equation at a pressure and flow; fills it.heat and the fluxes to the walls."""
@@ -362,44 +317,14 @@ class EnergyEquation:
         energy.update_walls(self.operators, new, self.walls, self.T_0)
         return new
 
-    def heat_flows(self, it: Iteration, new: Array) -> tuple[float, float, float]:
-        """Heat generated, conducted into the walls and carried out by the oil [W] of the last solve."""
-        return energy.heat_flows(self.mesh, new, it.flow, self.face, self.walls)
 
-
-def wall_operators(problem: ContactProblem) -> tuple[LineConvolution, LineConvolution]:
+def wall_operators(problem: ContactProblem) -> list[LineConvolution]:
     """Heat flux to surface temperature, of body 1 (z = 0) and body 2 (z = h); one operator where both are alike."""
-    c = problem.conditions
-    shape = problem.choice, c.R_x / c.R_y, problem.scales.hertz.b
-    wall_a, wall_b = (
-        _operator_of_wall(
-            *shape, speed, s.thermal_conductivity, s.thermal_conductivity / (s.density * s.specific_heat)
+    c, geometry, b = problem.conditions, problem.geometry, problem.scales.hertz.b
+    return [
+        wall_operator(
+            geometry.grid, geometry.kappa, b, speed, s.thermal_conductivity,
+            s.thermal_conductivity / (s.density * s.specific_heat),
         )
         for speed, s in zip((c.u_1, c.u_2), problem.solids, strict=True)
-    )
-    return wall_a, wall_b
-
-
-# both walls of one grid: it is solved with half the layers and with all, without damping and with it
-@lru_cache(maxsize=2)
-def _operator_of_wall(
-    choice: GridChoice,
-    radius_ratio: float,
-    semi_axis: float,
-    speed: float,
-    conductivity: float,
-    diffusivity: float,
-) -> LineConvolution:
-    geometry = contact_geometry(choice, radius_ratio)
-    return wall_operator(geometry.grid, geometry.kappa, semi_axis, speed, conductivity, diffusivity)
-
-
-def warm_columns(problem: ContactProblem) -> tuple[Columns, Columns]:
-    """First column of every line where the energy equation is solved, and the one behind the last."""
-    film, nodes = problem.scales.warm_film, problem.geometry.grid.x.size
-    near = problem.geometry.undeformed <= problem.options.warm_films * film + 1.0
-    near[:, [0, -1]] = False
-    some = near.any(axis=1)
-    start = np.where(some, near.argmax(axis=1), 1)
-    end = np.where(some, nodes - near[:, ::-1].argmax(axis=1), 1)
-    return start.astype(np.int64), end.astype(np.int64)
+    ]  # fmt: skip

@@ -1,13 +1,12 @@
-"""What friction needs of a solved contact: integrals and means over its grid.
-
-The contact is the Hertz ellipse X^2 + Y^2 <= 1.
-"""
+"""What friction needs of a solved contact: integrals over its grid, means over the Hertz ellipse X^2 + Y^2 <= 1."""
 
 from typing import Any
 
 import numpy as np
 
 from ..physics.lubricant import eta0
+from .film.flow import trapezoid_weights
+from .film.fluxes import wedge_flux, wedge_weights
 from .half_space.grid import Array
 from .problem import ContactProblem, Iteration
 
@@ -19,13 +18,11 @@ SMOOTHED_HERTZ = 0.98808, 0.98627
 
 
 def pressure_core(x: Array, pressure: Array, area: Array) -> tuple[float, float]:
-    """Largest pressure [Pa] and area [m2] of the Hertz-shaped pressure with the same integrals of p^2 and p^3.
+    """Largest pressure [Pa] and area [m2] of the Hertz-shaped pressure with the integrals of p^2 and p^3 of a pressure.
 
-    They leave out the slope of low pressure in front of a thick film, and are taken of the pressure smoothed over
-    SMOOTHED_OVER: those of the spike depend on the nodes. Of p_0 sqrt(1 - r^2) over an ellipse of area A they are
-    p_0^2 A/2 and 2 p_0^3 A/5.
-
-    Parameters   x : (n_x,) [b];  pressure [Pa], area [m2] : nodes (n_y, n_x)
+    x (n_x,) [b]; pressure [Pa], area [m2] (n_y, n_x). The integrals leave out the slope in front of a thick film, and
+    are taken of the smoothed pressure: those of the spike depend on the nodes. Of p_0 sqrt(1 - r^2) over an ellipse of
+    area A they are p_0^2 A/2 and 2 p_0^3 A/5.
     """
     smooth = _means_over(x, pressure, SMOOTHED_OVER)
     square, cube = (
@@ -39,18 +36,12 @@ def pressure_core(x: Array, pressure: Array, area: Array) -> tuple[float, float]
 def resistance_of_cells(x: Array, pressure: Array, gap: Array, width: Array) -> Array:
     """Integral of h dp/dx dA [N] of each step along each line (n_y, n_x-1).
 
-    Lines of pressure [Pa] and gap [m] (n_y, n_x) at x (n_x,), as wide as width (n_y,) [m].
-
-    The gap of every step of the pressure is that of the wedge flux at this face (film/kernels.py, face_fluxes): with
-    it the sum is the dissipation of the discrete pressure flow, in which no terms cancel. By the trapezoid the loss of
-    a circle at M = 6e4 is almost twice as large on 129 nodes: behind the pressure spikes of the outer lines. Still 20 %
-    from 129 to 257 nodes there, 1 % at M = 1e4: the film converges earlier than the loss.
+    Lines of pressure [Pa], gap [m] (n_y, n_x) and width [m] (n_y,). With the gap of the wedge flux the sum is the
+    dissipation of the discrete pressure flow; by the trapezoid the loss of a circle at M = 6e4 is almost twice as large
+    on 129 nodes. Still 20 % from 129 to 257 nodes there, 1 % at M = 1e4.
     """
-    faces = 0.5 * (gap[:, 1:] + gap[:, :-1])
-    before, own = np.diff(x)[:-1], np.diff(x)[1:]
-    behind = 0.5 * (before + 0.5 * own) / (before + own)
-    upstream = -0.25 * own**2 / (before * (before + own))
-    faces[:, 1:] = (1.0 - behind - upstream) * gap[:, 1:-1] + upstream * gap[:, :-2] + behind * gap[:, 2:]
+    faces = wedge_flux(wedge_weights(x), gap)
+    faces[:, 0] = 0.5 * (gap[:, 0] + gap[:, 1])
     return np.asarray(width[:, None] * faces * np.diff(pressure, axis=1))
 
 
@@ -62,12 +53,11 @@ def resistance_beyond(
     Far upstream the film of a point contact carries p = c |x|/h^2, h parabolic above any offset, which solves Reynolds'
     equation with c = 12 eta u_e/(3 + 2 R_x/R_y); on a long ellipse dp/dx is the 12 eta u_e/h^2 of a line contact. The
     integral over rays from the centre is closed, with the offset of the gap where a ray leaves the domain. It grows
-    with the logarithm of `times` without bound: a point contact in an endless bath has no finite rolling loss.
+    with the logarithm of `times` without bound: a point contact in an endless bath has no finite rolling loss. Source:
+    derived (test: quadrature); Kapitza 1955 for the pressure of a half Sommerfeld solution.
 
-    Parameters   x, y (k,), gap (k,) [m]: nodes on the border of the domain upstream, from one line of symmetry or
-                 end to the other, x <= 0;  R_x, R_y [m];  shear: eta u_e [N/m] of the oil that enters;  times >= 1:
-                 float or by node (k,), distance of the border of the larger domain over that of this one
-    Source       derived (test: quadrature); Kapitza 1955 for the pressure of a half Sommerfeld solution
+    x, y, gap (k,) [m]: nodes on the border of the domain upstream, x <= 0; shear: eta u_e [N/m] of the oil that enters;
+    times >= 1: float or (k,), distance of the border of the larger domain over that of this one.
     """
     c = 12.0 * shear / (3.0 + 2.0 * R_x / R_y)
     rise = 0.5 * (x * x / R_x + y * y / R_y)
@@ -80,29 +70,18 @@ def resistance_beyond(
     return float(np.sum(area * 0.5 * (along[1:] + along[:-1])) * c)
 
 
-def _border_upstream(problem: ContactProblem, gap: Array) -> tuple[Array, Array, Array]:
-    """x, y, gap (k,) [m] on the border of the domain where x <= 0 and y >= 0."""
-    grid, hertz = problem.geometry.grid, problem.scales.hertz
-    x = np.append(grid.x[grid.x < 0.0], 0.0)
-    inlet = np.full(grid.y.size, x[0]), grid.y, gap[:, 0]
-    side = x[1:], np.full(x.size - 1, grid.y[-1]), np.interp(x, grid.x, gap[-1])[1:]
-    x, y, border = (np.concatenate(values) for values in zip(inlet, side, strict=True))
-    return x * hertz.b, y * hertz.a, border
-
-
 def _beyond_radius(problem: ContactProblem, gap: Array, cells: Array) -> float:
-    """What to add to the resistance [N] of a flooded domain, so that it holds for oil to x = -R_x and y = +-R_x.
-
-    That is about the radius of the smaller body, where its surface turns away. What the domain lacks is closed, what
-    it has beyond is left out.
-    """
+    """What the resistance [N] of a flooded domain lacks for oil to x = -R_x and y = +-R_x; beyond, it is left out."""
     grid, hertz, c = problem.geometry.grid, problem.scales.hertz, problem.given
-    x, y, border = _border_upstream(problem, gap)
+    # the border upstream: the inlet, then the last line as far as x = 0
+    side = np.append(grid.x[grid.x < 0.0], 0.0)[1:]
+    x = hertz.b * np.concatenate((np.full(grid.y.size, grid.x[0]), side))
+    y = hertz.a * np.concatenate((grid.y, np.full(side.size, grid.y[-1])))
+    border = np.concatenate((gap[:, 0], np.interp(side, grid.x, gap[-1])))
     with np.errstate(divide="ignore"):
         times = np.minimum(c.R_x / np.abs(x), c.R_x / np.abs(y))
     shear = float(eta0(problem.oil, c.temperature)) * abs(c.u_e)
-    lacking = resistance_beyond(x, y, border, c.R_x, c.R_y, shear, np.maximum(times, 1.0))
-    lacking *= 2.0
+    lacking = 2.0 * resistance_beyond(x, y, border, c.R_x, c.R_y, shear, np.maximum(times, 1.0))
     half = 0.5 * grid.h_y
     inner, outer = np.abs(grid.y) - half, np.abs(grid.y) + half
     aside = np.clip((outer - c.R_x / hertz.a) / (outer - inner), 0.0, 1.0)
@@ -119,43 +98,40 @@ def _means_over(x: Array, values: Array, length: float) -> Array:
     return np.array([np.interp(high, x, line) - np.interp(low, x, line) for line in total]) / (high - low)
 
 
-def contact_integrals(problem: ContactProblem, it: Iteration, traction_force: float) -> dict[str, float]:
-    """Fields of ContactResult of a state whose flow is up to date; traction_force: of mid-film on body 2 [N].
-
-    Source       forces on the walls: Johnson & Cameron 1967
-    """
+def contact_integrals(problem: ContactProblem, it: Iteration) -> dict[str, float]:
+    """Fields of ContactResult of a state whose flow is up to date; forces on the walls: Johnson & Cameron 1967."""
     hertz, grid, c, flow = problem.scales.hertz, problem.geometry.grid, problem.given, it.flow
     pressure = np.maximum(it.state.p, 0.0) * hertz.p_max
     gap = it.state.gap * problem.scales.h_unit
-    width = np.full(grid.y.size, grid.h_y * hertz.a)
-    width[1:] *= 2.0
-    cells = resistance_of_cells(grid.x, pressure, gap, width)
-    beyond = 0.0
-    if problem.options.x_in is None and problem.options.y_max is None:
-        beyond = _beyond_radius(problem, gap, cells)
-    resistance = float(cells.sum()) + beyond
     area = grid.weights * (hertz.a * hertz.b)
+    cells = resistance_of_cells(grid.x, pressure, gap, grid.width_y * hertz.a)
+    flooded = problem.options.x_in is None and problem.options.y_max is None
+    beyond = _beyond_radius(problem, gap, cells) if flooded else 0.0
+    resistance = float(cells.sum()) + beyond
     inside = (grid.x[None, :] ** 2 + grid.y[:, None] ** 2 <= 1.0) * area
     if not inside.any():
         # nearly rigid bodies: the ellipse is smaller than the spacing
         inside[0, np.argmin(np.abs(grid.x))] = 1.0
     shear = compression = rise_mean = rise_smooth = 0.0
-    temperature = problem.given.temperature
-    layers = np.full(problem.options.n_z + 1, 1.0 / problem.options.n_z)
-    layers[[0, -1]] *= 0.5
+    temperature = c.temperature
     if it.temperature is not None:
+        layers = trapezoid_weights(problem.options.n_z)
         shear = float(np.sum(area * (flow.shear @ layers)))
         compression = float(np.sum(area * ((flow.compression * it.temperature) @ layers)))
-        hottest = it.temperature.max(axis=2) - problem.given.temperature
+        hottest = it.temperature.max(axis=2) - c.temperature
         rise_mean = float(np.sum(inside * hottest) / np.sum(inside))
         rise_smooth = float(_means_over(grid.x, hottest, SMOOTHED_OVER).max())
         temperature = float(np.sum(inside * (it.temperature @ layers)) / np.sum(inside))
-    core_pressure, core_area = pressure_core(grid.x, np.maximum(it.state.p, 0.0) * hertz.p_max, area)
+    core_pressure, core_area = pressure_core(grid.x, pressure, area)
+    direction = float(np.sign(c.u_e))
+    traction = -direction * float(np.sum(area * flow.traction_x))
+    slip = problem.speeds.u_b - problem.speeds.u_a
     # the pressure flow adds to both walls the same stress, h/2 dp/dx, against the motion
-    drag = -float(np.sign(c.u_e)) * 0.5 * resistance
+    drag = -direction * 0.5 * resistance
     return {
         "rolling_resistance": resistance, "resistance_beyond": beyond, "rolling_loss": abs(c.u_e) * resistance,
-        "traction_force_1": drag - traction_force, "traction_force_2": drag + traction_force,
+        "traction_force": traction, "sliding_heat": float(np.sum(area * (flow.traction_x * slip))),
+        "traction_force_1": drag - traction, "traction_force_2": drag + traction,
         "shear_heat": shear, "compression_heat": compression, "mean_temperature": temperature,
         "temperature_rise_mean": rise_mean, "temperature_rise_smooth": rise_smooth,
         "core_pressure": core_pressure, "core_area": core_area,

@@ -1,7 +1,7 @@
 """A contact given by its Moes numbers, for comparison with published film tables."""
 
 import math
-from typing import Literal, NamedTuple
+from typing import Any, NamedTuple
 
 from ..parameters.file import LubricantParameters, SolidParameters
 from ..parameters.oil import ROELANDS_LN
@@ -14,11 +14,9 @@ ALPHA, ETA0, P_ROELANDS, E_REFERENCE, R_X = 2.2e-8, 0.04, 1.96e8, 226e9, 0.01
 TEMPERATURE = 313.15
 STEEL = SolidParameters(density=7870.0, specific_heat=450.0, thermal_conductivity=46.0)
 ISOTHERMAL = SolverOptions(thermal=False)
-PressureLaw = Literal["barus", "roelands"]
-DensityLaw = Literal["incompressible", "dowson_higginson_590"]
-LAWS: dict[str, tuple[PressureLaw, DensityLaw]] = {
-    "barus": ("barus", "incompressible"),
-    "roelands": ("roelands", "dowson_higginson_590"),
+LAWS: dict[str, dict[str, Any]] = {
+    "barus": {"pressure_law": "barus", "density_law": "incompressible"},
+    "roelands": {"pressure_law": "roelands", "density_law": "dowson_higginson_590"},
 }
 
 
@@ -37,12 +35,11 @@ def reference_oil(law: str) -> LubricantParameters:
     """
     if law not in LAWS:
         raise ValueError(f"law = {law!r}; allowed: {', '.join(LAWS)}")
-    pressure_law, density_law = LAWS[law]
     return LubricantParameters(
         name=f"reference {law}", density=870.0, viscosity=ETA0, reference_temperature=TEMPERATURE, specific_heat=2000.0,
         thermal_conductivity=0.14, pressure_viscosity=ALPHA, density_temperature=0.0,
         z_roelands=ALPHA * P_ROELANDS / (math.log(ETA0) + ROELANDS_LN), roelands_pressure=P_ROELANDS,
-        viscosity_law="constant", pressure_law=pressure_law, density_law=density_law,
+        viscosity_law="constant", **LAWS[law],
     )  # fmt: skip
 
 

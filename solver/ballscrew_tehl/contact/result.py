@@ -10,15 +10,13 @@ import numpy as np
 from ..physics.hertz import HertzContact
 from .conditions import ContactConditions, cells_in_inlet, inlet_length
 from .coupled import CONVERGED_AT
-from .film.geometry import GridChoice, ReynoldsState
-from .half_space.grid import TINY, Array
+from .film.geometry import ReynoldsState
+from .half_space.grid import TINY, Array, GridChoice
 from .integrals import contact_integrals
 from .problem import ContactProblem, Iteration
 
 #: cells that the length of the inlet must hold at the edge of the Hertz line for a solution to count as resolved
 RESOLVED_CELLS = 2.8
-#: share of the film that an extrapolation may add: beyond, the coarse grid does not resolve the inlet
-EXTRAPOLATED_BELOW = 0.06
 #: a solution is none if its film is above MOST_FILM of its isothermal formula, or, flooded, below LEAST_FILM of the
 #: one with heat, or if the pressure of its core is not within CORE of its estimate. 1,000 contacts of screws:
 #: films 0.37 to 1.05 and above 0.8 of these, cores 0.09 to 1.01
@@ -26,8 +24,6 @@ MOST_FILM, LEAST_FILM, CORE = 2.0, 0.1, (0.03, 2.0)
 #: film over R_x above which the gap of round bodies is no parabola: there the oil ends at R_x, and a contact that loses
 #: less than nothing has no rolling loss
 THICKEST = 0.15
-#: reason of an iteration that has converged to overlapping bodies
-TOUCHING = "the bodies touch: film thinner than the grid resolves"
 
 
 class HeatBalance(NamedTuple):
@@ -42,10 +38,6 @@ class HeatBalance(NamedTuple):
         """Relative gap of the balance; vanishes with the iteration."""
         size = max(abs(self.generated), abs(self.conducted), abs(self.convected), TINY)
         return (self.generated - self.conducted - self.convected) / size
-
-
-def _no_field() -> Array:
-    return np.zeros((0, 0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +61,7 @@ class ContactResult:
     thermal solve.
     Fields on the half plane y >= 0: x (n_x,) [b] along the entrainment, y (n_y,) [a]; pressure [Pa] and film [m]
     (n_y, n_x), temperature (n_y, n_x, n_z+1) [K] from body 1 to body 2, None without heat. state, choice: of the last
-    grid, None of a result that was not solved.
+    grid.
     """
 
     conditions: ContactConditions
@@ -81,34 +73,34 @@ class ContactResult:
     reason: str
     M: float
     L: float
-    branch: str = "resolved"
-    error_estimate: float = math.nan
-    grid_film: float = math.nan
-    iterations: int = 0
+    branch: str
+    error_estimate: float
+    grid_film: float
+    iterations: int
     seconds: float = 0.0
-    temperature_rise: float = math.nan
-    temperature_rise_mean: float = math.nan
-    temperature_rise_smooth: float = math.nan
-    mean_temperature: float = math.nan
-    traction_force: float = math.nan
-    traction_force_1: float = math.nan
-    traction_force_2: float = math.nan
-    sliding_heat: float = math.nan
-    shear_heat: float = math.nan
-    compression_heat: float = math.nan
-    rolling_resistance: float = math.nan
-    resistance_beyond: float = math.nan
-    rolling_loss: float = math.nan
-    core_pressure: float = math.nan
-    core_area: float = math.nan
-    heat_balance: HeatBalance | None = None
-    x: Array = field(default_factory=_no_field, repr=False)
-    y: Array = field(default_factory=_no_field, repr=False)
-    pressure: Array = field(default_factory=_no_field, repr=False)
-    film: Array = field(default_factory=_no_field, repr=False)
-    temperature: Array | None = field(default=None, repr=False)
-    state: ReynoldsState | None = field(default=None, repr=False)
-    choice: GridChoice | None = field(default=None, repr=False)
+    temperature_rise: float
+    temperature_rise_mean: float
+    temperature_rise_smooth: float
+    mean_temperature: float
+    traction_force: float
+    traction_force_1: float
+    traction_force_2: float
+    sliding_heat: float
+    shear_heat: float
+    compression_heat: float
+    rolling_resistance: float
+    resistance_beyond: float
+    rolling_loss: float
+    core_pressure: float
+    core_area: float
+    heat_balance: HeatBalance | None
+    x: Array = field(repr=False)
+    y: Array = field(repr=False)
+    pressure: Array = field(repr=False)
+    film: Array = field(repr=False)
+    temperature: Array | None = field(repr=False)
+    state: ReynoldsState = field(repr=False)
+    choice: GridChoice = field(repr=False)
 
     @property
     def usable(self) -> bool:
@@ -121,46 +113,44 @@ def solution_of(
 ) -> ContactResult:
     """Result of the last iteration of a solve, without its time.
 
-    extrapolation: shares that central and minimum film gain; error: relative, of the film, NaN without a coarse grid
+    extrapolation: shares that central and minimum film gain; error: relative, NaN without a coarse grid
     """
-    grid, scales = problem.geometry.grid, problem.scales
+    grid, scales, p_max = problem.geometry.grid, problem.scales, problem.scales.hertz.p_max
     if not problem.options.thermal:
         problem.update_flow(it, problem.uniform_temperature())
-    force, sliding_heat = problem.traction(it)
-    force *= -1.0 if problem.given.u_e < 0.0 else 1.0
-    h_c, h_m = _films(problem, it, extrapolation)
-    integrals = contact_integrals(problem, it, force)
+    on_grid = problem.central_film(it)
+    h_c = on_grid * (1.0 + extrapolation[0])
+    h_m = min(least_film(problem, it)[0] * (1.0 + extrapolation[1]), h_c)
+    integrals = contact_integrals(problem, it)
     if integrals["rolling_loss"] < 0.0 and h_c * scales.h_unit > THICKEST * problem.conditions.R_x:
         integrals |= dict.fromkeys(("rolling_resistance", "rolling_loss"), math.nan)
-    converged, reason = it.converged, it.reason
-    if converged and not min(h_m, h_c) > 0.0:
-        converged, reason = False, TOUCHING
-    if converged and (wrong := _implausible(problem, h_c, integrals)):
+    converged, reason, rise, resolving = it.converged, it.reason, 0.0, on_grid
+    if converged and (wrong := _implausible(problem, h_c, h_m, integrals)):
         converged, reason = False, wrong
+    if it.temperature is not None:
+        rise = float(it.temperature.max()) - problem.given.temperature
+        # heat inside the contact does not narrow the inlet
+        resolving = max(on_grid, scales.film_estimate)
     return ContactResult(
         conditions=problem.given,
         hertz=scales.hertz,
         h_c=h_c * scales.h_unit,
-        h_m=min(h_m, h_c) * scales.h_unit,
-        p_max=float(it.state.p.max()) * scales.hertz.p_max,
-        temperature_rise=0.0
-        if it.temperature is None
-        else float(it.temperature.max()) - problem.given.temperature,
-        traction_force=force,
-        sliding_heat=sliding_heat,
+        h_m=h_m * scales.h_unit,
+        p_max=float(it.state.p.max()) * p_max,
+        temperature_rise=rise,
         converged=converged,
         reason=reason,
         iterations=it.iterations,
         M=scales.M,
         L=scales.L,
-        branch=_branch(problem, it),
+        branch="resolved" if cells_in_inlet(grid.x, resolving) >= RESOLVED_CELLS else "asymptotic",
         error_estimate=error + CONVERGED_AT * problem.options.tolerance,
-        grid_film=problem.central_film(it) * scales.h_unit,
+        grid_film=on_grid * scales.h_unit,
         heat_balance=None if it.heat_flows is None else HeatBalance(*it.heat_flows),
         **integrals,
         x=grid.x,
         y=grid.y,
-        pressure=np.maximum(it.state.p, 0.0) * scales.hertz.p_max,
+        pressure=np.maximum(it.state.p, 0.0) * p_max,
         film=it.state.gap * scales.h_unit,
         temperature=it.temperature,
         state=it.state,
@@ -168,15 +158,16 @@ def solution_of(
     )
 
 
-def _implausible(problem: ContactProblem, h_c: float, integrals: Mapping[str, float]) -> str:
-    """Why a converged iterate is no solution of the contact; empty if it may be one."""
+def _implausible(problem: ContactProblem, h_c: float, h_m: float, integrals: Mapping[str, float]) -> str:
+    """Why a converged iterate with films [b^2/R_x] is no solution of the contact; empty if it may be one."""
     scales, c, options = problem.scales, problem.conditions, problem.options
     loss, core = integrals["rolling_loss"], integrals["core_pressure"]
+    if not h_m > 0.0:
+        return "the bodies touch: film thinner than the grid resolves"
     if loss < 0.0:
         return f"no solution: its rolling loss is {loss:.3g} W"
-    least = LEAST_FILM * scales.warm_film**2 / scales.film_estimate
-    if options.x_in is not None or options.y_max is not None:
-        least = 0.0
+    flooded = options.x_in is None and options.y_max is None
+    least = LEAST_FILM * scales.warm_film**2 / scales.film_estimate if flooded else 0.0
     if not least <= h_c <= MOST_FILM * scales.film_estimate:
         return f"no solution: its film is {h_c / scales.film_estimate:.3g} times its formula"
     wedge = scales.film_estimate * math.sqrt(c.R_y / c.R_x) * scales.hertz.b / scales.hertz.a
@@ -186,32 +177,11 @@ def _implausible(problem: ContactProblem, h_c: float, integrals: Mapping[str, fl
     return ""
 
 
-def _films(problem: ContactProblem, it: Iteration, extrapolation: tuple[float, float]) -> tuple[float, float]:
-    """Central and minimum film [b^2/R_x], extrapolated to zero spacing where the shares to add are small."""
-    h_c, h_m = (
-        film * (1.0 + share if abs(share) < EXTRAPOLATED_BELOW else 1.0)
-        for film, share in zip(
-            (problem.central_film(it), least_film(problem, it)[0]), extrapolation, strict=True
-        )
-    )
-    return h_c, h_m
-
-
-def _branch(problem: ContactProblem, it: Iteration) -> str:
-    """Whether the grid resolves the inlet of the isothermal film, which heat inside the contact does not narrow."""
-    film = problem.central_film(it)
-    if it.temperature is not None:
-        film = max(film, problem.scales.film_estimate)
-    cells = cells_in_inlet(problem.geometry.grid.x, film)
-    return "resolved" if cells >= RESOLVED_CELLS else "asymptotic"
-
-
 def least_film(problem: ContactProblem, it: Iteration) -> tuple[float, int]:
     """Minimum film of the grid [b^2/R_x] and the line that it lies on, counted from the axis.
 
-    Over the lines whose contact edge holds a cell per inlet length. On a long ellipse under high load the outermost
-    lines end on cells longer than their own inlet and have no meaningful film; the minimum of such an ellipse lies at
-    the outlet of the central lines anyway.
+    Over the lines whose contact edge holds a cell per inlet length: on a long ellipse under high load the outermost
+    lines have no meaningful film, and the minimum lies at the outlet of the central lines.
     """
     x, y, gap = problem.geometry.grid.x, problem.geometry.grid.y, it.state.gap
     h_c = float(gap[0, np.argmin(np.abs(x))])

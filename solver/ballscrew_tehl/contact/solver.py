@@ -8,7 +8,7 @@ import logging
 import math
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
@@ -18,15 +18,9 @@ from typing import Any
 import numpy as np
 
 from ..parameters.file import LubricantParameters, SolidParameters
-from .conditions import (
-    DEFAULT_OPTIONS,
-    ContactConditions,
-    SolverOptions,
-    cells_in_inlet,
-    expected_grid,
-    scales_of,
-)
+from .conditions import DEFAULT_OPTIONS, ContactConditions, SolverOptions, expected_cells, scales_of
 from .film import energy
+from .film.geometry import THICK_FILM
 from .one_grid import solve_cold
 from .problem import ContactProblem, Solids
 from .result import RESOLVED_CELLS, ContactResult
@@ -38,11 +32,6 @@ except ImportError:  # a host of the FMU, whose Python lacks it: slower on a bus
 
 #: expected film over R_x above which a solve warns that a parabolic gap is none between round bodies
 WARNED_ABOVE = 0.1
-#: share of the resolved cells in the inlet, by the expected film, below which the grid is refined without a first solve
-#: on it
-WORTH_TRYING = 0.8
-#: halvings of the load, from the first that the grid is expected to resolve, in search of two resolved ones
-MOST_HALVINGS = 8
 
 
 def solve(
@@ -78,16 +67,19 @@ def solve(
         (True, '0.16 um')
     """
     solids = solid if isinstance(solid, tuple) and len(solid) == 2 else (solid, solid)
-    kinds = (
-        (conditions, ContactConditions),
-        (oil, LubricantParameters),
-        *((one, SolidParameters) for one in solids),
-    )
-    for name, (value, kind) in zip(("conditions", "oil", "solid", "solid"), kinds, strict=True):
+    for name, value, kind in (
+        ("conditions", conditions, ContactConditions), ("oil", oil, LubricantParameters),
+        *(("solid", one, SolidParameters) for one in solids),
+    ):  # fmt: skip
         if not isinstance(value, kind):
             raise ValueError(f"{name} = {value!r}; needs {kind.__name__}, as in the example of help(solve)")
-    if warn:
-        _warn_of_thick(conditions, oil)
+    scales = scales_of(conditions, oil)
+    film = scales.film_estimate * scales.h_unit
+    if warn and film > WARNED_ABOVE * conditions.R_x:
+        logging.getLogger(__name__).warning(
+            f"load = {conditions.load:g} N: film of about {film:.2g} m, above {WARNED_ABOVE:g} of R_x = "
+            f"{conditions.R_x:g} m: round bodies have no parabolic gap so wide; a higher load or a lower speed has"
+        )
     announce_compilation()
     begun = time.perf_counter()
     # a diverging iterate is detected by values that are not finite
@@ -96,22 +88,11 @@ def solve(
     return replace(solution, seconds=time.perf_counter() - begun)
 
 
-def _warn_of_thick(c: ContactConditions, oil: LubricantParameters) -> None:
-    """Warn of a film that is thick compared with the bodies: a solution in dimensionless numbers alone."""
-    scales = scales_of(c, oil)
-    film = scales.film_estimate * scales.h_unit
-    if film > WARNED_ABOVE * c.R_x:
-        logging.getLogger(__name__).warning(
-            f"load = {c.load:g} N: film of about {film:.2g} m, above {WARNED_ABOVE:g} of R_x = {c.R_x:g} m: "
-            "round bodies have no parabolic gap so wide; for these, a higher load or a lower speed"
-        )
-
-
 def _solved(
     conditions: ContactConditions, oil: LubricantParameters, solids: Solids, options: SolverOptions
 ) -> ContactResult:
     """On the grid of the options, on one of twice the nodes along rolling, or by the asymptotic branch."""
-    if _expected_resolved(conditions, oil, options, WORTH_TRYING):
+    if expected_cells(conditions, oil, options) >= RESOLVED_CELLS:
         solution = solve_cold(ContactProblem(conditions, oil, solids, options))
         # what does not converge here does not on twice the nodes either, in minutes
         if solution.usable or not solution.converged:
@@ -119,81 +100,51 @@ def _solved(
     finer = replace(options, n_x=2 * options.n_x - 1)
     solution = solve_cold(ContactProblem(conditions, oil, solids, finer))
     if solution.converged and not solution.usable:
-
-        def isothermal(at: ContactConditions) -> ContactResult:
-            return solve_cold(ContactProblem(at, oil, solids, replace(finer, thermal=False)))
-
-        solution = _anchored(solution, oil, finer, isothermal)
+        solution = _anchored(solution, oil, solids, finer)
     return solution
 
 
-# --- the asymptotic branch ---
-
-
 def _anchored(
-    solution: ContactResult,
-    oil: LubricantParameters,
-    options: SolverOptions,
-    isothermal: Callable[[ContactConditions], ContactResult],
+    solution: ContactResult, oil: LubricantParameters, solids: Solids, options: SolverOptions
 ) -> ContactResult:
-    """The asymptotic branch: films extrapolated from the highest load that the grid resolves.
+    """The asymptotic branch: films extrapolated from the highest halved load that the grid resolves and half of it.
 
-    The ratio of the isothermal film to its closed formula is taken at that load and at half of it and extrapolated
-    linearly over the logarithm of load. The thermal reduction, pressure and temperature are those of the solution
-    itself: they do not depend on the narrow inlet.
+    The ratio of the isothermal film to its closed formula is extrapolated linearly over the logarithm of load. The
+    thermal reduction, pressure and temperature are those of the solution: they do not depend on the narrow inlet.
     """
-    c, scales = solution.conditions, scales_of(solution.conditions, oil)
+    c, cold = solution.conditions, replace(options, thermal=False)
 
-    def at(load: float) -> ContactResult:
-        return isothermal(replace(c, load=load))
+    def isothermal(load: float) -> ContactResult:
+        return solve_cold(ContactProblem(replace(c, load=load), oil, solids, cold))
 
-    anchors = _resolved_pair(c, oil, options, at)
-    if anchors is None:
-        reason = "no resolved load to anchor the asymptotic branch to"
-        return replace(solution, converged=False, reason=reason)
-    anchor, lower = anchors
-
-    def ln_ratio(s: ContactResult) -> float:
-        own = scales_of(s.conditions, oil)
-        return math.log(s.h_c / (own.film_estimate * own.h_unit))
-
-    slope = (ln_ratio(anchor) - ln_ratio(lower)) / math.log(2.0)
-    ln_share = ln_ratio(anchor) + slope * math.log(c.load / anchor.conditions.load)
-    h_c = scales.film_estimate * scales.h_unit * math.exp(ln_share)
-    if options.thermal:
-        cold = at(c.load)
-        if not cold.converged:
-            return replace(solution, converged=False, reason=f"no isothermal film to reduce: {cold.reason}")
-        h_c *= solution.h_c / cold.h_c
-    return replace(solution, h_c=h_c, h_m=h_c * anchor.h_m / anchor.h_c)
-
-
-def _resolved_pair(
-    c: ContactConditions,
-    oil: LubricantParameters,
-    options: SolverOptions,
-    at: Callable[[float], ContactResult],
-) -> tuple[ContactResult, ContactResult] | None:
-    """Solutions at the highest halved load that the grid resolves and at half of it; None if there are none."""
-    load, lower = c.load, None
+    load, resolved = c.load, list[ContactResult]()
     # expected films give nearly where the grid begins to resolve: no solves before
-    while not _expected_resolved(replace(c, load=0.5 * load), oil, replace(options, thermal=False)):
+    while not expected_cells(replace(c, load=0.5 * load), oil, cold) >= RESOLVED_CELLS:
         load *= 0.5
-    for _ in range(MOST_HALVINGS):
+    while len(resolved) < 2:
         load *= 0.5
-        anchor, lower = lower, at(load)
-        if anchor is not None and anchor.usable and lower.usable:
-            return anchor, lower
-    return None
+        if scales_of(replace(c, load=load), oil).film_estimate > THICK_FILM:
+            reason = "no resolved load to anchor the asymptotic branch to"
+            return replace(solution, converged=False, reason=reason)
+        found = isothermal(load)
+        resolved = [*resolved, found] if found.usable else []
+    anchor, lower = resolved
 
+    def film_of_formula(at: ContactConditions) -> float:
+        scales = scales_of(at, oil)
+        return scales.film_estimate * scales.h_unit
 
-def _expected_resolved(
-    conditions: ContactConditions, oil: LubricantParameters, options: SolverOptions, share: float = 1.0
-) -> bool:
-    """Whether the grid of an operating point holds a share of the cells that its expected inlet asks for."""
-    scales = scales_of(conditions, oil)
-    x = expected_grid(conditions, scales, scales.film_estimate, options).build().x
-    return cells_in_inlet(x, scales.film_estimate) >= share * RESOLVED_CELLS
+    ln_ratio, ln_lower = (math.log(s.h_c / film_of_formula(s.conditions)) for s in (anchor, lower))
+    ln_ratio += (ln_ratio - ln_lower) / math.log(2.0) * math.log(c.load / anchor.conditions.load)
+    h_c = film_of_formula(c) * math.exp(ln_ratio)
+    if options.thermal:
+        unheated = isothermal(c.load)
+        if not unheated.converged:
+            return replace(
+                solution, converged=False, reason=f"no isothermal film to reduce: {unheated.reason}"
+            )
+        h_c *= solution.h_c / unheated.h_c
+    return replace(solution, h_c=h_c, h_m=h_c * anchor.h_m / anchor.h_c)
 
 
 # --- compiled code and threads ---

@@ -32,7 +32,7 @@ def point_text(point: Iterable[float]) -> str:
 def csv_text(table: FrictionTable, _: str = "") -> str:
     """One row for each preload, temperature and speed, both directions."""
     units, (_, speed, name), (_, effort) = table.units, table.units.names, table.units.si
-    headings = ["preload [N]", "temperature [degC]"] * (table.preload is not None)
+    headings = ["preload [N]", "temperature [degC]"] * bool(table.preload.size)
     headings += [f"{speed} [{units.shown[2]}]"]
     headings += [f"{name} {key}".strip() + f" [{effort}]" for key in table.values]
     rows = [
@@ -47,7 +47,7 @@ def json_text(table: FrictionTable, _: str = "") -> str:
     """Axes and arrays, units in the keys."""
     about = {**table.about, "content": table.head[0], "sign": table.head[1]}
     arrays = {table.units.speed: table.speed / table.units.one}
-    if table.preload is not None and table.temperature is not None:
+    if table.preload.size:
         about["order"] = "torque_nm[speed][preload][temperature]"
         arrays |= {"preload_n": table.preload, "temperature_c": table.temperature - CELSIUS}
     arrays |= {table.units.effort_key(key): values for key, values in table.values.items()}
@@ -70,7 +70,7 @@ def modelica_text(table: FrictionTable, _: str = "") -> str:
 def matlab_text(table: FrictionTable, function: str) -> str:
     """A function of the name of the file: friction by interpolation, or the breakpoints for a Lookup Table."""
     (_, speed, name), (per_second, effort) = table.units.names, table.units.si
-    if table.preload is None or table.temperature is None:
+    if not table.preload.size:
         (_, curve), *_ = table.curves(at_rest=True)
         axes, used = {"speed": curve[:, 0]}, ["speed"]
         arrays = {key or "value": values for key, values in zip(table.values, curve[:, 1:].T, strict=True)}
@@ -123,8 +123,8 @@ def twincat_text(
 ) -> str:
     """Compensation list: motor current over velocity, from 0 at rest.
 
-    Parameters   points : speed of the screw [rad/s], torque [N.m];  current_per_torque : [A/(N.m)]
-                 lead [m];  unit : one of the drive's current [A];  where : preload and temperature, or directions
+    lead [m];  points: speed of the screw [rad/s], torque [N.m];  current_per_torque [A/(N.m)];  unit: of the current
+    [A];  where: preload and temperature, or directions
     """
     per_turn = 1e6 * lead / (2.0 * math.pi)  # um for one radian
     lines = [

@@ -14,10 +14,11 @@ from ..parameters.file import Parameters
 from ..parameters.units import CELSIUS, RPM
 from ..physics.ball_law import Array
 from ..runtime.evaluate import NutMap
-from ..tables.csv_file import Progress
 
 #: speeds at which an interval is computed; between them its ends over the torque are interpolated over ln(speed)
 INTERVALS = 5
+#: numbers of the drive in what identify has written
+DRIVE = ("lead_mm", "torque_constant_nm_a", "ratio")
 #: content and sign
 OF_SCREW = (
     "friction torque of a preloaded ball screw at the screw, axial load 0",
@@ -34,13 +35,13 @@ class FrictionTable(NamedTuple):
 
     speed [rad/s] > 0, the torque opposes the motion;  preload [N];  temperature [K];  about : screw, oil, friction set,
     hash of the map, meaning of low and high
-    Of a log preload and temperature are None, speeds are signed, each direction by itself; of a linear axis (rotary
-    False) speed [m/s], force [N].
+    Of a log preload and temperature are empty, speeds are signed, each direction by itself, torque (speed,); of a
+    linear axis (rotary False) speed [m/s], force [N].
     """
 
     speed: Array
-    preload: Array | None
-    temperature: Array | None
+    preload: Array
+    temperature: Array
     torque: Array
     low: Array | None
     high: Array | None
@@ -50,7 +51,7 @@ class FrictionTable(NamedTuple):
     @property
     def head(self) -> tuple[str, str]:
         """Content and sign."""
-        return OF_AXIS if self.preload is None else OF_SCREW
+        return OF_SCREW if self.preload.size else OF_AXIS
 
     @property
     def units(self) -> Units:
@@ -64,42 +65,29 @@ class FrictionTable(NamedTuple):
         return {name: value for name, value in named.items() if value is not None}
 
     def curves(self, at_rest: bool = False) -> Iterator[tuple[list[float], Array]]:
-        """For each preload [N] and temperature [degC]: columns speed, torque, low, high over both directions.
-
-        Parameters   at_rest : with a row of zeros between the directions
-        """
-        for j, preload in enumerate([] if self.preload is None else self.preload):
-            for k, kelvin in enumerate([] if self.temperature is None else self.temperature):
-                half = np.column_stack([self.speed, *(value[:, j, k] for value in self.values.values())])
-                zero = np.zeros((int(at_rest), half.shape[1]))
-                yield [float(preload), float(kelvin) - CELSIUS], np.vstack([-half[::-1], zero, half])
-        if self.preload is None:
+        """Preload [N], temperature [degC]; columns speed, torque, low, high, both ways; at_rest: zeros between them."""
+        for j, k in np.ndindex(len(self.preload), len(self.temperature)):
+            half = np.column_stack([self.speed, *(value[:, j, k] for value in self.values.values())])
+            zero = np.zeros((int(at_rest), half.shape[1]))
+            point = [float(self.preload[j]), float(self.temperature[k]) - CELSIUS]
+            yield point, np.vstack([-half[::-1], zero, half])
+        if not self.preload.size:
             whole = np.column_stack([self.speed, *self.values.values()])
             rest = [int(np.searchsorted(self.speed, 0.0))] * at_rest
             yield [], np.insert(whole, rest, 0.0, axis=0)
 
 
-def speeds_of(low: float, high: float, count: int) -> Array:
-    """Speeds [rad/s] evenly over their logarithm."""
-    return np.clip(np.geomspace(low, high, count), low, high)
-
-
 def curve_speeds(low: float, high: float, count: int) -> Array:
     """Speeds that a list is fitted to: half of them evenly over their logarithm, half evenly."""
-    return np.unique(np.r_[speeds_of(low, high, count // 2), np.linspace(low, high, count - count // 2)])
+    return np.unique(np.r_[np.geomspace(low, high, count // 2), np.linspace(low, high, count - count // 2)])
 
 
 def friction_table(
     nut_map: NutMap, parameters: Parameters, friction_set: FrictionSet, interval: bool,
     speed: Array, preload: Array, temperature: Array,
-    progress: Progress = lambda finished, total, what: None,
 ) -> FrictionTable:  # fmt: skip
-    """Table of a map.
-
-    Parameters   interval : with the bounds of the interval, of the mechanistic law
-    Raises       ValueError: a point outside the map;  ArithmeticError: as map_interval
-    """
-    from ..nut_map.interval import map_interval
+    """Table of a map; interval: with its bounds, of the mechanistic law; ValueError: a point outside the map."""
+    from ..nut_map.interval import map_interval, relative_intervals
 
     axes = nut_map.header["axes"]
     for name, unit, values in (("preload", "N", preload), ("temperature", "K", temperature)):
@@ -108,11 +96,7 @@ def friction_table(
             raise ValueError(
                 f"{name} = {bad[0]:.6g} {unit}; allowed by the map: {low:.6g} to {high:.6g} {unit}"
             )
-    torque = np.asarray(
-        nut_map.evaluate(
-            preload[None, :, None], speed[:, None, None], temperature[None, None, :]
-        ).friction_torque
-    )
+    torque = nut_map.evaluate(preload[:, None], speed[:, None, None], temperature).friction_torque
     about = {
         "screw": parameters.name,
         "oil": parameters.lubricant.name,
@@ -121,53 +105,43 @@ def friction_table(
     }
     if not interval:
         return FrictionTable(speed, preload, temperature, torque, None, None, about)
-    nodes = np.geomspace(speed[0], speed[-1], INTERVALS)
-    bounds = np.ones((2, *torque.shape))
-    total = len(preload) * len(temperature)
-    for number, (j, k) in enumerate(np.ndindex(len(preload), len(temperature))):
-        progress(number, total, "intervals")
-        at = [
-            map_interval(parameters, axes, friction_set, float(preload[j]), x, float(temperature[k])) for x in nodes
-        ]  # fmt: skip
-        about.setdefault("low and high", at[INTERVALS // 2].meaning)
-        for side in (0, 1):
-            ratios = [one.relative[side] for one in at]
-            bounds[side, :, j, k] = np.interp(np.log(speed), np.log(nodes), ratios)
-    progress(total, total, "intervals")
-    return FrictionTable(speed, preload, temperature, torque, torque * bounds[0], torque * bounds[1], about)
+    nodes, law = np.geomspace(speed[0], speed[-1], INTERVALS), (parameters, axes, friction_set)
+    about["low and high"] = map_interval(*law, preload[0], nodes[INTERVALS // 2], temperature[0]).meaning
+    ends = np.apply_along_axis(
+        lambda ratios: np.interp(np.log(speed), np.log(nodes), ratios),
+        1, relative_intervals(*law, preload, nodes, temperature),
+    )  # fmt: skip
+    low, high = torque * ends.transpose(3, 1, 0, 2)
+    return FrictionTable(speed, preload, temperature, torque, low, high, about)
 
 
 class AxisFriction(NamedTuple):
-    """Bins of a log over the signed speed: rad/s and N.m at the screw, or m/s and N of a linear axis.
-
-    lead [m], torque_constant [N.m/A], ratio : of the drive, None = not known
-    """
+    """Bins of a log over the signed speed: rad/s and N.m at the screw, or m/s and N of a linear axis."""
 
     rotary: bool
     friction: Friction
-    lead: float | None
-    torque_constant: float | None
+    lead: float | None  # [m], None: not known
+    torque_constant: float | None  # of the drive [N.m/A]
     ratio: float
     about: dict[str, str]
 
     @property
     def table(self) -> FrictionTable:
         """Each direction by itself."""
-        bins = self.friction
-        return FrictionTable(bins.speed, None, None, bins.value, bins.low, bins.high, self.about, self.rotary)
+        bins, none = self.friction, np.empty(0)
+        return FrictionTable(bins.speed, none, none, bins.value, bins.low, bins.high, self.about, self.rotary)
 
     @property
     def per_turn(self) -> float:
         """Motion for one radian of the screw: 1, or of a linear axis [m]; ValueError: no lead."""
-        if not self.rotary and self.lead is None:
+        if self.rotary:
+            return 1.0
+        if self.lead is None:
             raise ValueError("--lead-mm (missing); needed of a linear axis for torque and speed of the screw")
-        return 1.0 if self.rotary else (self.lead or math.nan) / (2.0 * math.pi)
+        return self.lead / (2.0 * math.pi)
 
     def between(self, low: float, high: float) -> Self:
-        """The bins between two speeds of the screw [rad/s].
-
-        Raises       ValueError: fewer than three in a direction
-        """
+        """The bins between two speeds of the screw [rad/s]; ValueError: fewer than three in a direction."""
         speed = self.friction.speed / self.per_turn
         inside = (np.abs(speed) >= low) & (np.abs(speed) <= high)
         if not min((inside & (speed > 0.0)).sum(), (inside & (speed < 0.0)).sum()) >= 3:
@@ -190,35 +164,32 @@ class AxisFriction(NamedTuple):
 
 
 def read_identified(path: Path | str) -> AxisFriction:
-    """What identify --output or --json has written.
-
-    Raises       ValueError: cannot be read, is something else
-    """
+    """What identify --output or --json has written; ValueError: cannot be read, is something else."""
     try:
         data: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8-sig"))
         rotary, rows = data["kind"] == "rotary", data["friction"]
         units = ROTARY if rotary else LINEAR
         keys = units.speed, *map(units.effort_key, ("", "error", "low", "high")), "samples"
-        values = [np.array([row[key] for row in rows], dtype=np.float64) for key in keys]
-        values[0] = values[0] * units.one
-        stated = [data.get(key) for key in ("lead_mm", "torque_constant_nm_a", "ratio")]
+        speed, *values = np.array([[row[key] for key in keys] for row in rows], dtype=np.float64).T
         # signs of a left-hand thread and of conventions are in the signals already
-        lead, constant, ratio = (None if number is None else abs(float(number)) for number in stated)
+        drive = {key: abs(float(data[key])) for key in DRIVE if data.get(key) is not None}
         if not (
-            all(number is None or 0.0 < number < math.inf for number in (lead, constant, ratio))
-            and np.isfinite(values).all()
-            and bool(np.all(np.diff(values[0]) > 0.0))
-            and values[0][0] < 0.0 < values[0][-1]
+            np.isfinite([speed, *values]).all()
+            and np.all(np.diff(speed) > 0.0)
+            and speed[0] < 0.0 < speed[-1]
+            and all(0.0 < number < math.inf for number in drive.values())
         ):
             raise ValueError("friction in both directions at rising speeds, positive numbers of the drive")
-        about = {"log": str(data.get("log"))}
-        for key in ("temperature_c", "preload_n", units.offset.format("")):
-            if data.get(key) is not None:
-                about[key] = f"{data[key]:.6g}"
+        keys = "temperature_c", "preload_n", units.offset.format("")
+        about = {key: f"{data[key]:.6g}" for key in keys if data.get(key) is not None}
     except OSError as error:
         raise ValueError(f"--identified = {path}: cannot be read ({error.strerror})") from error
     except (ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
         raise ValueError(
             f"--identified = {path}; allowed: a file that identify --output has written"
         ) from error
-    return AxisFriction(rotary, Friction(*values), lead and 1e-3 * lead, constant, ratio or 1.0, about)
+    lead, constant, ratio = (drive.get(key) for key in DRIVE)
+    bins = Friction(speed * units.one, *values)
+    return AxisFriction(
+        rotary, bins, lead and 1e-3 * lead, constant, ratio or 1.0, {"log": str(data.get("log")), **about}
+    )

@@ -54,15 +54,7 @@ def _starts(x: Array, y: Array, error: float) -> list[int]:
 
 
 def few_points(x: Array, y: Array, count: int) -> Points:
-    """At most `count` points for a curve.
-
-    Parameters   x : (n,) rising, n >= 3;  y : (n,);  count : >= 2
-    Example
-                 >>> points = few_points(np.linspace(0.0, 1.0, 401), np.linspace(0.0, 1.0, 401) ** 2, 5)
-                 >>> round(points.error, 3), len(points.x)  # 1/(8 * 4^2)
-                 (0.008, 5)
-    """
-    x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+    """At most `count` >= 2 points for a curve of rising x (n,), n >= 3, and y (n,)."""
     low, high, starts = 0.0, line_error(x, y), [0]
     while high - low > ACCURACY * high and high > 1e-12 * float(np.max(np.abs(y))):
         middle = 0.5 * (low + high)

@@ -1,10 +1,9 @@
 """Motion of a ball between its raceways, and the power that slip and spin cost: the minimum of a convex potential.
 
 Each contact slides as its motion says (physics.ball_motion), with Heathcote's parabola and spin over a Hertz-shaped
-pressure; the shear stress follows the local slip:
-tau = (1-f) min(tau_0 asinh(eta v/(h tau_0)), Lambda p) + f mu_b p, with the share f of the asperities.
-tau is the derivative of a convex potential with respect to the slip v, so the forces and moments of the contacts
-on the ball vanish where the integral of the potential over all contacts is least. The motion there is unique.
+pressure; tau = (1-f) min(tau_0 asinh(eta v/(h tau_0)), Lambda p) + f mu_b p with the share f of the asperities is the
+derivative of a convex potential with respect to the local slip v. So the forces and moments of the contacts on the ball
+vanish where the integral of the potential over all contacts is least. The motion there is unique.
 Where oil or asperities stick, the potential has a kink: v is smoothed over 1e-6 of the entrainment speed, which moves
 the power by less than 2e-6 of it (1000 random balls; the smoothing a hundredth). Newton's method, all side by side.
 
@@ -23,9 +22,8 @@ from ..physics.ball_motion import ContactMotion, rolling_motion
 
 #: nodes of the quadrature over the ellipse: Gauss along the radius, equal steps around
 RADIAL, AROUND = 8, 16
-#: slip [m/s] over the entrainment speed below which the shear stress is smoothed: a ball on oil as stiff as a solid, or
-#: on asperities, sticks at some points of its contacts, where the potential has a kink. First with the last one alone;
-#: where that takes more than QUICK_STEPS, with all, each from the motion of the one before
+#: slip [m/s] over the entrainment speed below which the shear stress is smoothed: first with the last one alone; where
+#: that takes more than QUICK_STEPS, with all, each from the motion of the one before
 SMOOTHED = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 QUICK_STEPS, MAX_STEPS = 12, 400
 #: an iteration ends where a further step would lower the potential by less than this share of the power; that with a
@@ -51,24 +49,19 @@ class BallMotion(NamedTuple):
 
 
 class Traction(NamedTuple):
-    """What the shear stress of the contacts follows from.
+    """What the shear stress of the contacts follows from; the constants of each ball (n, 1) or of all."""
 
-    viscosity (n, c, RADIAL) [Pa s] at the radial nodes; pressure (n, c): largest [Pa]; film (n, c) [m]; asperities
-    (n, c): their share of the load; tau_0 [Pa], limiting: Lambda [1], boundary: mu_b [1], (n, 1) or of all balls.
-    """
-
-    viscosity: Array
-    pressure: Array
-    film: Array
-    asperities: Array
-    tau_0: Any
-    limiting: Any
-    boundary: Any
+    viscosity: Array  # (n, c, RADIAL) [Pa s] at the radial nodes
+    pressure: Array  # (n, c) largest [Pa]
+    film: Array  # (n, c) [m]
+    asperities: Array  # (n, c) their share of the load
+    tau_0: Any  # [Pa]
+    limiting: Any  # Lambda [1]
+    boundary: Any  # mu_b [1]
 
     def take(self, rows: Any) -> "Traction":
         """That of some balls, with the same constants."""
-        viscosity, pressure, film, asperities = (part[rows] for part in self[:4])
-        return Traction(viscosity, pressure, film, asperities, *self[4:])
+        return self._replace(**{name: getattr(self, name)[rows] for name in self._fields[:4]})
 
 
 class _Balls(NamedTuple):
@@ -94,15 +87,10 @@ def radial_nodes() -> tuple[Array, Array]:
     return r, w * r / AROUND
 
 
-def _unit_nodes() -> tuple[Array, Array, Array]:
-    """Places of all nodes along and across rolling in the unit circle, and their weights (RADIAL * AROUND,)."""
-    radius, weight = radial_nodes()
-    around = 2.0 * math.pi * (np.arange(AROUND) + 0.5) / AROUND
-    x, y = (np.outer(radius, of(around)).ravel() for of in (np.cos, np.sin))
-    return x, y, np.repeat(weight, AROUND)
-
-
-_X, _Y, _W = _unit_nodes()
+_AROUND = 2.0 * math.pi * (np.arange(AROUND) + 0.5) / AROUND
+#: places of all nodes along and across rolling in the unit circle, and their weights (RADIAL * AROUND,)
+_X, _Y = (np.outer(radial_nodes()[0], of(_AROUND)).ravel() for of in (np.cos, np.sin))
+_W = np.repeat(radial_nodes()[1], AROUND)
 #: slips over their coefficients, and sums over nodes with what the moments take
 _SLIP_X, _SLIP_Y = np.stack([np.ones_like(_Y), _Y, _Y**2]), np.stack([np.ones_like(_X), _X])
 _WITH_Y, _WITH_X = (_W * _SLIP_X).T, (_W * np.stack([np.ones_like(_X), _X, _X**2])).T
@@ -110,11 +98,9 @@ _WITH_BOTH = (_W * np.stack([np.ones_like(_X), _X, _Y, _X * _Y])).T
 
 
 def shear_stress(square: Any, stiffness: Any, slipping: Any, oil: Any, dry: Any) -> tuple[Any, Any]:
-    """Shear stress over slip [Pa s/m] at slips with these squares, and the slope of the stress; all broadcast.
+    """Shear stress over slip [Pa s/m] at slips with these squares, and the slope of the stress; other names as _Balls.
 
-    Parameters   square : slip [m2/s2], with the square of the smoothing, which keeps the potential convex;  stiffness :
-                 viscosity/(film tau_0) [s/m];  slipping : stiffness times slip at which the oil slips;  oil : tau_0
-                 times its share of the load;  dry : stress of the asperities times theirs [Pa]
+    The square [m2/s2] is with that of the smoothing, which keeps the potential convex.
     """
     root = np.sqrt(square)
     z = stiffness * root
@@ -126,10 +112,9 @@ def shear_stress(square: Any, stiffness: Any, slipping: Any, oil: Any, dry: Any)
 
 
 def _node_sums(along: Array, across: Array, smooth: Array, stress: tuple[Array, ...]) -> Array:
-    """Sums over the nodes of contacts (m, 15), per area: what _sums takes.
+    """Sums over the nodes of contacts (m, 15), per area, that _sums takes.
 
-    Parameters   along (m, 3), across (m, 2): coefficients of _SLIP_X, _SLIP_Y;  smooth (m, 1) [m/s];  stress: arguments
-                 of shear_stress (m, RADIAL, 1)
+    along (m, 3), across (m, 2): coefficients of _SLIP_X, _SLIP_Y; smooth (m, 1) [m/s]; stress: of _Balls (m, RADIAL, 1)
     """
     v_x, v_y = along @ _SLIP_X, across @ _SLIP_Y
     square = v_x * v_x + v_y * v_y
@@ -248,12 +233,10 @@ def _balls(motion: ContactMotion, speed: Array, axes: Array, traction: Traction)
 def ball_equilibrium(
     motion: ContactMotion, speed: Array, axes: Array, traction: Traction, near: Array | None = None
 ) -> BallMotion:
-    """Motion and power of balls.
+    """Motion and power of balls at screw speeds (n,) [rad/s] > 0, with semi-axes across, along rolling (n, c, 2) [m].
 
-    Parameters   motion : of the c contacts, of all balls or of each;  near : motions (n, 4) [rad/s] to begin with, None
-                 = those that slide least without traction;  speed : of the screw (n,) [rad/s], > 0
-                 axes : semi-axes of the pressure across and along rolling (n, c, 2) [m]
-    Raises       ArithmeticError: a ball whose equilibrium was not found
+    motion : of the c contacts, of all balls or of each;  near : motions (n, 4) [rad/s] to begin with, None = those that
+    slide least without traction
     """
     speed = np.asarray(speed, dtype=float)
     first = rolling_motion(motion) * speed[:, None]

@@ -1,7 +1,4 @@
-"""Published closed formulas for the drag torque of a preloaded nut, for every comparison table and plot.
-
-NSK and Zhou: proportional to the preload and independent of speed and oil. Jungnickel: rolling of lubricated contacts.
-"""
+"""Published closed formulas for the drag torque of a preloaded nut."""
 
 import math
 from typing import Any
@@ -22,10 +19,9 @@ JUNGNICKEL_MATERIAL, JUNGNICKEL_ALPHA, JUNGNICKEL_ALPHA_EXPONENT = -0.2, 1.29e-7
 
 
 def nsk_slope(screw: ScrewParameters) -> float:
-    """Drag torque per newton of preload after NSK.
+    """Drag torque 0.05 L_p/(2 pi sqrt(tan lambda)) per preload [N.m/N] after NSK; 0.2524 N.m per kN for the GD4008-3.
 
-    Returns      0.05 L_p/(2 pi sqrt(tan lambda)) [N.m/N]; 0.2524 N.m per kN for the GD4008-3
-    Source       form of JIS B 1192 (100 r/min, ISO VG 68), as used in Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231
+    Source       JIS B 1192 (100 r/min, ISO VG 68), as used in Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231
     """
     return 0.05 * screw.lead / (2.0 * math.pi * math.sqrt(math.tan(screw.lead_angle)))
 
@@ -36,22 +32,18 @@ def nsk_torque(screw: ScrewParameters, preload: Any) -> np.ndarray:
 
 
 def zhou_torque(screw: ScrewParameters, preload: Any) -> np.ndarray:
-    """Drag torque of the double nut after Zhou [N.m].
+    """Drag torque 2 mu P (r_m + r_b cos(beta))/sin(beta) [N.m] of the double nut under a preload P [N] after Zhou.
 
-    Parameters   preload : P [N]
-    Returns      2 mu P (r_m + r_b cos(beta))/sin(beta); 0.3987 N.m per kN for the GD4008-3
     Source       the form and mu = 0.0065 that reproduce the values of Zhou's model printed in Zhao 2023 Table
                  2 at 4 to 6 kN to all digits; the formula itself is not printed there
     """
-    beta = screw.contact_angle
-    arm = screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(beta)
-    return np.asarray(preload) * (2.0 * ZHOU_COEFFICIENT * arm / math.sin(beta))
+    arm = screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(screw.contact_angle)
+    return np.asarray(preload) * (2.0 * ZHOU_COEFFICIENT * arm / math.sin(screw.contact_angle))
 
 
 def jungnickel_torque(parameters: Parameters, preload: float, speed: float, temperature: float) -> float:
-    """Friction torque of the lubricated contacts of the double nut after Jungnickel.
+    """Friction torque of the lubricated contacts of the double nut after Jungnickel at a preload [N], a speed [rad/s].
 
-    Parameters   preload : [N], > 0;  speed : of the screw [rad/s], >= 0;  temperature : of the oil [K]
     Returns      2 z 9.16 G^-0.2 W^-0.516 U^0.512 F_k r_m/cos(lambda) [N.m] with F_k = F/(z sin(beta) cos(lambda)) the
                  load of a ball, W = F_k/(E' r_b^2), U = eta u/(E' r_b), u = w r_m/(2 cos(lambda)) and G = alpha E'
     Source       Jungnickel, Simulation des thermischen Verhaltens von Werkzeugmaschinen, TU Dresden 2010, Eq. 9.49, as
@@ -62,9 +54,8 @@ def jungnickel_torque(parameters: Parameters, preload: float, speed: float, temp
     """
     screw, oil = parameters.screw, parameters.lubricant
     z, r_b, cos_lead = screw.loaded_ball_count, 0.5 * screw.ball_diameter, math.cos(screw.lead_angle)
-    warm = 40.0 + CELSIUS
+    warm, E = 40.0 + CELSIUS, E_prime(screw)
     nu_40 = eta0(oil, warm) / ambient_density(oil, warm)
-    E = E_prime(screw)
     F_k = preload / (z * math.sin(screw.contact_angle) * cos_lead)
     G = JUNGNICKEL_ALPHA * nu_40**JUNGNICKEL_ALPHA_EXPONENT * E
     W = F_k / (E * r_b**2)

@@ -5,24 +5,20 @@ moved to both ends alone. With the parabola g_c through ln(T_c/T) at low end, va
 
     m = ln T + sum_c mean(g_c),   s^2 = sum_c variance(g_c),   interval exp(m -+ 1.2816 s)
 
-holds about 80 % of the torques: mean and variance of a sum of independent quantities, taken as normal. The logarithm,
-for most constants are factors of a part of the torque; that a constant changes the effect of another is neglected. Of
-600 points of a Latin hypercube of the constants it holds 75 % (GD4008-3 with VG 100, 303 K: 1 kN at 100 and 2500 r/min,
-6 kN at 2500 r/min).
+holds about 80 % of the torques: mean and variance of a sum of independent quantities, taken as normal; that a constant
+changes the effect of another is neglected. Of 600 points of a Latin hypercube of the constants it holds 75 % (GD4008-3
+with VG 100, 303 K: 1 kN at 100 and 2500 r/min, 6 kN at 2500 r/min).
 
 Zero fitted: kappa of the ball-ball part is one of the constants. Fitted: the coefficient k has the 95 % interval of its
 fit, mu_b, Lambda and kappa do not count as far as they enter through k, and the mean error of a point left out of the
-fit counts as the scatter of a normal quantity.
-
-Calibrated on one torque: with every constant moved, the coefficient is fitted again to the torque at that point, so
-that constants count for what they do elsewhere; the scatter is that of the packaged fit, for want of an own one.
+fit counts as the scatter of a normal quantity. Calibrated on one torque: with every constant moved, the coefficient is
+fitted again to the torque at that point; the scatter is that of the packaged fit.
 
 A constant that the screw file states counts as known. The supply of the oil counts by the length of its inlet, from 3
 half-widths to flooded, uniform in 1/length. The temperature of the oil counts with the tolerance of the screw file, its
-viscosity with that of an ISO grade, +-10 % (ISO 3448), where the file names the grade: taken as the temperature at
-which the oil of the file has this viscosity. Both are off by as much at the one torque of a calibration. Not in the
-interval: the solver's error, seals; and what a fit at other constants would take up of their effect, so that a fitted
-interval is rather too wide.
+viscosity with that of an ISO grade, +-10 % (ISO 3448), where the file names the grade: as the temperature at which the
+oil of the file has it. Both are off by as much at the one torque of a calibration. Not in the interval: the solver's
+error, seals; and what a fit at other constants would take up of their effect: a fitted interval is rather too wide.
 """
 
 import math
@@ -39,7 +35,7 @@ from ..parameters.screw import ball_ball_coefficient
 from ..parameters.units import COLDEST, HOTTEST
 from ..physics.ball_law import Array
 from ..physics.lubricant import eta0
-from .mechanistic import ContactValues, CountedNut, law_constants, loaded_nuts, powers_of_nuts, torque_line
+from .mechanistic import ContactValues, Nut, law_constants, loaded_nuts, powers_of_nuts, torque_line
 from .sets import CALIBRATED_AT, FrictionSet, load_friction_sets
 
 #: standard deviations of a normal quantity to the ends of the interval that holds 80 % of it
@@ -50,17 +46,21 @@ FIT_DEVIATIONS, SCATTER_DEVIATION = 2.0 * 1.96, math.sqrt(0.5 * math.pi)
 FITTED_COEFFICIENT, LEFT_OUT = "net_sliding_coefficient", "leave_one_out"
 #: the oil: its temperature, its viscosity over that of its grade, and how far that may be off
 OIL_TEMPERATURE, OIL_VISCOSITY, GRADE_TOLERANCE = "oil_temperature", "oil_viscosity", 0.1
+#: what makes them known
+OF_OIL = {
+    OIL_TEMPERATURE: "a known oil temperature (temperature_tolerance)",
+    OIL_VISCOSITY: "the viscosity of the oil in place of its grade",
+}
 #: constants that act through the level of the torque, which a measured one fixes
 BY_ONE_TORQUE = (FITTED_COEFFICIENT, "boundary_friction", "limiting_shear_coefficient")
+#: speed, temperature, contacts, as powers_of_nuts takes them
+At = tuple[Any, Any, ContactValues]
 #: what the ends of an interval are
 MEANING = "about 80 %, from bounded constants"
 
 
 class Fit(NamedTuple):
-    """95 % limits of the coefficient fitted to a screw, and mean absolute error of a point left out of the fit.
-
-    Calibrated on one torque: the coefficient without limits, and that error of the packaged fit.
-    """
+    """95 % limits of the coefficient fitted to a screw, both itself if to one torque; mean error of points left out."""
 
     low: float
     high: float
@@ -68,17 +68,17 @@ class Fit(NamedTuple):
 
 
 class TorqueInterval(NamedTuple):
-    """Torque with its interval [N.m].
-
-    ends : by constant, the torques with this constant alone at its low and high end
-    shares : of the variance of ln(torque), by constant, largest first; that of ball_thrust under FITTED_COEFFICIENT
-    """
+    """Torque with its interval [N.m]."""
 
     torque: float
     low: float
     high: float
-    ends: Mapping[str, tuple[float, float]]
-    shares: Mapping[str, float]
+    ends: Mapping[
+        str, tuple[float, float]
+    ]  # by constant, torques with this one alone at its low and high end
+    shares: Mapping[
+        str, float
+    ]  # of the variance of ln(torque), largest first; ball_thrust: FITTED_COEFFICIENT
 
     @property
     def relative(self) -> tuple[float, float]:
@@ -95,59 +95,49 @@ class TorqueInterval(NamedTuple):
     def advice(self) -> str:
         """What removes the largest part of the variance, with that part; "" without an interval."""
         parts: Counter[str] = Counter()
+        fitted = LEFT_OUT in self.shares
         for name, share in self.shares.items():
-            parts[_remedy(name, LEFT_OUT in self.shares)] += share  # type: ignore[assignment]
+            remedy = f"{'raceway_rq and ball_rq' if name == 'roughness_height' else name} in the screw file"
+            if fitted and name in (LEFT_OUT, FITTED_COEFFICIENT):
+                remedy = "torques measured around this point (calibrate MEASUREMENTS.csv)"
+            elif not fitted and name in BY_ONE_TORQUE:
+                remedy = "one measured torque (calibrate --torque-nm)"
+            remedy = OF_OIL.get(name, remedy)
+            parts[remedy] += share  # type: ignore[assignment]
         return "".join(f"{remedy}, {100.0 * part:.0f} %" for remedy, part in parts.most_common(1))
-
-
-def _remedy(name: str, fitted: bool) -> str:
-    """What removes the part of a constant in the variance, of a torque with or without fitted coefficient."""
-    if fitted and name in (LEFT_OUT, FITTED_COEFFICIENT):
-        return "torques measured around this point (calibrate MEASUREMENTS.csv)"
-    if not fitted and name in BY_ONE_TORQUE:
-        return "one measured torque (calibrate --torque-nm)"
-    if name == OIL_TEMPERATURE:
-        return "a known oil temperature (temperature_tolerance)"
-    if name == OIL_VISCOSITY:
-        return "the viscosity of the oil in place of its grade in the screw file"
-    return f"{'raceway_rq and ball_rq' if name == 'roughness_height' else name} in the screw file"
 
 
 def unknown_constants(parameters: Parameters) -> tuple[str, ...]:
     """Names of the bounded constants that the screw file does not state; kappa does not count where it states k."""
     friction = parameters.friction
-    stated = (friction.model_fields_set - {"roughness_height"}) | parameters.lubricant.model_fields_set
+    known = (friction.model_fields_set - {"roughness_height"}) | parameters.lubricant.model_fields_set
     implied = {
         # stated, or the composite of both surfaces
         "roughness_height": friction.roughness_height is not None,
         "ball_thrust": friction.net_sliding_coefficient is not None,
-        "supply_length": friction.replenishment_constant > 0.0,
     }
-    return tuple(name for name in BOUNDED if name not in stated and not implied.get(name, False))
+    known |= {name for name, follows in implied.items() if follows}
+    return tuple(name for name in BOUNDED if name not in known)
 
 
-def oil_shifts(parameters: Parameters, temperature: Any) -> dict[str, tuple[Any, Any]]:
-    """Temperatures [K] of the oil at both ends of what is not known of it, by name, lower value first."""
+def oil_shifts(parameters: Parameters, temperature: Any) -> dict[str, list[Any]]:
+    """Temperatures [K] of the oil at both ends of what is not known of it, lower value first."""
     oil, shifts = parameters.lubricant, {}
     if tolerance := oil.temperature_tolerance:
-        shifts[OIL_TEMPERATURE] = temperature - tolerance, temperature + tolerance
+        shifts[OIL_TEMPERATURE] = [-tolerance, tolerance]
     if oil.iso_vg is not None:
         thinning = 0.5 * np.log(eta0(oil, temperature - 1.0) / eta0(oil, temperature + 1.0))  # per kelvin
-        low, high = (-math.log(1.0 + side * GRADE_TOLERANCE) / thinning for side in (-1.0, 1.0))
-        shifts[OIL_VISCOSITY] = temperature + low, temperature + high
-    return {name: tuple(np.clip(one, COLDEST, HOTTEST) for one in pair) for name, pair in shifts.items()}
+        shifts[OIL_VISCOSITY] = [-math.log1p(side * GRADE_TOLERANCE) / thinning for side in (-1.0, 1.0)]
+    return {name: [np.clip(temperature + k, COLDEST, HOTTEST) for k in pair] for name, pair in shifts.items()}
 
 
 def with_constants(parameters: Parameters, values: Mapping[str, float]) -> Parameters:
     """Parameters with other values of bounded constants, within their intervals: not checked again."""
-    oil = {name: value for name, value in values.items() if name == "eyring_stress"}
-    law = {name: value for name, value in values.items() if name not in oil}
-    return parameters.model_copy(
-        update={
-            "lubricant": parameters.lubricant.model_copy(update=oil),
-            "friction": parameters.friction.model_copy(update=law),
-        }
-    )
+    tables: dict[str, dict[str, float]] = {"lubricant": {}, "friction": {}}
+    for name, value in values.items():
+        tables["lubricant" if name == "eyring_stress" else "friction"][name] = value
+    changes = {name: getattr(parameters, name).model_copy(update=table) for name, table in tables.items()}
+    return parameters.model_copy(update=changes)
 
 
 def fit_of(friction_set: FrictionSet, parameters: Parameters) -> Fit | None:
@@ -180,26 +170,24 @@ def torque_interval(
     temperature: float,
     friction_set: FrictionSet,
 ) -> TorqueInterval:
-    """Torque of all nuts with its interval, see the head of this module.
+    """Torque of all nuts under their forces [N] with its interval, at a speed [rad/s] > 0 and an oil temperature [K].
 
-    Parameters   forces : of the nuts [N];  contacts : of the balls;  speed [rad/s] > 0, temperature [K]
-                 friction_set : its coefficient k is that of the constants in the parameters. It varies with them unless
-                 it was fitted to this screw or the screw file states it
-    Raises       ValueError, ArithmeticError as nut_powers
+    The coefficient k of the friction set is that of the constants in the parameters. It varies with them unless it was
+    fitted to this screw or the screw file states it.
     """
     nuts = loaded_nuts(parameters, forces)
     if not nuts:
         return TorqueInterval(0.0, 0.0, 0.0, {}, {})
-    at, of_ends, moments = _effects(parameters, [nuts], contacts, speed, temperature, friction_set)
-    torque = float(at[0])
+    middle, of_ends, moments = _effects(parameters, [nuts], (speed, temperature, contacts), friction_set)
+    torque = float(middle[0])
     ends = {name: (float(low[0]), float(high[0])) for name, (low, high) in of_ends.items()}
     low, high = (torque * float(end[0]) for end in _ends(moments))
-    variances = {name: float(np.ravel(variance)[0]) for name, (_, variance) in moments.items()}
-    whole = sum(variances.values()) or 1.0
-    shares = {name: variances[name] / whole for name in sorted(variances, key=lambda name: -variances[name])}
     # both are the one number of the law: the bounds of ball_thrust are those of the coefficient without a fit
     names = {"ball_thrust": FITTED_COEFFICIENT}
-    return TorqueInterval(torque, low, high, ends, {names.get(name, name): shares[name] for name in shares})
+    variances = {names.get(name, name): float(np.ravel(part)[0]) for name, (_, part) in moments.items()}
+    whole = sum(variances.values()) or 1.0
+    ordered = sorted(variances, key=variances.__getitem__, reverse=True)
+    return TorqueInterval(torque, low, high, ends, {name: variances[name] / whole for name in ordered})
 
 
 def interval_ends(
@@ -215,111 +203,75 @@ def interval_ends(
     Without axial load. All points side by side: a point by itself, as torque_interval, takes 50 times as long.
     """
     points = [loaded_nuts(parameters, [float(force)] * 2) for force in preloads]
-    return _ends(_effects(parameters, points, contacts, speeds[:, None], temperatures, friction_set)[2])
+    return _ends(_effects(parameters, points, (speeds[:, None], temperatures, contacts), friction_set)[2])
 
 
 def _effects(
-    parameters: Parameters,
-    points: Sequence[Sequence[CountedNut]],
-    contacts: ContactValues,
-    speed: Any,
-    temperature: Any,
-    friction_set: FrictionSet,
+    parameters: Parameters, points: Sequence[Sequence[Nut]], at: At, friction_set: FrictionSet
 ) -> tuple[Array, dict[str, tuple[Array, Array]], dict[str, tuple[Any, Any]]]:
-    """Torque; by constant: torques at its ends; mean and variance of ln(torque); (points, ...).
-
-    Parameters   points : loaded_nuts of each
-    """
+    """Torque; by constant: torques at its ends; mean and variance of ln(torque); (points, ...), of the nuts of each."""
     fit, coefficient = fit_of(friction_set, parameters), friction_set.net_sliding_coefficient
     names = [name for name in unknown_constants(parameters) if fit is None or name != "ball_thrust"]
     values = [{}, *({name: end} for name in names for end in (BOUNDED[name].low, BOUNDED[name].high))]
     variants = [with_constants(parameters, value) for value in values]
-    kappa, shifted = implied_thrust(coefficient, parameters), oil_shifts(parameters, temperature)
-    again: list[float] | None = None
+    kappa, ratio = implied_thrust(coefficient, parameters), friction_set.apparent_viscosity_ratio
+    coefficients = [coefficient] * len(variants)
     if fit is not None and friction_set.calibrated_at:
-        coefficients, again = _fitted_again(variants, contacts, friction_set)
-    elif fit is not None or parameters.friction.net_sliding_coefficient is not None:
-        coefficients = [coefficient] * len(variants)
-    else:
+        # the torque at the point of the calibration is that of the first variant
+        preload, speed, temperature = (friction_set.calibrated_at[name] for name in CALIBRATED_AT)
+        point = loaded_nuts(parameters, [preload] * 2)
+        there = _lines(variants, [point], (speed, temperature, at[2]), ratio)
+        there += _oil_lines(parameters, [point], (speed, temperature, at[2]), ratio, there[0][0].shape)
+        torque = there[0][0] + coefficient * there[0][1]
+        coefficients = [max(float((torque - rest)[0] / slope[0]), 0.0) for rest, slope in there]
+    elif fit is None and parameters.friction.net_sliding_coefficient is None:
         coefficients = [
             ball_ball_coefficient(changed.friction, value.get("ball_thrust", kappa))
             for changed, value in zip(variants, values, strict=True)
         ]
-    ratio = friction_set.apparent_viscosity_ratio
-    lines = _lines(variants, points, contacts, speed, temperature, ratio)
-    lines += _oil_lines(parameters, points, contacts, speed, shifted, ratio, lines[0][0].shape)
-    coefficients += again or [coefficient] * 2 * len(shifted)
-    at, *of_ends = (rest + k * slope for (rest, slope), k in zip(lines, coefficients, strict=True))
-    names += shifted
+    lines = _lines(variants, points, at, ratio)
+    lines += _oil_lines(parameters, points, at, ratio, lines[0][0].shape)
+    coefficients += [coefficient] * (len(lines) - len(coefficients))
+    names += oil_shifts(parameters, at[1])
+    middle, *of_ends = (rest + k * slope for (rest, slope), k in zip(lines, coefficients, strict=True))
     ends = dict(zip(names, zip(of_ends[::2], of_ends[1::2], strict=True), strict=True))
     moments: dict[str, tuple[Any, Any]] = {}
     for name, (low, high) in ends.items():
-        place = 0.5
-        if name not in shifted:
-            place = BOUNDED[name].place(kappa if name == "ball_thrust" else BOUNDED[name].value)
-        moments[name] = uniform_moments(np.log(low / at), np.log(high / at), place)
+        known = BOUNDED.get(name)
+        place = known.place(kappa if name == "ball_thrust" else known.value) if known else 0.5
+        moments[name] = uniform_moments(np.log(low / middle), np.log(high / middle), place)
     if fit is not None:
         rest, slope = lines[0]
         low, high = ends[FITTED_COEFFICIENT] = rest + fit.low * slope, rest + fit.high * slope
         moments[FITTED_COEFFICIENT] = 0.0, (np.log(high / low) / FIT_DEVIATIONS) ** 2
         moments[LEFT_OUT] = 0.0, (SCATTER_DEVIATION * fit.left_out) ** 2
-    return at, ends, moments
+    return middle, ends, moments
 
 
 def _lines(
-    variants: Sequence[Parameters],
-    points: Sequence[Sequence[CountedNut]],
-    contacts: ContactValues,
-    speed: Any,
-    temperature: Any,
-    ratio: float,
+    variants: Sequence[Parameters], points: Sequence[Sequence[Nut]], at: At, ratio: float
 ) -> list[tuple[Array, Array]]:
     """torque_line of variants with other constants, each (points, ...)."""
-    nuts, result = [nut for point in points for _, nut in point], []
-    for powers in powers_of_nuts(variants, nuts, speed, temperature, contacts):
+    nuts, result = [nut for point in points for nut in point], []
+    for powers in powers_of_nuts(variants, nuts, *at):
         of_nuts = iter(powers)
-        lines = [torque_line([(times, next(of_nuts)) for times, _ in point], ratio) for point in points]
+        lines = [torque_line([(nut.times, next(of_nuts)) for nut in point], ratio) for point in points]
         rest, slope = map(np.array, zip(*lines, strict=True))
         result.append((rest, slope))
     return result
 
 
 def _oil_lines(
-    parameters: Parameters,
-    points: Sequence[Sequence[CountedNut]],
-    contacts: ContactValues,
-    speed: Any,
-    shifted: Mapping[str, tuple[Any, Any]],
-    ratio: float,
-    shape: tuple[int, ...],
+    parameters: Parameters, points: Sequence[Sequence[Nut]], at: At, ratio: float, shape: tuple[int, ...]
 ) -> list[tuple[Array, Array]]:
-    """torque_line at both temperatures of each of the oil_shifts, of this shape (points, ...)."""
+    """torque_line at the oil_shifts of a temperature, each of this shape (points, ...)."""
+    speed, temperature, contacts = at
+    shifted = [np.atleast_1d(one) for pair in oil_shifts(parameters, temperature).values() for one in pair]
     if not shifted:
         return []
-    temperatures = np.concatenate([np.atleast_1d(one) for pair in shifted.values() for one in pair])
-    ((rest, slope),) = _lines([parameters], points, contacts, speed, temperatures, ratio)
-    of_each = (
-        np.split(np.broadcast_to(part, rest.shape), 2 * len(shifted), axis=-1) for part in (rest, slope)
-    )
+    ((rest, slope),) = _lines([parameters], points, (speed, np.concatenate(shifted), contacts), ratio)
+    of_each = (np.split(np.broadcast_to(part, rest.shape), len(shifted), axis=-1) for part in (rest, slope))
     return [(one.reshape(shape), other.reshape(shape)) for one, other in zip(*of_each, strict=True)]
-
-
-def _fitted_again(
-    variants: Sequence[Parameters], contacts: ContactValues, friction_set: FrictionSet
-) -> tuple[list[float], list[float]]:
-    """Coefficients, at least 0, with which the torque at the point of the calibration is that of the first variant:
-
-    of the variants, and of the oil_shifts there.
-    """
-    ratio, coefficient, _ = friction_set.values
-    preload, speed, temperature = (friction_set.calibrated_at[name] for name in CALIBRATED_AT)
-    points = [loaded_nuts(variants[0], [preload, preload])]
-    lines = _lines(variants, points, contacts, speed, temperature, ratio)
-    torque = lines[0][0] + coefficient * lines[0][1]
-    shifted = oil_shifts(variants[0], temperature)
-    lines += _oil_lines(variants[0], points, contacts, speed, shifted, ratio, torque.shape)
-    found = [max(float((torque - rest)[0] / slope[0]), 0.0) for rest, slope in lines]
-    return found[: len(variants)], found[len(variants) :]
 
 
 def _ends(moments: Mapping[str, tuple[Any, Any]]) -> tuple[Any, Any]:
@@ -333,13 +285,8 @@ def uniform_moments(low: Any, high: Any, place: float) -> tuple[Any, Any]:
     """Mean and variance over 0 <= x <= 1 of the parabola that is low at 0, 0 at `place`, high at 1.
 
     Without a place inside it is the straight line from low to high.
-    Example
-        >>> [round(12.0 * moment, 12) for moment in uniform_moments(-1.0, 1.0, 0.5)]
-        [0.0, 4.0]
     """
     slope = high - low
-    bend = 0.0
-    if 0.0 < place < 1.0:
-        bend = (low + slope * place) / (place * (1.0 - place))
+    bend = (low + slope * place) / (place * (1.0 - place)) if 0.0 < place < 1.0 else 0.0
     # low + slope x - bend x (1 - x)
     return low + 0.5 * slope - bend / 6.0, slope**2 / 12.0 + bend**2 / 180.0

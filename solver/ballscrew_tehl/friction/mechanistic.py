@@ -17,7 +17,9 @@ Fitted: kappa, as the one number 2 mu_b Lambda kappa that multiplies Q u_e (net_
 Assumptions: only the load-carrying balls cost power, not those in the returns; balls touch each other, or smaller ones
 between them roll on both and cost nothing (spacer_balls); seals, grease churning and the returns are not modelled. The
 shear stress acts on the core of the pressure (contact.integrals.pressure_core) with the central film and the mean
-temperature of the film.
+temperature of the film. The shear of the mean ball stands for all, with the power 4/3 of the load, and so does its oil
+supply: the loads of one nut differ by some percent. Oversize balls: a ball has one motion between all its flanks, and
+of its shear those of one nut count.
 """
 
 import math
@@ -27,7 +29,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ..parameters.file import FOUR_POINT, FrictionTable, Parameters, ScrewParameters
+from ..parameters.file import FOUR_POINT, FrictionTable, Parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.units import RPM
 from ..physics.ball_law import Array, contact_angle_at_ball_load
@@ -40,7 +42,7 @@ from ..physics.lubricant import ambient_density, eta0, viscosity
 from ..physics.rolling_resistance import neighbour_drag_power, replenishment_factor
 from ..physics.supply import FLOODED, supply_factor
 from .ball_equilibrium import Traction, ball_equilibrium, radial_nodes
-from .torque import TorqueParts, check_motion, hysteresis_sum
+from .torque import UNLOADED, NutTorques, TorqueParts, check_motion, hysteresis_sum, sum_of_nuts
 
 #: SKF's geometry constant of single-row angular contact, and ball diameter over D - d of such bearings
 K_Z, BALL_OVER_SECTION = 4.4, 0.3
@@ -48,10 +50,13 @@ K_Z, BALL_OVER_SECTION = 4.4, 0.3
 SHEAR_EXPONENT = 4.0 / 3.0
 #: sharpness of the bend with which the half-width of the core stays below R_x: of cores below R_x/4 it takes 0.1 %
 BLUNT = 4.0
-#: those of law_constants that the motion of a ball follows from
-SHEAR_CONSTANTS = (
-    "roughness_height", "eyring_stress", "limiting_shear_coefficient", "boundary_friction", "asperity_film_ratio",
+#: constants in the table friction of a screw file that the motion of a ball follows from, and others of the law
+SHEAR_CONSTANTS = "limiting_shear_coefficient", "boundary_friction", "asperity_film_ratio"
+OTHER_CONSTANTS = (
+    "hysteresis_coefficient", "ball_thrust", "supply_length", "replenishment_constant", "neighbour_oil",
 )  # fmt: skip
+#: semi-axes (s, t, c, 2) [m] and traction (s, t, c) of the c contacts of a mean ball at all points
+_Sheared = tuple[Array, Traction]
 
 
 class ContactValues(Protocol):
@@ -67,34 +72,22 @@ class ContactValues(Protocol):
         ...
 
 
-#: ball loads (n,) of a nut on its own and on the other flanks [N]; None: as on its own
-NutLoads = tuple[Array, Array | None]
-#: a nut and how many times it counts
-CountedNut = tuple[int, NutLoads]
+class Nut(NamedTuple):
+    """Loads (n,) [N] of the load-carrying balls of a nut."""
+
+    loads: Array
+    opposed: Array | None = None  # of oversize balls on the other flanks; None: as on these
+    times: int = 1  # how often the nut counts
 
 
-class NutPowers(NamedTuple):
-    """Torque of one nut by part [N.m]; (s, t) or floats.
+class _LoadedNut(NamedTuple):
+    """What does not depend on the constants of the law."""
 
-    rolling_screw, rolling_nut; shear: both raceways; thrust_factor: see the head; hysteresis; ball_ball: at coefficient
-    and thrust factor 1; share: of the load on asperities, mean of both raceways.
-    """
-
-    rolling_screw: Any
-    rolling_nut: Any
-    shear: Any
-    thrust_factor: Any
-    hysteresis: float
-    ball_ball: float
-    share: Any
-
-    def torque(self, factor: float, coefficient: float) -> Any:
-        """Sum of the parts for a factor of the rolling part and a ball-ball coefficient 2 mu_b Lambda kappa."""
-        rolling = factor * (self.rolling_screw + self.rolling_nut)
-        return rolling + self.shear + self.hysteresis + coefficient * self.thrust_factor * self.ball_ball
-
-
-UNLOADED_POWERS = NutPowers(0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    loads: Array  # (n,) > 0 [N]
+    means: list[float]  # mean_load [N] of each loaded diagonal of a ball
+    contacts: Sequence[Mapping[str, Mapping[str, Array]]]  # of each of them, by raceway
+    lost: Mapping[str, Array]  # flooded rolling loss of all balls by raceway (s, t) [W]
+    motion: ContactMotion  # of the mean ball
 
 
 def roughness_of(friction: FrictionTable) -> float:
@@ -107,14 +100,12 @@ def thrust_factor(friction: FrictionTable, share: Any) -> Any:
     """Thrust of a ball on its neighbours with a share f of the load on asperities, over that in a full film.
 
     Balls whose contact angles differ would run at different speeds. Their neighbours hold them, and both contacts
-    creep: elastically, sliding over a part of the contact. The creep is given by the angles; where the contact can
-    transmit more, less of it slides. So the thrust hardly rises with friction: 1.10 times where asperities carry all.
+    creep, as the angles give it; where a contact can transmit more, less of it slides. So the thrust hardly rises with
+    friction: 1.10 times where asperities carry all. It is (2 - y)/(2 - x) with y = x Lambda/mu up to 1,
+    mu = (1-f) Lambda + f mu_b, x the creep over that at which a contact slides as a whole at Lambda: two contacts
+    transmit 2 Lambda Q x (2 - x) = kappa Lambda Q. Beyond y = 1 all slides: mu/(Lambda x (2 - x)).
     Assumption: spin and slip of the same contacts are left out; with them it would rise more (docs/theory.md).
 
-    Parameters   share : f, float or array, 0 to 1
-    Returns      (2 - y)/(2 - x) with y = x Lambda/mu up to 1, mu = (1-f) Lambda + f mu_b, x the creep over that at
-                 which a contact slides as a whole at Lambda: two contacts transmit 2 Lambda Q x (2 - x) = kappa Lambda
-                 Q. Beyond y = 1 all slides: mu/(Lambda x (2 - x))
     Source       Carter, Proc Roy Soc A 112 (1926) 151; Johnson, Contact Mechanics (1985), Eq. 8.48: of a creep xi a
                  contact transmits mu Q y (2 - y), y = xi R/(mu b), up to 1. kappa: ball_thrust, or its value in BOUNDED
     """
@@ -129,56 +120,16 @@ def breakaway_factor(friction: FrictionTable) -> float:
     return max(float(thrust_factor(friction, 1.0)), 1.0)
 
 
-def _replenished(parameters: Parameters, speed: Array, temperature: Array) -> Any:
-    """Factor (s, t) of SKF's replenishment, of the losses of the oil that the supply of the file leaves.
-
-    Source       d, D of the angular contact bearing with this ball and pitch diameter, whose section D - d is the ball
-                 diameter over 0.3 (assumption: geometry of bearings)
-    """
-    screw, oil = parameters.screw, parameters.lubricant
-    nu = eta0(oil, temperature) / ambient_density(oil, temperature)
-    pitch, section = 2e3 * screw.nominal_radius, 1e3 * screw.ball_diameter / BALL_OVER_SECTION
-    bore, outer = pitch - 0.5 * section, pitch + 0.5 * section
-    constant = parameters.friction.replenishment_constant
-    return replenishment_factor(constant, K_Z, speed / RPM, 1e6 * nu, bore, outer)
-
-
-def _supplied(
-    parameters: Parameters,
-    raceway: str,
-    load: float,
-    speed: Array,
-    temperature: Array,
-    mean: Mapping[str, Array],
-) -> Any:
-    """Rolling loss of a ball with oil from the supply length on over the flooded one (s, t); mean: its contacts."""
-    friction, screw = parameters.friction, parameters.screw
-    R_x, R_y = reduced_radii(screw, float(contact_angle_at_ball_load(screw, load)), raceway)
-    b = ellipse(load, R_x, R_y, E_prime(screw)).b
-    loss, film = mean["rolling_loss"][0], mean["central_film"][0]
-    u_e, inlet = entrainment_speed(screw, speed), eta0(parameters.lubricant, temperature)
-    return supply_factor(friction.supply_length, load, loss, u_e, inlet, film, b, R_x, R_y)
-
-
 def law_constants(parameters: Parameters) -> dict[str, float | None]:
     """Everything but screw and contacts that the arrays of a map depend on, by name; None: flooded, as in JSON."""
     friction = parameters.friction
-    constants = {
-        "roughness_height": roughness_of(friction),
-        "eyring_stress": parameters.lubricant.eyring_stress,
-        **{
-            name: getattr(friction, name)
-            for name in (
-                "limiting_shear_coefficient", "boundary_friction", "asperity_film_ratio", "hysteresis_coefficient",
-                "ball_thrust", "supply_length", "replenishment_constant", "neighbour_oil",
-            )
-        },
-    }  # fmt: skip
-    return {name: None if value == FLOODED else value for name, value in constants.items()}
+    stated = {name: getattr(friction, name) for name in SHEAR_CONSTANTS + OTHER_CONSTANTS}
+    own = {"roughness_height": roughness_of(friction), "eyring_stress": parameters.lubricant.eyring_stress}
+    return {name: None if value == FLOODED else value for name, value in (own | stated).items()}
 
 
 def mean_load(loads: Array) -> float:
-    """Ball load [N] that represents those of a nut: ln(load) averaged as viscous force grows, load^(2/3).
+    """Ball load [N] that represents those of a nut: ln(load) averaged with weights load^(2/3), like viscous force.
 
     With film = film(mean) (load/mean)^slope the sum over the balls has no error of first order in the slope; what is
     left is half of the square of its error times the variance of ln(load), below 1e-5 up to 9000 N on 40 mm.
@@ -187,98 +138,74 @@ def mean_load(loads: Array) -> float:
     return float(np.exp(np.sum(weights * np.log(loads)) / weights.sum()))
 
 
-def nut_powers(
-    parameters: Parameters,
-    loads: Array,
-    speed: Any,
-    temperature: Any,
-    contacts: ContactValues,
-    opposed: Array | None = None,
-) -> NutPowers:
-    """Power balance of one nut, as torques.
+def loaded_nuts(parameters: Parameters, forces: Sequence[float]) -> list[Nut]:
+    """Nuts, halves or sets of flanks that carry load, under the forces of both or of one alone [N]."""
+    loads = [nut_loads(parameters.screw, force, parameters.screw.loaded_ball_count) for force in forces]
+    counts = Counter(force for force in forces if force > 0.0)
+    at = {forces.index(force): times for force, times in counts.items()}
+    return [Nut(loads[k], loads[1 - k] if n < len(forces) else None, n) for k, n in at.items()]
 
-    Parameters   loads : (n,) of the load-carrying balls [N], >= 0;  speed : of the screw, (s, 1) or float [rad/s], > 0;
-                 temperature : (t,) or float [K];  contacts : of the balls, flooded
-                 opposed : oversize balls: (n,) on the other flanks [N], >= 0; None: as on these
-    Returns      NutPowers with parts (s, t), floats for a single point
-    Raises       ValueError: load or speed out of range;  ArithmeticError: equilibrium of a ball not found
-    Source       head of this module; the shear of the mean ball stands for all, with the power 4/3 of the load, and so
-                 does its oil supply: the loads of one nut differ by some percent. Oversize balls: a ball has one motion
-                 between all its flanks, and of its shear those of this nut count
-    """
-    ((result,),) = powers_of_nuts([parameters], [(loads, opposed)], speed, temperature, contacts)
+
+def nut_powers(
+    parameters: Parameters, loads: Array, speed: Any, temperature: Any, contacts: ContactValues
+) -> NutTorques:
+    """Power balance of one nut with ball loads (n,) [N] on two flanks; other arguments as powers_of_nuts."""
+    ((result,),) = powers_of_nuts([parameters], [Nut(loads)], speed, temperature, contacts)
     return result
 
 
-class _LoadedNut(NamedTuple):
-    """A nut that carries load: what does not depend on the constants of the law.
-
-    loads (n,) > 0 [N];  means, contacts : mean_load of each loaded diagonal of a ball [N], and its contacts by raceway;
-    lost : flooded rolling losses of all balls by raceway (s, t) [W];  motion : of the contacts of the mean ball
-    """
-
-    loads: Array
-    means: list[float]
-    contacts: Sequence[Mapping[str, Mapping[str, Array]]]
-    lost: Mapping[str, Array]
-    motion: ContactMotion
-
-
-class _MeanBall(NamedTuple):
-    """The c contacts of a mean ball at all points: motion, semi-axes (s, t, c, 2) [m], traction (s, t, c)."""
-
-    motion: ContactMotion
-    axes: Array
-    traction: Traction
+def nuts_powers(
+    parameters: Parameters, forces: Sequence[float], contacts: ContactValues, speed: Any, temperature: Any
+) -> list[tuple[int, NutTorques]]:
+    """Power balance of the loaded_nuts, and how many times each counts; other arguments as powers_of_nuts."""
+    nuts = loaded_nuts(parameters, forces)
+    (powers,) = powers_of_nuts([parameters], nuts, speed, temperature, contacts)
+    return [(nut.times, own) for nut, own in zip(nuts, powers, strict=True)]
 
 
 def powers_of_nuts(
-    variants: Sequence[Parameters],
-    nuts: Sequence[NutLoads],
-    speed: Any,
-    temperature: Any,
-    contacts: ContactValues,
-) -> list[list[NutPowers]]:
-    """nut_powers of several nuts, loads and opposed of each, for each of the variants.
+    variants: Sequence[Parameters], nuts: Sequence[Nut], speed: Any, temperature: Any, contacts: ContactValues
+) -> list[list[NutTorques]]:
+    """Power balance of several nuts for each of the variants, parts (s, t) or floats for a single point.
 
     Variants are parameters of one screw and oil with other constants of the law. The balls of all are brought into
-    equilibrium side by side, those of variants with the same SHEAR_CONSTANTS once.
+    equilibrium side by side, those of variants with the same shear once.
+
+    Parameters   speed : of the screw, (s, 1) or float [rad/s], > 0;  temperature : (t,) or float [K]
+    Raises       ValueError: load or speed out of range;  ArithmeticError: equilibrium of a ball not found
     """
     speed, temperature = np.broadcast_arrays(
         np.atleast_2d(np.asarray(speed, float)), np.atleast_2d(np.asarray(temperature, float))
     )
     loaded: dict[int, _LoadedNut] = {}
-    for k, (loads, opposed) in enumerate(nuts):
-        loads = np.asarray(loads, dtype=float)
-        others = loads if opposed is None else np.asarray(opposed, dtype=float)
-        check_motion(np.append(loads, others), speed)
-        if np.any(loads > 0.0):
-            screw = variants[0].screw
-            loaded[k] = _loaded_nut(screw, loads[loads > 0.0], others, speed, temperature, contacts)
-    constants = [law_constants(parameters) for parameters in variants]
-    keys = [tuple(of[name] for name in SHEAR_CONSTANTS) for of in constants]
+    for k, nut in enumerate(nuts):
+        check_motion(nut.loads if nut.opposed is None else np.append(nut.loads, nut.opposed), speed)
+        if np.any(nut.loads > 0.0):
+            loaded[k] = _loaded_nut(variants[0], nut, speed, temperature, contacts)
+    keys = []
+    for parameters in variants:
+        of = law_constants(parameters)
+        keys.append(tuple(of[name] for name in ("roughness_height", "eyring_stress", *SHEAR_CONSTANTS)))
     balls = {
-        (key, k): _mean_ball(parameters, nut, temperature)
+        (key, k): _mean_ball(parameters, own, temperature)
         for key, parameters in dict(zip(keys, variants, strict=True)).items()
-        for k, nut in loaded.items()
+        for k, own in loaded.items()
     }
-    shears = dict(zip(balls, _shear(list(balls.values()), speed), strict=True)) if balls else {}
-    result = [[UNLOADED_POWERS] * len(nuts) for _ in variants]
-    for parameters, key, powers in zip(variants, keys, result, strict=True):
-        for k, nut in loaded.items():
-            powers[k] = _powers(parameters, nut, balls[key, k], shears[key, k], speed, temperature)
+    motions = [loaded[k].motion for _, k in balls]
+    shears = dict(zip(balls, _shear(motions, list(balls.values()), speed), strict=True))
+    result = [[UNLOADED] * len(nuts) for _ in variants]
+    for parameters, key, torques in zip(variants, keys, result, strict=True):
+        for k, own in loaded.items():
+            asperities = balls[key, k][1].asperities
+            torques[k] = _torques(parameters, own, asperities, shears[key, k], speed, temperature)
     return result
 
 
 def _loaded_nut(
-    screw: ScrewParameters,
-    loads: Array,
-    others: Array,
-    speed: Array,
-    temperature: Array,
-    contacts: ContactValues,
+    parameters: Parameters, nut: Nut, speed: Array, temperature: Array, contacts: ContactValues
 ) -> _LoadedNut:
-    means = [mean_load(loads)]
+    screw, loads = parameters.screw, nut.loads[nut.loads > 0.0]
+    means, others = [mean_load(loads)], nut.loads if nut.opposed is None else nut.opposed
     if screw.preload_kind == FOUR_POINT and np.any(others > 0.0):
         means.append(mean_load(others[others > 0.0]))
     at = speed[:, :1], temperature[0]
@@ -288,69 +215,51 @@ def _loaded_nut(
     return _LoadedNut(loads, means, of_means, lost, motion)
 
 
-def _mean_ball(parameters: Parameters, nut: _LoadedNut, temperature: Array) -> _MeanBall:
-    contacts = [
-        _sheared_contact(parameters, raceway, load, of[raceway], temperature)
-        for raceway in RACEWAYS
-        for load, of in zip(nut.means, nut.contacts, strict=True)
-    ]
+def _mean_ball(parameters: Parameters, nut: _LoadedNut, temperature: Array) -> _Sheared:
+    screw, oil, friction = parameters.screw, parameters.lubricant, parameters.friction
+    radius, contacts = radial_nodes()[0], []
+    for raceway in RACEWAYS:
+        for load, found in zip(nut.means, nut.contacts, strict=True):
+            pressure, film, area, rise = (
+                np.broadcast_to(found[raceway][name][0], temperature.shape)
+                for name in ("core_pressure", "central_film", "core_area", "mean_rise")
+            )
+            # as long across rolling as the Hertz ellipse, the core loses its width in front. A film of some percent of
+            # the radius has no core: its pressure reaches as far as the wedge. Smooth, since a map interpolates what
+            # follows from it: the lesser of the width and R_x had a kink that moved a torque by 3.6 %
+            R_x, R_y = reduced_radii(screw, float(contact_angle_at_ball_load(screw, load)), raceway)
+            a = float(ellipse(load, R_x, R_y, E_prime(screw)).a)
+            width = area / (math.pi * a)
+            b = width / (1.0 + (width / R_x) ** BLUNT) ** (1.0 / BLUNT)
+            local_pressure = pressure[..., None] * np.sqrt(1.0 - radius**2)
+            contacts.append(
+                (
+                    np.stack([np.full(b.shape, a), b], axis=-1),
+                    viscosity(oil, local_pressure, (temperature + rise)[..., None]),
+                    pressure,
+                    film,
+                    asperity_share(film, roughness_of(friction), friction.asperity_film_ratio),
+                )
+            )
     axes, *of_contacts = (np.stack(parts, axis=2) for parts in zip(*contacts, strict=True))
-    friction = parameters.friction
-    constants = (
-        parameters.lubricant.eyring_stress, friction.limiting_shear_coefficient, friction.boundary_friction,
-    )  # fmt: skip
+    constants = oil.eyring_stress, friction.limiting_shear_coefficient, friction.boundary_friction
     each = (np.full((len(temperature), 1), value) for value in constants)
-    return _MeanBall(nut.motion, axes, Traction(*of_contacts, *each))
+    return axes, Traction(*of_contacts, *each)
 
 
-def _sheared_contact(
-    parameters: Parameters, raceway: str, load: float, found: Mapping[str, Array], temperature: Array
-) -> tuple[Array, ...]:
-    """What the shear of a contact follows from at points (s, t): semi-axes (s, t, 2) [m], fields of Traction."""
-    screw, friction, radius = parameters.screw, parameters.friction, radial_nodes()[0]
-    pressure, film, area, rise = (
-        np.broadcast_to(found[name][0], temperature.shape)
-        for name in ("core_pressure", "central_film", "core_area", "mean_rise")
-    )
-    # as long across rolling as the Hertz ellipse, the core loses its width in front
-    angle = float(contact_angle_at_ball_load(screw, load))
-    R_x, R_y = (float(R) for R in reduced_radii(screw, angle, raceway))
-    a = float(ellipse(load, R_x, R_y, E_prime(screw)).a)
-    b = core_half_width(area / (math.pi * a), R_x)
-    local_pressure = pressure[..., None] * np.sqrt(1.0 - radius**2)
-    return (
-        np.stack([np.full(b.shape, a), b], axis=-1),
-        viscosity(parameters.lubricant, local_pressure, (temperature + rise)[..., None]),
-        pressure,
-        film,
-        asperity_share(film, roughness_of(friction), friction.asperity_film_ratio),
-    )
-
-
-def core_half_width(of_area: Array, R_x: float) -> Array:
-    """Half-width along rolling of the core [m], below R_x: of_area as its area gives it [m].
-
-    A film of some percent of the radius has no core: its pressure reaches as far as the wedge. Smooth, since a map
-    interpolates what follows from it: the lesser of the two had a kink that moved a torque by 3.6 %.
-    """
-    return of_area / (1.0 + (of_area / R_x) ** BLUNT) ** (1.0 / BLUNT)
-
-
-def _shear(balls: Sequence[_MeanBall], speed: Array) -> list[Array]:
+def _shear(motions: Sequence[ContactMotion], balls: Sequence[_Sheared], speed: Array) -> list[Array]:
     """Shear power (s, t) [W] of mean balls in the contacts of the first of their loaded diagonals.
 
     All balls at one temperature side by side, each from its motion at the temperature before.
     """
-    diagonals = {len(ball.motion.raceways) // len(RACEWAYS) for ball in balls}
-    if len(diagonals) > 1:
-        return [_shear([ball], speed)[0] for ball in balls]
+    diagonals = {len(motion.raceways) // len(RACEWAYS) for motion in motions}
+    if len(diagonals) != 1:
+        return [_shear([motion], [ball], speed)[0] for motion, ball in zip(motions, balls, strict=True)]
     (count,), (speeds, temperatures) = diagonals, speed.shape
-    axes = np.concatenate([ball.axes for ball in balls])
-    traction = Traction(*map(np.concatenate, zip(*(ball.traction for ball in balls), strict=True)))
-    motion = ContactMotion(
-        balls[0].motion.raceways,
-        *(np.repeat([ball.motion[k] for ball in balls], speeds, axis=0) for k in (1, 2, 3)),
-    )
+    axes, tractions = zip(*balls, strict=True)
+    axes, traction = np.concatenate(axes), Traction(*map(np.concatenate, zip(*tractions, strict=True)))
+    raceways, *parts = zip(*motions, strict=True)
+    motion = ContactMotion(raceways[0], *(np.repeat(part, speeds, axis=0) for part in parts))
     each, near, before = np.tile(speed[:, 0], len(balls)), None, None
     power = np.empty((len(each), temperatures))
     for t in range(temperatures):
@@ -360,92 +269,75 @@ def _shear(balls: Sequence[_MeanBall], speed: Array) -> list[Array]:
     return list(power.reshape(len(balls), speeds, temperatures))
 
 
-def _powers(
-    parameters: Parameters,
-    nut: _LoadedNut,
-    ball: _MeanBall,
-    shear: Array,
-    speed: Array,
-    temperature: Array,
-) -> NutPowers:
-    """Powers of a nut with the shear power of its mean ball [W] (s, t)."""
+def _torques(
+    parameters: Parameters, nut: _LoadedNut, share: Array, shear: Array, speed: Array, temperature: Array
+) -> NutTorques:
+    """Torques of a nut with the asperities' share (s, t, c) and the shear power [W] (s, t) of its mean ball."""
     mean, u = nut.means[0], float(entrainment_speed(parameters.screw, 1.0))
-    rolling = [
-        rolling_torque(
-            parameters, name, nut.loads, speed, temperature, nut.lost[name], nut.contacts[0][name], nut.motion
-        )
-        for name in RACEWAYS
-    ]
-    share = ball.traction.asperities[..., :: len(nut.means)].mean(axis=-1)
+    gap = neighbour_power(parameters, len(nut.loads), nut.motion, speed, temperature)
     parts = (
-        *rolling,
+        *(
+            rolling_torque(parameters, name, mean, nut.contacts[0][name], nut.lost[name], gap, speed, temperature)
+            for name in RACEWAYS
+        ),
         shear * np.sum((nut.loads / mean) ** SHEAR_EXPONENT) / speed,
-        thrust_factor(parameters.friction, share),
-        share,
-    )
-    rolling_screw, rolling_nut, slid, thrust, share = (
-        float(part[0, 0]) if speed.size == 1 else part for part in parts
-    )
+        thrust_factor(parameters.friction, share[..., :: len(nut.means)].mean(axis=-1)),
+    )  # fmt: skip
+    screw, nut_raceway, slid, thrust = (float(part[0, 0]) if speed.size == 1 else part for part in parts)
     hysteresis = u * hysteresis_sum(parameters, nut.loads, rolling=True)
     touching = 0.0 if parameters.screw.spacer_balls else 1.0
     ball_ball = touching * u * neighbour_sliding(parameters.screw, nut.motion) * float(nut.loads.sum())
-    return NutPowers(rolling_screw, rolling_nut, slid, thrust, hysteresis, ball_ball, share)
+    return NutTorques(screw, nut_raceway, hysteresis, ball_ball, shear=slid, thrust_factor=thrust)
+
+
+def neighbour_power(
+    parameters: Parameters, balls: int, motion: ContactMotion, speed: Array, temperature: Array
+) -> Any:
+    """Power (s, t) [W] of the oil between the balls of a nut, the part of one raceway; motion: of a ball's contacts.
+
+    Of oversize balls it is that of one pair of flanks, half if the other pair carries load, too. A map takes half where
+    that is free as well.
+    """
+    screw = parameters.screw
+    if screw.spacer_balls:
+        return 0.0
+    sliding = 2.0 * neighbour_sliding(screw, motion) * entrainment_speed(screw, speed)
+    pair = neighbour_drag_power(0.5 * screw.ball_diameter, sliding, eta0(parameters.lubricant, temperature))
+    return parameters.friction.neighbour_oil * balls / len(motion.raceways) * pair
 
 
 def rolling_torque(
     parameters: Parameters,
     raceway: str,
-    loads: Array,
+    load: float,
+    found: Mapping[str, Array],
+    lost: Array,
+    gap: Any,
     speed: Array,
     temperature: Array,
-    lost: Array,
-    mean: Mapping[str, Array],
-    motion: ContactMotion,
 ) -> Array:
-    """Rolling torque of one raceway of a nut, with half of the oil between neighbours (s, t) [N.m].
+    """Rolling torque (s, t) [N.m] of a raceway with the oil supply of the file, from the flooded loss of all balls [W].
 
-    Of oversize balls it is that of one pair of flanks, which has half of that if the other pair carries load, too. So
-    does a map where the other pair is free.
-
-    Parameters   loads (n,) > 0 [N];  speed, temperature (s, t);  lost : flooded rolling loss of all balls (s, t) [W]
-                 mean : contacts of the ball with their mean_load;  motion : of its contacts
+    load, found : of the mean ball [N], and its contact;  gap : neighbour_power
+    Source       physics.supply, times SKF's replenishment: d, D of the angular contact bearing with this ball and pitch
+                 diameter, whose section D - d is the ball diameter over 0.3 (assumption: geometry of bearings)
     """
-    screw = parameters.screw
-    lost = _supplied(parameters, raceway, mean_load(loads), speed, temperature, mean) * lost
-    if not screw.spacer_balls:
-        gaps = parameters.friction.neighbour_oil * len(loads) / len(motion.raceways)
-        sliding = 2.0 * neighbour_sliding(screw, motion) * entrainment_speed(screw, speed)
-        oil = eta0(parameters.lubricant, temperature)
-        lost = lost + gaps * neighbour_drag_power(0.5 * screw.ball_diameter, sliding, oil)
-    return np.asarray(_replenished(parameters, speed, temperature) * lost / speed)
+    friction, screw, oil = parameters.friction, parameters.screw, parameters.lubricant
+    inlet, K_rs = eta0(oil, temperature), friction.replenishment_constant
+    nu = 1e6 * inlet / ambient_density(oil, temperature)
+    pitch, half = 2e3 * screw.nominal_radius, 0.5e3 * screw.ball_diameter / BALL_OVER_SECTION
+    replenished = replenishment_factor(K_rs, K_Z, speed / RPM, nu, pitch - half, pitch + half)
+    R_x, R_y = reduced_radii(screw, float(contact_angle_at_ball_load(screw, load)), raceway)
+    b, u_e = ellipse(load, R_x, R_y, E_prime(screw)).b, entrainment_speed(screw, speed)
+    loss, film = found["rolling_loss"][0], found["central_film"][0]
+    supplied = supply_factor(friction.supply_length, load, loss, u_e, inlet, film, b, R_x, R_y)
+    return np.asarray(replenished * (supplied * lost + gap) / speed)
 
 
-def loaded_nuts(parameters: Parameters, forces: Sequence[float]) -> list[CountedNut]:
-    """Nuts, halves or sets of flanks that carry load, under the forces of both or of one alone [N], and their count."""
-    screw = parameters.screw
-    loads = [nut_loads(screw, force, screw.loaded_ball_count) for force in forces]
-    nuts = []
-    for force, times in Counter(force for force in forces if force > 0.0).items():
-        own = forces.index(force)
-        nuts.append((times, (loads[own], loads[1 - own] if times < len(forces) else None)))
-    return nuts
-
-
-def nuts_powers(
-    parameters: Parameters, forces: Sequence[float], contacts: ContactValues, speed: Any, temperature: Any
-) -> list[tuple[int, NutPowers]]:
-    """Power balance of the loaded_nuts, and how many times each counts; arguments as there and as nut_powers."""
-    nuts = loaded_nuts(parameters, forces)
-    (powers,) = powers_of_nuts([parameters], [nut for _, nut in nuts], speed, temperature, contacts)
-    return [(times, nut) for (times, _), nut in zip(nuts, powers, strict=True)]
-
-
-def torque_line(nuts: Sequence[tuple[int, NutPowers]], ratio: float = 1.0) -> tuple[Any, Any]:
+def torque_line(nuts: Sequence[tuple[int, NutTorques]], ratio: float = 1.0) -> tuple[Any, Any]:
     """Torque of nuts_powers without ball on ball, and what it rises by per coefficient 2 mu_b Lambda kappa [N.m]."""
-    return (
-        sum(times * nut.torque(ratio, 0.0) for times, nut in nuts),
-        sum(times * nut.thrust_factor * nut.ball_ball for times, nut in nuts),
-    )
+    rest = sum(times * nut.torque(ratio, 0.0) for times, nut in nuts)
+    return rest, sum(times * nut.thrust_factor * nut.sliding for times, nut in nuts)
 
 
 def double_nut_parts(
@@ -457,13 +349,10 @@ def double_nut_parts(
     ratio: float,
     coefficient: float,
 ) -> TorqueParts:
-    """Torque of the nuts, rolling as viscous and shear with ball on ball as sliding, as runtime.nut_law names them.
+    """Torque of the nuts under their forces [N] with a factor of the rolling part and 2 mu_b Lambda kappa.
 
-    Arguments as nuts_powers;  ratio, coefficient : factor of the rolling part, 2 mu_b Lambda kappa.
+    Parameters   contacts : of the balls;  speed : of the screw [rad/s], > 0;  temperature : of the oil [K]
+    Raises       ValueError: load or speed out of range;  ArithmeticError: equilibrium of a ball not found
     """
-    rolling = hysteresis = sliding = 0.0
-    for times, nut in nuts_powers(parameters, forces, contacts, speed, temperature):
-        rolling += times * ratio * (nut.rolling_screw + nut.rolling_nut)
-        hysteresis += times * nut.hysteresis
-        sliding += times * (nut.shear + coefficient * nut.thrust_factor * nut.ball_ball)
-    return TorqueParts(rolling, hysteresis, sliding)
+    nuts = nuts_powers(parameters, forces, contacts, speed, temperature)
+    return sum_of_nuts(nut.parts(ratio, coefficient) for times, nut in nuts for _ in range(times))

@@ -15,10 +15,7 @@ TRAVEL = 3.0
 
 
 def contact_half_width(screw: ScrewParameters, force: float) -> float:
-    """Hertz half width along rolling under the force of one nut [N], mean of both raceways [m].
-
-    Raises       ValueError: negative or not finite
-    """
+    """Hertz half width along rolling under the force of one nut [N], mean of both raceways [m]."""
     check_force("force", force)
     load = preload_ball_load(screw, force, screw.loaded_ball_count)
     contacts = (ball_ellipse(screw, screw.contact_angle, raceway, load) for raceway in RACEWAYS)
@@ -31,17 +28,10 @@ def ball_travel(screw: ScrewParameters, angle: float) -> float:
 
 
 def presliding_angle(screw: ScrewParameters, force: float) -> float:
-    """Coulomb torque of a nut over its presliding stiffness [rad of the screw].
+    """Coulomb torque over presliding stiffness [rad of the screw] under the force of one nut [N], >= 0.
 
     Half of the angle at which sliding is complete: from rest the torque follows the parabola Tc (1 - (1 - x/x_m)^2),
-    whose slope at rest is 2 Tc/x_m (runtime/standstill.py).
-
-    Parameters   force : of one nut [N], >= 0; the angle grows with its cube root
-    Raises       ValueError: negative or not finite
-    Source       travel of a ball: De Moerlooze & Al-Bender, Adv. Tribol. 2008, 561280 (balls in V-grooved tracks)
-    Example
-        >>> from ballscrew_tehl.parameters.file import load_screw
-        >>> f"{1e3 * presliding_angle(load_screw().screw, 2000.0):.1f} mrad"
-        '7.5 mrad'
+    whose slope at rest is 2 Tc/x_m (runtime/standstill.py). Travel of a ball: De Moerlooze & Al-Bender, Adv. Tribol.
+    2008, 561280 (balls in V-grooved tracks).
     """
     return 0.5 * TRAVEL * contact_half_width(screw, force) / ball_travel(screw, 1.0)

@@ -37,7 +37,6 @@ _KEYS = {
     "speed": "speed_rad_s",
     "temperature": "temperature_K",
 }
-
 #: entries of earlier files, which are ignored or follow from the law
 EARLIER = ("correlations", "other_losses", "film_model")
 PACKAGED_SETS = PACKAGED_DATA / "friction_sets.toml"
@@ -54,53 +53,49 @@ CATALOGUE_DIFFERS = (
 
 @dataclass(frozen=True)
 class FrictionSet:
-    """Fitted numbers of a friction law with their provenance.
-
-    apparent_viscosity_ratio  apparent shear viscosity over film viscosity [1]; mechanistic: factor of the rolling part
-    net_sliding_coefficient   mu_s (1 - 3c + c^3) as one number [1]; mechanistic: 2 mu_b Lambda kappa of ball on ball
-    roughness_height          h_r of the share 1/(1 + (h_r/h)^2) of the viscous part [m]; mechanistic: 0, not used
-    loss, provenance          what was minimised, over which data
-    intervals                 half-width of the 95 % Student-t interval per fitted parameter (SI)
-    errors                    absolute relative errors: mean, max, per table, leave_one_out_mean,
-                              leave_one_out_max
-    leave_one_table_out       table left out -> mean and max error on its points that the fit did not see
-    limits                    fitted parameter -> {"low", "high"}, 95 % limits (SI); of the packaged sets by profile
-    not_identified            what the data do not identify -> why; None: not examined
-    screw, parameters_hash    screw of the fit, its name and the hash of all that the films depend on; "" if not known
-    calibrated_at             of a calibration on one torque: its point, names CALIBRATED_AT; the set gives that torque
-    """
+    """Fitted numbers of a friction law (SI) with their provenance."""
 
     law: Law
+    #: apparent shear viscosity over film viscosity [1]; mechanistic: factor of the rolling part
     apparent_viscosity_ratio: float
+    #: mu_s (1 - 3c + c^3) as one number [1]; mechanistic: 2 mu_b Lambda kappa of ball on ball
     net_sliding_coefficient: float
-    roughness_height: float = 0.0
-    loss: str = ""
-    provenance: str = ""
-    intervals: Mapping[str, float] = field(default_factory=dict)
+    roughness_height: float = (
+        0.0  # h_r of the share 1/(1 + (h_r/h)^2) of the viscous part [m]; mechanistic: not used
+    )
+    loss: str = ""  # what was minimised
+    provenance: str = ""  # over which data
+    intervals: Mapping[str, float] = field(
+        default_factory=dict
+    )  # half-width, 95 % Student t, by fitted parameter
+    #: absolute relative errors: mean, max, per table, leave_one_out_mean, leave_one_out_max
     errors: Mapping[str, float] = field(default_factory=dict)
+    #: table left out -> mean and max error on its points that the fit did not see
     leave_one_table_out: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    #: fitted parameter -> {"low", "high"}, 95 % limits; of the packaged sets by profile
     limits: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    not_identified: Mapping[str, str] | None = None
-    screw: str = ""
-    parameters_hash: str = ""
+    not_identified: Mapping[str, str] | None = (
+        None  # what the data do not identify -> why; None: not examined
+    )
+    screw: str = ""  # of the fit
+    parameters_hash: str = ""  # of all that the films of the fit depend on; "": not known
+    #: of a calibration on one torque: its point, names CALIBRATED_AT; the set gives that torque
     calibrated_at: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "law", Law(self.law))
-        for key in FITTED:
-            self._refuse_unless(
-                0.0 <= getattr(self, key) < math.inf, key, getattr(self, key), "finite and >= 0"
-            )
+        checks: list[tuple[bool, str, Any, str]] = []
+        for key, value in zip(FITTED, self.values, strict=True):
+            checks.append((0.0 <= value < math.inf, key, value, "finite and >= 0"))
         for key, ends in self.limits.items():
             good = 0.0 <= ends.get("low", math.nan) <= ends.get("high", math.nan) and ends["low"] < math.inf
-            self._refuse_unless(good, f"limits of {key}", dict(ends), "0 <= low <= high, low finite")
+            checks.append((good, f"limits of {key}", dict(ends), "0 <= low <= high, low finite"))
         at = self.calibrated_at
         good = set(at) in (set(), set(CALIBRATED_AT)) and all(0.0 < value < math.inf for value in at.values())
-        self._refuse_unless(good, "calibrated_at", dict(at), f"{', '.join(CALIBRATED_AT)}, each > 0")
-
-    def _refuse_unless(self, good: bool, what: str, value: object, allowed: str) -> None:
-        if not good:
-            raise ValueError(f"friction set {self.name}: {what} = {value}; allowed: {allowed}")
+        checks.append((good, "calibrated_at", dict(at), f"{', '.join(CALIBRATED_AT)}, each > 0"))
+        for good, what, value, allowed in checks:
+            if not good:
+                raise ValueError(f"friction set {self.name}: {what} = {value}; allowed: {allowed}")
 
     @property
     def values(self) -> tuple[float, float, float]:
@@ -125,10 +120,8 @@ class FrictionSet:
     @property
     def entries(self) -> dict[str, Any]:
         """Its content by the names of files and answers."""
-        names = "name", "kinematics", "film_model"
-        content = {name: getattr(self, name) for name in names} | vars(self)
-        del content["law"]
-        return content
+        law = {"name": self.name, "kinematics": self.kinematics, "film_model": self.film_model}
+        return law | {name: value for name, value in vars(self).items() if name != "law"}
 
 
 def _renamed(content: Any, names: Mapping[str, str]) -> Any:
@@ -139,12 +132,7 @@ def _renamed(content: Any, names: Mapping[str, str]) -> Any:
 
 
 def load_friction_sets(path: Path | str | None = None, remedy: str = "restore it") -> dict[Law, FrictionSet]:
-    """Fitted numbers of a file by law.
-
-    Parameters   path : TOML file as write_friction_sets writes it; None = the packaged sets
-                 remedy : end of an error message
-    Raises       ValueError: file missing or not of this form, with the place
-    """
+    """Fitted numbers by law of a file of write_friction_sets, None: the packaged ones; remedy: end of an error."""
     file = PACKAGED_SETS if path is None else Path(path)
     content = read_toml(file, remedy)
     if "screw" in content:
@@ -197,12 +185,10 @@ def check_usable(entry: FrictionSet, parameters: Parameters, where: str, remedy:
 
 
 def default_friction_set(parameters: Parameters) -> FrictionSet:
-    """The packaged numbers of the law of the parameters, with their overrides.
+    """The packaged numbers of the law of the parameters, with their overrides; ValueError: two of one number.
 
     The number of the mechanistic law belongs to no screw: without an override it is carried over from that of the fit,
     and the provenance says so.
-
-    Raises       ValueError: two overrides of one number
     """
     friction = parameters.friction
     entry = load_friction_sets()[friction.law]
@@ -229,37 +215,28 @@ def default_friction_set(parameters: Parameters) -> FrictionSet:
 
 def _toml_lines(content: Mapping[str, Any], prefix: str) -> list[str]:
     """Entries and then sub-tables of a TOML table; escapes of TOML strings are those of JSON."""
-    lines = []
-    for key, value in content.items():
-        if not isinstance(value, Mapping):
-            text = (
-                repr(float(f"{value:.6g}"))
-                if isinstance(value, float)
-                else json.dumps(value, ensure_ascii=False)
-            )
-            name = key if key.replace("_", "").isalnum() else json.dumps(key, ensure_ascii=False)
-            lines.append(f"{name} = {text}".replace("\x7f", "\\u007f"))
+    entries, tables = [], []
     for key, value in content.items():
         if isinstance(value, Mapping):
-            lines += [f"[{prefix}.{key}]", *_toml_lines(value, f"{prefix}.{key}")]
-    return lines
+            tables += [f"[{prefix}.{key}]", *_toml_lines(value, f"{prefix}.{key}")]
+        else:
+            rounded = isinstance(value, float) and repr(float(f"{value:.6g}"))
+            name = key if key.replace("_", "").isalnum() else json.dumps(key, ensure_ascii=False)
+            text = f"{name} = {rounded or json.dumps(value, ensure_ascii=False)}"
+            entries.append(text.replace("\x7f", "\\u007f"))
+    return entries + tables
 
 
 def write_friction_sets(path: Path | str, sets: Iterable[FrictionSet], header: str = "") -> None:
-    """Write numbers of laws as TOML to a temporary name and rename it; the same numbers give the same bytes.
-
-    Parameters   header : lines of comment for the top of the file
-    """
+    """Write numbers of laws as TOML below a comment; the same numbers give the same bytes."""
     lines = [f"# {line}".rstrip() for line in header.splitlines()]
     for entry in sorted(sets, key=lambda entry: (entry.kinematics, entry.name)):
         prefix = f"{entry.kinematics}.{entry.name}"
-        # not_identified: an empty table says that all is
-        stated = {
-            key: value
-            for key, value in entry.entries.items()
-            if key not in ("name", "kinematics")
-            and (value or value == 0.0 or (key == "not_identified" and value is not None))
-        }
+        stated = {key: value for key, value in entry.entries.items() if value or value == 0.0}
+        del stated["name"], stated["kinematics"]
+        if entry.not_identified is not None:
+            # an empty table says that all is
+            stated["not_identified"] = entry.not_identified
         lines += ["", f"[{prefix}]", *_toml_lines(_renamed(stated, _KEYS), prefix)]
     with whole_file(Path(path)) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -278,23 +255,19 @@ def friction_set_lines(entry: FrictionSet) -> list[str]:
         parts = [f"{key} {100.0 * entry.errors[key]:.2f} %" for key in wanted if key in entry.errors]
         lines.append("    deviations: " + ", ".join(parts))
     for name, left_out in entry.leave_one_table_out.items():
-        lines.append(f"    fitted without {name}: missed by {100.0 * left_out['mean']:.1f} % on average, "
-                     f"{100.0 * left_out['max']:.1f} % at most")  # fmt: skip
+        mean, most = 100.0 * left_out["mean"], 100.0 * left_out["max"]
+        lines.append(f"    fitted without {name}: missed by {mean:.1f} % on average, {most:.1f} % at most")
     return lines
 
 
 def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
-    """One sentence if the friction numbers were measured on another screw or with another oil; else "".
-
-    Numbers that the screw file states, all that the set fits, are those of its user.
-    """
-    if not friction_set.parameters_hash or friction_set.parameters_hash == parameters_hash(parameters):
-        return ""
+    """One sentence if the numbers are of another screw or oil and not all stated in the screw file; else ""."""
     friction = parameters.friction
     stated = {name for name in FITTED if getattr(friction, name) is not None}
     if friction.ball_thrust is not None:
         stated.add("net_sliding_coefficient")
-    if stated >= set(SETS[friction_set.name]):
+    ours = friction_set.parameters_hash in ("", parameters_hash(parameters))
+    if ours or stated >= set(SETS[friction_set.name]):
         return ""
     return (
         f"the numbers of friction set {friction_set.name} were measured on {friction_set.screw or 'another screw'}, "

@@ -1,11 +1,11 @@
-"""Friction by the shear of the whole film: forces on a ball, torque of nut and double nut; preload of a torque.
+"""Torque of nut and double nut: by the shear of the whole film, and what both laws share; preload of a torque.
 
 Source of all equations: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Eqs. (14)-(24); "Eq. (n)" is its
 numbering. The forces on a ball take floats and arrays alike and check nothing: their callers do.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any, NamedTuple, Protocol
 
@@ -20,24 +20,9 @@ from ..physics.lubricant import eta0
 from .sets import FrictionSet
 
 
-def viscous_force(a: Any, b: Any, viscosity: Any, slip: Any, film: Any) -> Any:
-    """Force that shears the film of one contact.
-
-    Parameters   a, b : semi-axes of the Hertz ellipse [m], > 0;  viscosity : apparent shear viscosity [Pa s]
-                 slip : speed difference of the surfaces [m/s], >= 0;  film : isothermal central film [m], > 0
-    Returns      pi a b eta |du| / h [N]
-    Validity     Newtonian Couette flow in a parallel film over the whole ellipse
-    Source       Zhao 2023, Eqs. (15)-(16); errata: the integral as printed in Eq. (15) gives 2 pi a b/3, its
-                 printed result and all printed torques need pi a b, which is kept
-    """
-    return np.pi * np.asarray(a) * b * viscosity * np.abs(slip) / film
-
-
 def roughness_share(film: Any, roughness_height: Any) -> Any:
-    """Share of the viscous part that remains where the film is as thin as the roughness.
+    """Share 1/(1 + (h_r/h)^2) of the viscous part that remains where the film h [m] is as thin as h_r [m].
 
-    Parameters   film : central film [m], > 0;  roughness_height : h_r [m], >= 0
-    Returns      1/(1 + (h_r/h)^2), 1 without roughness
     Validity     an empirical transition from film to asperities; h_r is fitted and not a measured roughness
     Source       differs from paper: added here, Zhao 2023 has no such term
     """
@@ -45,17 +30,14 @@ def roughness_share(film: Any, roughness_height: Any) -> Any:
 
 
 def roughness_share_slope(film: Any, roughness_height: Any) -> Any:
-    """Derivative of roughness_share with respect to the roughness height [1/m], arguments alike."""
+    """Derivative of roughness_share with respect to the roughness height [1/m]."""
     x = np.asarray(roughness_height) / film
     return -2.0 * x / film / np.square(1.0 + np.square(x))
 
 
 def hysteresis_force(load: Any, b: Any, radius: float, coefficient: float) -> Any:
-    """Rolling resistance of one contact by elastic hysteresis.
+    """Rolling resistance 3 mu_hs Q b/(16 r) [N] of one contact; coefficient mu_hs: lost share of the elastic work.
 
-    Parameters   load : Q [N], >= 0;  b : semi-axis along rolling [m];  radius : r_b, of rolling R_x [m]
-                 coefficient : share of the elastic work that is lost [1]
-    Returns      3 mu_hs Q b/(16 r) [N]
     Source       Zhao 2023, Eq. (18); errata: the printed integrand lacks the square root of the Hertz
                  pressure, the printed result has it
     """
@@ -72,46 +54,49 @@ class FilmModel(Protocol):
         ...
 
 
-class NutSums(NamedTuple):
-    """Torque of one nut before any fitted parameter enters; `fitted` in SI gives the torque.
-
-    viscous_screw, viscous_nut  viscous torque of that raceway at apparent viscosity ratio 1 and full share
-                                [N.m]
-    film_screw, film_nut        effective film for the roughness share [m]; inf for a nut without load
-    hysteresis                  hysteresis torque, both raceways [N.m]
-    sliding                     sliding torque at net coefficient 1 [N.m]
-    """
-
-    viscous_screw: Any
-    viscous_nut: Any
-    film_screw: Any
-    film_nut: Any
-    hysteresis: float
-    sliding: float
-
-    def torque(self, ratio: float, net_coefficient: float, roughness_height: float) -> "TorqueParts":
-        """Torque of the nut for an apparent viscosity ratio [1], a net coefficient [1] and h_r [m]."""
-        viscous = ratio * float(
-            self.viscous_screw * roughness_share(self.film_screw, roughness_height)
-            + self.viscous_nut * roughness_share(self.film_nut, roughness_height)
-        )
-        return TorqueParts(viscous, self.hysteresis, net_coefficient * self.sliding)
-
-
 class TorqueParts(NamedTuple):
-    """Magnitudes [N.m], >= 0."""
+    """Magnitudes [N.m], >= 0; mechanistic: rolling loss, hysteresis, shear of the contacts with ball on ball."""
 
-    viscous: float
-    hysteresis: float
-    sliding: float
+    viscous: Any = 0.0
+    hysteresis: Any = 0.0
+    sliding: Any = 0.0
 
     @property
-    def total(self) -> float:
+    def total(self) -> Any:
         """Their sum."""
         return self.viscous + self.hysteresis + self.sliding
 
 
-UNLOADED = NutSums(0.0, 0.0, math.inf, math.inf, 0.0, 0.0)
+class NutTorques(NamedTuple):
+    """Torque of one nut before fitted numbers enter [N.m]; floats, or arrays over speed and temperature."""
+
+    viscous_screw: Any  # of a raceway at ratio 1 and full share; mechanistic: rolling loss
+    viscous_nut: Any
+    hysteresis: float
+    sliding: float  # at coefficient 1; mechanistic: of ball on ball in a full film
+    film_screw: Any = math.inf  # effective film for the roughness share [m]
+    film_nut: Any = math.inf
+    shear: Any = 0.0  # of both raceways, mechanistic
+    thrust_factor: Any = 1.0  # of the sliding part, see mechanistic
+
+    def parts(self, ratio: float, coefficient: float, height: float = 0.0) -> TorqueParts:
+        """Torque of the nut by part; arguments as FrictionSet.values."""
+        viscous = self.viscous_screw * roughness_share(self.film_screw, height)
+        viscous = viscous + self.viscous_nut * roughness_share(self.film_nut, height)
+        sliding = self.shear + coefficient * self.thrust_factor * self.sliding
+        return TorqueParts(ratio * viscous, self.hysteresis, sliding)
+
+    def torque(self, ratio: float, coefficient: float, height: float = 0.0) -> Any:
+        """Sum of the parts."""
+        return self.parts(ratio, coefficient, height).total
+
+
+UNLOADED = NutTorques(0.0, 0.0, 0.0, 0.0)
+
+
+def sum_of_nuts(nuts: Iterable[TorqueParts]) -> TorqueParts:
+    """Parts of several nuts together."""
+    return TorqueParts(*map(sum, zip(*nuts, strict=True)))
 
 
 def check_motion(loads: np.ndarray, speed: Any) -> None:
@@ -124,16 +109,15 @@ def check_motion(loads: np.ndarray, speed: Any) -> None:
 
 def nut_sums(
     parameters: Parameters, loads: np.ndarray, speed: Any, temperature: Any, film_model: FilmModel
-) -> NutSums:
-    """Sum the friction of all balls of one nut, at the contact angle under the mean load.
+) -> NutTorques:
+    """Friction of the balls (n,) [N] of one nut at the contact angle under the mean load; speed [rad/s] > 0, [K].
 
-    Parameters   loads : (n,) ball loads [N], >= 0;  speed : screw speed [rad/s], > 0;  temperature [K]: floats, or
-                 arrays that broadcast to (...), for a film model that gives (n, ...)
-    Returns      NutSums, viscous_* and film_* (...); UNLOADED if no ball carries load
-    Raises       ValueError: speed not positive, load negative or not finite
-    Source       Zhao 2023, Eqs. (23)-(24) for one nut: T = sum F (r_m + r_b cos(beta)) cos(lambda); viscous
-                 and hysteresis force on both raceways, sliding once per ball, which is what the printed
-                 torques sum.
+    Speeds and temperatures may be arrays that broadcast to (...), for a film model that gives (n, ...).
+
+    Source       Zhao 2023, Eqs. (23)-(24) for one nut: T = sum F (r_m + r_b cos(beta)) cos(lambda); viscous and
+                 hysteresis force on both raceways, sliding once per ball, as the printed torques sum. Eqs. (15)-(16)
+                 for the viscous force pi a b eta |du|/h of a parallel film; errata: the integral as printed in Eq. (15)
+                 gives 2 pi a b/3, its printed result and all printed torques need pi a b, which is kept
                  differs from paper: each ball with its own load. The film of the roughness share is the mean
                  of 1/h^2 over the balls, weighted with their viscous force: exact to first order in (h_r/h)^2
     """
@@ -144,23 +128,22 @@ def nut_sums(
         return UNLOADED
     screw = parameters.screw
     beta = _contact_angle(screw, loads)
-    viscosity = eta0(parameters.lubricant, temperature)
+    eta = eta0(parameters.lubricant, temperature)
     by_ball = (slice(None), *(None,) * np.broadcast(speed, temperature).ndim)
-    viscous, film = {}, {}
+    viscous, films = [], []
     for raceway in RACEWAYS:
         contact = ball_ellipse(screw, beta, raceway, loads)
         h = film_model.central_film(raceway, loads, speed, temperature)
-        speeds = surface_speeds(parameters, raceway, speed)
-        force = viscous_force(contact.a[by_ball], contact.b[by_ball], viscosity, speeds.u_1 - speeds.u_2, h)
+        u_1, u_2 = surface_speeds(parameters, raceway, speed)
+        force = np.pi * (contact.a * contact.b)[by_ball] * eta * np.abs(u_1 - u_2) / h
         total = force.sum(axis=0)
-        viscous[raceway] = _plain(_arm(screw, beta) * total)
-        film[raceway] = _plain(np.sqrt(total / np.sum(force / h**2, axis=0)))
-    alone = load_torques(parameters, loads)
-    return NutSums(viscous["screw"], viscous["nut"], film["screw"], film["nut"], *alone)
+        viscous.append(_arm(screw, beta) * total)
+        films.append(np.sqrt(total / np.sum(force / h**2, axis=0)))
+    return NutTorques(viscous[0], viscous[1], *load_torques(parameters, loads), films[0], films[1])
 
 
 def load_torques(parameters: Parameters, loads: np.ndarray) -> tuple[float, float]:
-    """Hysteresis torque, and sliding torque at coefficient 1 [N.m], of a nut; arguments as nut_sums, loads > 0.
+    """Hysteresis torque, and sliding torque at coefficient 1 [N.m], of a nut with ball loads (n,) > 0 [N].
 
     Source       sliding: mu_s (1 - 3c + c^3) Q, the factor fitted as one number, once per ball, not once per raceway.
                  Zhao 2023, Eqs. (20)-(21), c the lines without slip as a fraction of the semi-axis; errata: the printed
@@ -172,10 +155,7 @@ def load_torques(parameters: Parameters, loads: np.ndarray) -> tuple[float, floa
 
 
 def hysteresis_sum(parameters: Parameters, loads: np.ndarray, rolling: bool = False) -> float:
-    """Force of the hysteresis of all balls on both raceways [N]; arguments as nut_sums, loads > 0.
-
-    Parameters   rolling : by the angular speed of rolling, u_e/R_x, in place of that of the paper, u_e/r_b
-    """
+    """Force of the hysteresis of balls (n,) > 0 [N] on both raceways [N], by u_e/r_b (paper) or u_e/R_x (rolling)."""
     screw, coefficient = parameters.screw, parameters.friction.hysteresis_coefficient
     beta, force = _contact_angle(screw, loads), 0.0
     for raceway in RACEWAYS:
@@ -191,11 +171,6 @@ def _contact_angle(screw: ScrewParameters, loads: np.ndarray) -> float:
 
 def _arm(screw: ScrewParameters, beta: float) -> float:
     return (screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(beta)) * math.cos(screw.lead_angle)
-
-
-def _plain(value: Any) -> Any:
-    """A float for a single point, else the array."""
-    return float(value) if np.ndim(value) == 0 else value
 
 
 def nut_forces(parameters: Parameters, preload: float, axial_load: float) -> tuple[float, float]:
@@ -215,26 +190,20 @@ def double_nut_torque(
     temperature: float,
     axial_load: float = 0.0,
 ) -> TorqueParts:
-    """Friction torque of the preloaded nut while it turns: of both nuts, halves or sets of flanks (module load).
+    """Torque of the nut under preload and axial load [N] at a speed [rad/s] of any sign, not 0, and a temperature [K].
 
-    Parameters   preload : [N], >= 0;  speed : screw speed [rad/s], not 0, its sign does not matter
-                 temperature : of the oil [K];  axial_load : external load [N], adds to one nut, relieves the other
-    Returns      TorqueParts; all zero at preload 0 (axial load on loose nuts is not modelled)
-    Raises       ValueError: not finite, negative preload, speed 0
-    Validity     steady motion; the loads of each nut are distributed as by a preload of its axial force
+    Validity     steady motion; the loads of each nut are distributed as by a preload of its axial force; an axial load
+                 on loose nuts is not modelled
     Source       Zhao 2023, Eq. (24); differs from paper: 2 T_nut becomes the sum over two nuts of their own
                  force. Oversize balls: viscous and hysteresis part of all four contacts of a ball, sliding once per
                  pair of flanks; the spin of a ball between four flanks is not in it
     """
     check_force("preload", preload)
     check_force("axial_load", axial_load, allow_negative=True)
-    parts = np.zeros(3)
-    for force in nut_forces(parameters, preload, axial_load) if preload > 0.0 else ():
-        if force > 0.0:
-            loads = nut_loads(parameters.screw, force, parameters.screw.ball_count)
-            sums = nut_sums(parameters, loads, abs(speed), temperature, film_model)
-            parts += sums.torque(*friction_set.values)
-    return TorqueParts(*parts.tolist())
+    forces = nut_forces(parameters, preload, axial_load) if preload > 0.0 else ()
+    loads = [nut_loads(parameters.screw, force, parameters.screw.ball_count) for force in forces]
+    nuts = (nut_sums(parameters, own, abs(speed), temperature, film_model) for own in loads)
+    return sum_of_nuts(nut.parts(*friction_set.values) for nut in nuts)
 
 
 def preload_from_torque(

@@ -7,19 +7,16 @@ from scipy.stats import chi2, norm
 
 from ..parameters.units import RPM
 from ..physics.ball_law import Array
-from .regression import CONFIDENCE
 
-#: standard deviations of a 95 % limit
-LIMIT = float(norm.ppf(0.5 + 0.5 * CONFIDENCE))
+#: of two-sided 95 % limits, and their standard deviations
+PROBABILITY = 0.975
+LIMIT = float(norm.ppf(PROBABILITY))
 #: chance that a difference that is the same at all speeds is taken for one that varies
 CHANCE = 1e-3
 
 
 class Units(NamedTuple):
-    """Of an axis: keys of JSON, one of the unit of speed [SI].
-
-    names : of inertia, speed, effort;  si : units of speed and effort;  shown : those of inertia, effort, speed in text
-    """
+    """Keys of JSON, unit of speed [SI]; names of inertia, speed, effort; units of speed, effort; as shown."""
 
     inertia: str
     offset: str
@@ -46,6 +43,15 @@ ROTARY = Units(
 )  # fmt: skip
 
 
+#: by whether an axis is that of a screw
+UNITS = {False: LINEAR, True: ROTARY}
+
+
+def option(key: str) -> str:
+    """Option of the command line for a key."""
+    return f"--{key.format('').replace('_', '-')}"
+
+
 class Friction(NamedTuple):
     """Bins of speed in rising order: speed, friction without the offset, standard error, 95 % limits, samples."""
 
@@ -58,46 +64,43 @@ class Friction(NamedTuple):
 
 
 class Bidirectional(NamedTuple):
-    """At common speeds > 0: half of the magnitudes' sum and of their difference, error of both, samples.
-
-    A known offset moves all differences by its error, which is not in theirs.
-    """
+    """At common speeds > 0: half the sum and difference of magnitudes, their error without that of an offset."""
 
     speed: Array
     mean: Array
     difference: Array
     error: Array
-    samples: Array
 
     def at_screw(self, lead: float) -> Self:
         """Speed [rad/s] and torque [N.m] at a screw of this lead [m/rad], from those of a linear axis."""
-        mean, difference, error = (values * lead for values in self[1:4])
-        return self._replace(speed=self.speed / lead, mean=mean, difference=difference, error=error)
+        return type(self)(self.speed / lead, *(values * lead for values in self[1:]))
+
+    def where(self, keep: np.ndarray) -> Self:
+        """A part of the speeds."""
+        return type(self)(*(values[keep] for values in self))
+
+    @property
+    def span(self) -> str:
+        """Range of the speeds of a screw."""
+        return f"{self.speed.min() / RPM:.4g} to {self.speed.max() / RPM:.4g} r/min"
 
 
 def bidirectional_friction(friction: Friction, offset_error: float = 0.0) -> Bidirectional:
-    """At the speeds of the positive direction that the other one has as well; empty if there are none.
-
-    Parameters   offset_error : standard error of a known offset, which the errors of the bins hold
-    """
-    ahead, back = friction.speed > 0.0, friction.speed < 0.0
-    other = -friction.speed[back][::-1]
-    speed = friction.speed[ahead]
-    both = (speed >= other[0] * 0.97) & (speed <= other[-1] * 1.03)
-    speed = speed[both]
-
-    def reverse(values: Array) -> Array:
-        return np.asarray(np.interp(speed, other, values[back][::-1]))
-
-    value, against = friction.value[ahead][both], -reverse(friction.value)
+    """At the speeds that both directions have; offset_error: of a known offset, which the bins hold."""
+    back = friction.speed < 0.0
+    other = friction.speed[back]
+    both = (friction.speed >= -0.97 * other[-1]) & (friction.speed <= -1.03 * other[0])
+    speed, value = friction.speed[both], friction.value[both]
     half = 0.5 * (friction.high - friction.low) / LIMIT
-    error = 0.5 * np.sqrt(half[ahead][both] ** 2 + reverse(half) ** 2 - 2.0 * offset_error**2)
-    samples = friction.samples[ahead][both] + reverse(friction.samples.astype(float))
-    return Bidirectional(speed, 0.5 * (value + against), 0.5 * (value - against), error, samples)
+    against, half_back = (np.interp(-speed, other, values[back]) for values in (-friction.value, half))
+    error = 0.5 * np.sqrt(half[both] ** 2 + half_back**2 - 2.0 * offset_error**2)
+    return Bidirectional(speed, 0.5 * (value + against), 0.5 * (value - against), error)
 
 
 def varies(both: Bidirectional) -> bool:
     """Whether the difference of the directions depends on speed, so that it cannot all be an offset."""
     weight = 1.0 / both.error**2
+    if len(weight) < 2:
+        return False
     squares = float(np.sum(weight * (both.difference - np.average(both.difference, weights=weight)) ** 2))
-    return len(weight) > 1 and squares > float(chi2.ppf(1.0 - CHANCE, len(weight) - 1))
+    return squares > float(chi2.ppf(1.0 - CHANCE, len(weight) - 1))

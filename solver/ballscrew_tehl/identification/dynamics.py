@@ -12,33 +12,35 @@ filter and by the position counts; for a bin, shrunk towards what the independen
 times the mean ratio of both. Intervals: 95 %, Student's t, and in quadrature what follows from the width of a bin and
 from half the cutoff: SMEAR times the change of a bin, COARSER times that of the inertia, LATER times that of the delay
 (added, as a bias), as much by FARTHER times the travel behind reversals. The effect of a filter on a smooth curve goes
-as 1/cutoff^2, so that a third of the change would do there. Forces that are not measured act on the inertia through the
-controller, more so at a high cutoff. The limits of the inertia also hold the share MAX_NOISE that the choice of the
-cutoff allows.
+as 1/cutoff^2, so that a third would do there; forces that are not measured act on the inertia through the controller,
+more so at a high cutoff. The limits of the inertia also hold the share MAX_NOISE of the choice of the cutoff.
 """
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 from scipy.optimize import minimize_scalar
 from scipy.stats import t as student
 
 from ..physics.ball_law import Array
-from .directions import LIMIT, LINEAR, ROTARY, Bidirectional, Friction, Units, bidirectional_friction, varies
-from .motion import MAX_NOISE, OF_SAMPLES, Samples, effort_later, filtered
-from .regression import CONFIDENCE, MIN_BINS, Bins, alone, clusters_of, power, slope_moves, within
+from . import directions
+from .directions import LIMIT, PROBABILITY, UNITS, Bidirectional, Friction, option
+from .motion import MAX_NOISE, Samples, chosen_cutoff, filtered
 from .signals import Signals
 
-#: fewest samples of the log in a bin, and independent ones
-MIN_SAMPLES, MIN_INDEPENDENT = 10, 2.0
-#: clusters that the pooled error of a bin counts as
-POOLED = 4.0
-#: most delay looked for [s], and in samples
-MAX_DELAY, MAX_DELAY_SAMPLES = 5e-3, 4.0
+#: most and fewest bins of a direction; samples of the log for one bin, fewest independent ones
+MAX_BINS, MIN_BINS, FOR_A_BIN, MIN_INDEPENDENT = 60, 6, 150, 2.0
+#: longest cluster [s], or so many periods of the cutoff
+CLUSTER, CLUSTER_PERIODS = 0.25, 10.0
+#: largest share of a cluster in a slope that is allowed for;  clusters that the pooled error of a bin counts as
+LEVERAGE, POOLED = 0.5, 4.0
+#: fewest samples of the log in a bin;  most delay looked for [s], and in samples
+MIN_SAMPLES, MAX_DELAY, MAX_DELAY_SAMPLES = 10, 5e-3, 4.0
 #: change of a bin, of the inertia and of the delay by half the cutoff, as it counts in their intervals; the noise of an
 #: encoder that comes back through the controller moves the delay as the cutoff or more, all of it at most twice that,
 #: a bias, which adds to the random half
@@ -46,10 +48,9 @@ SMEAR, COARSER, LATER = 0.75, 1.5, 2.0
 #: travel left out behind a reversal over the usual one, whose effect on inertia and delay counts the same, for friction
 #: may still rise; share of the samples that has to be left
 FARTHER, FARTHER_LEFT = 4.0, 0.5
-#: pieces of the residual over the position
-PLACES = 24
-#: mean square of their mean residuals over the standard errors from which on friction depends on the position
-UNEVEN = 3.0
+#: pieces of the residual over the position;  mean square of their means over the standard errors from which on friction
+#: depends on the position
+PLACES, UNEVEN = 24, 3.0
 SIGN = (
     "a force, torque or current is positive where it drives towards positive positions: check both signs; a left-hand "
     "thread has a negative --lead-mm, a drive that counts the other way a negative --ratio or torque constant"
@@ -58,15 +59,128 @@ SIGN = (
 VAGUE, MAX_ALONG = 0.2, 0.25
 
 
+def bins_of(samples: Samples, wanted: int | None = None) -> tuple[int, Callable[[Array], np.ndarray]]:
+    """Number of bins of speed in both directions, those of negative speed first; bins of a speed."""
+    size = np.abs(samples.speed)
+    smaller = min(int((samples.speed > 0.0).sum()), int((samples.speed < 0.0).sum())) * samples.each
+    number = wanted or int(np.clip(smaller // FOR_A_BIN, MIN_BINS, MAX_BINS))
+    low, high = float(size.min()), float(size.max())
+
+    def bins(speed: Array) -> np.ndarray:
+        width = (high - low or 1.0) / number
+        place = np.clip(((np.abs(speed) - low) / width).astype(int), 0, number - 1)
+        return np.where(speed < 0.0, number - 1 - place, number + place)
+
+    return 2 * number, bins
+
+
+def within(values: Array, speed: Array, bins: np.ndarray) -> Array:
+    """Values less a straight line over speed in each bin: friction may rise within it."""
+    safe = np.maximum(np.bincount(bins), 1.0)
+
+    def mean(of: Array) -> Array:
+        return np.asarray(np.bincount(bins, of) / safe)
+
+    across = speed - mean(speed)[bins]
+    rest = values - mean(values)[bins]
+    slope = mean(across * rest) / np.maximum(mean(across**2), 1e-300)
+    return np.asarray(rest - slope[bins] * across)
+
+
+class Fit(NamedTuple):
+    """Inertia and bins of speed at a delay of the effort [s].
+
+    acceleration, jerk : without friction, a straight line over speed in each bin, each without the other
+    squares : of the acceleration, without its noise;  seen : inertia of the effort;  late : delay that is left
+    number, total : samples of each bin, mean effort without that of the inertia, NaN with too few samples
+    """
+
+    samples: Samples
+    bins: np.ndarray
+    delay: float
+    effort: Array
+    acceleration: Array
+    jerk: Array
+    squares: float
+    seen: float
+    inertia: float
+    late: float
+    number: Array
+    total: Array
+
+
+def fit_of(samples: Samples, delay: float, bins: np.ndarray, size: int, inertia: float | None) -> Fit:
+    """Fit to samples in bins, NaN without samples; inertia None: free."""
+    effort = samples.effort(delay)
+    whole, change = (within(v, samples.speed, bins) for v in (samples.acceleration, samples.jerk))
+    acceleration = whole - float(whole @ change) / max(float(change @ change), 1e-300) * change
+    # an error of the delay moves the effort by the inertia times the jerk
+    jerk = change - float(whole @ change) / max(float(whole @ whole), 1e-300) * whole
+    power = float(acceleration @ acceleration)
+    # noise would make the inertia too small
+    squares = max(power - len(effort) * samples.noise, 0.5 * power, 1e-300)
+    seen = float(acceleration @ effort) / squares if len(effort) else math.nan
+    value = seen if inertia is None else inertia
+    late = float(jerk @ effort) / max(abs(value) * float(jerk @ jerk), 1e-300)
+    number = np.bincount(bins, minlength=size).astype(float)
+    safe = np.where(number * samples.each * samples.rate >= MIN_INDEPENDENT, number, math.nan)
+    total = np.bincount(bins, effort - value * samples.acceleration, size) / safe
+    return Fit(samples, bins, delay, effort, acceleration, jerk, squares, seen, value, late, number, total)
+
+
+def errors_of(
+    fit: Fit, residual: Array, weights: Array, free: bool
+) -> tuple[Array, Array, float, float, float, float]:
+    """What each cluster of time moves a fit; weights: of the bins in the offset; free: the inertia is fitted.
+
+    Returns standard errors of the bins, halves of 95 % intervals of bins, inertia, delay and offset, and quantile of
+    Student's t with as many clusters.
+    """
+    samples, bins, number = fit.samples, fit.bins, len(fit.number)
+    length = max(int(max(CLUSTER, CLUSTER_PERIODS / samples.cutoff) / samples.step), 1)
+    piece = samples.row // length
+    _, clusters = np.unique(samples.run * (int(piece.max()) + 1) + piece, return_inverse=True)
+    size, cells = int(clusters.max()) + 1, clusters * number + bins
+    of_bin = np.sum(np.bincount(cells, minlength=size * number).reshape(size, -1) > 0, axis=0)
+    independent = fit.number * samples.each * samples.rate
+    freedom = max(1.0 - 2.0 * (number + 1.0) / float(independent.sum()), 0.1)
+
+    def slope(regressor: Array, squares: float) -> tuple[Array, float]:
+        """What each cluster moves the slope of a regressor, and half of its 95 % interval.
+
+        Source: Bell & McCaffrey, Survey Methodology 28 (2002) 169: a cluster that carries a large share of the
+        regressor pulls the fit to itself (CR2), and few that do leave few degrees of freedom; here with the shares of
+        the regressor alone
+        """
+        share = np.bincount(clusters, regressor**2) / max(float(regressor @ regressor), 1e-300)
+        moves = np.bincount(clusters, regressor * residual) / squares / (1.0 - np.minimum(share, LEVERAGE))
+        degrees = max(1.0 / max(float(share @ share), 1e-12) - 1.0, 1.0)
+        return moves, float(student.ppf(PROBABILITY, degrees)) * float(np.sqrt(moves @ moves / freedom))
+
+    by_inertia, half = slope(fit.acceleration, fit.squares)
+    delay = slope(fit.jerk, max(abs(fit.inertia) * float(fit.jerk @ fit.jerk), 1e-300))[1]
+    moved = np.bincount(cells, residual, size * number).reshape(size, -1) / fit.number
+    moved -= free * np.outer(by_inertia, np.bincount(bins, samples.acceleration) / fit.number)
+    of_offset = moved @ weights
+    few = size / max(size - 1.0, 1.0)
+    plain = float(np.mean(residual**2)) / independent
+    variance = few * np.sum((moved - of_offset[:, None]) ** 2, axis=0)
+    ratio = max(float(np.sum(variance * of_bin) / np.sum(plain * of_bin)), 1.0)
+    degrees = POOLED + of_bin - 1.0
+    errors = np.sqrt((POOLED * ratio * plain + (of_bin - 1.0) * variance) / degrees)
+    # a bin that one cluster fills hides the error of that
+    offset = max(few * float(of_offset @ of_offset), ratio * float(weights**2 @ plain))
+    usual = float(student.ppf(PROBABILITY, max(size - 1, 1)))
+    return errors, student.ppf(PROBABILITY, degrees) * errors, half, delay, usual * math.sqrt(offset), usual
+
+
 @dataclass(frozen=True)
 class Identified:
-    """What a log says of an axis (SI: kg, N, m/s or kg m2, N m, rad/s).
+    """What a log says of an axis (SI: kg, N, m/s or kg m2, N m, rad/s), with 95 % limits, None of what was given.
 
-    inertia with 95 % limits, None where it was given;  offset with limits
-    offset_error : standard one of an offset that was given, None = the offset is by convention;  friction
-    delay [s] of the effort behind the motion with limits, None where it was given
-    residual : root mean square, filtered;  explained : share of variance
-    places : position, mean residual, its standard error;  cutoff [Hz];  samples used;  left_out by reason;  notes
+    offset_error : standard one of an offset that was given, None = the offset is by convention
+    delay of the effort behind the motion;  residual : root mean square, filtered;  explained : share of variance
+    places : position, mean residual, its standard error;  samples : used;  left_out : by reason
     """
 
     rotary: bool
@@ -88,42 +202,30 @@ class Identified:
     temperature: float | None
     preload: float | None
 
-    @property
-    def units(self) -> Units:
-        """Keys, names and units."""
-        return ROTARY if self.rotary else LINEAR
-
     @cached_property
     def both(self) -> Bidirectional:
         """Both directions at common speeds."""
-        return bidirectional_friction(self.friction, self.offset_error or 0.0)
+        return directions.bidirectional_friction(self.friction, self.offset_error or 0.0)
 
 
-def estimated_delay(samples: Samples, later: Callable[[float], Array], step: float) -> tuple[float, bool]:
-    """Delay of the effort behind the motion [s] with the least residual; whether it is inside the range.
-
-    Parameters   later : effort at the samples by delay;  step : of the log [s]
-    """
-    edges = Bins.of(samples)
-    bins = edges.place(samples.speed)
-    count = edges.tally(bins)
-    acceleration = within(samples.acceleration, samples.speed, bins, count)
+def estimated_delay(samples: Samples) -> tuple[float, bool]:
+    """Delay of the effort behind the motion [s] with the least residual; whether it is inside the range."""
+    bins = bins_of(samples)[1](samples.speed)
+    acceleration = within(samples.acceleration, samples.speed, bins)
     squares = float(acceleration @ acceleration)
 
     def residual(delay: float) -> float:
-        effort = within(later(delay), samples.speed, bins, count)
+        effort = within(samples.effort(delay), samples.speed, bins)
         slope = float(acceleration @ effort) / squares
         return float(np.sum((effort - slope * acceleration) ** 2))
 
-    limit = max(MAX_DELAY, MAX_DELAY_SAMPLES * step)
+    limit = max(MAX_DELAY, MAX_DELAY_SAMPLES * samples.step)
     coarse = np.linspace(-limit, limit, 21)
     best = float(coarse[int(np.argmin([residual(delay) for delay in coarse]))])
-    near = 2.0 * limit / 20.0
-    found = minimize_scalar(
-        residual, bounds=(max(best - near, -limit), min(best + near, limit)), method="bounded",
-        options={"xatol": 0.005 * step},
-    )  # fmt: skip
-    return float(found.x), abs(found.x) < 0.98 * limit
+    bounds = np.clip([best - 0.1 * limit, best + 0.1 * limit], -limit, limit)
+    options = {"xatol": 0.005 * samples.step}
+    delay = float(minimize_scalar(residual, bounds=bounds, method="bounded", options=options).x)
+    return delay, abs(delay) < 0.98 * limit
 
 
 def identify(
@@ -142,283 +244,145 @@ def identify(
                  bins_wanted : bins of a direction, None = by the number of samples
                  offset : known, with its standard error [N] or [N m], None = by convention
     Raises       ValueError: motion in one direction only, too few samples, inertia not determined
-    Source       head of this module
     """
-    samples = filtered(signals, travel, cutoff)
-    notes = list(signals.notes)
+    chosen, variance = chosen_cutoff(signals)
+    cutoff = chosen if cutoff is None else cutoff
+    samples = filtered(signals, travel, cutoff, variance)
     for sign, name in ((1.0, "positive"), (-1.0, "negative")):
         usable = int((samples.speed * sign > 0.0).sum()) * samples.each
         if usable < MIN_BINS * MIN_SAMPLES:
             raise ValueError(
                 f"samples with {name} speed away from reversals = {usable}; allowed: at least {MIN_BINS * MIN_SAMPLES} "
-                "in each direction: both directions separate offset and friction; remedy: a log that moves both "
-                "ways, with longer strokes, and a column with its sign, no magnitude"
+                "in each direction; remedy: longer strokes both ways, values with their signs"
             )
-    inside, known = True, delay is not None
-    later = effort_later(signals, samples)
+    notes = list(signals.notes)
+    free = [name for name, value in (("inertia", inertia), ("delay", delay)) if value is None]
     if delay is None:
-        delay, inside = estimated_delay(samples, later, signals.step)
-    user = _User(inertia, offset, delay, known)
-    if not inside:
-        notes.append(
-            f"delay of the effort at the end of its range, {1e3 * delay:.3g} ms: check that both signals are of one log"
-        )
-    edges = Bins.of(samples, bins_wanted)
-    count = edges.tally(edges.place(samples.speed))
-    farther = filtered(signals, FARTHER * travel, samples.cutoff)
-    others = [_other(signals, filtered(signals, travel, 0.5 * samples.cutoff), edges, user)]
-    if len(farther.speed) >= FARTHER_LEFT * len(samples.speed):
-        others.append(_other(signals, farther, edges, user))
-    enough = (count * samples.each >= MIN_SAMPLES) & (count * samples.each * samples.rate >= MIN_INDEPENDENT)
-    use = enough[edges.place(samples.speed)]
-    left_out = signals.left_out | samples.left_out
-    left_out[
-        f"bins of speed with fewer than {MIN_SAMPLES} samples, {MIN_INDEPENDENT:g} of them independent"
-    ] = int((~use).sum()) * samples.each
-    if not (use & (samples.speed > 0.0)).any() or not (use & (samples.speed < 0.0)).any():
-        raise ValueError(
-            f"no bin of speed with {MIN_SAMPLES} samples in both directions; allowed: a longer log, or fewer bins "
-            "(--bins)"
-        )
-    samples = replace(samples, effort=later(delay))
-    samples = replace(samples, **{name: getattr(samples, name)[use] for name in OF_SAMPLES})
-    bins = np.cumsum(enough)[edges.place(samples.speed)] - 1
-    others = [other._replace(total=other.total[enough]) for other in others]
-    return _result(signals, samples, _fit(signals, samples, bins, user), others, user, left_out, notes)
-
-
-class _User(NamedTuple):
-    """What identify was given; delay as used, delay_known: it was given."""
-
-    inertia: float | None
-    offset: tuple[float, float] | None
-    delay: float
-    delay_known: bool
-
-
-class _Other(NamedTuple):
-    """Inertia, delay and total of each bin with another cutoff or travel; NaN where there are none."""
-
-    inertia: float
-    delay: float
-    total: Array
-
-
-def _other(signals: Signals, samples: Samples, edges: Bins, user: _User) -> _Other:
-    if not len(samples.speed):
-        return _Other(math.nan, math.nan, np.full(2 * edges.number, math.nan))
-    bins = edges.place(samples.speed)
-    count = edges.tally(bins)
-    effort = effort_later(signals, samples)(user.delay)
-    acceleration, jerk = alone(samples, bins, count)
-    value = user.inertia
-    if value is None:
-        value = float(acceleration @ effort) / power(acceleration, samples)
-    late = float(jerk @ effort) / max(abs(value) * float(jerk @ jerk), 1e-300)
-    safe = np.where(count * samples.each * samples.rate >= MIN_INDEPENDENT, count, math.nan)
-    return _Other(value, user.delay - late, edges.tally(bins, effort - value * samples.acceleration) / safe)
-
-
-class _Fit(NamedTuple):
-    """Values of the least squares and their random errors.
-
-    number, speed, total : samples of a bin, its speed and effort with the offset
-    weights : of the bins in the offset, 0 if that is known;  residual : of the samples;  seen : inertia of the effort
-    errors, wide : standard error of a bin, half of its 95 % interval;  inertia_half, delay_half : half of theirs
-    usual : quantile of Student's t with as many clusters
-    """
-
-    inertia: float
-    offset: float
-    number: Array
-    speed: Array
-    total: Array
-    weights: Array
-    residual: Array
-    seen: float
-    errors: Array
-    wide: Array
-    inertia_half: float
-    delay_half: float
-    offset_variance: float
-    usual: float
-
-
-def _fit(signals: Signals, samples: Samples, bins: np.ndarray, user: _User) -> _Fit:
-    """Inertia, bins, offset; errors from what each cluster of time moves them."""
-    count = np.bincount(bins).astype(float)
-    acceleration, jerk = alone(samples, bins, count)
-    squares = power(acceleration, samples)
-    seen = float(acceleration @ samples.effort) / squares
-    inertia = seen if user.inertia is None else user.inertia
-    mean_acceleration = np.bincount(bins, samples.acceleration) / count
-    total = np.bincount(bins, samples.effort) / count - inertia * mean_acceleration
-    residual = samples.effort - inertia * samples.acceleration - total[bins]
-    speed = np.bincount(bins, samples.speed) / count
-    weights = _offset_weights(speed, count)
-    offset = float(weights @ total)
-    if user.offset:
-        offset, weights = user.offset[0], np.zeros(len(count))
-    clusters, of_bin = clusters_of(samples, signals.step, bins)
-    # sums of what each cluster moves: bins alone, the inertia, the values reported
-    size = int(clusters.max()) + 1
-    moved = np.bincount(clusters * len(count) + bins, residual, size * len(count)).reshape(size, -1) / count
-    independent = count * samples.each * samples.rate
-    freedom = max(1.0 - 2.0 * (len(count) + 1.0) / float(independent.sum()), 0.1)
-    by_inertia, inertia_half = slope_moves(acceleration, residual, clusters, squares, freedom)
-    by_jerk = max(abs(inertia) * float(jerk @ jerk), 1e-300)
-    moved -= np.outer(by_inertia * (user.inertia is None), mean_acceleration)
-    of_offset = moved @ weights
-    few = size / max(size - 1.0, 1.0)
-    plain = float(np.mean(residual**2)) / independent
-    variance = few * np.sum((moved - of_offset[:, None]) ** 2, axis=0)
-    ratio = max(float(np.sum(variance * of_bin) / np.sum(plain * of_bin)), 1.0)
-    degrees = POOLED + of_bin - 1.0
-    errors = np.sqrt((POOLED * ratio * plain + (of_bin - 1.0) * variance) / degrees)
-    return _Fit(
-        inertia, offset, count, speed, total, weights, residual, seen, errors,
-        student.ppf(0.5 + 0.5 * CONFIDENCE, degrees) * errors, inertia_half,
-        slope_moves(jerk, residual, clusters, by_jerk, freedom)[1] if not user.delay_known else 0.0,
-        # a bin that one cluster fills hides the error of that
-        max(few * float(of_offset @ of_offset), ratio * float(weights**2 @ plain)),
-        float(student.ppf(0.5 + 0.5 * CONFIDENCE, max(size - 1, 1))),
-    )  # fmt: skip
+        delay, inside = estimated_delay(samples)
+        text = f"delay at the end of its range, {1e3 * delay:.3g} ms: are both signals of one log?"
+        notes += [text] * (not inside)
+    size, bins = bins_of(samples, bins_wanted)
+    place = bins(samples.speed)
+    number = np.bincount(place, minlength=size) * samples.each
+    enough = (number >= MIN_SAMPLES) & (number * samples.rate >= MIN_INDEPENDENT)
+    use = enough[place]
+    reason = f"bins of speed with fewer than {MIN_SAMPLES} samples, {MIN_INDEPENDENT:g} of them independent"
+    left_out = signals.left_out | samples.left_out | {reason: int((~use).sum()) * samples.each}
+    # what half the cutoff and a farther travel change
+    others = [
+        filtered(signals, *pair, variance) for pair in ((travel, 0.5 * cutoff), (FARTHER * travel, cutoff))
+    ]
+    if len(others[1].speed) < FARTHER_LEFT * len(samples.speed):
+        del others[1]
+    changed = [fit_of(other, delay, bins(other.speed), size, inertia) for other in others]
+    if not {-1.0, 1.0} <= set(np.sign(samples.speed[use])):
+        few = f"no bin of speed with {MIN_SAMPLES} samples in both directions"
+        raise ValueError(f"{few}; allowed: a longer log, or fewer bins (--bins)")
+    fit = fit_of(samples.where(use), delay, np.cumsum(enough)[place[use]] - 1, int(enough.sum()), inertia)
+    smeared = SMEAR * np.nan_to_num(changed[0].total[enough] - fit.total)
+    return _result(signals._replace(left_out=left_out, notes=notes), fit, changed, smeared, offset, free)
 
 
 def _result(
-    signals: Signals, samples: Samples, fit: _Fit, others: list[_Other], user: _User, left_out: dict[str, int],
-    notes: list[str],
+    signals: Signals, fit: Fit, changed: list[Fit], smeared: Array, user_offset: tuple[float, float] | None,
+    free: list[str],
 ) -> Identified:  # fmt: skip
-    """Values with limits that hold what another cutoff and travel change.
-
-    Raises       ValueError: the log does not determine them
-    """
-    deviation = float(np.sqrt(np.mean(fit.residual**2)))
-    explained = 1.0 - deviation**2 / max(float(np.var(samples.effort)), 1e-300)
-    if not explained >= 0.0:
-        units, value = ROTARY if signals.rotary else LINEAR, fit.inertia
-        what, unit = units.names[0], units.shown[0]
-        if user.inertia is not None:
-            raise ValueError(
-                f"inertia given = {value:.4g} {unit}; the log shows about {fit.seen:.3g} {unit}, and the given one "
-                "explains nothing of the effort; remedy: check it and the units of the log, or leave it out"
-            )
-        raise ValueError(
-            f"{what} = {value:.4g} {unit} explains nothing of the effort; allowed: motion and effort of one log, "
-            "each with a new value in each row; remedy: check columns, signs and sampling"
-        )
+    """Values with limits that hold what another cutoff and travel change; free: what is fitted."""
+    samples = fit.samples
+    residual = fit.effort - fit.inertia * samples.acceleration - fit.total[fit.bins]
+    deviation = float(np.sqrt(np.mean(residual**2)))
+    explained = 1.0 - deviation**2 / max(float(np.var(fit.effort)), 1e-300)
+    speed = np.bincount(fit.bins, samples.speed) / fit.number
+    # the constant of a weighted fit with Coulomb and viscous friction
+    shape = np.column_stack([np.ones(len(speed)), np.sign(speed), speed])
+    weighted = shape * fit.number[:, None]
+    weights = np.linalg.pinv(shape.T @ weighted)[0] @ weighted.T
+    offset, offset_error = user_offset or (float(weights @ fit.total), 0.0)
+    weights = weights * (user_offset is None)
+    friction = fit.total - offset
+    errors, wide, half, late, offset_wide, usual = errors_of(fit, residual, weights, "inertia" in free)
     noise = samples.noise / max(float(np.var(samples.acceleration)), 1e-300)
-    limits = None if user.inertia is not None else _inertia_limits(signals, fit, noise, others)
-    friction, offset_error = fit.total - fit.offset, user.offset[1] if user.offset else 0.0
-    wrong = float(np.sum(fit.number * (np.sign(fit.speed) * friction < 0.0)) / fit.number.sum())
-    if wrong > MAX_ALONG:
-        raise ValueError(
-            f"friction along the motion in {100.0 * wrong:.0f} % of the samples; allowed: at most "
-            f"{100.0 * MAX_ALONG:.0f} %: {SIGN}{_magnitude(signals)}"
-        )
-    smeared = SMEAR * np.nan_to_num(others[0].total - fit.total)
-    wide = np.sqrt(
-        fit.wide**2 + _within_a_bin(fit.speed, friction) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2
-    )
-    offset_wide = math.hypot(
-        fit.usual * math.sqrt(fit.offset_variance), float(fit.weights @ smeared), LIMIT * offset_error
-    )
-    delay_limits = None
-    if not user.delay_known:
-        changes = [LATER * float(np.nan_to_num(other.delay - user.delay)) for other in others]
-        half = fit.delay_half + math.hypot(*changes)
-        delay_limits = user.delay - half, user.delay + half
+    moved = (COARSER * float(np.nan_to_num(other.inertia - fit.inertia)) for other in changed)
+    half = math.hypot(half, max(noise, MAX_NOISE) * fit.inertia, *moved)
+    _check(signals, fit, "inertia" in free, explained, half, usual, speed * friction < 0.0)
+    late += math.hypot(*(LATER * float(np.nan_to_num(other.late)) for other in changed))
+    wide = np.sqrt(wide**2 + _within_a_bin(speed, friction) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2)
+    offset_wide = math.hypot(offset_wide, float(weights @ smeared), LIMIT * offset_error)
+    # residual over the position
+    low, high = float(samples.position.min()), float(samples.position.max())
+    place = np.minimum(((samples.position - low) / (high - low or 1.0) * PLACES).astype(int), PLACES - 1)
+    count = np.bincount(place, minlength=PLACES)
+    some = count * samples.each * samples.rate >= MIN_INDEPENDENT
+    middle = low + (np.flatnonzero(some) + 0.5) * (high - low) / PLACES
+    mean = np.bincount(place, residual, PLACES)[some] / count[some]
+    places = middle, mean, float(np.std(residual)) / np.sqrt(count[some] * samples.each * samples.rate)
     bins = Friction(
-        fit.speed, friction, np.hypot(fit.errors, offset_error), friction - wide, friction + wide,
+        speed, friction, np.hypot(errors, offset_error), friction - wide, friction + wide,
         (fit.number * samples.each).astype(int),
     )  # fmt: skip
-    found = Identified(
-        signals.rotary, fit.inertia, limits, fit.offset, (fit.offset - offset_wide, fit.offset + offset_wide),
-        user.offset[1] if user.offset else None, bins, user.delay, delay_limits, deviation, explained,
-        _places(samples, fit.residual), samples.cutoff, len(samples.speed) * samples.each, left_out, notes,
+    result = Identified(
+        signals.rotary, fit.inertia, (fit.inertia - half, fit.inertia + half) if "inertia" in free else None,
+        offset, (offset - offset_wide, offset + offset_wide), user_offset and offset_error, bins,
+        fit.delay, (fit.delay - late, fit.delay + late) if "delay" in free else None, deviation, explained,
+        places, samples.cutoff, len(residual) * samples.each, signals.left_out, signals.notes,
         signals.temperature, signals.preload,
     )  # fmt: skip
-    found.notes.extend(_notes(found, noise))
-    return found
+    result.notes.extend(_notes(result, noise))
+    return result
 
 
-def _inertia_limits(signals: Signals, fit: _Fit, noise: float, others: list[_Other]) -> tuple[float, float]:
-    """95 % interval of a fitted inertia.
-
-    Raises       ValueError: negative, or not determined
-    """
-    value = fit.inertia
-    changes = (COARSER * float(np.nan_to_num(other.inertia - value)) for other in others)
-    half = math.hypot(fit.inertia_half, max(noise, MAX_NOISE) * value, *changes)
-    units = ROTARY if signals.rotary else LINEAR
-    what, unit, option = units.names[0], units.shown[0], f"--{units.inertia.format('').replace('_', '-')}"
-    if value < -half:
-        raise ValueError(f"{what} = {value:.4g}; allowed: > 0: {SIGN}")
-    if not half <= fit.usual * VAGUE * value:
-        raise ValueError(
-            f"{what} = {value:.4g} {unit} +- {half:.2g}; allowed: determined by the log: it has too little "
-            f"acceleration, or noise or delay beyond it; remedy: {option} with the known value, or a log with ramps"
-            f"{_magnitude(signals)}"
-        )
-    return value - half, value + half
-
-
-def _magnitude(signals: Signals) -> str:
-    """Hint where the effort never changes its sign."""
+def _check(
+    signals: Signals, fit: Fit, free: bool, explained: float, half: float, usual: float, along: np.ndarray
+) -> None:
+    """Refuse a log that does not determine the values; half: of the inertia's interval, along: bins of wrong sign."""
+    units, value = UNITS[signals.rotary], fit.inertia
+    what, unit = units.names[0], units.shown[0]
     never = all(float(section.effort.min()) >= 0.0 for section in signals.sections)
-    return "; the effort is never negative: a magnitude without its sign?" if never else ""
+    magnitude = "; the effort is never negative: a magnitude without its sign?" * never
+    if not explained >= 0.0:
+        shown = "" if free else f"; the log shows about {fit.seen:.3g} {unit}"
+        raise ValueError(
+            f"inertia{' given' * (not free)} = {value:.4g} {unit}{shown}; it explains nothing of the effort; allowed: "
+            "motion and effort of one log, with new values in each row; remedy: check columns, units, signs, sampling"
+        )
+    if free and value < -half:
+        raise ValueError(f"{what} = {value:.4g}; allowed: > 0: {SIGN}")
+    if free and not half <= usual * VAGUE * value:
+        raise ValueError(
+            f"{what} = {value:.4g} {unit} +- {half:.2g}: too little acceleration, or noise or delay beyond it; "
+            f"remedy: {option(units.inertia)} with the known value, or a log with ramps{magnitude}"
+        )
+    wrong = float(np.sum(fit.number * along) / fit.number.sum())
+    if wrong > MAX_ALONG:
+        along_it = f"friction along the motion in {wrong:.0%} of the samples"
+        raise ValueError(f"{along_it}; allowed: at most {MAX_ALONG:.0%}: {SIGN}{magnitude}")
 
 
-def _notes(found: Identified, noise: float) -> list[str]:
+def _notes(result: Identified, noise: float) -> list[str]:
     """What limits the result."""
-    notes, unit, both, places = [], found.units.shown[1], found.both, found.places
+    notes, unit, both, (_, mean, error) = [], UNITS[result.rotary].shown[1], result.both, result.places
     if noise > 10.0 * MAX_NOISE:
         notes.append(f"noise is {100.0 * noise:.2g} % of the acceleration's variance at the lowest cutoff")
-    if varies(both):
+    if directions.varies(both):
         notes.append(
             f"(f+ - f-)/2, half the difference of friction between the directions, varies with speed, "
             f"{both.difference.min():+.3g} to {both.difference.max():+.3g} {unit}"
-            + (": it cannot all be an offset" if found.offset_error is None else "")
+            + (": it cannot all be an offset" if result.offset_error is None else "")
         )
-    uneven = float(np.mean((places[1] / places[2]) ** 2)) if len(places[1]) else 0.0
-    if uneven > UNEVEN:
-        effort = float(np.sqrt(np.mean(places[1] ** 2)))
+    if len(mean) and float(np.mean((mean / error) ** 2)) > UNEVEN:
         notes.append(
-            f"friction depends on the position: mean residuals there {effort:.2g} {unit} (root mean square); the "
-            "intervals hold for the positions of this log"
-            + ("" if found.delay_limits is None else ", that of the delay leaves out the bias by them")
+            f"friction depends on the position: mean residuals there {float(np.sqrt(np.mean(mean**2))):.2g} {unit} "
+            "(root mean square); the intervals hold for the positions of this log"
+            + ("" if result.delay_limits is None else ", that of the delay leaves out the bias by them")
         )
     return notes
 
 
 def _within_a_bin(speed: Array, friction: Array) -> Array:
-    """By how much the mean over a bin may differ from the friction at its mean speed: a kink there.
-
-    A kink that is seen as the second difference d of neighbouring bins moves the mean of its own by d/8.
-    """
+    """Second difference over 8 [effort]: what a kink in a bin moves its mean from the friction at its mean speed."""
     bend = np.zeros(len(speed))
     for side in (speed < 0.0, speed > 0.0):
         if side.sum() >= 3:
-            second = np.pad(np.abs(np.diff(friction[side], 2)), 2, mode="edge")
-            bend[side] = np.max([second[:-2], second[1:-1], second[2:]], axis=0) / 8.0
+            second = np.pad(np.abs(np.diff(friction[side], 2)), 1, mode="edge")
+            bend[side] = maximum_filter1d(second, 3, mode="nearest") / 8.0
     return bend
-
-
-def _offset_weights(speed: Array, count: Array) -> Array:
-    """Shares of the bins in the offset: the constant of a weighted fit with Coulomb and viscous friction."""
-    shape = np.column_stack([np.ones(len(speed)), np.sign(speed), speed])
-    weighted = shape * count[:, None]
-    return np.asarray(np.linalg.pinv(shape.T @ weighted)[0] @ weighted.T)
-
-
-def _places(samples: Samples, residual: Array) -> tuple[Array, Array, Array]:
-    """Position, mean residual and its standard error over the positions."""
-    low, high = float(samples.position.min()), float(samples.position.max())
-    place = np.minimum(((samples.position - low) / (high - low or 1.0) * PLACES).astype(int), PLACES - 1)
-    count = np.bincount(place, minlength=PLACES)
-    some = count * samples.each * samples.rate >= MIN_INDEPENDENT
-    safe = np.maximum(count, 1)
-    mean = np.bincount(place, residual, PLACES) / safe
-    error = float(np.std(residual)) / np.sqrt(safe * samples.each * samples.rate)
-    middle = low + (np.arange(PLACES) + 0.5) * (high - low) / PLACES
-    return middle[some], mean[some], error[some]

@@ -1,7 +1,4 @@
-"""Log of a drive: the signals that are needed, in SI. Dialect and headings: `tables.csv_file`, `tables.headings`.
-
-A few damaged rows are left out.
-"""
+"""Log of a drive: the signals that are needed, in SI, without a few damaged rows; file: `tables`."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import islice
@@ -11,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..physics.ball_law import Array
-from ..tables.csv_file import SCOPE, Progress, Table, open_table, read_columns
+from ..tables.csv_file import SCOPE, Table, naming, open_table, read_columns
 from ..tables.headings import EFFORT, LOG, MOTION, Column, one_column
 
 #: may be logged more slowly
@@ -26,59 +23,37 @@ MAX_VALUE = 1e12
 class Log(NamedTuple):
     """Signals by name [SI], equally long, without missing values; their columns; rows left out, notes."""
 
-    path: Path
     signals: dict[str, Array]
     columns: dict[str, Column]
     left_out: dict[str, int]
     notes: list[str]
 
 
-def read_log(
-    path: Path | str,
-    progress: Progress = lambda finished, total, what: None,
-    wanted: Sequence[str] = (),
-    stated: Mapping[str, str] = {},
-) -> Log:
-    """Signals of a log.
-
-    Parameters   wanted : signals of the drive that are used if the log has them, before the order of EFFORT
-                 stated : heading with its unit, by signal, of columns that have other headings
-    Raises       ValueError: cannot be read, headings not understood, damaged rows, too few rows, time not rising
-    """
-    table = open_table(path, LOG, stated)
-    try:
+def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, str] = {}) -> Log:
+    """Signals of a log; wanted: used before the order of EFFORT; stated: headings with units, of other columns."""
+    with naming(path):
+        table = open_table(path, LOG, stated)
         columns = _selected(table, stated, wanted)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
-    found = read_columns(table, columns, LOG, MAX_DAMAGED, progress)
-    signals, (damaged, first) = found.values, found.damaged
-    for name, values in signals.items():
-        values[np.abs(values) > MAX_VALUE] = np.nan
-        if not np.isfinite(values).any():
-            raise ValueError(
-                f"{path}: column {columns[name].heading!r} has no numbers; allowed: a number in each row"
-            )
-    notes = list(filter(None, [table.unused(columns)]))
-    if damaged:
-        notes.append(f"{damaged} damaged row{'s' * (damaged > 1)} left out, the first: {first}")
-    rows = len(signals["time"]) + damaged
-    good = np.logical_and.reduce([np.isfinite(signals[name]) for name in signals if name not in SLOW])
-    left_out = {"rows without a number": int((~good).sum()), "damaged rows": damaged}
-    if not rows >= MIN_ROWS or not good.sum() >= max(MIN_ROWS, MAX_EMPTY * rows):
-        raise ValueError(
-            f"{path}: {rows} rows, {int(good.sum())} of them complete; allowed: at least {MIN_ROWS} rows, "
-            f"{100.0 * MAX_EMPTY:.0f} % of them complete: check the export of the log"
-        )
-    signals = {name: values[good] for name, values in signals.items()}
-    return Log(table.path, _in_time(table.path, signals, left_out, notes), columns, left_out, notes)
+        signals, (damaged, first) = read_columns(table, columns, LOG, MAX_DAMAGED)[2:]
+        for name, values in signals.items():
+            values[np.abs(values) > MAX_VALUE] = np.nan
+            if not np.isfinite(values).any():
+                raise ValueError(f"column {columns[name].heading!r} has no numbers; allowed: one in each row")
+        notes = list(filter(None, [table.unused(columns)]))
+        if damaged:
+            notes.append(f"{damaged} damaged row{'s' * (damaged > 1)} left out, the first: {first}")
+        good = np.all([np.isfinite(values) for name, values in signals.items() if name not in SLOW], axis=0)
+        rows, complete = len(good) + damaged, int(good.sum())
+        if not complete >= max(MIN_ROWS, MAX_EMPTY * rows):
+            allowed = f"at least {MIN_ROWS} rows, {MAX_EMPTY:.0%} complete: check the export of the log"
+            raise ValueError(f"{rows} rows, {complete} of them complete; allowed: {allowed}")
+        left_out = {"rows without a number": len(good) - complete, "damaged rows": damaged}
+        signals = {name: values[good] for name, values in signals.items()}
+        return Log(_in_time(signals, left_out, notes), columns, left_out, notes)
 
 
 def stated_columns(texts: Iterable[str]) -> dict[str, str]:
-    """Heading, with its unit or without, by signal.
-
-    Parameters   texts : of the option --column
-    Raises       ValueError: another form, an unknown signal, one given twice
-    """
+    """Heading, with its unit or without, by signal, from the texts of the option --column."""
     stated: dict[str, str] = {}
     for text in texts:
         name, _, heading = (part.strip() for part in text.partition("="))
@@ -90,62 +65,43 @@ def stated_columns(texts: Iterable[str]) -> dict[str, str]:
 
 
 def _selected(table: Table, stated: Mapping[str, str], wanted: Sequence[str]) -> dict[str, Column]:
-    """The columns that are used, by signal.
-
-    Raises       ValueError: two columns of one signal, unlike times of motion and drive
-    """
+    """The columns that are used, by signal."""
     motion = next(name for name in (*stated, *MOTION) if name in table.columns and name in MOTION)
     effort = next(name for name in (*stated, *wanted, *EFFORT) if name in table.columns and name in EFFORT)
     names = ["time", motion, effort, *(name for name in SLOW if name in table.columns)]
-    used = {
-        name: one_column(table.columns, name, f'one, or --column "{name}=HEADING [UNIT]"') for name in names
-    }
+    remedy = 'one, or --column "{}=HEADING [UNIT]"'
+    used = {name: one_column(table.columns, name, remedy.format(name)) for name in names}
     clocks = [place for place, heading in enumerate(table.headings) if heading == SCOPE]
     if clocks and clocks[0] > 0:
         # the time of a channel is left of it
-        first, second = (
-            max(place for place in (0, *clocks) if place <= used[name].place) for name in (motion, effort)
-        )
-        rows = (
-            row for _, row in islice(table.rows(table.start), MIN_ROWS) if len(row) == len(table.headings)
-        )
-        if any(row[first] != row[second] for row in rows):
-            raise ValueError(
-                f"{motion} and {effort} have unlike times; allowed: an export at one sample time"
-            )
+        places = [used[name].place for name in (motion, effort)]
+        first, second = (max(clock for clock in (0, *clocks) if clock <= place) for place in places)
+        rows = [row for _, row in islice(table.rows(table.start), MIN_ROWS)]
+        if any(row[first] != row[second] for row in rows if len(row) == len(table.headings)):
+            raise ValueError(f"{motion} and {effort} have unlike times; allowed: one sample time")
         used["time"] = used["time"]._replace(place=first)
     return used
 
 
-def _in_time(
-    path: Path, signals: dict[str, Array], left_out: dict[str, int], notes: list[str]
-) -> dict[str, Array]:
-    """The signals without repeated time stamps, or at even times if the stamps have too few digits.
-
-    Raises       ValueError: time that runs backwards or stands still
-    """
+def _in_time(signals: dict[str, Array], left_out: dict[str, int], notes: list[str]) -> dict[str, Array]:
+    """The signals without repeated time stamps, or at even times if the stamps have too few digits."""
     time = signals["time"]
     step = np.diff(time)
     back = np.flatnonzero(step < 0.0)
     if back.size:
         row = int(back[0])
-        raise ValueError(
-            f"{path}: time runs backwards {back.size} times, first from {time[row]:.9g} to {time[row + 1]:.9g} s "
-            f"after row {row + 1}; allowed: rising time: sort the rows, or give one log a file"
-        )
-    first = np.flatnonzero(np.r_[True, step > 0.0])
-    repeated = len(time) - len(first)
-    if not repeated > FEW_REPEATED * len(time):
+        where = f"first from {time[row]:.9g} to {time[row + 1]:.9g} s after row {row + 1}"
+        raise ValueError(f"time runs backwards {back.size} times, {where}; remedy: sort rows, one log a file")
+    first = np.r_[True, step > 0.0]
+    repeated = int((~first).sum())
+    if repeated <= FEW_REPEATED * len(time):
         left_out["repeated time stamps"] = repeated
-        return {name: values[first] for name, values in signals.items()} if repeated else signals
+        return {name: values[first] for name, values in signals.items()}
     # too few digits: samples at even times, if those agree with the stamps
-    if len(first) >= MIN_ROWS:
-        index = np.arange(len(time))
-        even = np.polyval(np.polyfit(index, time, 1), index)
-        if float(np.max(np.abs(even - time))) <= DIGIT * float(np.median(step[step > 0.0])):
-            notes.append(f"{repeated} time stamps repeat the one before: taken as evenly sampled")
-            return signals | {"time": np.asarray(even, dtype=np.float64)}
-    raise ValueError(
-        f"{path}: {len(first)} different times in {len(time)} rows; allowed: a time for each row with digits "
-        "enough for the sampling"
-    )
+    index = np.arange(len(time))
+    even = np.asarray(np.polyval(np.polyfit(index, time, 1), index), dtype=np.float64)
+    if len(time) - repeated >= MIN_ROWS and np.abs(even - time).max() <= DIGIT * np.median(step[step > 0.0]):
+        notes.append(f"{repeated} time stamps repeat the one before: taken as evenly sampled")
+        return signals | {"time": even}
+    few = f"{len(time) - repeated} different times in {len(time)} rows"
+    raise ValueError(f"{few}; allowed: a time for each row with digits enough for the sampling")

@@ -1,18 +1,16 @@
 """Whether the units of a log can be right: speed, acceleration and drive of an axis are within wide limits."""
 
-from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
 from ..parameters.units import RPM
 from ..physics.ball_law import Array
 from ..runtime.evaluate import NutMap
-from ..tables.headings import ANGLE, EFFORT, LENGTH, LOG, MOTION, SPEED, VELOCITY, Units, parted
+from ..tables.headings import ANGLE, EFFORT, LENGTH, LOG, MOTION, SPEED, VELOCITY, parted
 from .log_file import Log
 from .signals import Signals
 
-#: what, value, its limits, the unit that both are in, its factor
-Finding = tuple[str, float, tuple[float, float], str, float]
 #: limits of the largest speed and acceleration [m/s], [m/s2];  of a screw [rad/s], [rad/s2]
 LINEAR = (1e-3, 10.0), (5e-3, 200.0)
 ROTARY = (1.0 * RPM, 3e4 * RPM), (1.0, 2e5)
@@ -25,84 +23,79 @@ MAP_SPEED, MAP_TORQUE = 3.0, (0.1, 20.0)
 SHORT, LONG, USUAL = 10, 25, 0.999
 
 
-def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> None:
-    """Refuse units that cannot be right, unless an option has stated them.
+class Value(NamedTuple):
+    """A largest value with its limits [SI], the unit it is shown in, and the powers of the columns' units in it."""
 
-    Parameters   nut_map : of the screw, whose ranges of speed and torque are narrower
-    Raises       ValueError: values, limits, the unit that would be plausible
-    """
+    what: str
+    value: float
+    limits: tuple[float, float]
+    unit: str
+    powers: dict[str, int]
+    one: float = 1.0
+
+    def plausible(self, column: str = "", ratio: float = 1.0) -> bool:
+        """Whether it is within the limits, with a unit of a column so many times as large."""
+        return self.limits[0] <= self.value * ratio ** self.powers.get(column, 0) <= self.limits[1]
+
+    def __str__(self) -> str:
+        low, high = (limit / self.one for limit in self.limits)
+        return f"{self.what} {self.value / self.one:.4g} {self.unit} (plausible: {low:.3g} to {high:.6g})"
+
+
+def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> None:
+    """Refuse units that cannot be right, unless an option has stated them; nut_map: of the screw, with its ranges."""
     motion, effort = (next(name for name in kind if name in log.signals) for kind in (MOTION, EFFORT))
     speed, acceleration = _largest(signals)
     speeds, accelerations = ROTARY if signals.rotary else LINEAR
-    one, unit, change = (RPM, "r/min", "rad/s2") if signals.rotary else (1.0, "m/s", "m/s2")
-    value, torque, torques = _usual([log.signals[effort]]), 0.0, (0.0, 0.0)
+    shown, one = (("r/min", "rad/s2"), RPM) if signals.rotary else (("m/s", "m/s2"), 1.0)
+    name, value = effort.removeprefix("screw_"), _usual([log.signals[effort]])
+    unit = next(iter(LOG.quantities[effort].units))
+    drive = [Value(f"{name} up to", value, DRIVE[name], unit, {effort: 1})]
     if nut_map is not None and signals.rotary:
         axes = nut_map.header["axes"]
         speeds = axes["speed"][0], MAP_SPEED * axes["speed"][1]
-        friction = [
-            nut_map.evaluate(preload, np.geomspace(axes["speed"][0], axes["speed"][1], 5), kelvin).friction_torque
-            for preload in axes["preload"][:2] for kelvin in axes["temperature"][:2]
-        ]  # fmt: skip
-        torque = _usual([section.effort for section in signals.sections])
+        friction = nut_map.evaluate(
+            np.array(axes["preload"][:2])[:, None, None], np.geomspace(axes["speed"][0], axes["speed"][1], 5),
+            np.array(axes["temperature"][:2])[:, None],
+        ).friction_torque  # fmt: skip
         torques = MAP_TORQUE[0] * float(np.min(friction)), MAP_TORQUE[1] * float(np.max(friction))
-
-    def of_motion(time: float = 1.0, place: float = 1.0) -> list[Finding]:
-        """What the motion would be with units so many times as large."""
-        by_time = 1.0 if signals.of_speed else time
-        return [
-            ("time between samples", signals.step * time, STEP, "s", 1.0),
-            ("speed up to", speed * place / by_time, speeds, unit, one),
-            ("acceleration up to", acceleration * place / by_time / time, accelerations, change, 1.0),
-        ]
-
-    def of_drive(ratio: float = 1.0) -> list[Finding]:
-        name, si = effort.removeprefix("screw_"), next(iter(LOG.quantities[effort].units))
-        return [
-            (f"{name} up to", value * ratio, DRIVE[name], si, 1.0),
-            ("torque at the screw up to", torque * ratio, torques, "N.m", 1.0),
-        ]
-
-    _check(log, {"time": of_motion, motion: lambda ratio=1.0: of_motion(1.0, ratio)})
-    _check(log, {effort: of_drive})
+        torque = _usual([section.effort for section in signals.sections])
+        drive.append(Value("torque at the screw up to", torque, torques, "N.m", {effort: 1}))
+    of_time = int(signals.of_speed)
+    _check(log, ("time", motion), [
+        Value("time between samples", signals.step, STEP, "s", {"time": 1}),
+        Value("speed up to", speed, speeds, shown[0], {motion: 1, "time": of_time - 1}, one),
+        Value("acceleration up to", acceleration, accelerations, shown[1], {motion: 1, "time": of_time - 2}),
+    ])  # fmt: skip
+    _check(log, (effort,), drive)
 
 
-def _check(log: Log, values: dict[str, Callable[..., list[Finding]]]) -> None:
-    """ValueError with the units in which values are plausible, unless options have stated all units.
-
-    Too small values without such a unit are no matter of units: an axis that hardly moves.
-    """
-    wrong = [finding for finding in next(iter(values.values()))() if not _within(finding)]
-    columns = {name: log.columns[name] for name in values if not log.columns[name].stated}
+def _check(log: Log, names: tuple[str, ...], values: list[Value]) -> None:
+    """Refuse implausible values, but no small ones (an axis that hardly moves) where no other unit would do."""
+    wrong = [value for value in values if not value.plausible()]
+    columns = {name: log.columns[name] for name in names if not log.columns[name].stated}
     if not wrong or not columns:
         return
-    stems = {name: parted(column.heading)[0] for name, column in columns.items()}
-    likely = []
+    option = {name: f'--column "{name}={parted(column.heading)[0]} [' for name, column in columns.items()}
+    likely: dict[tuple[str, float], str] = {}
     for name, column in columns.items():
-        units, tried = _family(name, column.unit), {1.0}
+        # a unit is mistaken for one of its family: an angle is no length
+        families = LENGTH, ANGLE, SPEED, VELOCITY, LOG.quantities[name].units
+        units = next(units for units in families if column.unit in units)
         for unit, (factor, _) in units.items():
             ratio = factor / units[column.unit][0]
-            if ratio not in tried and all(map(_within, values[name](ratio))):
-                likely.append(
-                    f'{name} in {unit}, {ratio:.4g} times: --column "{name}={stems[name]} [{unit}]"'
-                )
-            tried.add(ratio)
-    if not likely and not any(value > high for _, value, (_, high), _, _ in wrong):
+            if ratio != 1.0 and all(value.plausible(name, ratio) for value in values):
+                text = f'{name} in {unit}, {ratio:.4g} times: {option[name]}{unit}]"'
+                likely.setdefault((name, ratio), text)
+    if not likely and not any(value.value > value.limits[1] for value in wrong):
         return
-    shown = ", ".join(
-        f"{what} {value / one:.4g} {unit} (plausible: {low / one:.3g} to {high / one:.6g})"
-        for what, value, (low, high), unit, one in wrong
-    )
-    remedy = "likely " + " or ".join(likely[:2])
+    remedy = "likely " + " or ".join([*likely.values()][:2])
     if not likely:
         remedy = f"check {' and '.join(repr(column.heading) for column in columns.values())}"
         remedy += " and --torque-constant-nm-a" * ("current" in columns)
-    stated = " ".join(f'--column "{name}={stems[name]} [{column.unit}]"' for name, column in columns.items())
-    raise ValueError(f"{log.path}: {shown}; {remedy}; if the log is right, state its units: {stated}")
-
-
-def _within(finding: Finding) -> bool:
-    _, value, (low, high), _, _ = finding
-    return low <= value <= high
+    stated = " ".join(f'{option[name]}{column.unit}]"' for name, column in columns.items())
+    shown = ", ".join(map(str, wrong))
+    raise ValueError(f"{shown}; {remedy}; if the log is right, state its units: {stated}")
 
 
 def _usual(pieces: list[Array]) -> float:
@@ -117,11 +110,4 @@ def _largest(signals: Signals) -> tuple[float, float]:
     return (
         _usual([x[SHORT:] - x[:-SHORT] for x in pieces]) / (SHORT * step),
         _usual([x[2 * LONG :] - 2.0 * x[LONG:-LONG] + x[: -2 * LONG] for x in pieces]) / (LONG * step) ** 2,
-    )
-
-
-def _family(name: str, unit: str) -> Units:
-    """Units that a unit may be mistaken for: an angle is no length."""
-    return next(
-        units for units in (LENGTH, ANGLE, SPEED, VELOCITY, LOG.quantities[name].units) if unit in units
     )

@@ -1,8 +1,7 @@
 """Preload behind the friction that a log gives, by the law of a map, and what is separated from it.
 
-The friction torque at the screw is the mean of both directions at one speed: gravity and tilt fall out. Known parts, or
-a log without the nut, are subtracted. One preload is fitted to all speeds, each weighted by its standard error and a
-shape error SHAPE of the law. Results have the names of the keys of --json.
+The friction torque at the screw is the mean of both directions at one speed: gravity and tilt fall out. One preload is
+fitted to all speeds, each weighted by its standard error and a shape error SHAPE of the law.
 """
 
 import math
@@ -17,35 +16,12 @@ from ..parameters.units import CELSIUS, RPM
 from ..physics.ball_law import Array
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import MECHANISTIC
-from .directions import LIMIT
+from .directions import LIMIT, Bidirectional
 from .dynamics import Identified
 
-#: relative error of the law's shape over speed that is allowed for
-SHAPE = 0.01
-#: fewest speeds within a map
-MIN_SPEEDS = 3
-#: share of a torque that it has to have left without known parts
-LEFT = 0.05
-#: relative distance of a preload from the ends of a map
-INSIDE = 1e-3
-
-
-class ScrewFriction(NamedTuple):
-    """Friction torque at the screw [N.m], mean of both directions, over speed [rad/s] > 0; standard error; samples."""
-
-    speed: Array
-    torque: Array
-    error: Array
-    samples: Array
-
-    def where(self, keep: np.ndarray) -> "ScrewFriction":
-        """A part of the speeds."""
-        return ScrewFriction(*(values[keep] for values in self))
-
-    @property
-    def span(self) -> str:
-        """Range of the speeds."""
-        return f"{self.speed.min() / RPM:.4g} to {self.speed.max() / RPM:.4g} r/min"
+#: relative error of the law's shape over speed that is allowed for;  fewest speeds within a map;  share of a torque
+#: that it has to have left without known parts;  relative distance of a preload from the ends of a map
+SHAPE, MIN_SPEEDS, LEFT, INSIDE = 0.01, 3, 0.05, 1e-3
 
 
 class Law(NamedTuple):
@@ -72,11 +48,7 @@ class Law(NamedTuple):
 
 
 class FoundPreload(NamedTuple):
-    """Preload [N] with its interval; meaning of that; by the log alone (95 %).
-
-    shape_deviation : root mean square of ln(torque/law) over the speeds;  shape_exponent_difference : its slope over
-    ln(speed);  shape_fits : within the errors
-    """
+    """Preload with its interval, by the log alone (95 %); ln(torque/law): rms, slope over ln(speed), if it fits."""
 
     preload_n: float
     preload_low_n: float
@@ -109,78 +81,70 @@ class Apart(NamedTuple):
     law_factor_high: float
 
 
-def screw_friction(found: Identified, lead: float | None) -> ScrewFriction:
-    """Mean of both directions at their common speeds, at the screw.
-
-    Parameters   lead : of the screw [m/rad], needed of a linear axis
-    Raises       ValueError: no lead, no common speed
-    """
-    if not found.rotary and lead is None:
-        raise ValueError(
-            "--lead-mm or --screw (missing); needed for the torque at the screw of a linear axis"
-        )
-    both = found.both.at_screw(1.0 if found.rotary else abs(lead or 1.0))
+def screw_friction(identified: Identified, lead: float | None) -> Bidirectional:
+    """Mean of both directions at their common speeds, at the screw; lead [m/rad]: needed of a linear axis."""
+    both = identified.both
+    if not identified.rotary and lead is None:
+        raise ValueError("--lead-mm or --screw (missing); needed for the torque of a linear axis")
     if not len(both.speed):
-        raise ValueError(
-            "no speed that both directions have in common; allowed: a log with the same speeds both ways"
-        )
-    return ScrewFriction(both.speed, both.mean, both.error, both.samples)
+        raise ValueError("no common speed of both directions; allowed: a log with the same speeds both ways")
+    return both if identified.rotary else both.at_screw(abs(lead or 1.0))
 
 
-def without(friction: ScrewFriction, known: float, other: ScrewFriction | None = None) -> ScrewFriction:
-    """Friction less a known torque [N.m] and that of a log without the nut.
-
-    Raises       ValueError: nothing is left
-    """
-    torque, error = friction.torque - known, friction.error
+def without(friction: Bidirectional, known: float, other: Bidirectional | None = None) -> Bidirectional:
+    """Friction at the screw less a known torque [N.m] and that of a log without the nut."""
+    torque, error = friction.mean - known, friction.error
     if other is not None:
         if friction.speed.min() > other.speed.max() or friction.speed.max() < other.speed.min():
-            raise ValueError(
-                f"speeds of the log without the nut = {other.span}; allowed: those of the log, {friction.span}"
-            )
-        torque = torque - np.interp(friction.speed, other.speed, other.torque)
+            spans = f"{other.span}; allowed: those of the log, {friction.span}"
+            raise ValueError(f"speeds of the log without the nut = {spans}")
+        torque = torque - np.interp(friction.speed, other.speed, other.mean)
         error = np.hypot(error, np.interp(friction.speed, other.speed, other.error))
-    mean, whole = float(np.mean(torque)), float(np.mean(friction.torque))
+    mean, whole = float(np.mean(torque)), float(np.mean(friction.mean))
     if not mean > LEFT * whole:
         raise ValueError(
             f"friction of the axis = {whole:.4g} N.m, without the known parts {mean:.4g} N.m; allowed: known parts "
-            "smaller than the whole: check --guide-force-n, --seal-torque-nm, the log without the nut, and the torque "
-            "constant or gain"
+            "smaller than the whole: check --guide-force-n, --seal-torque-nm, --without-nut, torque constant or gain"
         )
-    return friction._replace(torque=torque, error=error).where(torque > 0.0)
+    return friction._replace(mean=torque, error=error).where(torque > 0.0)
 
 
-def _inside(friction: ScrewFriction, law: Law) -> ScrewFriction:
-    """The speeds within the map.
-
-    Raises       ValueError: too few
-    """
+def _inside(friction: Bidirectional, law: Law) -> Bidirectional:
+    """The speeds within the map."""
     low, high = law.nut_map.header["axes"]["speed"][:2]
     keep = (friction.speed >= low) & (friction.speed <= high)
     if not keep.sum() >= MIN_SPEEDS:
-        raise ValueError(
-            f"speeds of the log within the map = {int(keep.sum())} of {len(keep)}, {friction.span}; allowed: at least "
-            f"{MIN_SPEEDS} in {low / RPM:.4g} to {high / RPM:.4g} r/min: check --ratio and --lead-mm"
+        allowed = (
+            f"at least {MIN_SPEEDS} in {low / RPM:.4g} to {high / RPM:.4g} r/min: check --ratio and --lead-mm"
         )
+        inside = f"{int(keep.sum())} of {len(keep)}, {friction.span}"
+        raise ValueError(f"speeds of the log within the map = {inside}; allowed: {allowed}")
     return friction.where(keep)
 
 
-def _fitted(friction: ScrewFriction, law: Law, temperature: float, factor: float = 1.0) -> float:
+def _weight(friction: Bidirectional) -> Array:
+    """Of ln(torque) in a fit."""
+    return np.asarray(1.0 / np.hypot(friction.error / friction.mean, SHAPE))
+
+
+def _typical_speed(friction: Bidirectional) -> float:
+    """Mean of ln(speed), weighted as the fit."""
+    return float(np.exp(np.average(np.log(friction.speed), weights=_weight(friction) ** 2)))
+
+
+def _fitted(friction: Bidirectional, law: Law, temperature: float, factor: float = 1.0) -> float:
     """Preload at which the law, times a factor, is nearest to the friction; at an end of the map if beyond."""
-    weight = 1.0 / np.hypot(friction.error / friction.torque, SHAPE)
+    weight = _weight(friction)
 
     def misfit(log_preload: float) -> float:
         model = factor * law.torque(math.exp(log_preload), friction.speed, temperature)
-        return float(np.sum((weight * np.log(friction.torque / model)) ** 2))
+        return float(np.sum((weight * np.log(friction.mean / model)) ** 2))
 
-    low, high = law.preloads
-    best = minimize_scalar(
-        misfit, bounds=(math.log(low), math.log(high)), method="bounded", options={"xatol": 1e-7}
-    )
-    return float(math.exp(best.x))
+    bounds = np.log(law.preloads)
+    return math.exp(minimize_scalar(misfit, bounds=bounds, method="bounded", options={"xatol": 1e-7}).x)
 
 
-def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> FoundPreload:
+def found_preload(friction: Bidirectional, law: Law, temperature: float) -> FoundPreload:
     """Preload of the friction of the nut alone.
 
     Raises       ValueError: speeds, temperature or torque outside the map;  ArithmeticError: as preload_interval
@@ -191,8 +155,7 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
     if not coldest <= temperature <= hottest:
         raise ValueError(
             f"temperature = {temperature - CELSIUS:.4g} C; allowed by the map: {coldest - CELSIUS:.4g} to "
-            f"{hottest - CELSIUS:.4g} C: check unit and --temperature-c, or ballscrew map build with other "
-            "--temperature-c"
+            f"{hottest - CELSIUS:.4g} C: check the unit, or ballscrew map build with other --temperature-c"
         )
     friction = _inside(friction, law)
     preload = _fitted(friction, law, temperature)
@@ -200,47 +163,34 @@ def found_preload(friction: ScrewFriction, law: Law, temperature: float) -> Foun
         lowest, highest = law.preloads
         least, most = (np.mean(law.torque(end, friction.speed, temperature)) for end in (lowest, highest))
         raise ValueError(
-            f"torque of the nut = {np.mean(friction.torque):.4g} N.m in the mean; allowed: {least:.4g} to {most:.4g} "
-            f"N.m, that of this map (preload {lowest:g} to {highest:g} N); remedy: check the torque constant or gain, "
-            "the known parts, --ratio and the lead"
+            f"torque of the nut = {np.mean(friction.mean):.4g} N.m in the mean; allowed: {least:.4g} to {most:.4g} "
+            f"N.m (preload {lowest:g} to {highest:g} N): check torque constant or gain, known parts, --ratio, lead"
         )
-    relative = np.hypot(friction.error / friction.torque, SHAPE)
-    residual = np.log(friction.torque / law.torque(preload, friction.speed, temperature))
-    step = 1e-3
-    above, below = (law.torque(preload * (1.0 + side), friction.speed, temperature) for side in (step, -step))
-    rise = np.log(above / below) / (2.0 * step)
-    excess = float(np.sum((residual / relative) ** 2)) / max(len(residual) - 1, 1)
-    of_log = math.sqrt(max(excess, 1.0) / float(np.sum((rise / relative) ** 2))) * LIMIT
-    low = high = preload
-    meaning = "95 %, of the log alone: this friction set has no interval"
+    weight, steps = _weight(friction), (0.0, 1e-3, -1e-3)
+    now, above, below = (law.torque(preload * (1.0 + step), friction.speed, temperature) for step in steps)
+    residual, rise = np.log(friction.mean / now), np.log(above / below) / (2.0 * steps[1])
+    excess = float(np.sum((residual * weight) ** 2)) / max(len(residual) - 1, 1)
+    of_log = math.sqrt(max(excess, 1.0) / float(np.sum((rise * weight) ** 2))) * LIMIT
+    bounds, meaning = (preload, preload), "95 %, of the log alone: this friction set has no interval"
     if law.nut_map.law == MECHANISTIC:
-        speed = _typical_speed(friction)
-        torque = float(law.torque(preload, speed, temperature))
-        ends = preload_interval(
-            law.parameters, law.nut_map, law.friction_set, torque, preload, speed, temperature
-        )
-        low, high, meaning = ends.low, ends.high, f"law {ends.meaning}; 95 % of the log added in quadrature"
+        point = preload, _typical_speed(friction), temperature
+        torque = float(law.torque(*point))
+        ends = preload_interval(law.parameters, law.nut_map, law.friction_set, torque, *point)
+        bounds = ends.low, ends.high
+        meaning = f"law {ends.meaning}; 95 % of the log added in quadrature"
         if ends.at_edge:
             meaning += f"; the {' and '.join(ends.at_edge)} end is that of the map"
-    low, high = (
-        preload * math.exp(math.copysign(math.hypot(math.log(end / preload), of_log), sign))
-        for end, sign in ((low, -1.0), (high, 1.0))
-    )
-    slope = float(np.polyfit(np.log(friction.speed), residual, 1)[0]) if np.ptp(friction.speed) > 0.0 else 0.0
+    low, high = (math.hypot(math.log(end / preload), of_log) for end in bounds)
+    slope = float(np.polyfit(np.log(friction.speed), residual, 1)[0])
     return FoundPreload(
-        preload, low, high, meaning, preload * math.exp(-of_log), preload * math.exp(of_log),
+        preload, preload * math.exp(-low), preload * math.exp(high), meaning,
+        preload * math.exp(-of_log), preload * math.exp(of_log),
         float(np.sqrt(np.mean(residual**2))), slope, excess <= 2.0,
     )  # fmt: skip
 
 
-def _typical_speed(friction: ScrewFriction) -> float:
-    """Mean of ln(speed), weighted as the fit."""
-    relative = np.hypot(friction.error / friction.torque, SHAPE)
-    return float(np.exp(np.average(np.log(friction.speed), weights=1.0 / relative**2)))
-
-
 #: friction of the nut, the preload behind it, oil temperature [K]
-PreloadedLog = tuple[ScrewFriction, FoundPreload, float]
+PreloadedLog = tuple[Bidirectional, FoundPreload, float]
 
 
 def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: Law) -> Change:
@@ -248,13 +198,14 @@ def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: Law) -> Chan
     from ..nut_map.interval import map_interval
 
     ratio = now[1].preload_n / before[1].preload_n
-    own = math.hypot(*(math.log(found.preload_log_high_n / found.preload_n) for _, found, _ in (now, before)))
+    own = math.hypot(*(math.log(log[1].preload_log_high_n / log[1].preload_n) for log in (now, before)))
     moved = [0.0]
     if law.nut_map.law == MECHANISTIC:
-        friction, found, temperature = now
-        axes, speed = law.nut_map.header["axes"], _typical_speed(_inside(friction, law))
-        point = found.preload_n, speed, temperature
-        for factor in map_interval(law.parameters, axes, law.friction_set, *point).relative:
+        friction, result, temperature = now
+        point = result.preload_n, _typical_speed(_inside(friction, law)), temperature
+        for factor in map_interval(
+            law.parameters, law.nut_map.header["axes"], law.friction_set, *point
+        ).relative:
             ends = [_fitted(_inside(part, law), law, kelvin, factor) for part, _, kelvin in (now, before)]
             if all(map(law.holds, ends)):
                 moved.append(math.log(ends[0] / ends[1] / ratio))
@@ -262,43 +213,26 @@ def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: Law) -> Chan
     return Change(before[1].preload_n, ratio, ratio * math.exp(-wide), ratio * math.exp(wide))
 
 
-def separated_parts(logs: list[tuple[ScrewFriction, float, float]], law: Law) -> Apart:
-    """Least squares of other + factor * law over logs at known preloads [N] and temperatures [K].
-
-    Errors of the speeds of one log may all have one sign: the limits hold each log moved by its mean relative error.
-
-    Raises       ValueError: both are nearly proportional
-    """
-    parts = [_inside(friction, law) for friction, _, _ in logs]
-    model = np.concatenate([law.torque(logs[k][1], part.speed, logs[k][2]) for k, part in enumerate(parts)])
-    torque = np.concatenate([part.torque for part in parts])
-    weight = np.concatenate([1.0 / np.hypot(part.error, SHAPE * part.torque) for part in parts])
-    design = np.column_stack([np.ones(len(model)), model]) * weight[:, None]
-    inverse = np.linalg.pinv(design)
+def separated_parts(logs: list[tuple[Bidirectional, float, float]], law: Law) -> Apart:
+    """Least squares of other + factor * law over logs at known preloads [N] and temperatures [K]."""
+    logs = [(_inside(friction, law), preload, kelvin) for friction, preload, kelvin in logs]
+    parts = [friction for friction, _, _ in logs]
+    model = np.concatenate([law.torque(preload, part.speed, kelvin) for part, preload, kelvin in logs])
+    torque, error = (np.concatenate([getattr(part, name) for part in parts]) for name in ("mean", "error"))
+    weight = 1.0 / np.hypot(error, SHAPE * torque)
+    inverse = np.linalg.pinv(np.column_stack([weight, model * weight]))
     best = inverse @ (torque * weight)
-    residual = design @ best - torque * weight
+    residual = (best[0] + best[1] * model - torque) * weight
     spread = max(float(residual @ residual) / max(len(residual) - 2, 1), 1.0)
     variance = spread * np.sum(inverse**2, axis=1)
-    of_log = np.repeat(np.arange(len(parts)), [len(part.torque) for part in parts])
+    of_log = np.repeat(np.arange(len(parts)), [len(part.mean) for part in parts])
     for number, part in enumerate(parts):
-        common = float(np.mean(part.error / part.torque)) * torque * weight * (of_log == number)
+        # errors of the speeds of one log may all have one sign
+        common = float(np.mean(part.error / part.mean)) * torque * weight * (of_log == number)
         variance += (inverse @ common) ** 2
     half = LIMIT * np.sqrt(variance)
     if not half[0] <= float(np.mean(torque)):
         raise ValueError(
-            f"part without the nut = {best[0]:.3g} +- {half[0]:.2g} N.m; allowed: determined by the logs: preloads or "
-            "temperatures that differ more"
+            f"part without the nut = {best[0]:.3g} +- {half[0]:.2g} N.m; allowed: logs at less similar preloads"
         )
     return Apart(*np.column_stack([best, best - half, best + half]).ravel().tolist())
-
-
-def measurement_rows(friction: ScrewFriction, max_rows: int = 12) -> ScrewFriction:
-    """At most so many points, neighbouring speeds joined by their weights."""
-    pieces = np.array_split(np.arange(len(friction.speed)), min(max_rows, len(friction.speed)))
-    # errors of neighbours are hardly independent: their mean, not that over the root of their number
-    rows = [
-        [*(np.average(values[piece], weights=friction.error[piece] ** -2) for values in friction[:3]),
-         friction.samples[piece].sum()]
-        for piece in pieces
-    ]  # fmt: skip
-    return ScrewFriction(*np.array(rows, dtype=np.float64).T)

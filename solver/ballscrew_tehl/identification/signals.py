@@ -1,28 +1,24 @@
 """From the signals of a log to position and force of a linear axis, or angle and torque of a screw, evenly sampled."""
 
 import math
-from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
 from ..physics.ball_law import Array
 from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED
-from .log_file import Log
+from .log_file import SLOW, Log
 
 #: a step of time longer than this many usual ones is a gap; jumps of a position that are whole periods within this
 #: share are those of an encoder that starts again; most of the jumps that may be none
 GAP, SAME_WRAP, NO_WRAPS = 4.5, 0.02, 0.1
 #: a jump is this many times the largest usual step;  steps that count as usual
 JUMP, USUAL = 8.0, 0.999
-#: slowest sampling [1/s];  steps of time that differ by more than this share are uneven
-MIN_RATE, UNEVEN = 20.0, 1e-3
-#: shortest section [samples]
-MIN_SECTION = 100
+#: slowest sampling [1/s];  steps of time that differ by more than this share are uneven;  shortest section [samples]
+MIN_RATE, UNEVEN, MIN_SECTION = 20.0, 1e-3, 100
 #: rows over which a slow channel repeats its value, at least (two are smooth behind the filter); fraction of its
 #: changes that are in phase, of those that follow each other so
 MIN_HELD, SAME_PHASE, MIN_HELD_FRACTION = 3, 0.99, 0.5
@@ -45,10 +41,9 @@ class Section(NamedTuple):
 
 
 class Signals(NamedTuple):
-    """Sections of a log on one time step.
+    """Sections of a log on one time step, position [m] and force [N], or if rotary angle [rad] and torque [N.m].
 
-    rotary : angle of the screw [rad] and torque on it [N.m]; else position [m] and force [N]
-    of_speed : the motion is a speed;  step [s];  quantum : least step of the motion, 0: none seen
+    of_speed : the motion is a speed;  quantum : least step of the motion, 0: none seen
     temperature [K], preload [N] : means of the log, None: no such column
     """
 
@@ -64,155 +59,114 @@ class Signals(NamedTuple):
 
 
 def signals_of(log: Log, drive: Drive) -> Signals:
-    """Motion and effort of one side of the drive, in evenly sampled sections.
-
-    Raises       ValueError: an option missing, signals that are constant, sampled too slowly or in pieces too short
-    """
+    """Motion and effort of one side of the drive, in evenly sampled sections."""
     names = [next(name for name in kind if name in log.signals) for kind in (MOTION, EFFORT)]
-    motion_name, effort_name = names
-    of_speed, unit = motion_name.endswith("speed"), log.columns[motion_name].unit
-    rotary = effort_name in ("torque", "screw_torque", "current")
-    scale, effort_scale = _scales(motion_name, effort_name, rotary, unit in ANGLE or unit in SPEED, drive)
+    (motion_name, effort_name), of_speed = names, names[0].endswith("speed")
+    rotary, scale, effort_scale = _scales(motion_name, effort_name, log.columns[motion_name].unit, drive)
     for name in names:
         values = log.signals[name]
         if not np.ptp(values) > 0.0:
-            raise ValueError(
-                f"{log.path}: {name} is constant, {values[0]:.6g} SI; allowed: a log of an axis that moves both ways"
-            )
+            raise ValueError(f"{name} is constant, {values[0]:.6g} SI; allowed: an axis that moves both ways")
     log = _without_repeats(log, names)
     time, left_out, notes = log.signals["time"], dict(log.left_out), list(log.notes)
-    motion = log.signals[motion_name]
     steps = np.diff(time)
-    step, resolution = float(np.median(steps)), _resolution(time)
+    step, differences = float(np.median(steps)), np.diff(np.unique(steps))
+    # between steps beyond rounding of the numbers, 0: they are all equal
+    seen = differences[differences > 4.0 * np.spacing(np.abs(time).max())]
+    resolution = float(seen.min()) if seen.size else 0.0
     if not step * MIN_RATE <= 1.0:
-        raise ValueError(
-            f"{log.path}: time between samples = {step:.4g} s; allowed: at most {1.0 / MIN_RATE:g} s: check the "
-            f"unit of time ({log.columns['time'].unit}), or log faster"
-        )
-    jumps: Array = np.empty(0)
+        remedy = f"check the unit of time ({log.columns['time'].unit}), or log faster"
+        raise ValueError(f"time between samples = {step:.4g} s; allowed: <= {1.0 / MIN_RATE:g} s: {remedy}")
+    motion, effort = (log.signals[name] for name in names)
+    jumps = np.empty(0, dtype=int)
     if not of_speed:
         motion, left_out[f"single samples of {motion_name} that jump"] = _despiked(motion)
-        motion, jumps, wrap_note = _unwrapped(time, motion, log, motion_name, resolution)
-        notes += wrap_note
-    effort, left_out[f"single samples of {effort_name} that jump"] = _despiked(log.signals[effort_name])
+        motion, jumps = _unwrapped(time, motion, log, resolution, notes)
+    effort, left_out[f"single samples of {effort_name} that jump"] = _despiked(effort)
     gaps = np.flatnonzero(steps > GAP * step) + 1
     if gaps.size:
         notes.append(f"{gaps.size} gap(s) in time, the longest {steps.max():.3g} s: the pieces are apart")
     if jumps.size:
         notes.append(f"{jumps.size} jump(s) of the position that are no wrap: the pieces are apart")
-    step, even, note = _sampling(steps[steps <= GAP * step], step, resolution)
-    cuts = np.unique(np.r_[0, gaps, jumps, len(time)]).astype(int)
-    sections, left_out["samples in pieces too short"] = _sections(
-        cuts, time, motion * scale, effort * effort_scale, None if even else step
-    )
-    if not sections:
-        raise ValueError(
-            f"{log.path}: all pieces between gaps and jumps are shorter than {MIN_SECTION} samples; allowed: a longer "
-            "piece without a gap"
-        )
-    temperature, preload = (
-        float(np.nanmean(log.signals[name])) if name in log.signals else None
-        for name in ("temperature", "preload")
-    )
+    step, even = _sampling(steps[steps <= GAP * step], step, resolution, notes)
     quantum = _quantum(log.signals[motion_name]) * abs(scale)
-    return Signals(rotary, of_speed, step, quantum, sections, temperature, preload, left_out, notes + note)
-
-
-def _scales(motion: str, effort: str, rotary: bool, angular: bool, drive: Drive) -> tuple[float, float]:
-    """Motion and effort on the side of the result over those of the log.
-
-    Raises       ValueError: an option that these signals need is missing
-    """
-    if effort == "current" and drive.torque_constant is None:
-        raise ValueError(
-            "--torque-constant-nm-a (missing); needed with a column current: data sheet of the motor"
-        )
-    if effort == "voltage" and drive.gain is None:
-        raise ValueError(
-            "--gain-n-v (missing); needed with a column voltage: force of the drive over its voltage"
-        )
-    if angular != rotary and drive.lead is None:
-        what = "an angle or speed with a force"
-        if rotary:
-            what = "a position or velocity along the axis with a torque or current"
-        raise ValueError(f"--lead-mm or --screw (missing); needed with {what}")
-    motion_scale = 1.0 if motion.startswith("screw") or not angular else 1.0 / drive.ratio
-    if angular != rotary:
-        lead = drive.lead or math.nan
-        motion_scale = motion_scale * lead if angular else motion_scale / lead
-    constant = {"current": drive.torque_constant, "voltage": drive.gain}.get(effort) or 1.0
-    return motion_scale, constant * (drive.ratio if effort in ("torque", "current") else 1.0)
-
-
-def _sections(
-    cuts: np.ndarray, time: Array, motion: Array, effort: Array, step: float | None
-) -> tuple[list[Section], int]:
-    """Pieces between cuts, interpolated on a time step if one is given; samples in pieces that are too short."""
+    motion, effort = motion * scale, effort * effort_scale
     sections, short = [], 0
-    for first, last in pairwise(cuts):
+    for first, last in pairwise(np.unique(np.r_[0, gaps, jumps, len(time)]).tolist()):
         if last - first < MIN_SECTION:
-            short += int(last - first)
+            short += last - first
             continue
         t, x, y = (values[first:last] for values in (time, motion, effort))
-        if step is not None:
+        if not even:
             new = np.arange(t[0], t[-1], step)
             x, y = CubicSpline(t, x)(new), np.interp(new, t, y)
         sections.append(Section(x, y))
-    return sections, short
+    left_out["samples in pieces too short"] = short
+    if not sections:
+        raise ValueError(f"pieces between gaps and jumps too short; allowed: >= {MIN_SECTION} samples")
+    slow = (log.signals.get(name) for name in SLOW)
+    temperature, preload = (None if values is None else float(np.nanmean(values)) for values in slow)
+    return Signals(rotary, of_speed, step, quantum, sections, temperature, preload, left_out, notes)
 
 
-def _sampling(inside: Array, step: float, resolution: float) -> tuple[float, bool, list[str]]:
-    """Time step of sections, whether their samples are even, a note.
+def _scales(motion: str, effort: str, unit: str, drive: Drive) -> tuple[bool, float, float]:
+    """Whether the result is that of a screw; motion and effort there over those of the log."""
+    angular, rotary = unit in ANGLE or unit in SPEED, effort in ("torque", "screw_torque", "current")
+    constant = {"current": drive.torque_constant, "voltage": drive.gain}.get(effort, 1.0)
+    if constant is None:
+        option = "--torque-constant-nm-a" if effort == "current" else "--gain-n-v"
+        raise ValueError(f"{option} (missing); needed with a column {effort}")
+    scale = 1.0 if motion.startswith("screw") or not angular else 1.0 / drive.ratio
+    if angular != rotary:
+        if drive.lead is None:
+            which = "a motion along the axis and a torque" if rotary else "an angle and a force"
+            raise ValueError(f"--lead-mm or --screw (missing); needed with {which}")
+        scale *= drive.lead if angular else 1.0 / drive.lead
+    return rotary, scale, constant * (drive.ratio if effort in ("torque", "current") else 1.0)
 
-    Parameters   inside : steps of time that are no gaps;  step : the median
-    """
+
+def _sampling(inside: Array, step: float, resolution: float, notes: list[str]) -> tuple[float, bool]:
+    """Time step of sections and whether their samples are even, of the steps that are no gaps and their median."""
     mean, spread = float(inside.mean()), float(np.ptp(inside))
-    near = abs(mean / step - 1.0) <= 1e-2
+    if spread <= UNEVEN * step:
+        return mean, True
     rounded = float(np.max(np.abs(inside - step))) <= min(1.01 * resolution, 0.5 * step)
-    if not (spread <= UNEVEN * step or (rounded and near)):
-        note = f"uneven sampling, {inside.min():.3g} to {inside.max():.3g} s: interpolated on {step:.4g} s"
-        return step, False, [note]
-    step = mean if near else step
-    if spread > UNEVEN * step:
-        return step, True, [f"time rounded to {resolution:.3g} s: taken as evenly sampled, each {step:.6g} s"]
-    return step, True, []
+    if rounded and abs(mean / step - 1.0) <= 1e-2:
+        notes.append(f"time rounded to {resolution:.3g} s: taken as evenly sampled, each {mean:.6g} s")
+        return mean, True
+    notes.append(f"uneven sampling, {inside.min():.3g} to {inside.max():.3g} s: interpolated on {step:.4g} s")
+    return step, False
 
 
-def _without_repeats(log: Log, names: Sequence[str]) -> Log:
-    """The rows in which the slower of motion and effort is sampled, where an export repeats its value in between."""
-    rows = {name: _held_rows(log.signals[name]) for name in names}
-    name = max(names, key=lambda one: rows[one][0])
-    held, phase = rows[name]
-    if held < MIN_HELD:
-        return log
-    rate = 1.0 / float(np.median(np.diff(log.signals["time"])))
-    note = f"{name} repeats each value in {held} rows: one of them is used, {rate / held:.4g} of {rate:.4g} samples/s"
-    signals = {key: values[phase::held] for key, values in log.signals.items()}
-    fewer = len(log.signals[name]) - len(signals[name])
-    left_out = log.left_out | {f"rows that repeat the {name}": fewer}
-    return log._replace(signals=signals, left_out=left_out, notes=[*log.notes, note])
-
-
-def _held_rows(values: Array) -> tuple[int, int]:
-    """Number of rows over which a value is repeated, and the first row with a new one; 1 if it is not.
+def _without_repeats(log: Log, names: list[str]) -> Log:
+    """The rows in which the slower of motion and effort is sampled, where an export repeats its value in between.
 
     The changes of a slow channel all are a whole number of such rows apart; those of a coarse encoder are not.
     """
-    changes = np.flatnonzero(np.diff(values)) + 1
-    apart = np.diff(changes)
-    if len(apart) < MIN_SECTION:
-        return 1, 0
-    held = int(np.median(apart))
-    phase = int(np.bincount(changes % held).argmax())
-    in_phase, follow = np.mean(changes % held == phase), np.mean(apart == held)
-    return (held, phase) if in_phase >= SAME_PHASE and follow >= MIN_HELD_FRACTION else (1, 0)
+    held, phase, slow = 1, 0, ""
+    for name in names:
+        changes = np.flatnonzero(np.diff(log.signals[name])) + 1
+        apart = np.diff(changes)
+        if len(apart) >= MIN_SECTION:
+            rows = int(np.median(apart))
+            first = int(np.bincount(changes % rows).argmax())
+            in_phase, follow = np.mean(changes % rows == first), np.mean(apart == rows)
+            if rows > held and in_phase >= SAME_PHASE and follow >= MIN_HELD_FRACTION:
+                held, phase, slow = rows, first, name
+    if held < MIN_HELD:
+        return log
+    rate = 1.0 / float(np.median(np.diff(log.signals["time"])))
+    note = f"{slow} repeats each value in {held} rows: one of them is used, {rate / held:.4g} of {rate:.4g} samples/s"
+    signals = {key: values[phase::held] for key, values in log.signals.items()}
+    left_out = log.left_out | {f"rows that repeat the {slow}": len(log.signals[slow]) - len(signals[slow])}
+    return log._replace(signals=signals, left_out=left_out, notes=[*log.notes, note])
 
 
 def _despiked(values: Array) -> tuple[Array, int]:
     """A position or effort without single samples that jump there and back, and their number."""
     limit = min(0.5 * float(np.ptp(values)), JUMP * float(np.quantile(np.abs(np.diff(values)), USUAL)))
-    spikes = np.flatnonzero(np.abs(values - median_filter(values, 3)) > max(limit, 0.0))
-    if not limit > 0.0 or not spikes.size or spikes.size > 0.01 * len(values):
+    spikes = np.flatnonzero(np.abs(values - median_filter(values, 3)) > limit)
+    if not limit > 0.0 or spikes.size > 0.01 * len(values):
         return values, 0
     mended = values.copy()
     mended[spikes] = 0.5 * (values[spikes - 1] + values[spikes + 1])
@@ -220,25 +174,23 @@ def _despiked(values: Array) -> tuple[Array, int]:
 
 
 def _unwrapped(
-    time: Array, position: Array, log: Log, name: str, resolution: float
-) -> tuple[Array, Array, list[str]]:
-    """The position without the jumps of an encoder that starts again; samples behind other jumps; a note.
+    time: Array, position: Array, log: Log, resolution: float, notes: list[str]
+) -> tuple[Array, np.ndarray]:
+    """The position without the jumps of an encoder that starts again; samples behind other jumps.
 
     A step that differs by whole periods from what the speed of its neighbours gives over its time is such a jump.
-    resolution : of the time [s]
     """
     step, times = np.diff(position), np.diff(time)
-    half, usual_time = 0.5 * float(np.ptp(position)), float(np.median(times))
-    together, far = times <= GAP * usual_time, np.abs(step) > half
+    together = times <= GAP * float(np.median(times))
     # of neighbours that are mostly no jumps
     usual_step = median_filter(step / times, 5, mode="mirror") * times
-    notes, other = [], far & together
+    other = (np.abs(step) > 0.5 * float(np.ptp(position))) & together
     if other.any():
-        period, unit = float(np.median(np.abs(step - usual_step)[other])), log.columns[name].unit
-        factor = ANGLE.get(unit, (1.0, 0.0))[0]
-        turns = round(period / (2.0 * math.pi))
-        if unit in ANGLE and turns and abs(period / (2.0 * math.pi * turns) - 1.0) <= SAME_WRAP:
-            period = 2.0 * math.pi * turns
+        unit = next(log.columns[name].unit for name in MOTION if name in log.signals)
+        period = float(np.median(np.abs(step - usual_step)[other]))
+        turn = 2.0 * math.pi * max(round(period / (2.0 * math.pi)), 1)
+        if unit in ANGLE and abs(period / turn - 1.0) <= SAME_WRAP:
+            period = turn
         wraps = np.round((usual_step - step) / period)
         joined = step + period * wraps
         speed = np.pad(joined / times, 1, mode="edge")
@@ -249,39 +201,25 @@ def _unwrapped(
         if (differs & jumps).sum() <= NO_WRAPS * jumps.sum():
             other, step, usual_step = differs & jumps, joined, median_filter(joined, 5, mode="mirror")
             position = position[0] + np.r_[0.0, np.cumsum(joined)]
-            shown = f"{period / factor:.6g} {unit if unit in ANGLE else 'm'}"
-            notes = [f"position starts again {int((jumps & ~differs).sum())} times, every {shown}: joined"]
+            shown = f"{period / ANGLE[unit][0]:.6g} {unit}" if unit in ANGLE else f"{period:.6g} m"
+            times_of = int((jumps & ~differs).sum())
+            notes.append(f"position starts again {times_of} times, every {shown}: joined")
     size = np.abs(step)
     usual = float(np.quantile(np.abs(usual_step), USUAL) or np.quantile(size, USUAL))
     jumps = np.flatnonzero(other | ((size > JUMP * usual) & together & (usual > 0.0)))
     if jumps.size > 0.01 * len(position):
-        sizes = size[jumps]
         raise ValueError(
-            f"{log.path}: position jumps {jumps.size} times, by {sizes.min():.4g} to {sizes.max():.4g} (SI); "
-            "allowed: a position without jumps, or jumps of one size, those of an encoder that starts again"
+            f"position jumps {jumps.size} times, by {size[jumps].min():.4g} to {size[jumps].max():.4g} (SI); allowed: "
+            "no jumps, or jumps of one size, those of an encoder that starts again"
         )
-    return position, (jumps + 1).astype(np.float64), notes
-
-
-def _resolution(time: Array) -> float:
-    """Least difference between steps of time beyond rounding of the numbers [s], 0: they are all equal."""
-    differences = np.diff(np.unique(np.diff(time)))
-    rounding = 4.0 * np.spacing(np.abs(time).max())
-    seen = differences[differences > rounding]
-    return float(seen.min()) if seen.size else 0.0
+    return position, jumps + 1
 
 
 def _quantum(values: Array) -> float:
     """Least step of a signal that has few values; 0: it has many."""
-    found = np.unique(values[: 20 * 2048])
-    steps = np.diff(found)
+    steps = np.diff(np.unique(values[: 20 * 2048]))
     if len(steps) < 2:
         return 0.0
     least = float(steps[steps > 1e-9 * np.ptp(values)].min(initial=np.ptp(values)))
     whole = steps / least
     return least if float(np.mean(np.abs(whole - np.round(whole)) < 0.05)) > 0.9 else 0.0
-
-
-def integral(speed: Array, step: float) -> Array:
-    """Position over a speed."""
-    return np.asarray(cumulative_trapezoid(speed, dx=step, initial=0.0))

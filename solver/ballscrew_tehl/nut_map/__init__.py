@@ -1,4 +1,1 @@
-"""The nut map: friction and film of a whole nut over (axial force, speed, temperature).
-
-The package imports nothing by itself.
-"""
+"""The nut map: friction and film of a whole nut over axial force, speed and temperature; imports nothing by itself."""

@@ -1,7 +1,5 @@
 """Building a map: the contacts of the balls, read from the atlas, summed over a nut; no contact is solved."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -9,7 +7,7 @@ import numpy as np
 from .._version import __version__
 from ..atlas.ball_contacts import BallContacts
 from ..atlas.contact_atlas import OutsideAtlasError
-from ..friction.mechanistic import law_constants, powers_of_nuts
+from ..friction.mechanistic import Nut, law_constants, powers_of_nuts
 from ..friction.torque import load_torques
 from ..parameters.file import FOUR_POINT, Parameters
 from ..physics.ball_law import Array
@@ -66,14 +64,9 @@ def build_map(
 
 def map_header(parameters: Parameters, grid: MapGrid) -> dict[str, Any]:
     """Axes, kinematics and version of a map."""
+    axes = {name: list(getattr(grid, name)) for name in ("force", "speed", "temperature", "preload")}
     return {
-        "axes": {
-            "force": list(grid.force),
-            "speed": list(grid.speed),
-            "temperature": list(grid.temperature),
-            "preload": list(grid.preload),
-            "share": [0.0, 1.0, grid.share_nodes],
-        },
+        "axes": axes | {"share": [0.0, 1.0, grid.share_nodes]},
         "kinematics": parameters.friction.kinematics,
         "film_kinematics": ROLLING_FRAME,
         "version": __version__,
@@ -90,10 +83,9 @@ def atlas_fraction(contacts: BallContacts, grid: MapGrid) -> float:
 
 
 def extreme_values(parameters: Parameters, contacts: BallContacts, grid: MapGrid) -> Array:
-    """Least films and largest rise over the load-carrying balls of one nut (..., 6).
+    """Minimum and central film [m], largest rise [K] over the load-carrying balls of one nut (..., 6), by raceway.
 
-    Minimum film screw, nut; central film screw, nut [m]; temperature rise screw, nut [K]. Films fall and heating
-    rises with load, but not everywhere: both ends of the range of loads are evaluated.
+    Films fall and heating rises with load, but not everywhere: both ends of the range of loads are evaluated.
     """
     forces, *points = _nodes(grid)
     values = np.empty((forces.size, *(nodes.size for nodes in points), 6))
@@ -114,29 +106,28 @@ def force_values(parameters: Parameters, grid: MapGrid) -> Array:
     values = np.empty((grid.force[2], len(FORCE_CURVES)))
     for i, force in enumerate(_nodes(grid)[0]):
         alone = load_torques(parameters, nut_loads(screw, float(force), screw.ball_count))
-        heaviest = float(nut_loads(screw, float(force), screw.loaded_ball_count).max())
-        p_max = largest_pressure(screw, float(force))
-        values[i] = *alone, 1.0, p_max, heaviest
+        heaviest = nut_loads(screw, float(force), screw.loaded_ball_count).max()
+        values[i] = *alone, 1.0, largest_pressure(screw, float(force)), heaviest
     return values
 
 
 def mechanistic_values(parameters: Parameters, contacts: BallContacts, grid: MapGrid) -> tuple[Array, Array]:
-    """Torques of one nut by the mechanistic law and of its force alone.
+    """Torques of one nut by the mechanistic law, and those of its force alone.
 
-    Returns      (n_force, n_speed, n_temperature, 4): rolling torque screw and nut, shear torque [N.m], thrust factor;
-                 (n_force, 3): hysteresis torque, ball-ball torque at coefficient 1 [N.m], shear of a ball on two flanks
-                 over that of one on four alike, geometric mean over speeds and SPARSE temperatures
+    (n_force, n_speed, n_temperature, 4): rolling torque screw and nut, shear torque [N.m], thrust factor; (n_force, 3):
+    hysteresis torque, ball-ball torque at coefficient 1 [N.m], shear of a ball on two flanks over that of one on four
+    alike, geometric mean over speeds and SPARSE temperatures
     """
     forces, speeds, temperatures = _nodes(grid)
     loads = [nut_loads(parameters.screw, float(f), parameters.screw.loaded_ball_count) for f in forces]
     at = speeds[:, None], temperatures
-    (powers,) = powers_of_nuts([parameters], [(own, None) for own in loads], *at, contacts)
+    (powers,) = powers_of_nuts([parameters], [Nut(own) for own in loads], *at, contacts)
     values = np.stack(
-        [np.stack([p.rolling_screw, p.rolling_nut, p.shear, p.thrust_factor], axis=-1) for p in powers]
+        [np.stack([p.viscous_screw, p.viscous_nut, p.shear, p.thrust_factor], axis=-1) for p in powers]
     )
-    alone = np.array([(p.hysteresis, p.ball_ball, 1.0) for p in powers])
+    alone = np.array([(p.hysteresis, p.sliding, 1.0) for p in powers])
     if parameters.screw.preload_kind == FOUR_POINT:
-        two = [(own, np.zeros_like(own)) for own in loads]
+        two = [Nut(own, np.zeros_like(own)) for own in loads]
         (free,) = powers_of_nuts([parameters], two, speeds[:, None], temperatures[SPARSE], contacts)
         ratios = [one.shear / p.shear[:, SPARSE] for one, p in zip(free, powers, strict=True)]
         alone[:, 2] = np.exp(np.mean(np.log(ratios), axis=(1, 2)))
@@ -144,15 +135,10 @@ def mechanistic_values(parameters: Parameters, contacts: BallContacts, grid: Map
 
 
 def sharing_values(parameters: Parameters, grid: MapGrid) -> tuple[Array, Array]:
-    """Separation load over preload (n_preload, 2) and (relieved force/preload)^(2/3) (n_preload, n_share, 2).
-
-    Last axis: axial load > 0 and < 0. Columns as bspline.map_arrays takes them.
-    """
+    """Separation load over preload (n_preload, 2), (relieved force/preload)^(2/3) (n_preload, n_share, 2); load +-."""
     screw, count = parameters.screw, parameters.screw.ball_count
-    preloads = np.geomspace(*grid.preload)
-    shares = np.linspace(0.0, 1.0, grid.share_nodes)
-    ratio = np.empty((preloads.size, 2))
-    relieved = np.zeros((preloads.size, shares.size, 2))
+    preloads, shares = np.geomspace(*grid.preload), np.linspace(0.0, 1.0, grid.share_nodes)
+    ratio, relieved = np.empty((preloads.size, 2)), np.zeros((preloads.size, shares.size, 2))
     for i, preload in enumerate(preloads):
         for side, sign in enumerate((1, -1)):
             largest = abs(separation_load(screw, float(preload), count, sign))

@@ -1,7 +1,5 @@
 """A map before it is stored, without what makes it: a map is read faster than that is imported."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

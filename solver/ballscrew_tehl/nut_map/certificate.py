@@ -1,6 +1,4 @@
-"""Errors of one map against direct per-ball solves, for whoever doubts the certificate of the atlas."""
-
-from __future__ import annotations
+"""Errors of one map against direct per-ball solves, to check the certificate of the atlas."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -34,6 +32,10 @@ LEAST_RISE = 10.0
 QUANTILES = {0.5: "50", 0.99: "99", 0.999: "999"}
 #: how sure a claim is
 CONFIDENCE = 0.95
+
+
+#: preload [N], speed [rad/s], temperature [K], axial load [N]
+Point = tuple[float, float, float, float]
 
 
 class Deviation(NamedTuple):
@@ -72,10 +74,8 @@ def region_points(nut_map: NutMap, parameters: Parameters, count: int) -> dict[s
         temperature = cold + (hot - cold) * unit[:, 2]
         reach = np.minimum(1.5 * preload, axes["force"][1] - preload) if region == AXIAL_LOAD else 0.0
         at = np.stack([preload, speed, temperature, (2.0 * unit[:, 3] - 1.0) * reach], axis=1)
-        screw = parameters.screw
-        heaviest = np.array(
-            [nut_loads(screw, force, screw.loaded_ball_count).max() for force in preload.tolist()]
-        )
+        screw, balls = parameters.screw, parameters.screw.loaded_ball_count
+        heaviest = np.array([nut_loads(screw, force, balls).max() for force in preload.tolist()])
         films = [film_formula(parameters, raceway, heaviest, speed, temperature) for raceway in RACEWAYS]
         points[region] = at[np.min(films, axis=0) >= MIN_FILM][:size]
     return points
@@ -93,28 +93,21 @@ def claim(points: int) -> str:
     )
 
 
-def deviation_at(nut_map: NutMap, parameters: Parameters, point: tuple[float, ...]) -> Deviation:
-    """Errors of friction torque, least central film and largest rise [of the rise, of LEAST_RISE if that is more].
-
-    Parameters   point: preload [N], speed [rad/s], temperature [K], axial load [N]
-    Returns      NOT_SOLVED where a contact did not converge
-    """
+def deviation_at(nut_map: NutMap, parameters: Parameters, point: Point) -> Deviation:
+    """Errors at a point of region_points, of the rise over itself or LEAST_RISE; NOT_SOLVED if no contact converged."""
     from ..contact import UnconvergedContactError
     from ..refinement.direct import mean_ball_state, rolling_parameters
 
     friction_set = default_friction_set(parameters)
-    preload, speed, temperature, axial_load = point
-    state = nut_map.evaluate(preload, speed, temperature, axial_load, *friction_set.values)
-    torque = float(state.friction_torque)
-    shown = rolling_parameters(parameters)
+    state = nut_map.evaluate(*point, *friction_set.values)
     try:
-        direct = mean_ball_state(parameters, friction_set, preload, speed, temperature, axial_load, shown)
+        direct = mean_ball_state(parameters, friction_set, *point, rolling_parameters(parameters))
     except UnconvergedContactError:
         return NOT_SOLVED
     films = ("film_thickness_central_screw", "film_thickness_central_nut")
     rise = direct.film_temperature_rise
     return Deviation(
-        abs(torque / direct.friction_torque - 1.0),
+        abs(float(state.friction_torque) / direct.friction_torque - 1.0),
         max(abs(getattr(state, name) / getattr(direct, name) - 1.0) for name in films),
         abs(state.film_temperature_rise - rise) / max(rise, LEAST_RISE),
     )
@@ -129,14 +122,11 @@ def deviation_from_direct(
 ) -> dict[str, Any]:
     """Relative deviations of a map from direct per-ball solves at the points of region_points.
 
-    Parameters   executor: of the concurrent.futures interface, None = in this process
-    Returns      error_totals of the whole; points_not_solved: those that count nowhere because a contact did not
-                 converge; regions: error_totals of the points with preload alone, those with an axial load, and further
-                 ones below the lowest speed of the map, which do not count in the whole
-    Raises       ArithmeticError: no contact converged
+    error_totals of the whole, where points_not_solved do not count, and of every region; ArithmeticError if no contact
+    converged. executor: None = in this process
     """
     regions = region_points(nut_map, parameters, count)
-    points = [tuple(point) for at in regions.values() for point in at.tolist()]
+    points: list[Point] = [tuple(point) for at in regions.values() for point in at.tolist()]
     # in an order without trend, for the time left
     order = np.random.default_rng(SEED).permutation(len(points)).tolist()
     results: Iterator[tuple[int, Deviation]]
@@ -162,11 +152,7 @@ def deviation_from_direct(
     return {
         **error_totals(Deviation._fields, held),
         "points_not_solved": total - len(held),
-        "regions": {
-            region: error_totals(Deviation._fields, errors)
-            for region, errors in solved.items()
-            if len(errors)
-        },
+        "regions": {name: error_totals(Deviation._fields, own) for name, own in solved.items() if len(own)},
         "what": "this map",
     }
 

@@ -1,7 +1,5 @@
 """The map file: .npz with a header, the parameters it was built for and a hash of its content; and maps in memory."""
 
-from __future__ import annotations
-
 import json
 import math
 import zipfile
@@ -14,15 +12,8 @@ from ..friction.baselines import nsk_torque
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.presliding import presliding_angle
 from ..friction.sets import FrictionSet, carried_over, default_friction_set, refuse_other_fit
+from ..parameters import identity
 from ..parameters.file import PACKAGED_DATA, Parameters, ScrewParameters, load_screw
-from ..parameters.identity import (
-    SCREW_FILE,
-    differences,
-    map_parameters,
-    map_parameters_json,
-    parameters_hash,
-    screw_file_json,
-)
 from ..physics.axial_stiffness import axial_stiffness, nut_stiffness_constant
 from ..physics.ball_law import Array, loaded_contact_angle
 from ..physics.kinematics import ROLLING_FRAME
@@ -80,9 +71,9 @@ def _sealed(built: BuiltMap) -> dict[str, Any]:
     header = dict(
         built.header,
         file_format=FILE_FORMAT,
-        parameters_json=map_parameters_json(built.parameters),
-        parameters_hash=parameters_hash(built.parameters),
-        screw_file=screw_file_json(built.parameters),
+        parameters_json=identity.map_parameters_json(built.parameters),
+        parameters_hash=identity.parameters_hash(built.parameters),
+        screw_file=identity.screw_file_json(built.parameters),
     )
     # as it is read again
     header = json.loads(json.dumps(header))
@@ -91,19 +82,13 @@ def _sealed(built: BuiltMap) -> dict[str, Any]:
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
     """Header and variables of a file, checked against its own hash."""
-    damaged = f"{path}: not a readable map file ({{}}): build one with {BUILD_MAP}"
     if not path.exists():
         raise MapError(f"{path}: no such map file: build it with {BUILD_MAP}")
     try:
-        known = is_map_file(path)
-    except OSError as error:
-        raise MapError(damaged.format(error.strerror)) from error
-    if not known:
-        raise MapError(damaged.format("a folder" if path.is_dir() else "of another kind, or cut short"))
-    try:
         header, variables = read_npz(path)
     except (MapError, OSError) as error:
-        raise MapError(damaged.format("cut short or damaged")) from error
+        what = "a folder" if path.is_dir() else "of another kind, or cut short"
+        raise MapError(f"{path}: not a readable map file ({what}): build one with {BUILD_MAP}") from error
     if header.get("file_format") != FILE_FORMAT:
         raise MapError(
             f"{path}: map file format {header.get('file_format')}; expected {FILE_FORMAT}: build it with {BUILD_MAP}"
@@ -135,22 +120,16 @@ def _provenance(friction: FrictionSet, parameters: Parameters, preload: float) -
 
 
 def screw_of_map(path: Path | str) -> Parameters:
-    """Screw and oil that a map file was built for.
-
-    Raises       ValueError: missing, damaged or of another format
-    """
+    """Screw and oil that a map file was built for; MapError: missing, damaged or of another format."""
     header, _ = _read(Path(path))
     try:
-        return map_parameters(header)
+        return identity.map_parameters(header)
     except ValueError as error:
         raise MapError(f"{path}: {error}") from error
 
 
 def parameters_for(path: Path | str | None, parameters: Parameters | None) -> Parameters:
-    """The parameters given, else those of the map file, else the packaged ones.
-
-    Raises       ValueError: something else is given, such as the name of a screw file; as screw_of_map
-    """
+    """The parameters given, else those of the map file, else the packaged ones; ValueError for anything else."""
     if parameters is None:
         return load_screw() if path is None else screw_of_map(path)
     if not isinstance(parameters, Parameters):
@@ -185,7 +164,7 @@ def load_map(
     parameters = parameters_for(path, parameters)
     if path is not None:
         header, variables = _read(Path(path))
-        if other := differences(header["parameters_json"], map_parameters_json(parameters)):
+        if other := identity.differences(header["parameters_json"], identity.map_parameters_json(parameters)):
             raise MapError(
                 f"{path}: this map is of {other[0]}; the screw file is of {other[1]}: without --map a map of the screw "
                 "file is made"
@@ -197,7 +176,7 @@ def load_map(
 
         built = build_map(parameters, screw_grid(parameters), progress)
         header, variables = _sealed(built), built.arrays
-    header[SCREW_FILE] = screw_file_json(parameters)
+    header[identity.SCREW_FILE] = identity.screw_file_json(parameters)
     if friction_set is not None:
         refuse_other_fit(friction_set, parameters)
     return _with_friction(header, variables, parameters, friction_set or default_friction_set(parameters))
@@ -207,7 +186,7 @@ def packaged_map_of(parameters: Parameters) -> tuple[dict[str, Any], dict[str, A
     """Header and arrays of the packaged map of a screw; None: there is none, or its file asks for another range."""
     rolling = parameters.friction.kinematics == ROLLING_FRAME
     header, variables = _read(packaged_map(VG100 if rolling else "published"))
-    other = differences(header["parameters_json"], map_parameters_json(parameters))
+    other = identity.differences(header["parameters_json"], identity.map_parameters_json(parameters))
     return None if other or parameters.map != type(parameters.map)() else (header, variables)
 
 
@@ -248,10 +227,7 @@ def _with_friction(
 
 
 def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:
-    """Numbers of a screw for its FMUs: lead, diameter [m], stiffness of the nut at a preload [N/m], [N], seals [N.m].
-
-    The contacts keep the angle that they have under this preload.
-    """
+    """Numbers of a screw for its FMUs (SI), stiffness of the nut at the angle of its contacts under a preload [N]."""
     angle = float(loaded_contact_angle(screw, preload, screw.loaded_ball_count))
     stiffness = axial_stiffness(nut_stiffness_constant(screw, angle), preload)
     return {

@@ -1,7 +1,5 @@
 """Range and nodes of a map, from what the screw and its oil allow."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -71,10 +69,7 @@ def largest_pressure(screw: ScrewParameters, force: float) -> float:
 
 
 def force_at_pressure(screw: ScrewParameters) -> float:
-    """Axial force of one nut [N] at which the largest Hertz pressure of its balls reaches PRESSURE_LIMIT.
-
-    Raises       ValueError: not between MIN_FORCE and LARGEST_FORCE
-    """
+    """Axial force of one nut [N] at which the largest Hertz pressure of its balls reaches PRESSURE_LIMIT."""
 
     def excess(ln_force: float) -> float:
         return math.log(largest_pressure(screw, math.exp(ln_force)) / PRESSURE_LIMIT)
@@ -89,10 +84,7 @@ def force_at_pressure(screw: ScrewParameters) -> float:
 
 
 def temperature_range(parameters: Parameters) -> tuple[float, float]:
-    """Oil temperatures [K] of a map: COLDEST to HOTTEST, where the oil is between THICKEST_OIL and THINNEST_OIL.
-
-    Raises       ValueError: fewer than MIN_SPAN kelvin are left
-    """
+    """Oil temperatures [K] of a map: COLDEST to HOTTEST, where the oil is between THICKEST_OIL and THINNEST_OIL."""
     oil = parameters.lubricant
     good = _temperatures_of_viscosity(oil, (COLDEST, HOTTEST), (THINNEST_OIL, THICKEST_OIL))
     if good.size == 0 or not good[-1] - good[0] >= MIN_SPAN:
@@ -125,44 +117,36 @@ def map_grid(
     preload: tuple[float, float] | None = None,
     speed: tuple[float, float] | None = None,
     temperature: tuple[float, float] | None = None,
-    base: MapGrid | None = None,
 ) -> MapGrid:
-    """Range of a map from the screw and its oil, with the nodes of a base.
+    """Range of a map from the screw and its oil; ValueError: no map can have it.
 
-    Parameters   preload [N], speed [rad/s], temperature [K]: lowest and highest; None = from the screw: preload to
-                 force_at_pressure, or FREED of the largest_preload of oversize balls, speed to SPEED_FACTOR_LIMIT over
-                 the diameter of the ball centre circle, both rounded down to two digits; temperature_range
-                 base: nodes; None = the default
-    Raises       ValueError: ends beyond WIDEST_ENDS or in the wrong order, too high a pressure, an oil too thick or
-                 too thin, no range in the parameters
+    preload [N], speed [rad/s], temperature [K]: lowest and highest; None = from the screw: preload to the
+    force_at_pressure, or FREED of the largest_preload of oversize balls, speed to SPEED_FACTOR_LIMIT over the diameter
+    of the ball centre circle, both rounded down to two digits; temperature_range
     """
-    base = base or MapGrid()
     if preload is None:
         screw = parameters.screw
-        most = min(force_at_pressure(screw), FREED * largest_preload(screw, screw.ball_count))
-        most = _rounded_down(most)
-        preload = PRELOAD_SPAN * most, most
+        highest = _rounded_down(
+            min(force_at_pressure(screw), FREED * largest_preload(screw, screw.ball_count))
+        )
+        preload = PRELOAD_SPAN * highest, highest
     if speed is None:
         fastest = RPM * _rounded_down(SPEED_FACTOR_LIMIT / (2.0 * parameters.screw.nominal_radius) / RPM)
         speed = SPEED_SPAN * fastest, fastest
     if temperature is None:
         temperature = temperature_range(parameters)
-    _refuse_ends(parameters, {"preload": preload, "speed": speed, "temperature": temperature})
-    return replace(
-        base,
-        # an axial load relieves one nut
-        force=(min(FORCE_SPAN * preload[1], 0.1 * preload[0]), preload[1], base.force[2]),
-        speed=(*speed, base.speed[2]),
-        temperature=(*temperature, base.temperature[2]),
-        preload=(*preload, base.preload[2]),
-    )
+    ends = {"preload": preload, "speed": speed, "temperature": temperature}
+    _refuse_ends(parameters, ends)
+    # an axial load relieves one nut
+    force = min(FORCE_SPAN * preload[1], 0.1 * preload[0]), preload[1]
+    nodes: dict[str, Any] = {
+        name: (*own, getattr(MapGrid(), name)[2]) for name, own in (ends | {"force": force}).items()
+    }
+    return replace(MapGrid(), **nodes)
 
 
 def screw_grid(parameters: Parameters, given: Mapping[str, float] | None = None) -> MapGrid:
-    """Range of the map of a screw.
-
-    Parameters   given : ends by the names of the table [map] of a screw file, SI, before those of the file
-    """
+    """Range of the map of a screw; given: ends by the names of the table [map], SI, before those of the screw file."""
     ends = parameters.map.model_dump() | dict(given or {})
 
     def of(name: str) -> tuple[float, float] | None:
@@ -207,8 +191,6 @@ def _refuse_ends(parameters: Parameters, ends: Mapping[str, tuple[float, float]]
 def ball_range(parameters: Parameters, grid: MapGrid) -> BallRange:
     """Range that holds every ball load of a nut from the lowest to the highest force."""
     screw = parameters.screw
-    lightest = float(nut_loads(screw, grid.force[0], screw.ball_count).min())
-    heaviest = float(nut_loads(screw, grid.force[1], screw.loaded_ball_count).max())
-    return BallRange(
-        ((1.0 - LOAD_MARGIN) * lightest, (1.0 + LOAD_MARGIN) * heaviest), grid.speed[:2], grid.temperature[:2]
-    )
+    lightest = (1.0 - LOAD_MARGIN) * float(nut_loads(screw, grid.force[0], screw.ball_count).min())
+    heaviest = (1.0 + LOAD_MARGIN) * float(nut_loads(screw, grid.force[1], screw.loaded_ball_count).max())
+    return BallRange((lightest, heaviest), grid.speed[:2], grid.temperature[:2])

@@ -1,11 +1,9 @@
 """Interval of the torque of a map by the mechanistic law, from the contacts of the atlas."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,15 +16,13 @@ from ..mechanics import catalogue_preload
 from ..parameters.file import Parameters, ScrewParameters
 from ..physics.ball_law import Array
 from ..runtime.bspline import fit as coefficients_of
+from ..runtime.evaluate import NutMap
 from ..runtime.packed import POINT
-
-if TYPE_CHECKING:
-    from ..runtime.evaluate import NutMap
 
 #: key of a header
 BAND = "mechanistic_interval"
-#: temperature [K] nearest to which the band of a map is stated
-BAND_TEMPERATURE = 303.15
+#: temperature [K] nearest to which the band of a map is stated; relative accuracy of the ends of a preload
+BAND_TEMPERATURE, PRELOAD_ACCURACY = 303.15, 1e-3
 #: nodes of interval_table: ends of the interval without axial load, two maps, 768 points: off by 0.15 % in the mean,
 #: 0.7 % at 95 %, 2.5 % at most, in cold oil at high speed, where the supply of oil begins to fail
 TABLE_NODES = 9, 11, 7
@@ -63,22 +59,14 @@ def _calibrated_within(axes: Mapping[str, Any], friction_set: FrictionSet) -> Fr
     return replace(friction_set, calibrated_at=at)
 
 
-def interval_table(
-    parameters: Parameters,
-    axes: Mapping[str, Any],
-    friction_set: FrictionSet,
-    nodes: tuple[int, int, int] = TABLE_NODES,
-) -> Array:
+def interval_table(parameters: Parameters, axes: Mapping[str, Any], friction_set: FrictionSet) -> Array:
     """Interval without axial load as B-spline coefficients, for readers that solve no ball.
 
-    Parameters   axes : of the header;  nodes : of the table, over force, speed and temperature
-    Returns      (force, speed, temperature, 2): ln of low and high end over the torque, on the axes of the map with
-                 these nodes
-    Raises       ArithmeticError: equilibrium of a ball not found
+    (force, speed, temperature, 2): ln of low and high end over the torque, on the axes of the map with TABLE_NODES
     """
     (light, heavy), (slow, fast), (cold, hot) = (axes[name][:2] for name in ("force", "speed", "temperature"))
-    forces, speeds = np.geomspace(light, heavy, nodes[0]), np.geomspace(slow, fast, nodes[1])
-    temperatures = np.linspace(cold, hot, nodes[2])
+    forces, speeds = np.geomspace(light, heavy, TABLE_NODES[0]), np.geomspace(slow, fast, TABLE_NODES[1])
+    temperatures = np.linspace(cold, hot, TABLE_NODES[2])
     found = relative_intervals(parameters, axes, friction_set, forces, speeds, temperatures)
     return coefficients_of(np.log(found), (0, 1, 2))
 
@@ -91,20 +79,14 @@ def relative_intervals(
     speeds: Array,
     temperatures: Array,
 ) -> Array:
-    """Low and high end of the interval over the torque without axial load, on a grid within a map.
+    """Low and high end of the interval over the torque (p, s, t, 2) without axial load, on a grid within a map.
 
-    Parameters   preloads (p,) [N] > 0, speeds (s,) [rad/s], temperatures (t,) [K];  contacts : None = without table
-    Returns      (p, s, t, 2)
-    Raises       ArithmeticError: equilibrium of a ball not found
+    preloads (p,) [N] > 0, speeds (s,) [rad/s], temperatures (t,) [K]
     """
     contacts, friction_set = BallContacts(parameters), _calibrated_within(axes, friction_set)
     return np.stack(
         interval_ends(parameters, preloads, contacts, speeds, temperatures, friction_set), axis=-1
     )
-
-
-#: relative accuracy of the ends of a preload
-PRELOAD_ACCURACY = 1e-3
 
 
 class PreloadInterval(NamedTuple):
@@ -128,12 +110,10 @@ def preload_interval(
     speed: float,
     temperature: float,
 ) -> PreloadInterval:
-    """Interval of the preload behind a measured torque.
+    """Interval of the preload [N] found behind a measured torque [N.m] >= 0.
 
-    Parameters   torque : measured [N.m], >= 0;  preload : found by it [N];  speed [rad/s], temperature [K]
-    Returns      low, whose interval of the torque has the measured one as its high end, and high, as its low end;
-                 where the map does not reach so far, its end
-    Raises       ArithmeticError as map_interval
+    low, whose interval of the torque has the measured one as its high end, and high, as its low end; where the map does
+    not reach so far, its end
     """
     axes, at = nut_map.header["axes"], (speed, temperature)
     lowest, highest = axes["preload"][0], min(axes["force"][1], axes["preload"][1])
@@ -175,11 +155,7 @@ def band_point(axes: Mapping[str, Any], screw: ScrewParameters) -> tuple[float, 
 
 
 def band(parameters: Parameters, axes: Mapping[str, Any], friction_set: FrictionSet) -> dict[str, Any]:
-    """Entry mechanistic_interval of a header.
-
-    Point (SI) and ends over the torque; numbers: what they depend on beside the map, constants, the unknown ones of
-    them, friction numbers and their fit; fitted: whether there is one.
-    """
+    """Entry mechanistic_interval of a header: point (SI), ends over the torque, and what they depend on."""
     point, fit = band_point(axes, parameters.screw), fit_of(friction_set, parameters)
     low, high = map_interval(parameters, axes, friction_set, *point).relative
     numbers = {

@@ -6,8 +6,6 @@ fall with speed. So may the mechanistic law with a replenishment_constant. Found
 look-ups for one: too slow for the step of an FMU, which does not flag it.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -49,10 +47,9 @@ class Trend(NamedTuple):
 def unphysical_trend(
     nut_map: NutMap, preload: Any, speed: Any, temperature: Any, axial_load: Any = 0.0
 ) -> Trend:
-    """Trends at operating points; arguments of NutMap.evaluate, with the default friction parameters of the map.
+    """Trends at operating points, arguments of NutMap.evaluate, as booleans or arrays of them.
 
-    Returns      Trend of booleans, arrays for arrays; False everywhere below the lowest speed of the map and outside
-                 the map
+    False everywhere below the lowest speed of the map and outside the map
     """
     point = preload, speed, temperature, axial_load
     preload, speed, temperature, axial_load = (np.asarray(a, dtype=float) for a in point)
@@ -81,8 +78,8 @@ def unlike_flanks(parameters: Parameters, preload: float, axial_load: float, tor
     """One line if an axial load nearly frees oversize balls of two flanks, which a map follows in closed form; else "".
 
     Between held by all four flanks and free on two, the ball slips on the relieved ones (runtime.nut_law.freed_shear).
+    torque : [N m] with the motion of the ball between unlike flanks
 
-    Parameters   preload, axial_load : [N];  torque : [N m] with the motion of the ball between unlike flanks
     Source       ten example screws over the range of their maps, contacts in closed form: torque of the map off by
                  0.2 % from MIN_FORCE_RATIO on (2.6 % at most), below by 2 % in the mean, 9 % for 95 % of the points and
                  21 % at most; free of two flanks by 0.5 % (2.2 % at most)

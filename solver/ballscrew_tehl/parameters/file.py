@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
+from pydantic.fields import FieldInfo
 
 from .oil import LubricantParameters
 from .screw import (
@@ -20,13 +21,12 @@ from .screw import (
     ScrewParameters,
     SolidParameters,
 )
-from .toml import FieldError, ParameterError, Table, bounds_of, dimension_of, read_toml
-from .units import UNITS, to_si
+from .toml import Entry, FieldError, ParameterError, Table, read_toml
+from .units import to_si
 
 __all__ = [
     "FOUR_POINT", "FrictionTable", "Law", "LubricantParameters", "ParameterError", "Parameters", "PublishedSpeeds",
-    "ScrewParameters", "SolidParameters", "changed", "graded_oil",
-    "load_screw",
+    "ScrewParameters", "SolidParameters", "changed", "graded_oil", "load_screw",
 ]  # fmt: skip
 
 #: folder of the packaged data: the screw of the paper, its measurements, fitted sets and maps
@@ -45,24 +45,8 @@ TABLES: dict[str, type[Table]] = {
     "published_speeds": PublishedSpeeds,
     "map": MapParameters,
 }
-
-
-#: keys of files of before, by table
-WORDS_OF_BEFORE = {"friction": ("kinematics", "set")}
-
-
-def _dimensions(table: str) -> dict[str, str | None]:
-    """Dimensions of the keys of a table."""
-    fields = {name: dimension_of(field) for name, field in TABLES[table].model_fields.items()}
-    return fields | dict.fromkeys(WORDS_OF_BEFORE.get(table, ()))
-
-
-def _key_forms(table: str) -> dict[str, list[str]]:
-    """Keys by which each field of a table may be given, with the unit of data sheets first."""
-    return {
-        field: [field] if dimension is None else [f"{field}_{unit}" for unit in UNITS[dimension]]
-        for field, dimension in _dimensions(table).items()
-    }
+#: what pydantic expects of an entry, by the type of its error
+KINDS = {"int_type": "a whole number", "float_type": "a number", "finite_number": "a finite number"}
 
 
 def _message(where: str, key: str, value: Any, allowed: str, remedy: str) -> ParameterError:
@@ -79,48 +63,46 @@ def _nearest(word: str, known: list[str]) -> str:
 def _explain(where: str, table: str, raw: dict[str, Any], error: dict[str, Any]) -> ParameterError:
     """The first error of pydantic as one line about the file, bounds in the unit of the file."""
     cause = error.get("ctx", {}).get("error")
-    field = cause.field if isinstance(cause, FieldError) else str(error["loc"][0])
-    forms = _key_forms(table)[field]
-    key = next((form for form in forms if form in raw), forms[0])
+    entry = _entries(table)[cause.field if isinstance(cause, FieldError) else str(error["loc"][0])]
+    key = next((key for key in entry.keys if key in raw), entry.keys[0])
     if isinstance(cause, FieldError):
         return _message(where, f"{table}.{key}", raw.get(key), cause.allowed, cause.remedy)
-    info = TABLES[table].model_fields[field]
     if error["type"] == "missing":
-        allowed = f"one of {', '.join(forms)}"
+        allowed = f"one of {', '.join(entry.keys)}"
     else:
-        kinds = {
-            "int_type": ["a whole number"],
-            "float_type": ["a number"],
-            "finite_number": ["a finite number"],
-        }
-        unit = key[len(field) + 1 :]
-        bounds = [f"{bound} {unit}".rstrip() for bound in bounds_of(info, unit)]
-        allowed = ", ".join(kinds.get(error["type"], []) + bounds)
-        allowed = allowed or str(error["msg"]).removeprefix("Input should be ")
-    return _message(where, f"{table}.{key}", raw.get(key), allowed, f"it stands for: {info.description}")
+        bounds = [f"{bound} {entry.unit_of(key)}".rstrip() for bound in entry.bounds(key)]
+        kind = [KINDS[error["type"]]] if error["type"] in KINDS else []
+        allowed = ", ".join(kind + bounds) or str(error["msg"]).removeprefix("Input should be ")
+    remedy = f"it stands for: {entry.info.description}"
+    return _message(where, f"{table}.{key}", raw.get(key), allowed, remedy)
+
+
+def _entries(table: str) -> dict[str, Entry]:
+    """Entries of a table by field, and those of files of before."""
+    before = {word: Entry(word, FieldInfo()) for word in TABLES[table].words_of_before}
+    return TABLES[table].entries() | before
 
 
 def _unknown_key(where: str, table: str, key: str, value: Any) -> ParameterError:
     """An unknown key of a table, or a known one without its unit."""
-    forms = _key_forms(table)
-    allowed, remedy = "a known key", _nearest(key, [form for some in forms.values() for form in some])
-    for field in sorted(forms, key=len):
-        if forms[field] != [field] and (key == field or key.startswith(f"{field}_")):
-            allowed, remedy = ", ".join(forms[field]), "bad unit: end the key with one of these"
+    entries = _entries(table).values()
+    allowed, remedy = "a known key", _nearest(key, [known for entry in entries for known in entry.keys])
+    for entry in sorted(entries, key=lambda entry: len(entry.field)):
+        if entry.dimension and (key == entry.field or key.startswith(f"{entry.field}_")):
+            allowed, remedy = ", ".join(entry.keys), "bad unit: end the key with one of these"
     return _message(where, f"{table}.{key}", value, allowed, remedy)
 
 
 def _build_table(where: str, table: str, raw: dict[str, Any]) -> Table:
     """A table of a file, whose keys carry their unit, checked and in SI."""
-    fields = {form: field for field, forms in _key_forms(table).items() for form in forms}
-    dimensions, values = _dimensions(table), {}
+    entries: dict[str, Entry] = {key: entry for entry in _entries(table).values() for key in entry.keys}
+    values: dict[str, Any] = {}
     for key, value in raw.items():
-        field = fields.get(key)
-        if field is None:
+        if (entry := entries.get(key)) is None:
             raise _unknown_key(where, table, key, value)
-        if field in values:
-            raise _message(where, f"{table}.{key}", value, "one entry", f"{field} is given twice")
-        values[field] = to_si(value, dimensions[field], key[len(field) + 1 :])
+        if entry.field in values:
+            raise _message(where, f"{table}.{key}", value, "one entry", f"{entry.field} is given twice")
+        values[entry.field] = to_si(value, entry.dimension, entry.unit_of(key))
     try:
         return TABLES[table](**values)
     except ValidationError as err:
@@ -133,7 +115,7 @@ def _build(where: str, content: dict[str, Any]) -> Parameters:
         if name not in known:
             key, shown = (f"[{name}]", "a table") if isinstance(value, dict) else (name, value)
             raise _message(where, key, shown, "a known table", _nearest(name, known))
-    values: dict[str, Any] = {}
+    values: dict[str, Any] = {"name": content.get("name")}
     for table in TABLES:
         raw = content.get(table)
         if raw is None and not Parameters.model_fields[table].is_required():
@@ -142,7 +124,7 @@ def _build(where: str, content: dict[str, Any]) -> Parameters:
             raise _message(where, f"[{table}]", raw, "a table", "add it: see the packaged " + PACKAGED)
         values[table] = _build_table(where, table, raw)
     try:
-        return Parameters(**{"name": content.get("name"), **values})
+        return Parameters(**values)
     except ValidationError as err:
         cause = err.errors()[0].get("ctx", {}).get("error")
         if isinstance(cause, FieldError):

@@ -66,9 +66,9 @@ BOUNDED: dict[str, BoundedConstant] = {
     ),
     "ball_thrust": BoundedConstant(
         1.0, 0.34, 1.5, "1", "thrust between neighbouring balls over the traction limit Lambda Q of one contact, kappa",
-        "assumption, no published value found. One ball is pushed by the traction of its contacts, at most 2 Lambda Q; in "
-        "a chain those of several add up, so that 1.5 is a chosen end and no bound. Low end: middle of an own estimate, "
-        "0.17 to 0.68, from contact angles that run out by 0.5 deg",
+        "assumption, no published value found. One ball is pushed by the traction of its contacts, at most 2 Lambda Q; "
+        "in a chain those of several add up, so that 1.5 is a chosen end and no bound. Low end: middle of an own "
+        "estimate, 0.17 to 0.68, from contact angles that run out by 0.5 deg",
     ),
 }  # fmt: skip
 

@@ -1,10 +1,10 @@
 """A mineral oil from its ISO viscosity grade and viscosity index: one published rule, one small function.
 
-SI and kelvin; the letters of a source inside a function. Every docstring states the accuracy of its rule. Measured
-values of an oil may be given in the screw file instead.
+SI and kelvin; the letters of a source inside a function; accuracy of every rule in its docstring.
 """
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
@@ -58,23 +58,15 @@ def kinematic_viscosity_d341(nu_1: float, T_1: float, nu_2: float, T_2: float, T
     Valid for mineral oils above 2 mm2/s, -40 C to 150 C.
 
     Source       ASTM D341: log10 log10(nu + 0.7) = m - n log10 T, nu in mm2/s
-    Example
-        >>> round(1e6 * kinematic_viscosity_d341(100e-6, 313.15, 11.1e-6, 373.15, 313.15), 9)
-        100.0
     """
-    y_1, _ = _double_logarithms(nu_1, nu_2)
-    n = slope_d341(nu_1, T_1, nu_2, T_2)
-    return 1e-6 * (10.0 ** (10.0**y_1 * (T / T_1) ** -n) - D341_SHIFT)
+    y_1 = math.log10(math.log10(1e6 * nu_1 + D341_SHIFT))
+    return 1e-6 * (10.0 ** (10.0**y_1 * (T / T_1) ** -slope_d341(nu_1, T_1, nu_2, T_2)) - D341_SHIFT)
 
 
 def slope_d341(nu_1: float, T_1: float, nu_2: float, T_2: float) -> float:
     """n of ASTM D341 through two points, 3 to 4.5 for mineral oils; arguments as kinematic_viscosity_d341."""
-    y_1, y_2 = _double_logarithms(nu_1, nu_2)
+    y_1, y_2 = (math.log10(math.log10(1e6 * nu + D341_SHIFT)) for nu in (nu_1, nu_2))
     return (y_1 - y_2) / math.log10(T_2 / T_1)
-
-
-def _double_logarithms(*nu: float) -> tuple[float, ...]:
-    return tuple(math.log10(math.log10(1e6 * value + D341_SHIFT)) for value in nu)
 
 
 def _reference_oils(Y: float) -> tuple[float, float]:
@@ -88,11 +80,7 @@ def viscosity_index(nu_40: float, nu_100: float) -> float:
 
     L and H by the equations of the standard's appendix: within 0.31 of the index by its table, from 0 to 200.
 
-    Raises       ValueError: not nu_40 > nu_100 >= 2 mm2/s
     Source       ASTM D2270 (ISO 2909), procedures A (up to 100) and B, coefficients of its Table X2.1
-    Example
-        >>> round(viscosity_index(73.30e-6, 8.86e-6)), round(viscosity_index(22.83e-6, 5.05e-6))
-        (92, 156)
     """
     U, Y = 1e6 * nu_40, 1e6 * nu_100
     if not (math.isfinite(U) and U > Y >= LEAST_AT_100C):
@@ -108,13 +96,7 @@ def viscosity_index(nu_40: float, nu_100: float) -> float:
 
 @lru_cache(maxsize=256)
 def viscosity_at_100c(nu_40: float, index: float) -> float:
-    """Kinematic viscosity at 100 C [m2/s] of a viscosity index: viscosity_index solved for nu_100, within 0.04 %.
-
-    Raises       ValueError: an index that would need less than 2 mm2/s at 100 C, or as much as at 40 C
-    Example
-        >>> round(1e6 * viscosity_at_100c(68e-6, 95.0), 2)
-        8.53
-    """
+    """Kinematic viscosity at 100 C [m2/s] of a viscosity index: viscosity_index solved for nu_100, within 0.04 %."""
     lowest, highest = 1e-6 * LEAST_AT_100C, nu_40 * (1.0 - 1e-9)
     allowed = [viscosity_index(nu_40, nu) for nu in (lowest, highest)] if lowest < highest else [math.nan] * 2
     if not allowed[0] <= index <= allowed[1]:
@@ -122,11 +104,39 @@ def viscosity_at_100c(nu_40: float, index: float) -> float:
             f"viscosity_index = {index:g}; allowed: {allowed[0]:.4g} to {allowed[1]:.4g} for {1e6 * nu_40:g} mm2/s "
             f"at 40 C: at 100 C an oil needs {LEAST_AT_100C:g} mm2/s or more to have an index"
         )
-    from scipy.optimize import brentq
+    return _root(lambda nu: viscosity_index(nu_40, nu) - index, lowest, highest, 1e-18, 1e-13)
 
-    return float(
-        brentq(lambda nu: viscosity_index(nu_40, nu) - index, lowest, highest, xtol=1e-18, rtol=1e-13)
-    )
+
+def _root(function: Callable[[float], float], a: float, b: float, absolute: float, relative: float) -> float:
+    """Root between a and b, to the last bit that of scipy.optimize.brentq, whose import takes longer than a torque.
+
+    Source       Brent, Algorithms for Minimization without Derivatives, 1973, ch. 4
+    """
+    f_a, f_b = function(a), function(b)
+    if f_a == 0.0:
+        return a
+    c, f_c, before, step = a, f_a, b - a, b - a
+    while f_b != 0.0:
+        if (f_a < 0.0) != (f_b < 0.0):
+            c, f_c, before, step = a, f_a, b - a, b - a
+        if abs(f_c) < abs(f_b):
+            a, b, c, f_a, f_b, f_c = b, c, b, f_b, f_c, f_b
+        tolerance, half = 0.5 * (absolute + relative * abs(b)), 0.5 * (c - b)
+        if abs(half) < tolerance:
+            break
+        new = math.inf
+        if abs(before) > tolerance and abs(f_b) < abs(f_a):
+            if a == c:
+                new = -f_b * (b - a) / (f_b - f_a)
+            else:
+                s, t = (f_a - f_b) / (a - b), (f_c - f_b) / (c - b)
+                new = -f_b * (f_c * t - f_a * s) / (t * s * (f_c - f_a))
+        short = 2.0 * abs(new) < min(abs(before), 3.0 * abs(half) - tolerance)
+        before, step = (step, new) if short else (half, half)
+        a, f_a = b, f_b
+        b += step if abs(step) > tolerance else math.copysign(tolerance, half)
+        f_b = function(b)
+    return b
 
 
 def density_15c(nu_40: float, vgc: float = PARAFFINIC_VGC) -> float:
@@ -134,7 +144,6 @@ def density_15c(nu_40: float, vgc: float = PARAFFINIC_VGC) -> float:
 
     vgc: 0.80 to 0.84 paraffinic, 0.86 to 0.90 naphthenic; 0.02 in it are 2.2 % (ISO VG 7) to 1.2 % (3200).
 
-    Raises       ValueError: not nu_40 > 5.5 mm2/s
     Source       ASTM D2501, Eq. 1: vgc = (G - 0.0664 - 0.1154 lg(nu - 5.5))/(0.94 - 0.109 lg(nu - 5.5)), solved for G
     """
     if not 1e6 * nu_40 > 5.5:
@@ -182,7 +191,6 @@ def roelands_z(eta_40: float, eta_100: float) -> float:
     alpha = Z (ln eta + 9.67)/p_r then follows measured coefficients of 13 oils without viscosity index improver at 30,
     60 and 100 C with 11 % rms, 24 % at most, -1 % mean (tests/published/test_mineral_oils.py).
 
-    Raises       ValueError: not eta_40 > eta_100 > 1 mPa s
     Source       Roelands, dissertation, Delft 1966, in the form of Fein, Tribology Data Handbook (CRC 1997): Z =
                  (7.81 (H_40 - H_100))^1.5 (0.885 - 0.864 H_40), H = lg(1.200 + lg eta), eta in mPa s
     """

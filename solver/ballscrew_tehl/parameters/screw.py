@@ -7,13 +7,14 @@ Int J Adv Manuf Technol 124 (2023) 4231, Table 1; values that it does not print 
 
 import math
 from enum import StrEnum
+from functools import partial
 from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from .friction_constants import BOUNDED, bounded
+from .friction_constants import BOUNDED
 from .oil import LubricantParameters
-from .toml import FieldError, Table, quantity, require
+from .toml import FieldError, Table, entry, require
 from .units import COLDEST, HOTTEST, RPM
 
 #: preload kind whose balls touch four flanks
@@ -42,83 +43,73 @@ class ScrewParameters(Table):
     single nut with offset lead, the whole single nut with oversize balls. What the kinds mean: module `load`.
     """
 
-    preload_kind: Literal["double_nut", "single_nut_offset", "single_nut_oversize_ball"] = Field(
-        default="double_nut", description="two nuts, one nut with offset lead, one nut with four-point balls"
-    )
-    nominal_radius: float = quantity("length", "radius of the ball centre helix", gt=0, le=1)
-    ball_diameter: float = quantity("length", "diameter of a ball", gt=0, le=0.5)
-    contact_angle: float = quantity(
-        "angle", "contact angle without load", ge=math.radians(10.0), le=math.radians(80.0)
-    )
-    screw_raceway_radius: float = quantity("length", "groove radius of screw, above the ball's", gt=0, le=0.5)
-    nut_raceway_radius: float = quantity("length", "groove radius of nut, above the ball's", gt=0, le=0.5)
-    lead: float = quantity("length", "axial travel in one turn", gt=0, le=1)
-    lead_angle: float = quantity(
-        "angle", "lead angle at the nominal radius; default: by the lead",
-        default_factory=lambda d: math.atan(d["lead"] / (2.0 * math.pi * d["nominal_radius"])),
-        gt=0, lt=math.pi / 4, validate_default=True,
+    preload_kind: Literal["double_nut", "single_nut_offset", "single_nut_oversize_ball"] = entry(
+        "two nuts, one nut with offset lead, one nut with four-point balls", before="double_nut", default="double_nut"
     )  # fmt: skip
-    turns: float = Field(
-        gt=0, le=100, description="loaded turns of one nut; of a half with single_nut_offset"
+    nominal_radius: float = entry("radius of the ball centre helix", "length", gt=0, le=1)
+    ball_diameter: float = entry("diameter of a ball", "length", gt=0, le=0.5)
+    contact_angle: float = entry(
+        "contact angle without load", "angle", ge=math.radians(10.0), le=math.radians(80.0)
     )
-    spacer_balls: bool = Field(
+    screw_raceway_radius: float = entry("groove radius of screw, above the ball's", "length", gt=0, le=0.5)
+    nut_raceway_radius: float = entry("groove radius of nut, above the ball's", "length", gt=0, le=0.5)
+    lead: float = entry("axial travel in one turn", "length", gt=0, le=1)
+    lead_angle: float = entry(
+        "lead angle at the nominal radius; default: by the lead", "angle", gt=0, lt=math.pi / 4, validate_default=True,
+        default_factory=lambda screw: math.atan(screw["lead"] / (2.0 * math.pi * screw["nominal_radius"])),
+    )  # fmt: skip
+    turns: float = entry("loaded turns of one nut; of a half with single_nut_offset", gt=0, le=100)
+    spacer_balls: bool = entry(
+        "every second ball is smaller and carries no load; ball_count is of the others",
+        before=False,
         default=False,
-        description="every second ball is smaller and carries no load; ball_count is of the others",
     )
-    return_ball_count: int | None = Field(
-        default=None, ge=0, le=10000, description="balls in the returns; instead of loaded_ball_count"
+    return_ball_count: int | None = entry(
+        "balls in the returns; instead of loaded_ball_count", in_map=False, default=None, ge=0, le=10000
     )
-    ball_count: int = Field(
-        default_factory=lambda d: _touching_balls(d) + (d["return_ball_count"] or 0),
-        ge=2,
-        le=10000,
-        description="balls of these turns in the friction sums, returns included; default: touching balls",
+    ball_count: int = entry(
+        "balls of these turns in the friction sums, returns included; default: touching balls", ge=2, le=10000,
+        default_factory=lambda screw: _touching_balls(screw) + (screw["return_ball_count"] or 0),
+    )  # fmt: skip
+    loaded_ball_count: int = entry(
+        "balls of one nut that carry load", default_factory=_loaded_balls, ge=2, le=10000
     )
-    loaded_ball_count: int = Field(
-        default_factory=_loaded_balls, ge=2, le=10000, description="balls of one nut that carry load"
+    dynamic_rating: float | None = entry(
+        "dynamic rating C_a of one nut by its catalogue; default: computed", "force", in_map=False,
+        default=None, gt=0, le=1e8,
+    )  # fmt: skip
+    youngs_modulus: float = entry("Young's modulus of screw and nut", "pressure", unit="GPa", ge=1e9, le=1e12)
+    poisson_ratio: float = entry("Poisson's ratio of screw and nut", ge=0, lt=0.5)
+    ball_material: Literal["steel", "silicon_nitride"] = entry(
+        "steel: as screw and nut; silicon_nitride: hybrid", in_map=False, default="steel"
     )
-    dynamic_rating: float | None = quantity(
-        "force",
-        "dynamic rating C_a of one nut by its catalogue; default: computed",
-        default=None,
-        gt=0,
-        le=1e8,
-    )
-    youngs_modulus: float = quantity("pressure", "Young's modulus of screw and nut", ge=1e9, le=1e12)
-    poisson_ratio: float = Field(ge=0, lt=0.5, description="Poisson's ratio of screw and nut")
-    ball_material: Literal["steel", "silicon_nitride"] = Field(
-        default="steel", description="steel: as screw and nut; silicon_nitride: hybrid"
-    )
-    ball_youngs_modulus: float = quantity(
-        "pressure", "Young's modulus of the balls; default: by ball_material",
+    ball_youngs_modulus: float = entry(
+        "Young's modulus of the balls; default: by ball_material", "pressure", ge=1e9, le=1e12,
         default_factory=lambda d: d["youngs_modulus"] if d["ball_material"] == "steel" else NITRIDE_MODULUS,
-        ge=1e9, le=1e12,
     )  # fmt: skip
-    ball_poisson_ratio: float = Field(
+    ball_poisson_ratio: float = entry(
+        "Poisson's ratio of the balls; default: by ball_material", ge=0, lt=0.5,
         default_factory=lambda d: d["poisson_ratio"] if d["ball_material"] == "steel" else NITRIDE_POISSON,
-        ge=0, lt=0.5, description="Poisson's ratio of the balls; default: by ball_material",
     )  # fmt: skip
-    screw_section_area: float = quantity(
-        "area",
-        "section of the screw; default: a full rod of 0.9 nominal radii",
-        default_factory=lambda d: math.pi * (0.9 * d["nominal_radius"]) ** 2,
-        gt=0,
+    screw_section_area: float = entry(
+        "section of the screw; default: a full rod of 0.9 nominal radii", "area", gt=0,
+        default_factory=lambda screw: math.pi * (0.9 * screw["nominal_radius"]) ** 2,
+    )  # fmt: skip
+    nut_section_area: float = entry(
+        "section of the nut; default: a ring of 1.075 to 1.575 nominal radii", "area", gt=0,
+        default_factory=lambda screw: math.pi * (1.575**2 - 1.075**2) * screw["nominal_radius"] ** 2,
+    )  # fmt: skip
+    spacer_length: float = entry(
+        "length of the spacer, or from half to half of a single nut; default: one nominal radius, one lead", "length",
+        ge=0, default_factory=lambda d: d["nominal_radius" if d["preload_kind"] == "double_nut" else "lead"],
+    )  # fmt: skip
+    spacer_section_area: float = entry(
+        "section of the spacer; default: that of the nut", "area", gt=0,
+        default_factory=lambda screw: screw["nut_section_area"],
+    )  # fmt: skip
+    seal_torque: float = entry(
+        "drag of the seals of all nuts", "torque", in_map=False, default=0.0, ge=0, le=1e3
     )
-    nut_section_area: float = quantity(
-        "area",
-        "section of the nut; default: a ring of 1.075 to 1.575 nominal radii",
-        default_factory=lambda d: math.pi * (1.575**2 - 1.075**2) * d["nominal_radius"] ** 2,
-        gt=0,
-    )
-    spacer_length: float = quantity(
-        "length", "length of the spacer, or from half to half of a single nut; default: one nominal radius, one lead",
-        default_factory=lambda d: d["nominal_radius" if d["preload_kind"] == "double_nut" else "lead"], ge=0,
-    )  # fmt: skip
-    spacer_section_area: float = quantity(
-        "area", "section of the spacer; default: that of the nut",
-        default_factory=lambda d: d["nut_section_area"], gt=0,
-    )  # fmt: skip
-    seal_torque: float = quantity("torque", "drag of the seals of all nuts", default=0.0, ge=0, le=1e3)
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -126,37 +117,33 @@ class ScrewParameters(Table):
         for field in ("screw_raceway_radius", "nut_raceway_radius"):
             wide = radius < getattr(self, field)
             require(wide, field, "more than the ball radius", "a groove must be wider than the ball")
-        require(
-            radius < self.nominal_radius,
-            "ball_diameter",
-            "less than twice nominal_radius",
-            "check both sizes",
-        )
+        small = radius < self.nominal_radius
+        require(small, "ball_diameter", "less than twice nominal_radius", "check both sizes")
         tangent = self.lead / (2.0 * math.pi * self.nominal_radius)
         allowed = f"{math.degrees(math.atan(tangent)):.4g} deg within 2 % for this lead and radius"
         fits = abs(math.tan(self.lead_angle) / tangent - 1.0) <= 0.02
         require(fits, "lead_angle", allowed, "check all three")
-        most, returns = min(self.ball_count, _touching_balls(self.__dict__)), self.return_ball_count
-        few = self.loaded_ball_count <= most
+        largest, returns = min(self.ball_count, _touching_balls(self.__dict__)), self.return_ball_count
+        few = self.loaded_ball_count <= largest
         if returns is None:
             remedy = "more balls than fit the turns or than there are"
-            require(few, "loaded_ball_count", f"at most {most}", remedy)
+            require(few, "loaded_ball_count", f"at most {largest}", remedy)
             return self
         carrying = self.ball_count - returns
         require(carrying >= 2, "return_ball_count", f"at most {self.ball_count - 2}", "two balls must carry")
         remedy = "it follows from ball_count and return_ball_count"
         require(self.loaded_ball_count == carrying, "loaded_ball_count", f"{carrying}, or no entry", remedy)
-        least = self.ball_count - most
-        require(few, "return_ball_count", f"at least {least}", "more balls than fit the turns")
+        allowed = f"at least {self.ball_count - largest}"
+        require(few, "return_ball_count", allowed, "more balls than fit the turns")
         return self
 
 
 class SolidParameters(Table):
     """Thermal data of screw and nut, or of the balls."""
 
-    density: float = quantity("density", "density of the solid", ge=100, le=3e4)
-    specific_heat: float = quantity("specific_heat", "specific heat capacity", ge=10, le=1e4)
-    thermal_conductivity: float = quantity("thermal_conductivity", "thermal conductivity", gt=0, le=1e3)
+    density: float = entry("density of the solid", "density", ge=100, le=3e4)
+    specific_heat: float = entry("specific heat capacity", "specific_heat", ge=10, le=1e4)
+    thermal_conductivity: float = entry("thermal conductivity", "thermal_conductivity", gt=0, le=1e3)
 
 
 #: thermal data of NITRIDE_MODULUS
@@ -196,41 +183,55 @@ class Law(StrEnum):
         return tuple(law for law in cls if law.kinematics == kinematics)
 
 
+#: of a number that the friction law takes, not the films
+_of_law = partial(entry, in_map=False)
+
+
+def _bounded(name: str, **rules: Any) -> Any:
+    """A dimensionless field with the value of its constant."""
+    constant = BOUNDED[name]
+    return _of_law(f"{constant.meaning}, mechanistic only", default=constant.value, **rules)
+
+
 class FrictionTable(Table):
     """Friction law, its constants and overrides of its fitted numbers."""
 
-    hysteresis_coefficient: float = Field(
-        default=BOUNDED["hysteresis_coefficient"].value, ge=0, le=1, description="mu_hs of Eq. 18"
+    words_of_before = "kinematics", "set"
+
+    hysteresis_coefficient: float = entry(
+        "mu_hs of Eq. 18", default=BOUNDED["hysteresis_coefficient"].value, ge=0, le=1
     )
-    sliding_coefficient: float = Field(default=0.15, ge=0, le=1, description="mu_s as printed, before c")
-    law: Law = Field(
-        default=Law.MECHANISTIC,
-        strict=False,
-        description="law; the other two need the table published_speeds",
+    sliding_coefficient: float = _of_law("mu_s as printed, before c", default=0.15, ge=0, le=1)
+    law: Law = _of_law(
+        "law; the other two need the table published_speeds", default=Law.MECHANISTIC, strict=False
     )
-    apparent_viscosity_ratio: float | None = Field(default=None, gt=0, le=1e3, description="fitted number")
-    net_sliding_coefficient: float | None = Field(
-        default=None, ge=0, le=1, description="fitted number, by calibrate"
+    apparent_viscosity_ratio: float | None = _of_law("fitted number", default=None, gt=0, le=1e3)
+    net_sliding_coefficient: float | None = _of_law("fitted number, by calibrate", default=None, ge=0, le=1)
+    raceway_rq: float | None = _of_law(
+        "rms roughness of raceways", "length", unit="um", default=None, ge=0, le=1e-4
     )
-    raceway_rq: float | None = quantity("length", "rms roughness of raceways", default=None, ge=0, le=1e-4)
-    ball_rq: float | None = quantity("length", "rms roughness of the balls", default=None, ge=0, le=1e-4)
-    limiting_shear_coefficient: float = bounded("limiting_shear_coefficient", ge=1e-3, le=0.5)
-    boundary_friction: float = bounded("boundary_friction", ge=1e-3, le=1)
-    asperity_film_ratio: float = bounded("asperity_film_ratio", ge=0.05, le=5)
-    ball_thrust: float | None = Field(
+    ball_rq: float | None = _of_law(
+        "rms roughness of the balls", "length", unit="um", default=None, ge=0, le=1e-4
+    )
+    limiting_shear_coefficient: float = _bounded("limiting_shear_coefficient", ge=1e-3, le=0.5)
+    boundary_friction: float = _bounded("boundary_friction", ge=1e-3, le=1)
+    asperity_film_ratio: float = _bounded("asperity_film_ratio", ge=0.05, le=5)
+    ball_thrust: float | None = _of_law(
+        "instead of net_sliding_coefficient, which is 2 boundary_friction limiting_shear_coefficient times it, "
+        f"mechanistic only: {BOUNDED['ball_thrust'].meaning}",
         default=None, ge=0, le=100,
-        description="instead of net_sliding_coefficient, which is 2 boundary_friction limiting_shear_coefficient times "
-        f"it, mechanistic only: {BOUNDED['ball_thrust'].meaning}",
     )  # fmt: skip
-    neighbour_oil: float = bounded("neighbour_oil", ge=0, le=1)
-    supply_length: float = bounded("supply_length", ge=2, allow_inf_nan=True)
-    replenishment_constant: float = Field(
+    neighbour_oil: float = _bounded("neighbour_oil", ge=0, le=1)
+    supply_length: float = _bounded("supply_length", ge=2, allow_inf_nan=True)
+    replenishment_constant: float = _of_law(
+        "K_rs of SKF, a further factor: 6e-8 grease or oil-air, 3e-8 oil bath, mechanistic only",
         default=0.0, ge=0, le=1e-6,
-        description="K_rs of SKF, a further factor: 6e-8 grease or oil-air, 3e-8 oil bath, mechanistic only",
     )  # fmt: skip
-    roughness_height: float | None = quantity(
-        "length", "override of the set; default: composite of raceway_rq and ball_rq, if given",
-        default_factory=lambda d: _composite_roughness(d), ge=0, le=1e-4,
+    roughness_height: float | None = _of_law(
+        "override of the set; default: composite of raceway_rq and ball_rq, if given", "length", unit="um",
+        default_factory=lambda d: (
+            None if None in (d["raceway_rq"], d["ball_rq"]) else math.hypot(d["raceway_rq"], d["ball_rq"])
+        ), ge=0, le=1e-4,
     )  # fmt: skip
 
     @model_validator(mode="before")
@@ -270,18 +271,12 @@ def ball_ball_coefficient(friction: FrictionTable, thrust: float | None = None) 
     return 2.0 * friction.boundary_friction * friction.limiting_shear_coefficient * kappa
 
 
-def _composite_roughness(friction: dict[str, Any]) -> float | None:
-    """rms roughness of both surfaces together [m], sqrt(Rq_1^2 + Rq_2^2); None = that of the set."""
-    both = friction["raceway_rq"], friction["ball_rq"]
-    return None if None in both else math.hypot(*both)
-
-
 class PublishedSpeeds(Table):
     """Surface speeds (u_1 raceway, u_2 ball) in the fixed frame at one screw speed."""
 
-    reference_speed: float = quantity("angular_velocity", "screw speed of the pairs below", gt=0, le=1e5)
-    screw: tuple[float, float] = quantity("velocity", "raceway and ball at the screw contact")
-    nut: tuple[float, float] = quantity("velocity", "raceway and ball at the nut contact")
+    reference_speed: float = entry("screw speed of the pairs below", "angular_velocity", gt=0, le=1e5)
+    screw: tuple[float, float] = entry("raceway and ball at the screw contact", "velocity")
+    nut: tuple[float, float] = entry("raceway and ball at the nut contact", "velocity")
 
 
 #: widest ends of the range of a map: force [N], speed [rad/s], temperature [K], from where an oil has a viscosity
@@ -290,20 +285,20 @@ WIDEST_ENDS = {
 }  # fmt: skip
 
 
-def _end(name: str, dimension: str, description: str) -> Any:
-    least, most = WIDEST_ENDS[name]
-    return quantity(dimension, description, default=None, ge=least, le=most)
+def _end(description: str, name: str, dimension: str) -> Any:
+    low, high = WIDEST_ENDS[name]
+    return entry(description, dimension, default=None, ge=low, le=high)
 
 
 class MapParameters(Table):
     """Range of the map of this screw, where it is not to follow from the screw and its oil: both ends or none."""
 
-    preload_min: float | None = _end("preload", "force", "lowest preload")
-    preload_max: float | None = _end("preload", "force", "highest preload")
-    speed_min: float | None = _end("speed", "angular_velocity", "lowest speed")
-    speed_max: float | None = _end("speed", "angular_velocity", "highest speed")
-    temperature_min: float | None = _end("temperature", "temperature", "lowest oil temperature")
-    temperature_max: float | None = _end("temperature", "temperature", "highest oil temperature")
+    preload_min: float | None = _end("lowest preload", "preload", "force")
+    preload_max: float | None = _end("highest preload", "preload", "force")
+    speed_min: float | None = _end("lowest speed", "speed", "angular_velocity")
+    speed_max: float | None = _end("highest speed", "speed", "angular_velocity")
+    temperature_min: float | None = _end("lowest oil temperature", "temperature", "temperature")
+    temperature_max: float | None = _end("highest oil temperature", "temperature", "temperature")
 
     @model_validator(mode="after")
     def _both_ends_in_order(self) -> Self:
@@ -336,7 +331,7 @@ class Parameters(Table):
 
     @model_validator(mode="after")
     def _speeds_are_known(self) -> Self:
-        if self.friction.kinematics == PUBLISHED and self.published_speeds is None:
-            allowed = f"{Law.MECHANISTIC}, or a table published_speeds"
-            raise FieldError("friction.law", allowed, "the paper prints one screw only")
+        known = self.friction.kinematics != PUBLISHED or self.published_speeds is not None
+        allowed = f"{Law.MECHANISTIC}, or a table published_speeds"
+        require(known, "friction.law", allowed, "the paper prints one screw only")
         return self

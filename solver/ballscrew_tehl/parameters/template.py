@@ -3,22 +3,21 @@
 import math
 import textwrap
 from collections.abc import Collection
+from enum import EnumType
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from pydantic import ValidationError
-from pydantic.fields import FieldInfo
 
 from .file import (
     PACKAGED_DATA,
     TABLES,
-    Law,
     LubricantParameters,
     Parameters,
     ScrewParameters,
     graded_oil,
     load_screw,
 )
-from .toml import bounds_of, dimension_of
+from .toml import Entry
 from .units import UNITS, from_si
 
 EXAMPLE = "example_25x10.toml"
@@ -26,8 +25,6 @@ EXAMPLE = "example_25x10.toml"
 EXAMPLE_GRADE = (100, 95.0)
 #: lubricants of a template
 LUBRICANTS = ("oil", "grease")
-#: fields whose data sheets have another unit than the first one of UNITS
-FIELD_UNITS = {"youngs_modulus": "GPa", "roughness_height": "um", "raceway_rq": "um", "ball_rq": "um"}
 #: notes above the keys of a table
 NOTES = {
     "screw": (
@@ -66,11 +63,10 @@ _HEAD = """\
 def example_parameters(oil: str = "viscosities", lubricant: str = "oil") -> Parameters:
     """The packaged example that the template takes its values from.
 
-    Parameters   oil : "viscosities" = laws and numbers, "iso_vg" = grade and viscosity index
-                 lubricant : "oil", or "grease" = its base oil by grade, NLGI grade
+    oil: "viscosities" = laws and numbers, "iso_vg" = grade and viscosity index; lubricant: "oil", or "grease" = its
+    base oil by grade, NLGI grade
     """
-    example = load_screw(PACKAGED_DATA / EXAMPLE)
-    grade, index = EXAMPLE_GRADE
+    example, (grade, index) = load_screw(PACKAGED_DATA / EXAMPLE), EXAMPLE_GRADE
     if lubricant == "grease":
         name = f"grease NLGI 2, base oil ISO VG {grade}"
         base = LubricantParameters(name=name, iso_vg=grade, viscosity_index=index, nlgi="2")
@@ -100,14 +96,7 @@ class CatalogueSizes(NamedTuple):
 
 
 def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Parameters, frozenset[str]]:
-    """A screw of these sizes, the rest as of another one, and names of its fields that are assumed.
-
-    Raises       ValueError: sizes that make no screw
-    Example
-        >>> result, _ = catalogue_parameters(CatalogueSizes(32.0, 10.0), example_parameters())
-        >>> f"{1e3 * result.screw.ball_diameter:.3f} mm, {result.screw.ball_count} balls"
-        '6.350 mm, 50 balls'
-    """
+    """A screw of these sizes, the rest as of another one, and names of its fields that are assumed."""
     usual = min(BALL_OF_LEAD * sizes.lead_mm / sizes.starts, BALL_OF_DIAMETER * sizes.diameter_mm)
     ball = sizes.ball_mm or min(BALLS, key=lambda d: abs(math.log(d / usual)))
     turns = sizes.turns or (USUAL_TURNS if sizes.starts == 1 else TURNS_OF_A_START * sizes.starts)
@@ -133,71 +122,50 @@ def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Param
 def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str:
     """Text of a commented screw file with these values; read again, it gives them back to 12 digits.
 
-    Parameters   assumed : fields of the table screw that are marked so
+    assumed: fields of the table screw that are marked so
     """
     others = ", ".join("/".join(forms) for forms in UNITS.values() if len(forms) > 1)
     units = "\n#   ".join(textwrap.wrap(others, 100))
     lines = [_HEAD.format(name=parameters.name, units=units), f'name = "{parameters.name}"']
     for table in TABLES:
-        values = getattr(parameters, table)
-        if values is None:
+        if (values := getattr(parameters, table)) is None:
             continue
         graded = isinstance(values, LubricantParameters) and values.iso_vg is not None
-        grease = graded and values.nlgi is not None
-        notes = NOTES.get("grease" if grease else table, ())
+        notes = NOTES.get("grease" if graded and values.nlgi is not None else table, ())
         lines += ["", f"[{table}]", *(f"# {note}" for note in notes)]
-        for field, info in type(values).model_fields.items():
+        for field, entry in values.entries().items():
             if graded and field.startswith(FROM_GRADE) and field != "viscosity_index":
                 continue
             value = getattr(values, field)
-            key, unit = _key(field, dimension_of(info))
-            entry = f"{key} = {'' if value is None else _in_file(value, dimension_of(info), unit)}".rstrip()
+            text = entry_text(entry, value, "", 12)
             if field not in values.model_fields_set:
-                entry = f"# {entry}"
+                text = f"# {text}"
             mark = "assumed: " if table == "screw" and field in assumed else ""
-            lines.append(f"{entry:<43} # {mark}{info.description}{_range(info, unit)}")
+            allowed = ", ".join(entry.bounds(entry.key) + _choices(entry.info.annotation))
+            lines.append(f"{text:<43} # {mark}{entry.info.description}{allowed and f'; {allowed}'}")
     return "\n".join(lines) + "\n"
 
 
-def _key(field: str, dimension: str | None) -> tuple[str, str]:
-    """Key of a field in a file, and the unit that ends it."""
-    if dimension is None:
-        return field, ""
-    unit = FIELD_UNITS.get(field, next(iter(UNITS[dimension])))
-    return f"{field}_{unit}", unit
+def entry_text(entry: Entry, value: Any, none: str = "none", digits: int = 6) -> str:
+    """A value [SI] as a line of a screw file: lead_mm = 8.0."""
+    return f"{entry.key} = {none if value is None else _in_file(value, entry, digits)}".rstrip()
 
 
-def entry_of(table: str, field: str, value: Any) -> str:
-    """A value [SI] as a line of a screw file, to 6 digits: lead_mm = 8.0."""
-    dimension = dimension_of(TABLES[table].model_fields[field])
-    key, unit = _key(field, dimension)
-    return f"{key} = {'none' if value is None else _in_file(value, dimension, unit, 6)}"
-
-
-def _in_file(value: Any, dimension: str | None, unit: str, digits: int = 12) -> str:
+def _in_file(value: Any, entry: Entry, digits: int) -> str:
     if isinstance(value, tuple | list):
-        return f"[{', '.join(_in_file(v, dimension, unit, digits) for v in value)}]"
+        return f"[{', '.join(_in_file(v, entry, digits) for v in value)}]"
     if isinstance(value, str):
         return f'"{value}"'
-    if isinstance(value, int) and dimension is None:
+    if isinstance(value, int) and entry.dimension is None:
         return str(value)
-    text = f"{from_si(value, dimension, unit):.{digits}g}"
+    text = f"{from_si(value, entry.dimension, entry.unit_of(entry.key)):.{digits}g}"
     return text if any(mark in text for mark in ".en") else f"{text}.0"
 
 
-def _range(info: FieldInfo, unit: str) -> str:
-    """Allowed values of a field, in the unit of the key."""
-    words = bounds_of(info, unit)
-    if choices := _choices(info.annotation):
-        words.append(" | ".join(map(str, choices)))
-    return f"; {', '.join(words)}" if words else ""
-
-
-def _choices(annotation: Any) -> tuple[Any, ...]:
-    """Allowed words or numbers of an annotation; empty if it allows any."""
-    if annotation is Law:
-        return tuple(Law)
-    inside = get_args(annotation)
+def _choices(annotation: Any) -> list[str]:
+    """Allowed words or numbers of an annotation, joined by |; empty if it allows any."""
+    if isinstance(annotation, EnumType):
+        return [" | ".join(annotation)]
     if get_origin(annotation) is Literal:
-        return inside
-    return next((result for part in inside if (result := _choices(part))), ())
+        return [" | ".join(map(str, get_args(annotation)))]
+    return next((result for part in get_args(annotation) if (result := _choices(part))), [])

@@ -1,13 +1,13 @@
-"""Tables of a screw file as checked models, whose fields have a dimension; content of a TOML file."""
+"""Tables of a screw file as checked models, each entry of the file stated once; content of a TOML file."""
 
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.fields import FieldInfo
 
-from .units import from_si
+from .units import UNITS, from_si
 
 
 class FieldError(ValueError):
@@ -28,39 +28,72 @@ class ParameterError(ValueError):
     """One line: file, key, value, what is allowed, remedy."""
 
 
-def quantity(dimension: str, description: str, **bounds: Any) -> Any:
-    """A field with a dimension (key of UNITS), bounds in SI and an optional default."""
-    return Field(json_schema_extra={"dimension": dimension}, description=description, **bounds)
+class Entry(NamedTuple):
+    """A field of a table as an entry of a screw file.
+
+    dimension : of UNITS, None = a plain number or a word;  unit : on data sheets, "" = the first one of the dimension
+    in_map : whether maps depend on it;  before : value of all screws before this field was added, None = always there
+    """
+
+    field: str
+    info: FieldInfo
+    dimension: str | None = None
+    unit: str = ""
+    in_map: bool = True
+    before: Any = None
+
+    @property
+    def keys(self) -> list[str]:
+        """Keys by which a file may give it."""
+        return [f"{self.field}_{unit}" for unit in UNITS[self.dimension]] if self.dimension else [self.field]
+
+    @property
+    def key(self) -> str:
+        """The key with the unit of data sheets."""
+        return f"{self.field}_{self.unit}" if self.unit else self.keys[0]
+
+    def unit_of(self, key: str) -> str:
+        """Unit at the end of a key."""
+        return key[len(self.field) + 1 :]
+
+    def bounds(self, key: str) -> list[str]:
+        """Bounds in the unit of a key, such as "> 0"."""
+        signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+        return [
+            f"{sign} {from_si(getattr(rule, name), self.dimension, self.unit_of(key)):.6g}"
+            for rule in self.info.metadata
+            for name, sign in signs.items()
+            if hasattr(rule, name)
+        ]
+
+
+def entry(description: str, dimension: str | None = None, **rules: Any) -> Any:
+    """A field of a table, stated once: what reader, template, messages and the hash of a map take of it.
+
+    Parameters   rules : unit, in_map and before of Entry;  bounds and default (SI) as of pydantic.Field
+    """
+    own: dict[str, Any] = {name: rules.pop(name) for name in ("unit", "in_map", "before") if name in rules}
+    return Field(description=description, json_schema_extra=own | {"dimension": dimension}, **rules)
 
 
 class Table(BaseModel):
     """A checked, frozen, hashable table of the file."""
 
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid", allow_inf_nan=False)
+    #: keys of files of before, which its validators replace
+    words_of_before: ClassVar[tuple[str, ...]] = ()
 
-
-def dimension_of(field: FieldInfo) -> str | None:
-    """Dimension of a field, a key of UNITS; None: a plain number or a word."""
-    extra = field.json_schema_extra
-    return str(extra["dimension"]) if isinstance(extra, dict) else None
-
-
-def bounds_of(field: FieldInfo, unit: str) -> list[str]:
-    """Bounds of a field in a unit, such as "> 0"."""
-    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
-    return [
-        f"{sign} {from_si(getattr(rule, name), dimension_of(field), unit):.6g}"
-        for rule in field.metadata
-        for name, sign in signs.items()
-        if hasattr(rule, name)
-    ]
+    @classmethod
+    def entries(cls) -> dict[str, Entry]:
+        """Its entries by field."""
+        return {
+            name: Entry(name, info, **info.json_schema_extra)  # type: ignore[arg-type]
+            for name, info in cls.model_fields.items()
+        }
 
 
 def read_toml(path: Path, remedy: str = "give the path of a screw file") -> dict[str, Any]:
-    """Content of a TOML file.
-
-    Raises       ParameterError: it cannot be read or parsed
-    """
+    """Content of a TOML file; ParameterError: it cannot be read or parsed."""
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as err:

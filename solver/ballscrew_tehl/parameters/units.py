@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 RPM = math.pi / 30.0  # [rad/s] of one revolution per minute
 CELSIUS = 273.15  # [K] at 0 degrees Celsius
-#: least and highest temperature [K] of an oil; one law of its viscosity is singular at 183.19 K
+#: lowest and highest temperature [K] of an oil; one law of its viscosity is singular at 183.19 K
 COLDEST, HOTTEST = 200.0, 500.0 + CELSIUS
 
 #: dimension -> unit suffix -> (factor, divisor, offset): SI = value * factor / divisor + offset, so that

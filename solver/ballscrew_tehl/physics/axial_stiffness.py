@@ -6,9 +6,9 @@ approach d_0 = (P/k)^(2/3). A displacement x of the nut against the screw adds t
 
     F_A = k max(d_0 - x, 0)^(3/2),  F_B = k max(d_0 + x, 0)^(3/2),  load = F_B - F_A.
 
-All kinds of preload have this law: with oversize balls A and B are the two pairs of flanks, each with all balls, and
-d_0 is the oversize over sin(beta) cos(lambda). Assumed: rigid bodies, equal loads of the balls, constant contact angle;
-the chain of `load` assumes none of these. Bodies of the default sections make GD4008-3 at 2 kN up to 18 % softer.
+With oversize balls A and B are the two pairs of flanks, each with all balls, and d_0 is the oversize over
+sin(beta) cos(lambda). Assumed: rigid bodies, equal loads of the balls, constant contact angle; the chain of `load`
+assumes none of these. Bodies of the default sections make GD4008-3 at 2 kN up to 18 % softer.
 """
 
 import math
@@ -20,29 +20,19 @@ from .ball_law import check_force, contact_compliance, rising_root
 
 
 def nut_stiffness_constant(screw: ScrewParameters, contact_angle: float | None = None) -> float:
-    """k of the axial force k d^(3/2) of one nut over its approach d [N/m^1.5].
+    """k of the axial force k d^(3/2) of one nut over its approach d [N/m^1.5] at an angle [rad], None: without load.
 
-    Parameters   contact_angle : [rad]; None = that without load
     Validity     constant contact angle. At the angle under its preload the stiffness of GD4008-3 at 2 kN is 1.2 % below
                  that with an angle that follows the load, at the angle without load 3.7 %
     Source       Hertz, both contacts of a ball in series: Q = (sb d/C)^(3/2), F = n sb Q, sb = sin(beta) cos(lambda)
-    Example
-        >>> from ballscrew_tehl.parameters.file import load_screw
-        >>> round(nut_stiffness_constant(load_screw().screw) / 1e11, 2)
-        2.14
     """
     beta = screw.contact_angle if contact_angle is None else contact_angle
     sb = math.sin(beta) * math.cos(screw.lead_angle)
-    compliance = contact_compliance(screw, beta)
-    return screw.loaded_ball_count * sb * (sb / compliance) ** 1.5
+    return screw.loaded_ball_count * sb * (sb / contact_compliance(screw, beta)) ** 1.5
 
 
 def preload_approach(stiffness: float, preload: float) -> float:
-    """Approach d_0 of each nut under preload alone [m], also the displacement at which the relieved nut comes free.
-
-    Parameters   stiffness : k [N/m^1.5], > 0;  preload : [N]
-    Raises       ValueError: not finite or negative
-    """
+    """Approach d_0 of each nut under preload [N] alone [m], also the displacement at which the relieved nut is free."""
     check_force("preload", preload)
     return float(np.cbrt(preload / stiffness)) ** 2
 
@@ -61,11 +51,7 @@ def axial_stiffness(stiffness: float, preload: float, deflection: float = 0.0) -
 
 
 def axial_deflection(stiffness: float, preload: float, axial_load: float) -> float:
-    """Displacement x of the nut against the screw under an axial load [m], inverse of forces_of_displacement.
-
-    Parameters   stiffness, preload : as preload_approach;  axial_load : [N], > 0 loads B
-    Raises       ValueError: not finite, or a negative preload
-    """
+    """Displacement x of the nut against the screw under an axial load [m], inverse of forces_of_displacement."""
     check_force("axial_load", axial_load, allow_negative=True)
     d_0, load = preload_approach(stiffness, preload), abs(axial_load)
     # of the loaded nut alone: beyond separation
@@ -78,8 +64,3 @@ def axial_deflection(stiffness: float, preload: float, axial_load: float) -> flo
 
         x, _ = rising_root(excess, 0.0, d_0, 1e-15)
     return math.copysign(x, axial_load)
-
-
-def lost_motion(stiffness: float, preload: float, axial_load: float) -> float:
-    """Way of the nut when the axial load changes its sign [m]: elastic displacements to both sides."""
-    return 2.0 * abs(axial_deflection(stiffness, preload, axial_load))

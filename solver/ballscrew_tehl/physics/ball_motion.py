@@ -18,30 +18,26 @@ import numpy as np
 from ..parameters.file import FOUR_POINT, ScrewParameters
 from .ball_law import Array
 from .hertz import RACEWAYS, reduced_radii
-from .kinematics import deformed_radius, entrainment_speed
+from .kinematics import entrainment_speed
 
 
 class ContactMotion(NamedTuple):
     """Slip and spin at the middle of the c contacts of one ball: matrix q + offset w, w the screw speed.
 
-    raceways: of each contact; matrix (c, 3, 4): slip along x, along y [m], spin [1] per (w_c, w_b along e_r, e_t, e_b);
-    offset (c, 3): the same per screw speed; differential (c,): Heathcote's slip along x over y^2 and screw speed [1/m].
     Of several balls: with an axis (n,) in front of all three.
     """
 
     raceways: tuple[str, ...]
-    matrix: Array
-    offset: Array
-    differential: Array
+    matrix: Array  # (c, 3, 4) slip along x, along y [m], spin [1] per (w_c, w_b along e_r, e_t, e_b)
+    offset: Array  # (c, 3) the same per screw speed
+    differential: Array  # (c,) Heathcote's slip along x over y^2 and screw speed [1/m]
 
 
 def contact_motion(screw: ScrewParameters, contact_angle: float | Sequence[float]) -> ContactMotion:
     """Motion of the contacts of a ball: screw and nut of a two-point ball, both flanks of each of an oversize ball.
 
-    Parameters   contact_angle : [rad], 0 < beta < pi/2, the same at all contacts; or that of each diagonal that carries
-                 load, one or two. It does not matter which one comes first: turned half around e_r, the ball sees the
-                 same screw turn the other way
-    Raises       ValueError: angle out of range
+    Its contact angle [rad] is the same at all contacts; or that of each diagonal that carries load, one or two, in any
+    order: turned half around e_r, the ball sees the same screw turn the other way.
     Validity     contact points in the normal plane of the helix of the ball centre. Between two flanks a rolling ball
                  is left with the slip r_b w sin(lambda) across rolling, shared by both contacts, and the spin
                  w sin(beta)
@@ -58,8 +54,12 @@ def contact_motion(screw: ScrewParameters, contact_angle: float | Sequence[float
     path = screw.nominal_radius / math.cos(screw.lead_angle) * along
     raceways, matrix, offset, differential = [], [], [], []
     rolling = float(entrainment_speed(screw, 1.0))
-    for raceway in RACEWAYS:
-        sign = 1.0 if raceway == "screw" else -1.0
+    for raceway, r_groove in zip(
+        RACEWAYS, (screw.screw_raceway_radius, screw.nut_raceway_radius), strict=True
+    ):
+        sign, drive = (1.0, 1.0) if raceway == "screw" else (-1.0, 0.0)
+        # of the deformed contact across rolling: mean curvature of ball and groove
+        R_c = 2.0 * r_groove * r_b / (r_groove + r_b)
         for flank, angle in zip((1.0, -1.0), angles, strict=False):
             R_x, _ = reduced_radii(screw, angle, raceway)
             # from the contact to the ball centre
@@ -72,9 +72,8 @@ def contact_motion(screw: ScrewParameters, contact_angle: float | Sequence[float
             ball_moves = np.array([np.cross(unit, arm) for unit in np.eye(3)])
             rows = [[-raceway_moves @ e, *(-ball_moves @ e)] for e in (x, y)]
             matrix.append([*rows, [-turn, *(-z)]])
-            drive = 1.0 if raceway == "screw" else 0.0
             offset.append([drive * (raceway_moves @ x), drive * (raceway_moves @ y), drive * turn])
-            differential.append(rolling / (2.0 * deformed_radius(screw, raceway) * float(R_x)))
+            differential.append(rolling / (2.0 * R_c * float(R_x)))
             raceways.append(raceway)
     return ContactMotion(tuple(raceways), np.array(matrix), np.array(offset), np.array(differential))
 
@@ -90,10 +89,9 @@ def rolling_motion(motion: ContactMotion) -> Array:
 
 
 def neighbour_sliding(screw: ScrewParameters, motion: ContactMotion) -> float:
-    """Speed at which neighbouring balls slide on each other over 2 u_e.
+    """Speed at which neighbouring balls slide on each other over 2 u_e: twice that of a ball's surface on the helix.
 
-    Both turn alike and touch along the helix, so that they slide with twice the speed of a ball's surface there. Two
-    contacts: 1 but for the helix. Oversize balls turn about an axis parallel to that of the screw: 1/cos(beta).
+    Two contacts: 1 but for the helix. Oversize balls turn about an axis parallel to that of the screw: 1/cos(beta).
 
     Validity     rolling_motion stands for the equilibrium with traction. GD4008-3, 300 N to 6 kN, 10 to 2500 r/min, 12
                  to 77 C: they differ by 0.4 %, oversize balls by 2 %, but 10 % in the thickest film of a light load

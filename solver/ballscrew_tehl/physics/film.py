@@ -1,7 +1,4 @@
-"""Closed formulas of the film thickness, its thermal reduction and the load on asperities: start and reference.
-
-x is the rolling direction; R_x <= R_y; u_e = (u_1 + u_2)/2; E_prime = 2/sum((1-nu^2)/E).
-"""
+"""Closed formulas of the film thickness, its thermal reduction and the load on asperities; x: rolling direction."""
 
 from typing import Any, NamedTuple
 
@@ -31,15 +28,9 @@ class FilmGroups(NamedTuple):
 
 
 def film_groups(load: Any, u_e: Any, R_x: Any, E_prime: Any, eta0: Any, alpha_pv: Any) -> FilmGroups:
-    """Dimensionless groups from the oil's two numbers.
+    """Dimensionless groups of load [N], u_e [m/s], R_x [m], E_prime [Pa], eta0 [Pa s], alpha_pv [1/Pa]; broadcast.
 
-    Parameters   load [N], u_e [m/s], R_x [m], E_prime [Pa], eta0 [Pa s], alpha_pv [1/Pa]; all > 0, broadcast
-    Returns      FilmGroups
     Source       U = eta0 u_e/(E' R_x), W = F/(E' R_x^2), G = alpha E' (Hamrock & Dowson 1977); Moes 1992
-    Example
-        >>> g = film_groups(16.48, 1.04, 2.18e-3, 225.27e9, 0.033, 1.85e-8)
-        >>> round(float(g.M), 2), round(float(g.L), 3)
-        (378.68, 14.329)
     """
     U, W, G = eta0 * u_e / (E_prime * R_x), load / (E_prime * R_x**2), alpha_pv * E_prime
     return FilmGroups(U, W, G, W * (2.0 * U) ** -0.75, G * (2.0 * U) ** 0.25)
@@ -48,21 +39,16 @@ def film_groups(load: Any, u_e: Any, R_x: Any, E_prime: Any, eta0: Any, alpha_pv
 def moes_groups(
     lub: LubricantParameters, load: Any, u_e: Any, R_x: Any, E_prime: float, temperature: Any
 ) -> FilmGroups:
-    """Dimensionless groups of a contact with an oil by its laws at a temperature [K]; else as film_groups."""
+    """film_groups of a contact with an oil by its laws at a temperature [K]."""
     return film_groups(load, u_e, R_x, E_prime, eta0(lub, temperature), pressure_viscosity(lub, temperature))
 
 
 def nijenbanning_venner_moes(M: Any, L: Any, radius_ratio: Any) -> Any:
-    """Central film of an elliptical contact over all four regimes, incompressible oil.
+    """Central film H_c = (h/R_x) (2U)^(-1/2) over all four regimes, incompressible oil; radius_ratio: R_x/R_y <= 1.
 
-    Parameters   M, L : float or array, > 0;  radius_ratio : R_x/R_y, 0 < ratio <= 1
-    Returns      H_c = (h/R_x) (2U)^(-1/2), broadcast
     Validity     isothermal, flooded, Barus; against independent solutions of the Reynolds equation within 4 %
                  for the circle and 0 to +9 % for ellipses (+12 % at ratio 0.035, M = 200), up to M = 3e4
     Source       Nijenbanning, Venner & Moes, Wear 176 (1994) 217
-    Example
-        >>> round(float(nijenbanning_venner_moes(200.0, 10.0, 1.0)), 2)
-        4.38
     """
     lam = np.asarray(radius_ratio, dtype=float)
     shape = 1.0 + 0.006 * np.log(lam) + 0.63 * lam ** (4.0 / 7.0)
@@ -80,9 +66,8 @@ def nijenbanning_venner_moes(M: Any, L: Any, radius_ratio: Any) -> Any:
 def central_film_estimate(
     lub: LubricantParameters, groups: FilmGroups, R_x: Any, R_y: Any, p_max: Any, temperature: Any
 ) -> Any:
-    """Central film [m] by nijenbanning_venner_moes, isothermal, of a compressible oil.
+    """Central film [m] by nijenbanning_venner_moes, isothermal, of a compressible oil; R_x, R_y [m], p_max [Pa].
 
-    Parameters   groups : see moes_groups;  R_x, R_y [m];  p_max [Pa];  temperature : that of the groups [K]
     Source       Venner & Bos, Wear 173 (1994) 151: mass flow is kept, the density at the centre sets the film
     """
     H_c = nijenbanning_venner_moes(groups.M, groups.L, R_x / R_y)
@@ -111,18 +96,12 @@ def wilson_sheu(N: Any, srr: Any) -> Any:
 
 
 def asperity_share(film: Any, sigma: float, film_ratio: float) -> Any:
-    """Share f of the load on asperities, exp(-(h/(L_0 sigma))^2).
+    """Share exp(-(h/(L_0 sigma))^2) of the load on asperities; film: h, central film of the smooth contact [m], > 0.
 
-    Parameters   film: h, central film of the smooth contact [m], > 0, float or array;  sigma: composite rms roughness
-                 [m], >= 0, 0 is a smooth contact;  film_ratio: L_0, h/sigma where 1/e of the load is on asperities
-    Returns      0 to 1, shaped like film
-    Source       form: assumption, between the sources. At h/sigma = 0.5 Greenwood & Tripp (1970) with the constants of
-                 open programs give 0.03 (L_0 0.27), Balan et al. (2015), Eq. A2, 0.33 (0.475), the mixed-film
-                 weighting factor of SKF with sigma = 0.2 um 0.39 (0.5), at eight bearings exp(-1.4 (h/sigma)^1.7)
-                 within a factor 1.5 (0.85)
-    Example
-        >>> asperity_share(np.array([1e-9, 1e-7, 6e-7]), 2e-7, 0.5).round(3).tolist()
-        [1.0, 0.368, 0.0]
+    sigma : composite rms roughness [m], >= 0;  film_ratio : L_0, h/sigma where 1/e of the load is on asperities
+    Source       form: assumption, between the sources. At h/sigma = 0.5 Greenwood & Tripp (1970) give 0.03 (L_0 0.27),
+                 Balan et al. (2015), Eq. A2, 0.33 (0.475), the mixed-film weighting factor of SKF with sigma = 0.2 um
+                 0.39 (0.5), at eight bearings exp(-1.4 (h/sigma)^1.7) within a factor 1.5 (0.85)
     """
     if sigma == 0.0:
         return np.zeros(np.shape(film))[()]

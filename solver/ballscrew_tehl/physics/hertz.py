@@ -1,4 +1,7 @@
-"""Hertz contact of ball and raceway: reduced radii, ellipse, pressure, approach; exact elliptic integrals."""
+"""Hertz contact of ball and raceway: reduced radii, ellipse, pressure, approach; exact elliptic integrals.
+
+scipy.special is imported in the functions: evaluation of a stored map needs no elliptic integral.
+"""
 
 import math
 from functools import lru_cache
@@ -7,8 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..parameters.file import ScrewParameters
-
-#: scipy.special is imported in the functions: evaluation of a stored map needs no elliptic integral
 
 RACEWAYS = ("screw", "nut")
 #: most steps to the axes of an ellipse; about seven are needed
@@ -25,10 +26,7 @@ class HertzContact(NamedTuple):
 
 
 def raceway_sign(raceway: str) -> int:
-    """+1 for the screw (convex along rolling), -1 for the nut (concave).
-
-    Raises       ValueError: unknown name
-    """
+    """+1 for the screw (convex along rolling), -1 for the nut (concave); ValueError for an unknown name."""
     if raceway not in RACEWAYS:
         raise ValueError(f"raceway = {raceway!r}; allowed: {', '.join(RACEWAYS)}")
     return 1 if raceway == "screw" else -1
@@ -64,16 +62,10 @@ def reduced_radii(screw: ScrewParameters, contact_angle: Any, raceway: str) -> t
 
 
 def ratio_of_axes(radius_ratio: Any) -> Any:
-    """a/b of the contact ellipse, >= 1.
+    """a/b >= 1 of the contact ellipse of R_x/R_y, 0 < ratio <= 1, float or array, relative error below 1e-13.
 
-    Parameters   radius_ratio : float or array, R_x/R_y, 0 < ratio <= 1
-    Returns      k = a/b, like radius_ratio, relative error below 1e-13
-    Raises       ValueError: ratio out of range
     Source       Johnson, Contact Mechanics 1985, Eqs. 4.26-4.28, written with the symmetric integral R_D,
                  which has no cancellation near the circle: R_y/R_x = R_D(0,1,1/k^2)/R_D(0,1/k^2,1); by secants
-    Example
-        >>> float(ratio_of_axes(1.0))
-        1.0
     """
     ratio = np.asarray(radius_ratio, dtype=float)
     if not np.all((ratio > 0.0) & (ratio <= 1.0)):
@@ -99,7 +91,7 @@ def ratio_of_axes(radius_ratio: Any) -> Any:
 
 
 def _unit_contacts(R_x: Any, R_y: Any, modulus: float) -> HertzContact:
-    """Contacts under 1 N; every other load is a power of it."""
+    """Contacts under 1 N."""
     from scipy.special import ellipkm1, elliprd
 
     k = ratio_of_axes(R_x / R_y)

@@ -3,62 +3,203 @@
 Kinds of preload (`preload_kind` of the screw), after the usual names of the trade:
 
 double_nut                two nuts pressed apart by a spacer; each ball touches two flanks.
-single_nut_offset         one nut whose thread is shifted by a little in its middle: the balls of one half push to one
-                          side, those of the other half to the other, each on two flanks. It is a double nut in one
-                          piece and computed as such; turns and ball counts are those of one half, the nut between the
-                          halves is the spacer. Assumed: the halves are pressed apart.
-single_nut_oversize_ball  balls a few micrometres thicker than their room between grooves of gothic arch, so that each
-                          touches four flanks. Two lines of contact cross in the ball: two opposed sets of flanks, each
-                          with all the balls. Without axial load their forces are equal; it adds to one and relieves
-                          the other. Assumed: bodies stiff in radial direction, flanks symmetric, balls of one size.
+single_nut_offset         one nut whose thread is shifted by a little in its middle, computed as a double nut: turns and
+                          ball counts are those of one half, the nut between the halves, which are assumed to be pressed
+                          apart, is the spacer.
+single_nut_oversize_ball  balls a few micrometres thicker than their room between grooves of gothic arch: two opposed
+                          sets of flanks, each with all the balls. Without axial load their forces are equal; it adds to
+                          one and relieves the other. Assumed: bodies stiff in radial direction, flanks symmetric, balls
+                          of one size.
 
-With oversize balls, nut A and B of this module are the two sets of flanks. Both act on the same balls: preload
-alone stretches neither screw nor nut, and all balls have the same load; an axial load stretches both. The force of a
-set then comes from the chain of all balls, each with f(d) - f(-d); the loads that `nut_loads` gives for it are
-equal ones: exact under preload, under an axial load the heaviest ball of the loaded set carries up to 6 % more
-(GD4008-3, 1 to 6 kN, up to the separation load; `double_nut_loads` has it).
+With oversize balls, nut A and B of this module are the two sets of flanks. Preload alone stretches neither screw nor
+nut; an axial load stretches both, and the force of a set comes from the chain of all balls. The loads that `nut_loads`
+gives for it are equal ones: exact under preload, under an axial load the heaviest ball of the loaded set carries up to
+6 % more (GD4008-3, 1 to 6 kN, up to the separation load; `double_nut_loads` has it).
 
-The equations are in `ball_chain`.
+Each nut is a chain of balls between two elastic rods, screw and nut body. Counted from the outer face of a nut to the
+spacer, with axial approach d, axial force f(d) of a ball and K = dz (1/(E A_screw) + 1/(E A_nut)), the recurrence of
+force and stretch, S_j = S_(j-1) - s f_j, N_j = N_(j-1) + s f_j, d_(j+1) = d_j - s dz [S_j/(E A_screw) - N_j/(E A_nut)],
+becomes
+
+    d_(k+1) - 2 d_k + d_(k-1) = K f(d_k),    d_2 - d_1 = K f(d_1) + end slope,
+
+for both nuts alike. Newton's method on the whole chain has a banded matrix and needs no case for a free nut.
 scipy is imported in the functions: evaluation of a stored map needs no load distribution.
 """
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from ..parameters.file import FOUR_POINT, ScrewParameters
-from .ball_chain import BallChain, FourPointChain, ball_oversize
-from .ball_law import Array, check_force, flank_travel, largest_oversize, preload_ball_load, rising_root
+from .ball_law import (
+    MAX_STEPS,
+    Array,
+    check_force,
+    contact_compliance,
+    flank_law,
+    flank_travel,
+    largest_oversize,
+    preload_ball_load,
+    rising_root,
+)
 
 #: Chebyshev nodes over the loads of one nut: three leave an error of the film below 1e-6; more per unit of ln(load);
 #: range of ln(load) below which all loads are one
 LOAD_NODES, NODES_PER_LN, EQUAL_LOADS = 3, 6.0, 1e-9
 
 
+def ball_pitch(screw: ScrewParameters, ball_count: int) -> float:
+    """Axial pitch dz of the balls [m]: touching balls on the helix, or the loaded turns shared out."""
+    return max(screw.ball_diameter * math.sin(screw.lead_angle), screw.turns * screw.lead / (ball_count - 1))
+
+
+class BallChain:
+    """One screw's bodies and ball law with n balls in each nut."""
+
+    least_scale = 0.0  # approach to which the accuracy is relative where a load has a smaller one [m]
+
+    def __init__(self, screw: ScrewParameters, ball_count: int) -> None:
+        self.n = int(ball_count)
+        self.law = flank_law(screw)
+        dz, modulus = ball_pitch(screw, self.n), screw.youngs_modulus
+        self.K = dz / modulus * (1.0 / screw.screw_section_area + 1.0 / screw.nut_section_area)
+        areas = 1.0 / screw.screw_section_area + 1.0 / screw.spacer_section_area
+        self.spacer_stretch = screw.spacer_length / modulus * areas
+
+    def rigid_approach(self, force: float) -> float:
+        """Approach of n equal balls under a force, by the unloaded law's power: a start for Newton."""
+        if force <= 0.0:
+            return 0.0
+        d = 1e-6
+        for _ in range(MAX_STEPS):
+            f = self.n * float(self.law(np.array([d]))[0][0])
+            if abs(f - force) <= 1e-3 * force:
+                break
+            d *= (force / f) ** (2.0 / 3.0)
+        return d
+
+    def newton(
+        self, d: Array, end_slopes: tuple[float, float], close: Callable[..., None], scale: float
+    ) -> Array:
+        """Approaches of a chain from a start (m,) of the size scale [m], whose inner rows are the recurrence.
+
+        end_slopes : of d inwards at the first and last ball [m]
+        close(d, f, slope, residual, bands) : overwrites rows of residual [m] and matrix that end the chain
+        """
+        from scipy.linalg import solve_banded
+
+        def system(d: Array) -> tuple[Array, Array]:
+            f, slope, _ = self.law(d)
+            residual, bands = -self.K * f, np.ones((4, d.size))
+            step = np.diff(d)
+            residual[:-1] += step
+            residual[1:] -= step
+            residual[0] -= end_slopes[0]
+            residual[-1] -= end_slopes[1]
+            bands[1] = -2.0 - self.K * slope
+            bands[1, [0, -1]] += 1.0
+            bands[3] = 0.0
+            close(d, f, slope, residual, bands)
+            return residual, bands
+
+        residual, bands = system(d)
+        for _ in range(MAX_STEPS):
+            step = solve_banded((2, 1), bands, residual, check_finite=False)
+            if float(np.max(np.abs(step))) <= 1e-9 * scale:  # the error after it is of the order of rounding
+                return d - step
+            norm, factor = float(np.max(np.abs(residual))), 1.0
+            while True:
+                trial = d - factor * step
+                residual, bands = system(trial)
+                if float(np.max(np.abs(residual))) < norm or factor < 1e-3:
+                    break
+                factor *= 0.5
+            d = trial
+        last = float(np.max(np.abs(step)))
+        raise ArithmeticError(f"ball loads not converged: last step {last:.1e} m of {scale:.1e} m")
+
+    def nut(self, force: float, end_slope: float = 0.0) -> Array:
+        """Approaches of one nut under its axial force, outer ball first (n,) [m]."""
+        start = self.rigid_approach(force)
+
+        def close(d: Array, f: Array, slope: Array, residual: Array, bands: Array) -> None:
+            # sum of forces, plus the rows above: this makes the matrix row local
+            residual[-1] = residual[:-1].sum() + self.K * (f.sum() - force)
+            bands[1, -1], bands[2, -2] = 1.0 + self.K * slope[-1], -1.0
+
+        # at least one ball carries: the slope must not separate all of them at the start
+        lift = max(0.0, -end_slope) * (self.n - 1)
+        scale = max(start + lift, self.least_scale)
+        return self.newton(np.full(self.n, start + lift), (end_slope, 0.0), close, scale)
+
+    def double_nut(self, gap: float, axial_load: float, start: tuple[float, float]) -> Array:
+        """Approaches of both nuts, left to right (2n,) [m]; `start` for each nut."""
+        n, K, spacer = self.n, self.K, self.spacer_stretch
+
+        def close(d: Array, f: Array, slope: Array, residual: Array, bands: Array) -> None:
+            f_a = f[:n].sum() + residual[: n - 1].sum() / K
+            f_b = f[n:].sum() + residual[n + 1 :].sum() / K
+            residual[n - 1] = d[n - 1] + d[n] + spacer * f_a - gap
+            residual[n] = K * (f_b - f_a - axial_load)
+            d_f = 1.0 / K + slope[n - 1]
+            bands[2, n - 2], bands[1, n - 1], bands[0, n] = -spacer / K, 1.0 + spacer * d_f, 1.0
+            bands[3, n - 2], bands[2, n - 1] = 1.0, -K * d_f
+            bands[1, n], bands[0, n + 1] = 1.0 + K * slope[n], -1.0
+
+        first = np.repeat(start, n)
+        return self.newton(first, (0.0, -K * axial_load), close, max(abs(gap), *start))
+
+
+def ball_oversize(screw: ScrewParameters, preload: float, ball_count: int) -> float:
+    """Oversize in diameter [m] of the balls of a single nut for a preload [N]: 2.78 um for 2000 N on GD4008-3.
+
+    Source       Hertz: both contacts of a line together approach by C Q^(2/3), Q = F_p/(n sin(beta) cos(lambda))
+    """
+    check_force("preload", preload)
+    return float(contact_compliance(screw) * np.cbrt(preload_ball_load(screw, preload, ball_count)) ** 2)
+
+
+class FourPointChain(BallChain):
+    """The balls of a single nut between four flanks each: net axial force of the loaded and the relieved pair."""
+
+    def __init__(self, screw: ScrewParameters, preload: float, ball_count: int) -> None:
+        super().__init__(screw, ball_count)
+        self.least_scale = ball_oversize(screw, preload, ball_count)
+        self.flank = flank_law(screw, self.least_scale)
+        self.law = self._net
+
+    def _net(self, d: Array) -> tuple[Array, Array, Array]:
+        f, slope, Q = self.flank(d)
+        f_back, slope_back, _ = self.flank(-d)
+        return f - f_back, slope + slope_back, Q
+
+    def rigid_approach(self, force: float) -> float:
+        """Displacement of n equal balls under a force by their stiffness under preload: a start for Newton."""
+        stiffness = self.n * float(self.law(np.zeros(1))[1][0])
+        return force / stiffness if stiffness > 0.0 else super().rigid_approach(force)
+
+    def ways(self, axial_load: float) -> Array:
+        """Axial displacements at the balls, left to right [m], under a load > 0 on the right end, screw held there."""
+        return self.nut(axial_load, -self.K * axial_load)[::-1]
+
+
 class DoubleNutLoads(NamedTuple):
     """Loads of all balls from left to right and axial forces [N].
 
-    Q_a, Q_b : (n,) of the left nut (spacer at its right end) and of the right nut (spacer at its left end);
-    force_b = force_a + axial load; the spacer carries force_a. With oversize balls: of the same balls on the flanks
-    that an axial load > 0 relieves and loads; no spacer.
+    With oversize balls: of the same balls on the flanks that an axial load > 0 relieves and loads; no spacer.
     """
 
-    Q_a: Array
-    Q_b: Array
-    force_a: float
-    force_b: float
+    Q_a: Array  # (n,) of the left nut, spacer at its right end
+    Q_b: Array  # (n,) of the right nut, spacer at its left end
+    force_a: float  # carried by the spacer
+    force_b: float  # force_a + axial load
 
 
-@lru_cache(maxsize=64)
-def _four_point_chain(screw: ScrewParameters, preload: float, ball_count: int) -> FourPointChain:
-    return FourPointChain(screw, preload, ball_count)
-
-
-@lru_cache(maxsize=64)
-def _chain(screw: ScrewParameters, ball_count: int) -> BallChain:
-    return BallChain(screw, ball_count)
+_chain, _four_point_chain = lru_cache(maxsize=64)(BallChain), lru_cache(maxsize=64)(FourPointChain)
 
 
 @lru_cache(maxsize=4096)
@@ -68,28 +209,10 @@ def _preload_gap(screw: ScrewParameters, preload: float, ball_count: int) -> flo
     return 2.0 * float(chain.nut(preload)[-1]) + chain.spacer_stretch * preload
 
 
-def _four_point_loads(
-    screw: ScrewParameters, preload: float, axial_load: float, ball_count: int
-) -> DoubleNutLoads:
-    chain = _four_point_chain(screw, preload, ball_count)
-    d = chain.ways(abs(axial_load)) if axial_load != 0.0 else np.zeros(chain.n)
-    (f_on, _, Q_on), (f_off, _, Q_off) = chain.flank(d), chain.flank(-d)
-    loaded, relieved = (Q_on, float(f_on.sum())), (Q_off, float(f_off.sum()))
-    # a load to the left acts on the other flanks; the order of the balls is the same
-    a, b = (relieved, loaded) if axial_load >= 0.0 else (loaded, relieved)
-    return DoubleNutLoads(a[0], b[0], a[1], b[1])
-
-
 def nut_loads(screw: ScrewParameters, force: float, ball_count: int) -> Array:
-    """Normal loads of the balls of one nut, each at its own loaded contact angle.
+    """Normal loads (n,) [N] of the balls of one nut under its axial force [N], >= 0, that next to the spacer last.
 
-    Parameters   force : float [N], >= 0, axial force between this nut and the screw
-                 ball_count : balls that share it, >= 2
-    Returns      Q : (n,) [N], outer ball first, the ball next to the spacer last (heaviest); sum of
-                 Q sin(beta) cos(lambda) = force. Oversize balls: one set of flanks, equal loads
-    Raises       ValueError: not finite or negative
-                 ArithmeticError: not converged
-    Source       module docstring; Hertz ball law, bodies as rods of the section areas of the parameters
+    Each is at its own contact angle. Oversize balls: one set of flanks, equal loads.
     """
     check_force("force", force)
     if screw.preload_kind == FOUR_POINT:
@@ -103,21 +226,22 @@ def nut_loads(screw: ScrewParameters, force: float, ball_count: int) -> Array:
 def double_nut_loads(
     screw: ScrewParameters, preload: float, axial_load: float, ball_count: int
 ) -> DoubleNutLoads:
-    """Ball loads of two nuts pushed apart by a spacer, under an external axial load.
+    """Ball loads of two nuts, each with ball_count balls, pushed apart by a spacer, under an external axial load [N].
 
-    Parameters   preload : float [N], >= 0;  ball_count : balls of one nut, >= 2
-                 axial_load : float [N], on the outer flange of the right nut, screw held on the right;
-                 > 0 (to the right) relieves the left nut A, < 0 the right nut B
-    Returns      DoubleNutLoads; a nut that has come free has loads and force 0
-    Raises       ValueError: not finite or negative;  ArithmeticError: not converged
-    Source       module docstring; the gap of the spacer is that of the preload without external load:
-                 d_A + d_B + L_sp [S_mid/(E A_screw) - N_sp/(E A_sp)] at the spacer stays what it was
+    It acts on the outer flange of the right nut, screw held on the right; > 0 (to the right) relieves the left nut A,
+    < 0 the right nut B. d_A + d_B + L_sp [S_mid/(E A_screw) - N_sp/(E A_sp)] at the spacer is that of the preload.
     """
     check_force("preload", preload)
     check_force("axial_load", axial_load, allow_negative=True)
     preload, axial_load = float(preload), float(axial_load)
     if screw.preload_kind == FOUR_POINT:
-        return _four_point_loads(screw, preload, axial_load, ball_count)
+        balls = _four_point_chain(screw, preload, ball_count)
+        d = balls.ways(abs(axial_load)) if axial_load != 0.0 else np.zeros(balls.n)
+        # a load to the left acts on the other flanks; the order of the balls is the same
+        (f_b, _, Q_b), (f_a, _, Q_a) = (
+            balls.flank(math.copysign(1.0, axial_load) * side * d) for side in (1.0, -1.0)
+        )
+        return DoubleNutLoads(Q_a, Q_b, float(f_a.sum()), float(f_b.sum()))
     chain = _chain(screw, ball_count)
     if preload == 0.0 and axial_load == 0.0:
         nothing = np.zeros(chain.n)
@@ -132,14 +256,10 @@ def double_nut_loads(
 
 
 def separation_load(screw: ScrewParameters, preload: float, ball_count: int, sign: int = 1) -> float:
-    """External axial load at which the relieved nut comes free.
+    """External axial load [N], its magnitude, at which the left nut (sign +1) or the right one (-1) comes free.
 
-    Parameters   preload : float [N], >= 0;  ball_count : balls of one nut, >= 2
-                 sign : +1 load that relieves the left nut, -1 the right nut (see double_nut_loads)
-    Returns      magnitude of the load [N]; between rigid bodies 2^(3/2) preload
-    Raises       ValueError: not finite or negative;  ArithmeticError: not converged
-    Source       gap equation with force 0 in the relieved nut: its ball next to the spacer just touches. Oversize
-                 balls: the way of the ball that moves least is oversize/(sin(beta) cos(lambda)), to first order
+    Its ball next to the spacer just touches; 2^(3/2) preload between rigid bodies. Oversize balls: the way of the ball
+    that moves least is oversize/(sin(beta) cos(lambda)), to first order.
     """
     check_force("preload", preload)
     if preload == 0.0:
@@ -178,10 +298,7 @@ def largest_preload(screw: ScrewParameters, ball_count: int) -> float:
 def load_nodes(load: Array, per_ln: float = NODES_PER_LN) -> tuple[Array, Array]:
     """Ball loads (k,) to evaluate at, and weights (n, k) from logarithms there to those at the loads (n,) of one nut.
 
-    The loads differ by a few percent: Chebyshev nodes in ln(load) and the polynomial through them; or the loads
-    themselves where they are no more.
-
-    Parameters   per_ln: nodes per unit of ln(load) beyond LOAD_NODES
+    Chebyshev nodes in ln(load), LOAD_NODES and per_ln more by its unit; or the loads themselves where they are no more.
     """
     x = np.log(np.asarray(load, dtype=float))
     low, high = float(x.min()), float(x.max())

@@ -26,26 +26,16 @@ def _checked_temperature(T: Any) -> Any:
 
 
 def section_2_3(T: Any) -> Any:
-    """Ambient viscosity printed in the text of the paper: at 303 K nine times the value of its table.
+    """Ambient viscosity [Pa s] printed in the text of the paper: 0.297 at 303 K, nine times the value of its table.
 
-    Parameters   T : float or array [K], > 183.19
-    Returns      eta : like T [Pa s]
     Source       Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, section 2.3
-    Example
-        >>> round(float(section_2_3(303.0)), 3)
-        0.297
     """
     return 4.83e-5 * np.exp(B_VOGEL / (T - T_VOGEL))
 
 
 def _eta0_section_2_3(lub: LubricantParameters, T: Any) -> Any:
     # differs from paper: scaled to the viscosity of Table 1 at the reference temperature
-    at_reference = B_VOGEL / (lub.reference_temperature - T_VOGEL)
-    return lub.viscosity * np.exp(B_VOGEL / (T - T_VOGEL) - at_reference)
-
-
-def _slope_section_2_3(lub: LubricantParameters, T: Any) -> Any:
-    return -B_VOGEL / (T - T_VOGEL) ** 2
+    return lub.viscosity * section_2_3(T) / section_2_3(lub.reference_temperature)
 
 
 def _roelands_s0(lub: LubricantParameters) -> tuple[float, float, float]:
@@ -66,10 +56,8 @@ def _slope_roelands_printed(lub: LubricantParameters, T: Any) -> Any:
     return -scale * s0_roelands / span * ((T - T_ROELANDS) / span) ** (-s0_roelands - 1.0)
 
 
-def _d341_points(lub: LubricantParameters) -> tuple[float, float, float, float]:
-    points = (lub.astm_viscosity_1, lub.astm_temperature_1, lub.astm_viscosity_2, lub.astm_temperature_2)
-    nu_1, T_1, nu_2, T_2 = (float(value) for value in points if value is not None)
-    return nu_1, T_1, nu_2, T_2
+def _d341_points(lub: LubricantParameters) -> tuple[Any, Any, Any, Any]:
+    return lub.astm_viscosity_1, lub.astm_temperature_1, lub.astm_viscosity_2, lub.astm_temperature_2
 
 
 def _eta0_astm_d341(lub: LubricantParameters, T: Any) -> Any:
@@ -78,37 +66,25 @@ def _eta0_astm_d341(lub: LubricantParameters, T: Any) -> Any:
 
 def _slope_astm_d341(lub: LubricantParameters, T: Any) -> Any:
     # nu = Z - 0.7, Z = 10^(10^(m - n log10 T)): d nu/dT = -n Z ln Z/T
-    nu_1, T_1, nu_2, T_2 = _d341_points(lub)
-    n = slope_d341(nu_1, T_1, nu_2, T_2)
-    nu = 1e6 * kinematic_viscosity_d341(nu_1, T_1, nu_2, T_2, T)
+    points = _d341_points(lub)
+    n, nu = slope_d341(*points), 1e6 * kinematic_viscosity_d341(*points, T)
     rate = -n * (nu + D341_SHIFT) * np.log(nu + D341_SHIFT) / (T * nu)
     return rate - lub.density_temperature * lub.density / ambient_density(lub, T)
-
-
-def _eta0_constant(lub: LubricantParameters, T: Any) -> Any:
-    return lub.viscosity + 0.0 * T
-
-
-def _slope_constant(lub: LubricantParameters, T: Any) -> Any:
-    return 0.0 * T
 
 
 ViscosityLaw = Callable[[LubricantParameters, Any], Any]
 #: name -> (ambient viscosity, its logarithmic slope)
 VISCOSITY_LAWS: dict[str, tuple[ViscosityLaw, ViscosityLaw]] = {
-    "section_2_3": (_eta0_section_2_3, _slope_section_2_3),
+    "section_2_3": (_eta0_section_2_3, lambda lub, T: -B_VOGEL / (T - T_VOGEL) ** 2),
     "roelands_printed": (_eta0_roelands_printed, _slope_roelands_printed),
     "astm_d341": (_eta0_astm_d341, _slope_astm_d341),
-    "constant": (_eta0_constant, _slope_constant),
+    "constant": (lambda lub, T: lub.viscosity + 0.0 * T, lambda lub, T: 0.0 * T),
 }
 
 
 def eta0(lub: LubricantParameters, T: Any) -> Any:
-    """Viscosity at ambient pressure by the law that the lubricant names.
+    """Viscosity at ambient pressure [Pa s] by the law that the lubricant names; T: float or array [K], >= 200.
 
-    Parameters   T : float or array [K], >= 200
-    Returns      eta0 : like T [Pa s]; `viscosity` of the lubricant at its reference temperature
-    Raises       ValueError: temperature below 200 K or not finite
     Source       section_2_3: Zhao et al. 2023, section 2.3, scaled to Table 1; roelands_printed: Eq. 7 with
                  S0 = beta (T0-138)/(ln eta0+9.67); astm_d341: ASTM D341 times density; constant: none
     """
@@ -116,34 +92,8 @@ def eta0(lub: LubricantParameters, T: Any) -> Any:
 
 
 def temperature_slope(lub: LubricantParameters, T: Any) -> Any:
-    """d ln(eta0)/dT, negative: -0.0728 1/K for the law of section 2.3 at 303 K.
-
-    Parameters   T : float or array [K], >= 200
-    Returns      slope : like T [1/K]; the coefficient beta of the literature is its negative
-    Raises       ValueError: temperature below 200 K or not finite
-    """
+    """d ln(eta0)/dT [1/K], the negative of the coefficient beta of the literature; T: float or array [K], >= 200."""
     return VISCOSITY_LAWS[lub.viscosity_law][1](lub, _checked_temperature(T))
-
-
-def roelands_exponent(lub: LubricantParameters, ln_eta0: Any, p: Any) -> Any:
-    """ln(eta/eta0) = (ln eta0 + 9.67) [(1 + p/p_r)^Z - 1].
-
-    Validity     eta0 above 6.3e-5 Pa s; below (hotter than any oil lasts) pressure is taken to have no effect
-    Source       Roelands 1966, as in Eq. 7 of Zhao et al. 2023
-    """
-    level = np.maximum(ln_eta0 + ROELANDS_LN, 0.0)
-    return level * np.expm1(lub.z_roelands * np.log1p(p / lub.roelands_pressure))
-
-
-def barus_exponent(lub: LubricantParameters, ln_eta0: Any, p: Any) -> Any:
-    """ln(eta/eta0) = alpha p.        Source: Barus 1893"""
-    return lub.pressure_viscosity * p + 0.0 * ln_eta0
-
-
-PRESSURE_LAWS: dict[str, Callable[[LubricantParameters, Any, Any], Any]] = {
-    "roelands": roelands_exponent,
-    "barus": barus_exponent,
-}
 
 
 def viscosity(lub: LubricantParameters, p: Any, T: Any) -> Any:
@@ -152,30 +102,30 @@ def viscosity(lub: LubricantParameters, p: Any, T: Any) -> Any:
     Parameters   p : float or array [Pa], >= 0;  T : float or array [K], >= 200, broadcast with p
     Returns      eta [Pa s]
     Raises       ValueError: temperature out of range
-    Source       roelands: eta_0(T) exp{(ln eta_0(T) + 9.67) [(1 + p/p_r)^Z - 1]}, Z constant. With the law
-                 roelands_printed this is Eq. 7 of Zhao et al. 2023; with another it differs from paper: the
+    Validity     roelands: eta0 above 6.3e-5 Pa s; below (hotter than any oil lasts) pressure is taken to have no effect
+    Source       barus: eta_0(T) exp(alpha p), Barus 1893.
+                 roelands: eta_0(T) exp{(ln eta_0(T) + 9.67) [(1 + p/p_r)^Z - 1]}, Z constant, Roelands 1966. With the
+                 law roelands_printed this is Eq. 7 of Zhao et al. 2023; with another it differs from paper: the
                  S0 term of Eq. 7 is replaced by eta_0(T)
     """
     ambient = eta0(lub, T)
-    return ambient * np.exp(PRESSURE_LAWS[lub.pressure_law](lub, np.log(ambient), p))
+    if lub.pressure_law == "barus":
+        return ambient * np.exp(lub.pressure_viscosity * p)
+    level = np.maximum(np.log(ambient) + ROELANDS_LN, 0.0)
+    return ambient * np.exp(level * np.expm1(lub.z_roelands * np.log1p(p / lub.roelands_pressure)))
 
 
 def pressure_viscosity(lub: LubricantParameters, T: Any) -> Any:
-    """alpha_pv = d ln(eta)/dp at ambient pressure, consistent with the pressure law.
-
-    Parameters   T : float or array [K], >= 200
-    Returns      alpha_pv : like T [1/Pa]; Barus: the parameter itself at every temperature
-    Raises       ValueError: temperature out of range
-    """
+    """alpha_pv = d ln(eta)/dp [1/Pa] at ambient pressure by the pressure law; T: float or array [K], >= 200."""
     ambient = eta0(lub, T)
     if lub.pressure_law == "barus":
         return lub.pressure_viscosity + 0.0 * ambient
     return np.maximum(np.log(ambient) + ROELANDS_LN, 0.0) * lub.z_roelands / lub.roelands_pressure
 
 
-#: (A, B) of rho(p)/rho(0) = 1 + A p/(1 + B p) [1/Pa] by the name of the density law
+#: (A, B) of rho(p)/rho(0) = 1 + A p/(1 + B p) [1/Pa], Dowson & Higginson 1966, by the name of the density law
 DENSITY_LAWS: dict[str, tuple[float, float]] = {
-    "dowson_higginson": (0.6e-9, 1.7e-9),
+    "dowson_higginson": (0.6e-9, 1.7e-9),  # the one of the paper
     # the same law as many film computations write it, (5.9e8 + 1.34 p)/(5.9e8 + p): 0.7 % less at 1 GPa
     "dowson_higginson_590": (0.34 / 5.9e8, 1.0 / 5.9e8),
     "incompressible": (0.0, 0.0),
@@ -183,21 +133,13 @@ DENSITY_LAWS: dict[str, tuple[float, float]] = {
 
 
 def relative_density(law: str, p: Any) -> Any:
-    """Density over pressure relative to ambient, 1 to 1.35.
-
-    Parameters   law : name in DENSITY_LAWS;  p : float or array [Pa], >= 0
-    Source       Dowson & Higginson 1966 in the two forms that are in use: 1 + 0.6e-9 p/(1 + 1.7e-9 p), the one of
-                 the paper, and with the constant 5.9e8 Pa
-    Example
-        >>> round(float(relative_density("dowson_higginson", 1e9)), 4)
-        1.2222
-    """
+    """Density at pressures [Pa], >= 0, relative to ambient, 1 to 1.35, by the law of a name in DENSITY_LAWS."""
     rise, fade = DENSITY_LAWS[law]
     return 1.0 + rise * p / (1.0 + fade * p)
 
 
 def ambient_density(lub: LubricantParameters, T: Any) -> Any:
-    """Density at ambient pressure [kg/m3], T in K.
+    """Density at ambient pressure [kg/m3].
 
     Source       Eq. 8 of Zhao et al. 2023 at p = 0; errata: the printed sign makes density rise with temperature
     """

@@ -12,11 +12,6 @@ STATIC_PRESSURE = 4.2e9
 LIFE_EXPONENT, WEIBULL = 3.0, 10.0 / 9.0
 
 
-def dynamic_rating(screw: ScrewParameters) -> float:
-    """Dynamic axial load rating C_a of one nut [N]: that of the screw file, else computed."""
-    return computed_dynamic_rating(screw) if screw.dynamic_rating is None else screw.dynamic_rating
-
-
 def computed_dynamic_rating(screw: ScrewParameters) -> float:
     """Dynamic axial load rating C_a of one nut [N] by its geometry: 90 % of the screws reach 1e6 turns under it.
 
@@ -39,12 +34,16 @@ def computed_dynamic_rating(screw: ScrewParameters) -> float:
     return c_s * (1.0 + over ** (10.0 / 3.0)) ** -0.3 * screw.turns**0.86
 
 
+def dynamic_rating(screw: ScrewParameters) -> float:
+    """Dynamic axial load rating C_a of one nut [N]: that of the screw file, else computed."""
+    return computed_dynamic_rating(screw) if screw.dynamic_rating is None else screw.dynamic_rating
+
+
 def static_rating(screw: ScrewParameters) -> float:
     """Static axial load rating C_0a of one nut [N]: force at which its balls, equally loaded, reach STATIC_PRESSURE.
 
-    Source       definition of ISO 76 and ISO 3408-5, a permanent dent of 1e-4 of the ball diameter, by the Hertz
-                 pressure that ISO 76 names for ball bearings; the closed formula of ISO 3408-5 is not used. Catalogues
-                 count with their own factors and conformities: expect some tens of percent between them
+    Source       ISO 76 and ISO 3408-5, by the Hertz pressure that ISO 76 names for ball bearings; the closed formula of
+                 ISO 3408-5 is not used. Catalogues differ by some tens of percent in their factors and conformities
     """
 
     def excess(ln_load: float) -> float:
@@ -62,9 +61,8 @@ def ball_pressure(screw: ScrewParameters, load: float) -> float:
 
 
 def life(screw: ScrewParameters, force_a: float, force_b: float) -> float:
-    """Nominal life L10 of the preloaded nut in turns, under constant axial forces of both nuts; infinite without force.
+    """Nominal life L10 of the preloaded nut in turns, under constant axial forces [N]; infinite without force.
 
-    Parameters   force_a, force_b : [N], >= 0
     Source       ISO 3408-5: L = (C_a/F)^3 1e6 of each nut, together (L_A^(-10/9) + L_B^(-10/9))^(-9/10)
     """
     rating = dynamic_rating(screw)

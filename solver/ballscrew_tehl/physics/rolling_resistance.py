@@ -1,11 +1,10 @@
 """Closed formulas of the hydrodynamic rolling resistance: what the oil costs in pure rolling.
 
 F_R is the force on ONE surface, int (h/2) dp/dx dA, x along the flow: the oil brakes both surfaces alike. The power
-lost is W = u_e int h dp/dx dA = 2 u_e F_R (Biboulet & Houpert, Proc IMechE J 224 (2010) 765, Eq. (45) and conclusion).
-Derived anew for any contact area: the oil gains u_e int h dp/dx dA from both surfaces, and in a film that keeps its
-mass without compression, by Green's theorem and Reynolds' equation, W equals the dissipation
-int h^3 |grad p|^2/(12 eta) dA (part 2 of the paper assumes it, Eq. (37)). The moment of the papers is F_R R_x. Groups
-as in film.py: U and W with the mean speed u_e; the papers' U is 2U.
+lost is W = u_e int h dp/dx dA = 2 u_e F_R (Biboulet & Houpert, Proc IMechE J 224 (2010) 765, Eq. (45) and conclusion),
+for any contact area: in a film that keeps its mass without compression, by Green's theorem and Reynolds' equation, it
+equals the dissipation int h^3 |grad p|^2/(12 eta) dA (part 2 of the paper assumes it, Eq. (37)). The moment of the
+papers is F_R R_x. Groups as in film.py: U and W with the mean speed u_e; the papers' U is 2U.
 """
 
 from typing import Any
@@ -22,21 +21,17 @@ _TRANSITION = 6.6
 
 
 def biboulet_houpert_point(load: Any, u_e: Any, R_x: Any, R_y: Any, E_prime: float, eta0: Any) -> Any:
-    """Rolling resistance of an elliptical contact, rigid isoviscous to elastic, fully flooded.
+    """Rolling resistance on one surface [N] of an elliptical contact, rigid isoviscous to elastic, fully flooded.
 
-    Parameters   load [N], u_e [m/s], eta0 [Pa s] : float or array, > 0;  R_x, R_y : float or array [m], 0 < R_x <= R_y,
-                 along and across rolling;  E_prime : float [Pa]
-    Returns      force on one surface [N], broadcast; of the transition M = beta^(1/4) kappa W (2U)^(-3/4)
+    Of load [N], u_e [m/s], R_x <= R_y along and across rolling [m], E_prime [Pa], eta0 [Pa s], all > 0, broadcast. The
+    transition is at M = beta^(1/4) kappa W (2U)^(-3/4).
+
     Validity     isothermal, Newtonian, Barus, oil to x = -R_x (rigid) or about -10 b (elastic) and far to the sides;
                  L 4 to 16, M 0.2 to 800, b/a 1/60 to 1.  The rigid limit is -13 to +24 % off a direct solution of
                  Reynolds' equation for R_y/R_x 1 to 28 and h_0/R_x 1e-5 to 1e-3
     Source       Biboulet & Houpert, Proc IMechE J 224 (2010) 777, Eqs. (14), (30) to (32) [read]; the same constants
                  in an open ball screw program.  Second print: Balan, Houpert, Tufescu & Olaru, Lubricants 3 (2015)
                  222, Eqs. (1) to (4), as powers of R_y/R_x (compared in the test)
-    Example
-        >>> force = biboulet_houpert_point(33.0, 1.04, 2.18e-3, 61.8e-3, 226e9, 0.1)
-        >>> round(float(force), 4)
-        0.0625
     """
     contact = ellipse(load, R_x, R_y, E_prime)
     U, W = 2.0 * np.asarray(eta0) * u_e / (E_prime * R_x), np.asarray(load) / (E_prime * R_x**2)
@@ -51,17 +46,11 @@ def biboulet_houpert_point(load: Any, u_e: Any, R_x: Any, R_y: Any, E_prime: flo
 def replenishment_factor(
     K_rs: float, K_z: float, speed_rpm: Any, viscosity_mm2_s: Any, bore_mm: float, outer_mm: float
 ) -> Any:
-    """Reduction of the rolling resistance where oil pushed aside does not flow back in time.
+    """Reduction exp(-K_rs nu n (d + D) sqrt(K_z/(2 (D - d)))) of the rolling resistance where oil flows back too late.
 
-    Parameters   K_rs : 3e-8 low oil bath or oil jet, 6e-8 grease or oil-air, 0 flooded;  K_z : 4.4 for single-row
-                 angular contact;  speed_rpm [r/min], viscosity_mm2_s [mm2/s] : float or array;  bore_mm, outer_mm : d
-                 and D of the bearing [mm], d < D
-    Returns      exp(-K_rs nu n (d + D) sqrt(K_z/(2 (D - d)))), broadcast, 0 to 1
+    K_rs : 3e-8 low oil bath or oil jet, 6e-8 grease or oil-air, 0 flooded;  K_z : 4.4 for single-row angular contact
     Source       SKF rolling bearings catalogue, kinematic replenishment/starvation factor [from two programs that code
                  it]
-    Example
-        >>> round(float(replenishment_factor(6e-8, 4.4, 1000.0, 100.0, 32.0, 48.0)), 3)
-        0.837
     """
     lengths = (bore_mm + outer_mm) * np.sqrt(K_z / (2.0 * (outer_mm - bore_mm)))
     return np.exp(-K_rs * np.asarray(viscosity_mm2_s) * np.asarray(speed_rpm) * lengths)

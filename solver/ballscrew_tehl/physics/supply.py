@@ -31,9 +31,8 @@ def hertz_gap(length: Any, b: Any, R_x: Any) -> Any:
 
 
 def missing_loss(length: float, u_e: Any, eta0: Any, film: Any, b: Any, R_x: Any, R_y: Any) -> Array:
-    """Loss [W] of the oil that a flooded contact has between R_x and the supply length before it, without heat.
+    """Loss [W] of the oil that a flooded contact has between R_x and the supply length [b] before it, without heat.
 
-    Parameters   length [b];  u_e [m/s], eta0 [Pa s], film: central [m], b, R_x, R_y [m]: broadcast, > 0
     Source       derived: with the pressure p = c |x|/h^2 of a wide inlet, c = 12 eta0 u_e/(3 + 2 R_x/R_y)
                  (contact.integrals.resistance_beyond), u_e int h dp/dx dA over X < -x < R_x, |y| < R_x. Gap h:
                  parabolas above the flattened bodies at X
@@ -54,19 +53,16 @@ def missing_loss(length: float, u_e: Any, eta0: Any, film: Any, b: Any, R_x: Any
 def supply_factor(
     length: float, load: Any, loss: Any, u_e: Any, eta0: Any, film: Any, b: Any, R_x: Any, R_y: Any
 ) -> Any:
-    """Rolling loss with oil from a supply length on, over the flooded one.
+    """Rolling loss with oil from a supply length [b], >= 2, on, over the flooded one with heat [W].
 
-    Parameters   length: [b], >= 2; FLOODED: 1;  load [N];  loss: flooded, with heat [W];  others as missing_loss, u_e,
-                 eta0 and film of the inlet
-    Returns      (1 - q/3)^3, at least LEAST_FACTOR, with q = missing_loss/loss/(1 + (film/(FADES hertz_gap))^2); joined
-                 by a fourth power with its limit in films above the gap where oil begins, X before the middle: there
-                 the load acts about X/3 before the middle, load u_e X/(3 R_x). Broadcast
+    (1 - q/3)^3, at least LEAST_FACTOR, with q = missing_loss/loss/(1 + (film/(FADES hertz_gap))^2); joined by a fourth
+    power with its limit in films above the gap where oil begins, X before the middle: there the load [N] acts about X/3
+    before the middle, load u_e X/(3 R_x). u_e [m/s], eta0 [Pa s] and central film [m] are those of the inlet.
+
     Validity     19 thermal solves with that inlet, M 53 to 24,000: mean and largest error of the loss 0 and 13 % at
                  6 b, -1 and 6 % at 10 b, +10 and 61 % at 3 b (light hot contacts). Seven, M 2.8 to 37: -8 to 14 % at
-                 6 b, -28 to 4 % at 10 b; 14 to 15 % too high where the
-                 film is 0.15 of the gap (an independent check). The film is that of the flooded contact
-    Source       the cube is an assumption of form: powers 2, 3, 4 and the exponential were compared with these solves,
-                 so is the join. Limit: solved 0.27 to 0.36 X below M 11
+                 6 b, -28 to 4 % at 10 b; 14 to 15 % too high where the film is 0.15 of the gap
+    Source       the cube and the join are assumptions of form, compared with these solves
     """
     if length == FLOODED:
         return np.ones(np.broadcast(load, loss, u_e, eta0, film, b, R_x, R_y).shape)[()]

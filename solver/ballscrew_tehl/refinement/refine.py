@@ -31,7 +31,7 @@ from ..parameters.file import Parameters
 from ..parameters.identity import map_parameters
 from ..physics.hertz import RACEWAYS
 from ..runtime.packed import MECHANISTIC
-from .direct import Array, NutContacts
+from .direct import Array, ball_loads, mean_load, solved_nut
 
 if TYPE_CHECKING:  # an import would pack the module into the Python FMU, which has a copy of its own
     from ..runtime.evaluate import DoubleNutState, NutMap
@@ -75,18 +75,13 @@ class Known(NamedTuple):
 
 
 class CorrectionStore:
-    """Corrections of one raceway, a bounded number, interpolated by kriging.
-
-    Parameters   capacity : solved points that are kept;  expected : standard deviation of a correction before any is
-                 known
-    """
+    """Corrections of one raceway at up to `capacity` points, by kriging; expected: deviation before any is known."""
 
     COLUMNS = 5
+    _weights: Array
 
     def __init__(self, capacity: int, expected: float) -> None:
-        self.capacity = capacity
-        self.expected = expected
-        self._clock = 0
+        self.capacity, self.expected, self._clock = capacity, expected, 0
         self._unsolvable = np.empty((0, 3))
         self._set(np.empty((0, 3)), np.empty((0, self.COLUMNS)), np.empty(0, dtype=int))
 
@@ -110,8 +105,6 @@ class CorrectionStore:
 
     def insert(self, point: Array, values: Array) -> None:
         """Store the correction (5,) at a point (3,) [cells]; the least recently used one is dropped."""
-        if not np.isfinite(values).all():
-            raise ValueError(f"correction = {values}; needs finite")
         keep = np.ones(len(self._points), dtype=bool)
         if len(self._points) >= self.capacity:
             keep[np.argmin(self._used)] = False
@@ -132,36 +125,31 @@ class CorrectionStore:
             return
         distances = np.sqrt(((points[:, None] - points) ** 2).sum(axis=-1))
         smooth, rough = _covariance(distances), np.exp(-distances / SCATTER_LENGTH)
-        first = values[:, 0]
-        for _ in range(DEVIATION_STEPS):
-            covariance = smooth + (SCATTER / self._sigma) ** 2 * rough
-            self._weights = np.linalg.solve(covariance, values)
-            # the expected size counts as one solved point
-            misfit = self.expected**2 + float(first @ self._weights[:, 0])
-            self._sigma = math.sqrt(misfit / (1.0 + len(points)))
-        covariance = smooth + (SCATTER / self._sigma) ** 2 * rough
-        self._weights = np.linalg.solve(covariance, values)
+        for step in range(DEVIATION_STEPS + 1):
+            if step > 0:
+                # the expected size counts as one solved point
+                misfit = self.expected**2 + float(values[:, 0] @ self._weights[:, 0])
+                self._sigma = math.sqrt(misfit / (1.0 + len(points)))
+            self._weights = np.linalg.solve(smooth + (SCATTER / self._sigma) ** 2 * rough, values)
         self._inverse = np.linalg.inv(smooth + JITTER * np.eye(len(points)))
 
     def state(self) -> dict[str, Any]:
         """Content for JSON."""
-        return {
-            "clock": self._clock,
-            "points": self._points.tolist(),
-            "values": self._values.tolist(),
-            "used": self._used.tolist(),
-            "unsolvable": self._unsolvable.tolist(),
+        arrays = {
+            "points": self._points,
+            "values": self._values,
+            "used": self._used,
+            "unsolvable": self._unsolvable,
         }
+        return {"clock": self._clock} | {name: array.tolist() for name, array in arrays.items()}
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Content from state()."""
-        self._clock = int(state["clock"])
-        self._unsolvable = np.array(state["unsolvable"], dtype=float).reshape(-1, 3)
-        self._set(
-            np.array(state["points"], dtype=float).reshape(-1, 3),
-            np.array(state["values"], dtype=float).reshape(-1, self.COLUMNS),
-            np.array(state["used"], dtype=int),
+        points, values, unsolvable = (
+            np.array(state[name], float) for name in ("points", "values", "unsolvable")
         )
+        self._clock, self._unsolvable = int(state["clock"]), unsolvable.reshape(-1, 3)
+        self._set(points.reshape(-1, 3), values.reshape(-1, self.COLUMNS), np.array(state["used"], int))
 
 
 def _covariance(distance: Array) -> Array:
@@ -195,26 +183,22 @@ class _LookUp(NamedTuple):
     raceway: int
     force: float
     viscous: float  # torque up to a factor common to both nuts
-    deviation: float  # of ln(viscous)
-    distance: float  # to the nearest solved point [cells]
+    known: Known
 
 
 class Refinement:
     """A nut map with live corrections; evaluate() as that of the map.
 
-    Parameters   nut_map : of film model solved or solved_thermal
-                 parameters : None = those of the map's header
-                 tolerance : relative error of the friction torque, > 0
-                 report : called with every Solve; None = logging, a failure as a warning
-    Attributes   solves : the last of them
-    Raises       ValueError: a map of another law or other films, without parameters, or a bad tolerance
-    Validity     within the axes of the map. Beyond them, where values are clamped, known corrections apply and nothing
-                 is solved; below the least speed and force the correction is that of the end of the axis. Torque
-                 follows direct per-ball solves within the tolerance (in 95 of 100 cases, the rest up to three times
-                 as much); films and temperature rise are corrected as for the mean ball, without a bound, but not those
-                 that are shown of another kinematics. Share
-                 of force between the nuts, hysteresis and sliding torque stay those of the map; of the mechanistic law
-                 only the rolling part, which is nearly all that follows the film, is corrected
+    nut_map : of film model solved or solved_thermal, or mechanistic;  parameters : None = those of the map's header;
+    tolerance : relative error of the friction torque, > 0;  report : called with every Solve, None = logging, a failure
+    as a warning;  solves : the last of them
+
+    Valid within the axes of the map. Beyond them, where values are clamped, known corrections apply and nothing is
+    solved; below the lowest speed and force the correction is that of the end of the axis. Torque follows direct
+    per-ball solves within the tolerance (in 95 of 100 cases, the rest up to three times as much); films and temperature
+    rise are corrected as for the mean ball, without a bound, but not those that are shown of another kinematics. Share
+    of force between the nuts, hysteresis and sliding torque stay those of the map; of the mechanistic law only the
+    rolling part, which is nearly all that follows the film, is corrected
     """
 
     def __init__(
@@ -229,17 +213,16 @@ class Refinement:
             raise ValueError(
                 f"film model of the map = {film}; refinement needs solved, solved_thermal or {MECHANISTIC}"
             )
-        self.nut_map = nut_map
-        self.tolerance = tolerance
+        self.nut_map, self.tolerance = nut_map, tolerance
         self.solves: deque[Solve] = deque(maxlen=CAPACITY)
-        self._contacts = NutContacts(parameters or map_parameters(nut_map.header), film)
+        self._parameters, self._film = parameters or map_parameters(nut_map.header), film
         self._report = report or _logged
-        force, speed, temperature = (
-            nut_map.header["axes"][name][:2] for name in ("force", "speed", "temperature")
-        )
-        spans = math.log(force[1] / force[0]), math.log(speed[1] / speed[0]), temperature[1] - temperature[0]
+        force, speed, temperature = nut_map.force, nut_map.speed, nut_map.temperature
+        spans = math.log(force.hi / force.lo), math.log(speed.hi / speed.lo), temperature.hi - temperature.lo
         self._cell = np.array(spans) / CELLS
-        expected = _expected_correction(nut_map.header)
+        # half of the largest error of the map by its certificate
+        error = float(nut_map.header["certificate"].get("torque_error_max", 2.0 * EXPECTED))
+        expected = min(max(0.5 * error, MIN_EXPECTED), EXPECTED)
         self._known = [CorrectionStore(CAPACITY // 2, expected) for _ in RACEWAYS]
 
     @property
@@ -259,11 +242,10 @@ class Refinement:
 
     def prepare(self) -> None:
         """Compile or load the solver now, by a contact in the middle of the map that is not stored."""
-        axes = (self.nut_map.force, self.nut_map.speed)
-        force, speed = (math.sqrt(axis.lo * axis.hi) for axis in axes)
+        force, speed = (math.sqrt(axis.lo * axis.hi) for axis in (self.nut_map.force, self.nut_map.speed))
         temperature = 0.5 * (self.nut_map.temperature.lo + self.nut_map.temperature.hi)
         with suppress(ArithmeticError):
-            self._contacts.solve(RACEWAYS[0], force, speed, temperature, 0.0)
+            solved_nut(self._parameters, self._film, RACEWAYS[0], force, speed, temperature, 0.0)
 
     def evaluate(
         self,
@@ -280,28 +262,20 @@ class Refinement:
         friction = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height, breakaway_factor)
         columns = self.nut_map.checked_arguments(preload, speed, temperature, axial_load, *friction)
         seal = self.nut_map.seal_torque
-        if isinstance(columns[0], (float, int)):
-            return self.evaluate_point(*columns)._replace(seal_torque=seal)
-        rows = zip(*(column.ravel().tolist() for column in columns), strict=True)
-        states = [self.evaluate_point(*row) for row in rows]
+        rows = zip(*(np.ravel(column).tolist() for column in columns), strict=True)
+        states = [self.evaluate_point(*row)._replace(seal_torque=seal) for row in rows]
+        if isinstance(columns[0], float):
+            return states[0]
         fields: dict[str, Any] = {
             name: np.array([getattr(state, name) for state in states]).reshape(columns[0].shape)
             for name in states[0]._fields
-            if name != "clamped"
+            if name not in ("clamped", "seal_torque")
         }
         clamped = tuple(dict.fromkeys(name for state in states for name in state.clamped))
-        return type(states[0])(**fields | {"clamped": clamped, "seal_torque": seal})
+        return states[0]._replace(**fields, clamped=clamped)
 
     def evaluate_point(
-        self,
-        preload: float,
-        speed: float,
-        temperature: float,
-        axial_load: float,
-        ratio: float,
-        net: float,
-        roughness: float,
-        breakaway: float,
+        self, preload: float, speed: float, temperature: float, axial_load: float, *friction: float
     ) -> DoubleNutState:
         """evaluate() for floats that the caller has checked: the step of the FMU."""
         point = (
@@ -320,15 +294,15 @@ class Refinement:
                 torque, film = corrected[raceway:4:2]  # logarithms of this raceway
                 viscous = share * math.exp(torque)
                 if self.nut_map.law != MECHANISTIC:
-                    viscous /= 1.0 + (roughness / math.exp(film)) ** 2
-                asked.append(_LookUp(raceway, force, viscous, found.deviation, found.distance))
+                    viscous /= 1.0 + (friction[2] / math.exp(film)) ** 2
+                asked.append(_LookUp(raceway, force, viscous, found))
             return corrected
 
         # after MAX_SOLVES every correction is known
         for solves in range(MAX_SOLVES + 1):
             asked.clear()
             state = self.nut_map.evaluate_point(
-                preload, speed, temperature, axial_load, ratio, net, roughness, breakaway, correction
+                preload, speed, temperature, axial_load, *friction, correction=correction
             )
             wanted = self._wanted(state, asked) if state.in_range and solves < MAX_SOLVES else None
             if wanted is None:
@@ -344,13 +318,13 @@ class Refinement:
         if not (viscous > 0.0 and sum_of_parts > 0.0):
             return None  # no speed or no load
         part = viscous / (total * sum_of_parts)
-        unknown = [one for one in asked if one.distance > 0.0]
-        far = [one for one in unknown if one.distance > REACH and part * one.viscous > self.tolerance]
-        error = SURE * part * sum(one.viscous * one.deviation for one in unknown)
+        unknown = [one for one in asked if one.known.distance > 0.0]
+        far = [one for one in asked if one.known.distance > REACH and part * one.viscous > self.tolerance]
+        error = SURE * part * sum(one.viscous * one.known.deviation for one in unknown)
         if far:
             unsure, reason = far[0], f"no solved contact within {REACH:g} cells"
         elif error > self.tolerance:
-            unsure = max(unknown, key=lambda one: one.viscous * one.deviation)
+            unsure = max(unknown, key=lambda one: one.viscous * one.known.deviation)
             reason = f"torque may be off by {error:.1e}"
         else:
             return None
@@ -362,8 +336,7 @@ class Refinement:
 
     def _solve(self, raceway: int, force: float, reason: str, speed: float, temperature: float) -> None:
         """Solve one contact and store its correction; one that fails is stored as such."""
-        place, begun = self._place(force, speed, temperature), time.perf_counter()
-        failure = ""
+        place, begun, failure = self._place(force, speed, temperature), time.perf_counter(), ""
         try:
             self._known[raceway].insert(place, self._correction(raceway, force, speed, temperature))
         except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
@@ -376,25 +349,27 @@ class Refinement:
 
     def _correction(self, raceway: int, force: float, speed: float, temperature: float) -> Array:
         """Solved contact minus map, in logarithms: columns of packed.SURFACES of this raceway (5,)."""
+        axis, screw = self.nut_map.force, self._parameters.screw
         wide = np.array([force * math.exp(-SLOPE_STEP), force, force * math.exp(SLOPE_STEP)])
         surfaces = self.nut_map.surfaces(wide, speed, temperature)[raceway::2]
-        reached = np.log(np.clip(wide, self.nut_map.force.lo, self.nut_map.force.hi))
+        reached = np.log(np.clip(wide, axis.lo, axis.hi))
         slopes = (surfaces[:, 2] - surfaces[:, 0]) / (reached[2] - reached[0])
-        solved = self._contacts.solve(RACEWAYS[raceway], force, speed, temperature, float(slopes[1]))
+        point = RACEWAYS[raceway], force, speed, temperature
+        solved = solved_nut(self._parameters, self._film, *point, float(slopes[1]))
         expected = surfaces[:, 1].copy()
         # extremes belong to the heaviest or lightest of the load-carrying balls; the solved ball is the extreme one of
         # a nut with another force, and there the map is compared with it
-        load = self._contacts.mean_load(force)
+        load = mean_load(ball_loads(screw, force, self._film == MECHANISTIC))
         for column, slope in enumerate(slopes[2:], start=2):
-            heaviest = (slope > 0.0) == (column == 4)  # films are least, the rise is largest
+            # films are least, the rise is largest
+            extreme = np.max if (slope > 0.0) == (column == 4) else np.min
             other = force
             for _ in range(2):
-                other *= load / self._contacts.extreme_loads(other)[int(heaviest)]
+                other *= load / float(extreme(ball_loads(screw, other)))
             expected[column] = self.nut_map.surfaces(other, speed, temperature)[2 * column + raceway]
-            beyond = math.log(other / min(max(other, self.nut_map.force.lo), self.nut_map.force.hi))
-            expected[column] += slope * beyond
-        if not (solved > 0.0).all():
-            raise ValueError(f"{solved}; needs > 0")
+            expected[column] += slope * math.log(other / min(max(other, axis.lo), axis.hi))
+        if not ((solved > 0.0) & (solved < math.inf)).all():
+            raise ValueError(f"{solved}; needs > 0 and finite")
         correction = np.log(solved) - expected
         if self.nut_map.law == MECHANISTIC:
             # shear torque or thrust factor: of both raceways together
@@ -416,9 +391,3 @@ class Refinement:
 
 def _logged(solve: Solve) -> None:
     logging.getLogger(__name__).log(logging.WARNING if solve.failure else logging.DEBUG, "%s", solve)
-
-
-def _expected_correction(header: Mapping[str, Any]) -> float:
-    """Expected standard deviation of the corrections, from the certificate of the map."""
-    largest = header["certificate"].get("torque_error_max", 2.0 * EXPECTED)
-    return min(max(0.5 * float(largest), MIN_EXPECTED), EXPECTED)

@@ -10,14 +10,7 @@ import numpy as np
 
 from ..friction.mechanistic import roughness_of
 from ..friction.sets import FrictionSet
-from ..mechanics import (
-    Efficiency,
-    LoadedScrew,
-    catalogue_preload,
-    efficiency,
-    loaded_screw,
-    screw_constants,
-)
+from ..mechanics import Efficiency, LoadedScrew, catalogue_preload, efficiency, loaded_screw, screw_constants
 from ..nut_map.interval import TorqueInterval, map_interval, nearest, relative_intervals
 from ..nut_map.trend import unphysical_trend
 from ..parameters.file import Parameters
@@ -39,10 +32,10 @@ POINTS, INTERVAL_POINTS = 161, 25
 
 
 class PreloadWords(NamedTuple):
-    """Names of a kind of preload on the pages."""
+    """Names of a kind of preload on the pages: of the whole, of what an axial load relieves or loads."""
 
-    screw: str  # the whole
-    side: str  # relieved or loaded by an axial load
+    screw: str
+    side: str
 
 
 PRELOAD_WORDS = {
@@ -62,10 +55,8 @@ class OperatingPoint(NamedTuple):
     @property
     def text(self) -> str:
         """In the units of the page."""
-        return (
-            f"preload {self.preload:.0f} N, {self.speed / RPM:.0f} r/min, oil at "
-            f"{self.temperature - CELSIUS:.1f} C"
-        )
+        speed, celsius = self.speed / RPM, self.temperature - CELSIUS
+        return f"preload {self.preload:.0f} N, {speed:.0f} r/min, oil at {celsius:.1f} C"
 
 
 class Lines(NamedTuple):
@@ -116,55 +107,45 @@ class ReportData:
             return roughness_of(self.parameters.friction)
         return float(self.nut_map.header["defaults"]["roughness_height"])
 
+    @property
+    def _law(self) -> tuple[Parameters, Mapping[str, Any], FrictionSet]:
+        return self.parameters, self.nut_map.header["axes"], self.friction_set
+
     @cached_property
     def intervals(self) -> Array:
         """Torque with low and high end [N.m], (preload, interval_speeds, temperature, 3); ends NaN if not known."""
-        preloads, speeds, temperatures = self.preloads, self.interval_speeds, self.temperatures
-        torque = self.nut_map.evaluate(preloads[:, None, None], speeds[:, None], temperatures).friction_torque
-        ends: Any = np.full((*torque.shape, 2), math.nan)
-        if self.mechanistic:
-            ends = relative_intervals(
-                self.parameters,
-                self.nut_map.header["axes"],
-                self.friction_set,
-                preloads,
-                speeds,
-                temperatures,
-            )
-        seals, torque = self.nut_map.seal_torque, torque[..., None]
+        grid = self.preloads, self.interval_speeds, self.temperatures
+        torque = self.nut_map.evaluate(*np.ix_(*grid)).friction_torque[..., None]
+        ends = relative_intervals(*self._law, *grid) if self.mechanistic else np.full((1, 1, 1, 2), math.nan)
+        seals = self.nut_map.seal_torque
         return np.concatenate((torque, seals + (torque - seals) * ends), axis=-1)
 
     @cached_property
     def interval(self) -> TorqueInterval | None:
         """Of the point."""
-        if not self.mechanistic:
-            return None
-        return map_interval(self.parameters, self.nut_map.header["axes"], self.friction_set, *self.point)
+        return map_interval(*self._law, *self.point) if self.mechanistic else None
 
     @property
-    def warm(self) -> int:
-        """Place of the point among the temperatures."""
-        return int(np.searchsorted(self.temperatures, self.point.temperature))
+    def at_temperature(self) -> Array:
+        """Intervals at the temperature of the point."""
+        return self.intervals[:, :, int(np.searchsorted(self.temperatures, self.point.temperature))]
 
     @cached_property
     def by_preload(self) -> Lines:
         """A line for each preload."""
-        ends = self.intervals[:, :, self.warm, 1:]
-        return self._lines(self.preloads, self.preloads[:, None], self.point.temperature, ends)
+        return self._lines(self.preloads, self.preloads[:, None], self.point.temperature, self.at_temperature)
 
     @cached_property
     def by_temperature(self) -> Lines:
         """A line for each temperature."""
-        ends = self.intervals[int(np.searchsorted(self.preloads, self.point.preload)), :, :, 1:]
-        return self._lines(
-            self.temperatures, self.point.preload, self.temperatures[:, None], ends.swapaxes(0, 1)
-        )
+        intervals = self.intervals[int(np.searchsorted(self.preloads, self.point.preload))].swapaxes(0, 1)
+        return self._lines(self.temperatures, self.point.preload, self.temperatures[:, None], intervals)
 
-    def _lines(self, rows: Array, preload: Any, temperature: Any, ends: Array) -> Lines:
-        x = self.line_speeds
-        torque = self.nut_map.evaluate(preload, x, temperature).friction_torque
-        unphysical = unphysical_trend(self.nut_map, preload, x, temperature).unphysical
-        return Lines(rows, torque, unphysical, ends if self.mechanistic else None)
+    def _lines(self, rows: Array, preload: Any, temperature: Any, intervals: Array) -> Lines:
+        at = preload, self.line_speeds, temperature
+        torque = self.nut_map.evaluate(*at).friction_torque
+        unphysical = unphysical_trend(self.nut_map, *at).unphysical
+        return Lines(rows, torque, unphysical, intervals[..., 1:] if self.mechanistic else None)
 
     @cached_property
     def films(self) -> DoubleNutState:
@@ -174,44 +155,38 @@ class ReportData:
     @cached_property
     def cases(self) -> tuple[LoadCase, ...]:
         """The nut under axial loads."""
-        screw, preload, cases = self.parameters.screw, self.point.preload, []
-        constants = screw_constants(screw)
-        separation = loaded_screw(screw, constants, preload, 0.0).separation_load
+        screw, cases = self.parameters.screw, []
+        nut = screw, screw_constants(screw), self.point.preload
+        separation = loaded_screw(*nut, 0.0).separation_load
         for load in (ratio * separation for ratio in LOAD_RATIOS):
             state = self.nut_map.evaluate(*self.point, load)
             both = efficiency(screw, load, float(state.friction_torque)) if state.in_range else None
-            cases.append(LoadCase(load, loaded_screw(screw, constants, preload, load), both))
+            cases.append(LoadCase(load, loaded_screw(*nut, load), both))
         return tuple(cases)
 
 
 def report_data(
     parameters: Parameters, friction_set: FrictionSet, nut_map: NutMap, user: Mapping[str, float]
 ) -> ReportData:
-    """Numbers around the point of the user [SI, by axis], else catalogue preload, DEFAULT_SPEED, reference temperature.
-
-    Raises       ValueError: a number of the user outside the map
-    """
+    """Numbers around the point of the user [SI, by axis], else around catalogue preload and DEFAULT_SPEED."""
     axes, reference = nut_map.header["axes"], parameters.lubricant.reference_temperature
-    defaults = OperatingPoint(catalogue_preload(parameters.screw), DEFAULT_SPEED, reference)
-    values = []
-    for axis, default in defaults._asdict().items():
-        value = user.get(axis, default)
-        inside = nearest(axes, axis, value)
-        if axis in user and not math.isclose(inside, value, rel_tol=1e-9):
+    defaults = OperatingPoint(catalogue_preload(parameters.screw), DEFAULT_SPEED, reference)._asdict()
+    for axis, value in user.items():
+        if not math.isclose(nearest(axes, axis, value), value, rel_tol=1e-9):
             unit = SHOWN[axis].unit
             low, high, stated = (SHOWN[axis].of(number) for number in (*axes[axis][:2], value))
             raise ValueError(
                 f"{axis} = {stated:.6g} {unit}; allowed: {low:.6g} to {high:.6g} {unit}, the range of the map: "
                 "build one for a wider range"
             )
-        values.append(inside)
-    point = OperatingPoint(*values)
+    point = OperatingPoint(*(nearest(axes, axis, user.get(axis, value)) for axis, value in defaults.items()))
     slow, fast = axes["speed"][:2]
-    preloads = np.unique([nearest(axes, "preload", ratio * point.preload) for ratio in PRELOAD_RATIOS])
     speeds = np.unique([*(speed for speed in TABLE_SPEEDS if slow <= speed <= fast), point.speed])
-    temperatures = np.unique([*axes["temperature"][:2], point.temperature])
-    lines, intervals = np.geomspace(slow, fast, POINTS), np.geomspace(slow, fast, INTERVAL_POINTS)
     return ReportData(
-        parameters, friction_set, nut_map, point, preloads, speeds, temperatures, lines,
-        np.unique([*intervals, *speeds]),
+        parameters, friction_set, nut_map, point,
+        preloads=np.unique([nearest(axes, "preload", ratio * point.preload) for ratio in PRELOAD_RATIOS]),
+        speeds=speeds,
+        temperatures=np.unique([*axes["temperature"][:2], point.temperature]),
+        line_speeds=np.geomspace(slow, fast, POINTS),
+        interval_speeds=np.unique([*np.geomspace(slow, fast, INTERVAL_POINTS), *speeds]),
     )  # fmt: skip

@@ -15,6 +15,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from ..friction.baselines import nsk_torque
 from ..nut_map.trend import THICK
 from ..parameters.units import CELSIUS, RPM
+from ..physics.ball_law import Array
 from .data import CATALOGUE_SPEED, Lines, ReportData
 
 #: width [in], height [in]
@@ -45,9 +46,9 @@ def drawn(draw: Callable[..., None]) -> Callable[[ReportData], str]:
     return address
 
 
-def colours(name: str, count: int) -> list[Any]:
-    """Colours from dark to light, none too light for a line on white."""
-    return list(matplotlib.colormaps[name](np.linspace(0.0, 0.82, count)))
+def colours(name: str, rows: Array) -> list[Any]:
+    """A colour for each row from dark to light, none too light for a line on white."""
+    return list(matplotlib.colormaps[name](np.linspace(0.0, 0.82, len(rows))))
 
 
 def kilonewton(force: float) -> str:
@@ -71,20 +72,18 @@ def logarithmic(axes: Axes, which: str) -> None:
 
 
 def draw_lines(
-    axes: Axes, data: ReportData, lines: Lines, label: Callable[[float], str], name: str
-) -> list[Any]:
-    """Lines with their intervals, dashed where their trend is not physical; returns the colours."""
-    shades = colours(name, len(lines.rows))
+    axes: Axes, data: ReportData, lines: Lines, label: Callable[[float], str], shades: list[Any]
+) -> None:
+    """Lines with their intervals, dashed where their trend is not physical."""
     speed, interval_speed = data.line_speeds / RPM, data.interval_speeds / RPM
-    for k, (row, colour) in enumerate(zip(lines.rows, shades, strict=True)):
+    for k, colour in enumerate(shades):
         torque, dashed = lines.torque[k], lines.unphysical[k]
-        axes.plot(speed, np.where(dashed, np.nan, torque), color=colour, label=label(float(row)))
+        axes.plot(speed, np.where(dashed, np.nan, torque), color=colour, label=label(lines.rows[k]))
         axes.plot(speed, np.where(dashed, torque, np.nan), "--", color=colour)
         if lines.interval is not None:
             axes.fill_between(interval_speed, *lines.interval[k].T, color=colour, alpha=0.2, linewidth=0.0)
     axes.set_ylim(bottom=0.0)
     axes.set_ylabel("friction torque [N m]")
-    return shades
 
 
 def over_speed(figure: Figure, axes: Axes, title: str) -> None:
@@ -98,9 +97,9 @@ def over_speed(figure: Figure, axes: Axes, title: str) -> None:
 @drawn
 def torque_by_preload(figure: Figure, axes: Axes, data: ReportData) -> None:
     """Torque over speed, one line per preload, with the catalogue torque of each at its speed."""
-    shades = draw_lines(axes, data, data.by_preload, kilonewton, PRELOADS)
-    torques = nsk_torque(data.parameters.screw, data.preloads)
-    for torque, colour in zip(torques, shades, strict=True):
+    shades = colours(PRELOADS, data.preloads)
+    draw_lines(axes, data, data.by_preload, kilonewton, shades)
+    for torque, colour in zip(nsk_torque(data.parameters.screw, data.preloads), shades, strict=True):
         axes.plot(CATALOGUE_SPEED / RPM, torque, "D", color=colour, markeredgecolor="black")
     axes.plot([], [], "D", color="white", markeredgecolor="black", label="catalogue")
     over_speed(figure, axes, f"oil at {celsius(data.point.temperature)}")
@@ -109,40 +108,31 @@ def torque_by_preload(figure: Figure, axes: Axes, data: ReportData) -> None:
 @drawn
 def torque_by_temperature(figure: Figure, axes: Axes, data: ReportData) -> None:
     """Torque over speed, one line per oil temperature."""
-    draw_lines(axes, data, data.by_temperature, celsius, TEMPERATURES)
+    draw_lines(axes, data, data.by_temperature, celsius, colours(TEMPERATURES, data.temperatures))
     over_speed(figure, axes, f"preload {kilonewton(data.point.preload)}")
 
 
 @drawn
 def torque_parts(figure: Figure, axes: Axes, data: ReportData) -> None:
     """Parts of the torque over speed at the operating point, stacked."""
-    speed = data.line_speeds
-    state = data.nut_map.evaluate(data.point.preload, speed, data.point.temperature)
-    parts = {
-        "sliding": state.sliding_torque,
-        "hysteresis": state.hysteresis_torque,
-        "rolling" if data.mechanistic else "viscous": state.viscous_torque,
-    }
-    axes.stackplot(speed / RPM, list(parts.values()), labels=list(parts), colors=PARTS)
+    point = data.point
+    state = data.nut_map.evaluate(point.preload, data.line_speeds, point.temperature)
+    parts = state.sliding_torque, state.hysteresis_torque, state.viscous_torque
+    labels = "sliding", "hysteresis", "rolling" if data.mechanistic else "viscous"
+    axes.stackplot(data.line_speeds / RPM, parts, labels=labels, colors=PARTS)
     axes.set_ylabel("friction torque [N m]")
-    over_speed(
-        figure, axes, f"preload {kilonewton(data.point.preload)}, oil at {celsius(data.point.temperature)}"
-    )
+    over_speed(figure, axes, f"preload {kilonewton(point.preload)}, oil at {celsius(point.temperature)}")
 
 
 @drawn
 def film(figure: Figure, axes: Axes, data: ReportData) -> None:
     """Least film of all balls over speed, one line per oil temperature, with lambda on the right."""
-    height = data.roughness
-    speed, films = data.line_speeds / RPM, 1e9 * data.films.film_thickness_min
-    for line, temperature, colour in zip(
-        films, data.temperatures, colours(TEMPERATURES, len(films)), strict=True
-    ):
-        axes.plot(speed, line, color=colour, label=celsius(temperature))
+    films, shades = 1e9 * data.films.film_thickness_min, colours(TEMPERATURES, data.temperatures)
+    for line, temperature, colour in zip(films, data.temperatures, shades, strict=True):
+        axes.plot(data.line_speeds / RPM, line, color=colour, label=celsius(temperature))
     axes.set_ylabel("least film over the balls [nm]")
     logarithmic(axes, "y")
-    if height > 0.0:
-        nanometres = 1e9 * height
+    if nanometres := 1e9 * data.roughness:
         low, high = axes.get_ylim()
         axes.axhspan(*(nanometres * ratio for ratio in MIXED), color="0.88", zorder=0, label="mixed")
         axes.set_ylim(low, high)

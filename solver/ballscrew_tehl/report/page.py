@@ -1,22 +1,24 @@
 """Elements of the pages from templates/page.html, escaped unless they are Html, and the whole page."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup as Html
 
+from ..nut_map.certificate import claim
+
+#: errors of a certificate by name, and their mean and quantiles by the ends of their keys, with their headings
+ERRORS = {"torque": "friction torque", "film": "central film", "temperature_rise": "temperature rise"}
+COLUMNS = {"mean": "mean", "50": "median", "99": "99 % quantile", "999": "99.9 % quantile", "max": "largest"}
+
 
 def environment(package: str) -> Environment:
     """Templates of a room, escaped; a name that is not given is an error."""
     return Environment(
-        loader=PackageLoader(package),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
+        loader=PackageLoader(package), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True, keep_trailing_newline=True,
+    )  # fmt: skip
 
 
 TEMPLATES = environment("ballscrew_tehl.report")
@@ -24,12 +26,7 @@ MACROS: Any = TEMPLATES.get_template("page.html").module
 
 
 def element(name: str, *content: Any, **attributes: str) -> Html:
-    """<name attributes>content</name>; class_ for class.
-
-    Example
-        >>> str(element("p", "a < b", class_="note"))
-        '<p class="note">a &lt; b</p>'
-    """
+    """<name attributes>content</name>; class_ for class."""
     given = Html().join(Html(' {}="{}"').format(key.rstrip("_"), text) for key, text in attributes.items())
     return Html("<{0}{1}>{2}</{0}>").format(name, given, Html().join(content))
 
@@ -40,11 +37,7 @@ def section(name: str, title: str, *content: Html) -> Html:
 
 
 def table(
-    name: str,
-    caption: str,
-    head: Sequence[Any],
-    rows: Sequence[Sequence[Any]],
-    text: bool = False,
+    name: str, caption: str, head: Sequence[Any], rows: Sequence[Sequence[Any]], text: bool = False
 ) -> Html:
     """A table that scrolls if it is too wide; text: words, not numbers."""
     return MACROS.table(name, caption, head, rows, text)
@@ -53,3 +46,23 @@ def table(
 def page(title: str, intro: Sequence[Html], sections: Sequence[tuple[str, str, Html]], footer: Html) -> str:
     """The whole page; sections: name, title, content."""
     return str(MACROS.page(title, Html().join(intro), sections, footer))
+
+
+def certificate_table(certificate: Mapping[str, Any]) -> Html:
+    """Errors of a map against direct solves: mean, quantiles and largest of each quantity."""
+    if "points" not in certificate:
+        return element("p", "The map has no certificate.", class_="note")
+    rows = []
+    for name, quantity in ERRORS.items():
+        errors = (certificate.get(f"{name}_error_{key}") for key in COLUMNS)
+        # two digits
+        texts = ("-" if error is None else f"{float(f'{100.0 * error:.2g}'):g} %" for error in errors)
+        rows.append([quantity, *texts])
+    caption = (
+        f"Certificate: error at {certificate['points']} points of {certificate['what']}, compared with direct solves "
+        "of the balls"
+    )
+    if certificate.get("points_not_solved"):
+        caption += f"; {certificate['points_not_solved']} more were not solved"
+    caption += f". {claim(certificate['points'])}"
+    return table("certificate", caption, ["", *COLUMNS.values()], rows)

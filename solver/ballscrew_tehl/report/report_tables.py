@@ -14,10 +14,6 @@ from ..physics.lubricant import ambient_density, eta0
 from ..physics.rating import dynamic_rating, static_rating
 from .data import CATALOGUE_SPEED, OperatingPoint, ReportData
 from .page import Html, table
-from .tables import certificate_table
-
-__all__ = ["certificate_table"]  # of the template
-
 
 #: how certain the torque of balls with four contacts is, by whether the law is the mechanistic one
 OVERSIZE_BALLS = {
@@ -103,14 +99,11 @@ def loads(data: ReportData) -> Html:
 
 def torques(data: ReportData) -> Html:
     """Torque with its interval at the preloads and speeds of the lines, and the catalogue torque."""
-    rows = []
-    shown = data.intervals[:, np.isin(data.interval_speeds, data.speeds), data.warm]
-    for preload, by_speed in zip(data.preloads, shown, strict=True):
-        cells = (
-            f"{torque:.3f}" + (f" ({low:.3f} to {high:.3f})" if data.mechanistic else "")
-            for torque, low, high in by_speed
-        )
-        rows.append([f"{preload:.0f}", f"{nsk_torque(data.parameters.screw, preload):.3f}", *cells])
+    catalogue, rows = nsk_torque(data.parameters.screw, data.preloads), []
+    shown = data.at_temperature[:, np.isin(data.interval_speeds, data.speeds)]
+    text = "{:.3f} ({:.3f} to {:.3f})" if data.mechanistic else "{:.3f}"
+    for preload, other, by_speed in zip(data.preloads, catalogue, shown, strict=True):
+        rows.append([f"{preload:.0f}", f"{other:.3f}", *(text.format(*values) for values in by_speed)])
     what = "Friction torque (interval) [N m]" if data.mechanistic else "Friction torque [N m]"
     return table(
         "torques",
@@ -129,7 +122,7 @@ def notes(data: ReportData) -> dict[str, str]:
     }
     if data.interval is not None:
         texts["interval"] = f"interval: {words(data.interval.meaning)}"
-    return {name: text and f"{text[0].upper()}{text[1:]}" for name, text in texts.items()}
+    return {name: text[:1].upper() + text[1:] for name, text in texts.items()}
 
 
 def films(data: ReportData) -> Html:

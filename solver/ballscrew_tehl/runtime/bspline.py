@@ -17,14 +17,7 @@ LEAST_NODES = 4  # fewer nodes do not determine a not-a-knot cubic
 
 
 def cubic_weights(t: Any) -> Weights:
-    """Weights of the four B-splines that live on a cell.
-
-    Parameters   t : float or array, position in the cell, 0..1
-    Returns      four weights like t, >= 0, sum 1
-    Example
-                 >>> cubic_weights(0.0)
-                 (0.16666666666666666, 0.6666666666666666, 0.16666666666666666, 0.0)
-    """
+    """Weights of the four B-splines that live on a cell, >= 0, sum 1; t: position in the cell, 0..1."""
     u = 1.0 - t
     return (
         u * u * u / 6.0,
@@ -40,19 +33,17 @@ def cubic_slopes(t: Any) -> Weights:
     return (-0.5 * u * u, 0.5 * t * (3.0 * t - 4.0), 0.5 * u * (4.0 - 3.0 * u), 0.5 * t * t)
 
 
-def weighted(weights: Weights, values: Sequence[Any], first: int) -> Any:
-    """Four neighbouring values of a list, from `first` on, under the weights of their cell."""
+def weighted(weights: Weights, values: Any, first: Any) -> Any:
+    """Four neighbouring values of a list or array, from `first` on, under the weights of their cell."""
     a, b, c, d = weights
     return a * values[first] + b * values[first + 1] + c * values[first + 2] + d * values[first + 3]
 
 
 class Axis:
-    """Uniform axis, in the value or in its logarithm: clamps a value and places it in a cell.
-
-    Parameters   bounds : lowest value, highest value, number of nodes
-    """
+    """Uniform axis, in the value or in its logarithm: clamps a value and places it in a cell."""
 
     def __init__(self, bounds: Sequence[float], logarithmic: bool) -> None:
+        """Bounds: lowest value, highest value, number of nodes."""
         self.lo, self.hi = float(bounds[0]), float(bounds[1])
         self.last = int(bounds[2]) - 2
         self.logarithmic = logarithmic
@@ -80,13 +71,7 @@ class Axis:
 
 
 def fit(values: NDArray[np.float64], axes: Sequence[int]) -> NDArray[np.float64]:
-    """Spline coefficients that reproduce the values at the nodes.
-
-    Parameters   values : array on a uniform grid along each of the axes
-                 axes : the axes to fit, each with at least 4 nodes
-    Returns      coefficients, two more along each of these axes
-    Raises       ValueError: too few nodes, or a value that is not finite
-    """
+    """Spline coefficients that reproduce the values at the nodes, two more along each of these axes; ValueError."""
     coefficients = np.asarray(values, dtype=np.float64)
     if not np.isfinite(coefficients).all():
         raise ValueError(
@@ -120,13 +105,12 @@ def map_arrays(
     separation_ratio: NDArray[np.float64],
     relieved_share: NDArray[np.float64],
 ) -> dict[str, NDArray[np.float64]]:
-    """Coefficient arrays of a nut map from physical values at its nodes.
+    """Coefficient arrays of a nut map from physical values at its nodes; ValueError: one that must be > 0 is not.
 
-    Parameters   values : (n_force, n_speed, n_temperature, 10), > 0, columns: packed.SURFACES of its law
-                 force_values : (n_force, 5), > 0, columns: packed.FORCE_CURVES
-                 separation_ratio : (n_preload, 2), > 0: separation load over preload, axial load > 0 and < 0
-                 relieved_share : (n_preload, n_share, 2): (force of relieved nut over preload)^(2/3), 1 .. 0
-    Raises       ValueError: a value that must be positive is not
+    values : (n_force, n_speed, n_temperature, 10), > 0, columns: packed.SURFACES of its law
+    force_values : (n_force, 5), > 0, columns: packed.FORCE_CURVES
+    separation_ratio : (n_preload, 2), > 0: separation load over preload, axial load > 0 and < 0
+    relieved_share : (n_preload, n_share, 2): (force of relieved nut over preload)^(2/3), 1 .. 0
     """
     with np.errstate(divide="ignore", invalid="ignore"):  # fit refuses the logarithm of what is not positive
         return {

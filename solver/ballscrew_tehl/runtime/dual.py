@@ -6,27 +6,18 @@ Standard library only: this module travels inside the FMU BallScrewPreloadMonito
 import math
 from typing import Any
 
+from ballscrew_tehl.runtime.bspline import Axis
 from ballscrew_tehl.runtime.nut_law import Ops
 
 
 class Dual:
-    """Value and derivative over one variable; the other operand may be a float.
-
-    Example
-                 >>> x = Dual(2.0, 1.0)
-                 >>> y = 3.0 / (1.0 + x * x)
-                 >>> y.value, round(y.slope, 12)
-                 (0.6, -0.48)
-    """
+    """Value and derivative over one variable; the other operand may be a float."""
 
     __slots__ = ("slope", "value")
 
     def __init__(self, value: float, slope: float) -> None:
         self.value = value
         self.slope = slope
-
-    def __repr__(self) -> str:
-        return f"Dual({self.value!r}, {self.slope!r})"
 
     def __add__(self, other: Any) -> "Dual":
         if other.__class__ is Dual:
@@ -81,4 +72,12 @@ def _where(condition: bool, yes: Dual, no: float) -> Dual:
     return yes if condition else Dual(no, 0.0)
 
 
-DUALS = Ops(_exp, min, max, _where)
+def _place(axis: Axis, x: Dual) -> tuple[int, Dual]:
+    """Cell of a value on an axis and position in it, constant beyond the axis."""
+    cell, t = axis.place(x.value)
+    if not axis.lo < x.value < axis.hi:
+        return cell, Dual(t, 0.0)
+    return cell, Dual(t, axis.scale * (x.slope / x.value if axis.logarithmic else x.slope))
+
+
+DUALS = Ops(_exp, min, max, _where, _place)

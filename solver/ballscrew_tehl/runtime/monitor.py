@@ -1,7 +1,4 @@
-"""Outputs of the FMU BallScrewPreloadMonitor by name: one step from measured torque to preload.
-
-Standard library only besides the modules of the map: this module travels inside the FMU. Twin: native/monitor/model.c.
-"""
+"""One step of the FMU BallScrewPreloadMonitor from measured torque to preload. Twin: native/models/monitor/model.c."""
 
 import math
 from typing import Any, NamedTuple
@@ -49,8 +46,7 @@ def monitor_step(
 ) -> MonitorStep:
     """Preload, its interval and sensitivity, film over roughness height, and whether they are in range.
 
-    held : preload of the last step that was in range [N], None before the first. The caller has checked that all are
-    finite numbers.
+    held : preload of the last step that was in range [N], None before the first. All are finite: the caller checks.
     """
     given, speed, slowest = parameters, inputs.speed, parameters.speed_min
     friction = FrictionParameters(*(getattr(given, name) for name in DEFAULTS))

@@ -1,11 +1,8 @@
 """Laws of the double nut, written once for floats, arrays and numbers with a derivative (dual.py).
 
-Every function takes its operations as `ops`: FLOATS, ARRAYS or dual.DUALS. Look-ups and clamps are those of evaluate.py
-and preload.py, which call it.
-
-Two friction laws share all but the torques of a nut (NUT_TORQUES): film_shear, the law of the fitted sets, and
-mechanistic, the power balance of rolling loss, shear and ball-on-ball friction. Both may rise towards breakaway at
-standstill (coulomb_rise).
+Every function takes its operations as `ops`: FLOATS, ARRAYS or dual.DUALS. Two friction laws differ in the torques of a
+nut only: film_shear, the law of the fitted sets, and mechanistic, the power balance of rolling loss, shear and
+ball-on-ball friction. Both may rise towards breakaway at standstill (coulomb_rise).
 
 Assumptions: below the force axis the power laws of Hertz continue from its end, below the speed axis the standstill
 law does (evaluate.py). Torques of the double nut are sums over both nuts, films the least, the others the
@@ -13,13 +10,13 @@ largest value.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ballscrew_tehl.runtime.bspline import Axis
 from ballscrew_tehl.runtime.constants import (
     BREAKAWAY_EXPONENT_MAX,
     FILM_SPEED_EXPONENT,
@@ -32,29 +29,21 @@ from ballscrew_tehl.runtime.constants import (
     SMOOTH,
     SPEED_EXPONENT_MAX,
 )
-from ballscrew_tehl.runtime.packed import (
-    FILM_SHEAR,
-    MECHANISTIC,
-    TORQUE_CURVES,
-    TORQUE_SURFACES,
-    FrictionParameters,
-)
+from ballscrew_tehl.runtime.packed import FILM_SHEAR, TORQUE_CURVES, TORQUE_SURFACES, FrictionParameters
 
 
-@dataclass(frozen=True, slots=True)
-class Ops:
+class Ops(NamedTuple):
     """Operations on one kind of number; + - * / ** and < are those of Python."""
 
     exp: Callable[[Any], Any]
     least: Callable[[Any, Any], Any]
     most: Callable[[Any, Any], Any]
     where: Callable[[Any, Any, Any], Any]
+    place: Callable[[Axis, Any], tuple[Any, Any]]  # cell of a value on an axis, and position in it
 
 
-FLOATS = Ops(math.exp, min, max, lambda condition, yes, no: yes if condition else no)
-ARRAYS = Ops(np.exp, np.minimum, np.maximum, np.where)
-
-
+FLOATS = Ops(math.exp, min, max, lambda condition, yes, no: yes if condition else no, Axis.place)
+ARRAYS = Ops(np.exp, np.minimum, np.maximum, np.where, Axis.place_array)
 Numbers = Sequence[Any] | NDArray[Any]  # one number, array or Dual per column
 
 
@@ -88,15 +77,19 @@ class DoubleNutState(NamedTuple):
         return self.viscous_torque + self.hysteresis_torque + self.sliding_torque + self.seal_torque
 
 
-class Spin(NamedTuple):
-    """What the shear of oversize balls between two sets of flanks follows from, of one set."""
+class NutTorques(NamedTuple):
+    """Torques of one nut [N.m], and what the shear of oversize balls between two sets of flanks follows from."""
 
-    shear: Any  # [N.m] of balls held by four flanks alike
-    free: Any  # [1] that of balls on two flanks over it; 1: no oversize balls
-    push: Any  # [N.m] friction on balls that slide on this set, at coefficient 1 and the rolling speed
+    viscous: Any
+    hysteresis: Any
+    sliding: Any
+    shear: Any = 0.0  # of balls held by four flanks alike
+    free: Any = 1.0  # [1] that of balls on two flanks over it; 1: no oversize balls
+    push: Any = 0.0  # friction on balls that slide on this set, at coefficient 1 and the rolling speed
 
 
-def film_shear_torques(
+def nut_torques(
+    law: str,
     surfaces: Numbers,
     slopes: Numbers | None,
     curves: Numbers,
@@ -104,104 +97,56 @@ def film_shear_torques(
     s: Any,
     friction: FrictionParameters,
     ops: Ops,
-) -> tuple[Any, Any, Any, None]:
-    """Viscous, hysteresis and sliding torque of one nut [N.m] by the law of the fitted sets, and no Spin.
+) -> NutTorques:
+    """Torques of one nut by a friction law.
+
+    Of the mechanistic law the viscous part is the rolling loss, the sliding part the shear of the raceway contacts and
+    the friction of balls on each other; its surfaces hold the asperities, so that the roughness height has no effect.
 
     surfaces, curves : logarithms, columns as packed.SURFACES and FORCE_CURVES, at least those of torque
     slopes : of the surfaces over ln speed, None: s is 1 everywhere
     f, s : force and speed over the low ends of their axes, at most 1
     """
-    torque_screw, torque_nut, film_screw, film_nut = surfaces[:TORQUE_SURFACES]
-    hysteresis, sliding, _ = curves[:TORQUE_CURVES]
-    screw = nut = None
-    if slopes is not None:
-        slope_screw, slope_nut, film_slope_screw, film_slope_nut = slopes[:TORQUE_SURFACES]
-        screw, nut = (slope_screw, film_slope_screw), (slope_nut, film_slope_nut)
-    viscous = _raceway(torque_screw, film_screw, screw, s, friction.roughness_height, ops)
-    viscous = viscous + _raceway(torque_nut, film_nut, nut, s, friction.roughness_height, ops)
-    third = f ** (1.0 / 3.0)
-    coulomb = friction.net_sliding_coefficient * ops.exp(sliding) * f
-    if slopes is not None:
-        coulomb = coulomb * coulomb_rise(s, 1.0, 0.0, friction.breakaway_factor, ops)
-    return (
-        friction.apparent_viscosity_ratio * viscous * third * third,
-        ops.exp(hysteresis) * f * third,
-        coulomb,
-        None,
-    )
-
-
-def mechanistic_torques(
-    surfaces: Numbers,
-    slopes: Numbers | None,
-    curves: Numbers,
-    f: Any,
-    s: Any,
-    friction: FrictionParameters,
-    ops: Ops,
-) -> tuple[Any, Any, Any, Spin]:
-    """Rolling, hysteresis and sliding torque of one nut [N.m] by the power balance, and Spin; arguments as above.
-
-    The sliding part is the shear of the raceway contacts and the friction of balls on each other. The roughness height
-    has no effect on a torque: the surfaces hold its asperities.
-    """
-    rolling_screw, rolling_nut, shear, thrust = surfaces[:TORQUE_SURFACES]
+    exp, third, viscous = ops.exp, f ** (1.0 / 3.0), 0.0
     hysteresis, sliding, free = curves[:TORQUE_CURVES]
-    exp = ops.exp
-    rolling_screw, rolling_nut, factor = exp(rolling_screw), exp(rolling_nut), exp(thrust)
-    shear, push = f * exp(shear), f * exp(sliding)
-    on_balls, rise = friction.net_sliding_coefficient * push * factor, 1.0
+    for raceway in (0, 1):
+        part, exponent = exp(surfaces[raceway]), None if slopes is None else slopes[raceway]
+        if law == FILM_SHEAR:
+            x = (friction.roughness_height / exp(surfaces[2 + raceway])) ** 2
+            share = 1.0 / (1.0 + x)
+            part = part * share
+            if slopes is not None:
+                exponent = exponent + 2.0 * x * share * slopes[2 + raceway]
+        viscous = viscous + (part if slopes is None else part * _slow_share(exponent, s, ops))
+    viscous = friction.apparent_viscosity_ratio * viscous * third * third
+    hysteresis = exp(hysteresis) * f * third
+    if law == FILM_SHEAR:
+        sliding = friction.net_sliding_coefficient * exp(sliding) * f
+        if slopes is not None:
+            sliding = sliding * coulomb_rise(s, 1.0, 0.0, friction.breakaway_factor, ops)
+        return NutTorques(viscous, hysteresis, sliding)
+    factor, rise = exp(surfaces[3]), 1.0
     if slopes is not None:
-        slope_screw, slope_nut, _, thrust_slope = slopes[:TORQUE_SURFACES]
-        rolling_screw = rolling_screw * _slow_share(slope_screw, s, ops)
-        rolling_nut = rolling_nut * _slow_share(slope_nut, s, ops)
-        rise = coulomb_rise(s, factor, thrust_slope, friction.breakaway_factor, ops)
-    third = f ** (1.0 / 3.0)
-    rolling = rolling_screw + rolling_nut
-    return (
-        friction.apparent_viscosity_ratio * rolling * third * third,
-        exp(hysteresis) * f * third,
-        (shear + on_balls) * rise,
-        Spin(shear * rise, exp(free), push * rise),
-    )
+        rise = coulomb_rise(s, factor, slopes[3], friction.breakaway_factor, ops)
+    shear, push = f * exp(surfaces[2]), f * exp(sliding)
+    sliding = shear + friction.net_sliding_coefficient * push * factor
+    return NutTorques(viscous, hysteresis, sliding * rise, shear * rise, exp(free), push * rise)
 
 
-def freed_shear(relieved: Spin | None, loaded: Spin | None, ops: Ops) -> Any:
+def freed_shear(relieved: NutTorques, loaded: NutTorques, ops: Ops) -> Any:
     """Sliding torque [N.m] by which oversize balls lose less than two sets of flanks alone; 0 without such balls, <= 0.
 
     Held by all four flanks, a ball costs the shear of both sets. Where the relieved set cannot hold it, it rolls on the
-    loaded diagonal and slides on the other. It takes the motion that costs less.
-
-    Validity     against the solved equilibrium of balls of ten screws over load, speed and temperature: 0.9 % of the
-                 torque in the mean; 9 % for 95 % of the points where the relieved set has 2 to 5 % of the other's force
+    loaded diagonal and slides on the other. It takes the motion that costs less. Against the solved equilibrium of
+    balls of ten screws over load, speed and temperature: 0.9 % of the torque in the mean; 9 % for 95 % of the points
+    where the relieved set has 2 to 5 % of the other's force.
     """
-    if relieved is None or loaded is None:
-        return 0.0
     held = relieved.shear + loaded.shear
     free = loaded.free * loaded.shear + FREE_PUSH * relieved.push
     # of the smaller over the larger, so that no power overflows
     low, high = ops.least(held, free), ops.most(held, free)
     both = low * (1.0 + (low / ops.most(high, SMOOTH)) ** FREE_SHARPNESS) ** (-1.0 / FREE_SHARPNESS)
     return ops.where(loaded.free < 1.0, both - held, 0.0)
-
-
-#: torques of one nut by law
-NUT_TORQUES: Mapping[str, Callable[..., tuple[Any, Any, Any, Spin | None]]] = {
-    FILM_SHEAR: film_shear_torques,
-    MECHANISTIC: mechanistic_torques,
-}
-
-
-def _raceway(torque: Any, film: Any, slopes: Any, s: Any, roughness: Any, ops: Ops) -> Any:
-    """Viscous torque of a raceway from the logarithms of torque and film; slopes: of both over ln speed, or None."""
-    exp = ops.exp
-    x = (roughness / exp(film)) ** 2
-    share = 1.0 / (1.0 + x)
-    viscous = exp(torque) * share
-    if slopes is None:
-        return viscous
-    slope, film_slope = slopes
-    return viscous * _slow_share(slope + 2.0 * x * share * film_slope, s, ops)
 
 
 def _slow_share(slope: Any, s: Any, ops: Ops) -> Any:
@@ -217,14 +162,12 @@ def coulomb_rise(s: Any, factor: Any, slope: Any, breakaway: Any, ops: Ops) -> A
     """Coulomb part below the slowest node over that there: even in speed, rises monotonically to standstill.
 
     A film thins with a power of the speed and asperities take over slowly: from the slowest node on the part follows
-    its own slope, and reaches breakaway at standstill only.
+    its own slope, and reaches breakaway at standstill only. 1 at s = 1, breakaway/factor at standstill; the slope at
+    s = 1 is that of the factor, between LEAST_HALF and BREAKAWAY_EXPONENT_MAX times the rise, downwards.
 
-    Parameters   s : speed over that of the node, at most 1
-                 factor : Coulomb part at the node over that in a full film, >= 1
-                 slope : of its logarithm over ln speed at the node
-                 breakaway : the same at standstill; at or below the factor nothing rises
-    Returns      1 at s = 1, breakaway/factor at standstill, with the slope of the factor at s = 1 where that is
-                 between LEAST_HALF and BREAKAWAY_EXPONENT_MAX times the rise, downwards
+    s : speed over that of the node, at most 1
+    factor, slope : Coulomb part at the node over that in a full film, >= 1, and of its logarithm over ln speed there
+    breakaway : the factor at standstill; at or below that of the node nothing rises
     """
     rise = ops.most(ops.most(breakaway, 1.0) / factor - 1.0, 0.0)
     q = ops.least(ops.most(0.0 - slope / ops.most(rise, LEAST_RISE), 0.0), BREAKAWAY_EXPONENT_MAX)
@@ -252,46 +195,25 @@ def nut_extremes(surfaces: Numbers, curves: Numbers, f: Any, s: Any, ops: Ops) -
     )
 
 
-def relieved_share(relieved: Spin, loaded: Spin, ops: Ops) -> Any:
-    """Share of the relieved set of flanks in freed_shear: that of the shear of balls held by all four. A convention."""
-    return relieved.shear / ops.most(relieved.shear + loaded.shear, SMOOTH)
-
-
 def double_nut(
-    first: tuple[Numbers, Numbers],
-    second: tuple[Numbers, Numbers],
+    first: tuple[NutTorques, Numbers],
+    second: tuple[NutTorques, Numbers],
     roughness: Any,
     in_range: Any,
     clamped: tuple[str, ...],
     ops: Ops,
 ) -> DoubleNutState:
     """State from nut_torques and nut_extremes of the relieved and the loaded nut: torques added, extremes over both."""
-    ((viscous, hysteresis, sliding, spin), (film, screw, nut, rise, pressure, load)) = first
-    ((viscous_2, hysteresis_2, sliding_2, spin_2), (film_2, screw_2, nut_2, rise_2, pressure_2, load_2)) = (
-        second
-    )
-    least, most = ops.least, ops.most
-    film = least(film, film_2)
-    freed = freed_shear(spin, spin_2, ops)
-    relieved = hysteresis + sliding
-    if spin is not None and spin_2 is not None:
-        relieved = relieved + freed * relieved_share(spin, spin_2, ops)
+    (relieved, extremes), (loaded, other_extremes) = first, second
+    viscous, hysteresis, sliding = (a + b for a, b in zip(relieved[:3], loaded[:3], strict=True))
+    film, screw, nut = (ops.least(a, b) for a, b in zip(extremes[:3], other_extremes[:3], strict=True))
+    rise, pressure, load = (ops.most(a, b) for a, b in zip(extremes[3:], other_extremes[3:], strict=True))
+    freed = freed_shear(relieved, loaded, ops)
+    # share of the relieved set of flanks: that of the shear of balls held by all four, a convention
+    share = relieved.shear / ops.most(relieved.shear + loaded.shear, SMOOTH)
+    lambda_ratio = ops.least(film / ops.most(roughness, SMOOTH), LAMBDA_RATIO_MAX)
+    relieved_coulomb = relieved.hysteresis + relieved.sliding + freed * share
     return DoubleNutState(
-        viscous + viscous_2, hysteresis + hysteresis_2, sliding + sliding_2 + freed, film,
-        least(screw, screw_2), least(nut, nut_2), most(rise, rise_2), most(pressure, pressure_2),
-        most(load, load_2), least(film / most(roughness, SMOOTH), LAMBDA_RATIO_MAX), viscous, relieved,
-        in_range, clamped,
+        viscous, hysteresis, sliding + freed, film, screw, nut, rise, pressure, load, lambda_ratio,
+        relieved.viscous, relieved_coulomb, in_range, clamped,
     )  # fmt: skip
-
-
-def nut_forces(
-    preload: Any, load: Any, separation: Any, sharing: Callable[[Any], Any], ops: Ops
-) -> tuple[Any, Any]:
-    """Forces of the relieved and of the loaded nut [N] under a preload > 0 and an axial load, its magnitude [N].
-
-    separation : ln(load that parts the nuts over preload) at this preload
-    sharing : (force of the relieved nut over preload)^(2/3) at a share of the separation load
-    """
-    share = load / (preload * ops.exp(separation))
-    relieved = ops.where(share < 1.0, preload * ops.most(sharing(share), 0.0) ** 1.5, 0.0)
-    return relieved, relieved + load

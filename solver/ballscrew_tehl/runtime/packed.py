@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 FORMAT_VERSION = 3
 FILM_SHEAR, MECHANISTIC = "film_shear", "mechanistic"  # friction laws, header["law"]
-_EXTREMES = (
+EXTREMES = (  # surfaces of both laws, after those of torque
     "minimum_film_screw",  # [m] thermal
     "minimum_film_nut",
     "central_film_screw",
@@ -30,14 +30,14 @@ SURFACES = {  # by law: logarithms over (ln force, ln speed, temperature) of one
         "viscous_torque_nut",
         "effective_film_screw",  # [m] isothermal, for the viscous share at a roughness height
         "effective_film_nut",
-        *_EXTREMES,
+        *EXTREMES,
     ),
     MECHANISTIC: (
         "rolling_torque_screw",  # [N.m] hydrodynamic rolling loss
         "rolling_torque_nut",
         "shear_torque",  # [N.m] spin, differential and helix slip
         "thrust_factor",  # [1] >= 1, by which asperities raise the thrust of balls on each other
-        *_EXTREMES,
+        *EXTREMES,
     ),
 }
 FORCE_CURVES = (  # logarithms over ln force of one nut
@@ -94,10 +94,7 @@ def content_hash(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.floa
 
 
 def map_hash(header: Mapping[str, Any]) -> str:
-    """Hash that a map is named by everywhere: of its file, whatever friction set it is used with.
-
-    Of its content, if it has not been read from a file.
-    """
+    """Hash that a map is named by: of its file, whatever friction set it is used with; without one of its content."""
     return str(header.get("file_hash", header["content_hash"]))
 
 
@@ -108,10 +105,7 @@ def sealed(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]])
 
 
 def check(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> None:
-    """Refuse a map of another format, or one that is not as it was sealed.
-
-    Raises       MapError, one line
-    """
+    """Refuse by MapError a map of another format, or one that is not as it was sealed."""
     found = header.get("format_version")
     if found != FORMAT_VERSION:
         raise MapError(f"map format version {found}; expected {FORMAT_VERSION}: build the map again")
@@ -136,10 +130,7 @@ def npz_bytes(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64
 
 
 def read_npz(path: Path | str) -> tuple[dict[str, Any], dict[str, NDArray[np.float64]]]:
-    """Header and arrays of an .npz map; nothing is unpickled.
-
-    Raises       MapError: not readable as a map; OSError: no such file
-    """
+    """Header and arrays of an .npz map, nothing unpickled; MapError: not readable as a map; OSError: no such file."""
     try:
         with np.load(path, allow_pickle=False) as members:
             arrays = {name: members[name] for name in members.files}

@@ -1,17 +1,16 @@
 """Preload of the double nut from a measured friction torque: the nut map followed over the preload.
 
-Numpy and the standard library only: this module is copied into the FMU BallScrewPreloadMonitor. Its twin is
-native/models/monitor/search.c. friction.torque.preload_from_torque brackets any model. This search uses the derivative
-of the map, by numbers that carry it (dual.py), and needs a few evaluations.
+Twin: native/models/monitor/search.c. The search uses the derivative of the map, by numbers that carry it (dual.py), and
+needs a few evaluations; friction.torque.preload_from_torque brackets any model.
 
 Torque rises with the preload while both nuts are loaded. Where an axial load unloads one nut, the torque is that of
 the other nut and does not depend on the preload: such a point is not in range.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from ballscrew_tehl.runtime.bspline import Axis, Weights, cubic_slopes, cubic_weights, weighted
+from ballscrew_tehl.runtime.bspline import Weights, cubic_slopes, cubic_weights, weighted
 from ballscrew_tehl.runtime.constants import (
     ACCURACY,
     JUMP,
@@ -23,7 +22,7 @@ from ballscrew_tehl.runtime.constants import (
 )
 from ballscrew_tehl.runtime.dual import DUALS, Dual
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.nut_law import Spin, freed_shear
+from ballscrew_tehl.runtime.nut_law import NutTorques, freed_shear, nut_torques
 from ballscrew_tehl.runtime.packed import TORQUE_CURVES, TORQUE_SURFACES, FrictionParameters
 from ballscrew_tehl.runtime.standstill import regularised_sign
 
@@ -37,11 +36,7 @@ class TorqueOverPreload(NamedTuple):
 
 
 class OverPreload:
-    """Torque over preload at one speed, temperature and axial load.
-
-    Parameters   nut_map : NutMap;  speed : [rad/s], sign free;  temperature : [K];  axial_load : [N]
-                 friction, regularization_speed : as in BallScrewFriction
-    """
+    """Torque over preload at one speed [rad/s], sign free, temperature [K] and axial load [N]."""
 
     def __init__(
         self,
@@ -62,72 +57,52 @@ class OverPreload:
 
     def torque(self, preload: float) -> TorqueOverPreload:
         """Torque and its derivative at a preload from 0 to the end of the map."""
-        if self._load == 0.0:
-            nuts, loaded = [self._nut(preload, 1.0)] * 2, preload
-        else:
-            relieved, other = self._forces(preload)
-            loaded, end = other.value, self._map.force.hi
-            nuts = [
-                self._nut(relieved.value, relieved.slope),
-                self._nut(loaded, other.slope) if loaded <= end else self._nut(end, 0.0),
-            ]
-        (viscous, coulomb, spin), (viscous_2, coulomb_2, spin_2) = nuts
-        total = viscous + viscous_2 + self._sign * (coulomb + coulomb_2 + freed_shear(spin, spin_2, DUALS))
-        return TorqueOverPreload(total.value, total.slope, loaded)
+        over, end = Dual(preload, 1.0 if preload > 0.0 else 0.0), self._map.force.hi
+        relieved, loaded = over, over + self._load
+        if self._load > 0.0 and preload > 0.0:
+            relieved, loaded = self._map.forces_over(over, self._load, self._side, DUALS)
+        first = self._nut(relieved)
+        second = first
+        if self._load > 0.0:
+            second = self._nut(loaded if loaded.value <= end else Dual(end, 0.0))
+        coulomb = first.hysteresis + first.sliding + (second.hysteresis + second.sliding)
+        coulomb = coulomb + freed_shear(first, second, DUALS)
+        total = first.viscous + second.viscous + self._sign * coulomb
+        return TorqueOverPreload(total.value, total.slope, loaded.value)
 
-    def _nut(self, force: float, slope: float) -> tuple[Dual, Dual, Spin | None]:
-        """Viscous and Coulomb torque and Spin of one nut over the preload; slope: of its force over the preload."""
+    def _nut(self, force: Dual) -> NutTorques:
+        """Torques of one nut over the preload."""
         axis = self._map.force
-        i, t = axis.place(force)
-        scale = axis.scale if axis.lo <= force <= axis.hi else 0.0
-        w, w_d = cubic_weights(t), tuple(scale * slope_of for slope_of in cubic_slopes(t))
-        columns = self._columns.get(i)
-        if columns is None:
-            columns = self._columns[i] = self._contracted(i)
-        *surfaces, curves = [_duals(w, w_d, column) for column in columns]
-        below = force < axis.lo
-        f = Dual(force / axis.lo, force / axis.lo) if below else 1.0
+        i, t = axis.place(force.value)
+        if i not in self._columns:
+            # four neighbours over force: surfaces, below the axis of speed their slopes, curves
+            flat = self._block[:, :, i : i + 4].reshape(16, -1)
+            columns = (self._weights @ flat).reshape(-1, 4, TORQUE_SURFACES).transpose(0, 2, 1).tolist()
+            self._columns[i] = [*columns, self._map.curves[i : i + 4, :TORQUE_CURVES].T.tolist()]
+        # over the logarithm of the force, with the ends of the axis, where the derivative is that of the map
+        scale = axis.scale if axis.lo <= force.value <= axis.hi else 0.0
+        w, w_d = cubic_weights(t), tuple(scale * slope for slope in cubic_slopes(t))
+        *surfaces, curves = [_duals(w, w_d, column) for column in self._columns[i]]
+        f = Dual(force.value / axis.lo, force.value / axis.lo) if force.value < axis.lo else 1.0
         slopes = surfaces[1] if self._s < 1.0 else None
-        *parts, spin = self._map.nut_torques(surfaces[0], slopes, curves, f, self._s, self._friction, DUALS)
-        # so far over the logarithm of the force
-        rate = slope / max(force, 1e-30)
-        viscous, hysteresis, sliding = (Dual(x.value, rate * x.slope) for x in parts)
-        if spin is not None:
-            spin = Spin(*(Dual(x.value, rate * x.slope) for x in spin))
-        return viscous, hysteresis + sliding, spin
-
-    def _contracted(self, cell: int) -> list[list[list[float]]]:
-        """Columns at four neighbours over force: surfaces, below the axis of speed their slopes, curves."""
-        flat = self._block[:, :, cell : cell + 4].reshape(16, -1)
-        surfaces = (self._weights @ flat).reshape(-1, 4, TORQUE_SURFACES).transpose(0, 2, 1).tolist()
-        return [*surfaces, self._map.curves[cell : cell + 4, :TORQUE_CURVES].T.tolist()]
-
-    def _forces(self, preload: float) -> tuple[Dual, Dual]:
-        """Forces of the relieved and of the loaded nut over the preload."""
-        if preload <= 0.0:
-            return Dual(0.0, 0.0), Dual(self._load, 0.0)
-        return self._map.forces_over(Dual(preload, 1.0), self._load, self._side, _weights_at, DUALS)
+        law, friction = self._map.law, self._friction
+        parts = nut_torques(law, surfaces[0], slopes, curves, f, self._s, friction, DUALS)
+        rate = force.slope / max(force.value, 1e-30)
+        return NutTorques(*(Dual(x.value, rate * x.slope) if isinstance(x, Dual) else x for x in parts))
 
     def separation_preload(self) -> float:
         """Preload at or below which the axial load parts the nuts [N]; 0 without axial load, at most the map's end."""
         if self._load == 0.0:
             return 0.0
-        preload, row = self._load, self._map.separation_lists[self._side]
+        preload, axis = self._load, self._map.preload
         for _ in range(SEPARATION_STEPS):
             # over the logarithm of the preload
-            cell, weights = _weights_at(self._map.preload, Dual(preload, preload))
-            ratio = weighted(weights, row, cell)
+            cell, t = DUALS.place(axis, Dual(preload, preload))
+            row = self._map.load_lists[0]
+            ratio = weighted(cubic_weights(t), row, self._side * (axis.last + 4) + cell)
             step = (math.log(self._load / preload) - ratio.value) / (1.0 + ratio.slope)
             preload *= math.exp(min(max(step, -LONGEST_STEP), LONGEST_STEP))
         return min(preload, self._map.force.hi)
-
-
-def _weights_at(axis: Axis, value: Dual) -> tuple[int, Any]:
-    """Cell of a value and weights there, constant beyond the axis."""
-    cell, t = axis.place(value.value)
-    slope = value.slope / value.value if axis.logarithmic else value.slope
-    inside = axis.lo < value.value < axis.hi
-    return cell, cubic_weights(Dual(t, axis.scale * slope if inside else 0.0))
 
 
 def _duals(weights: Weights, slopes: Weights, columns: list[list[float]]) -> list[Dual]:
@@ -157,22 +132,14 @@ def estimate_preload(
     friction: FrictionParameters,
     regularization_speed: float,
 ) -> PreloadEstimate:
-    """Preload at which the map gives a torque while the screw turns.
+    """Preload at which the map gives a torque [N.m], positive against a positive speed, while the screw turns.
 
-    Parameters   torque : measured friction torque [N.m], positive when it opposes a positive speed
-                 speed : [rad/s], not 0;  temperature : [K];  axial_load : [N];  the rest: as OverPreload
-    Returns      PreloadEstimate. Clamped and flagged: a torque along the motion gives 0, a torque at or below that of
-                 an unloaded nut the preload at which it is unloaded, a torque above that at the end of the map the end
-                 of the map. Below the preload axis the power laws of the map are used, flagged
-    Validity     all arguments are finite: the caller has checked them
-    Source       Newton's method for ln(torque) over ln(preload), safeguarded by bisection
+    Clamped and flagged: a torque along the motion gives 0, a torque at or below that of an unloaded nut the preload at
+    which it is unloaded, a torque above that at the end of the map the end of the map. Below the preload axis the power
+    laws of the map are used, flagged. All arguments are finite, the speed not 0: the caller has checked them. By
+    Newton's method for ln(torque) over ln(preload), safeguarded by bisection.
     """
-    axis = nut_map.force
-    clamped = []
-    if abs(speed) > nut_map.speed.hi:
-        clamped.append("speed")
-    if not nut_map.temperature.lo <= temperature <= nut_map.temperature.hi:
-        clamped.append("temperature")
+    axis, clamped = nut_map.force, nut_map.outside(speed, temperature)
     model = OverPreload(nut_map, speed, temperature, axial_load, friction, regularization_speed)
     preload, found, at = _solve(model, -torque if speed < 0.0 else torque, axis.hi)
     determined = found and at.slope * preload >= LEAST_ELASTICITY * abs(torque)
@@ -181,11 +148,6 @@ def estimate_preload(
     if at.loaded_force > axis.hi:
         clamped.append("axial_load")
     return PreloadEstimate(preload, max(at.slope, 0.0), tuple(clamped))
-
-
-def _log_ratio(wanted: float, total: float) -> float:
-    ratio = wanted / total if total > 0.0 else math.inf
-    return math.log(ratio) if ratio > 0.0 else -math.inf
 
 
 def _solve(model: OverPreload, wanted: float, highest: float) -> tuple[float, bool, TorqueOverPreload]:
@@ -205,7 +167,8 @@ def _solve(model: OverPreload, wanted: float, highest: float) -> tuple[float, bo
             high, high_known = preload, True
         else:
             low = preload
-        error = _log_ratio(wanted, at.torque)
+        ratio = wanted / at.torque if at.torque > 0.0 else math.inf
+        error = math.log(ratio) if ratio > 0.0 else -math.inf
         rises = at.slope * preload > LEAST_ELASTICITY * at.torque > 0.0
         step = error * at.torque / (at.slope * preload) if rises else math.inf
         new = preload * math.exp(min(step, LONGEST_STEP)) if step > -LONGEST_STEP else 0.0

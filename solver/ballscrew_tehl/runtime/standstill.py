@@ -20,14 +20,12 @@ of the elements that stick.
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
-from ballscrew_tehl.runtime.constants import ELEMENTS, STIFFNESS_RATIO
+from ballscrew_tehl.runtime.constants import DAMPING_TIME, ELEMENTS, LEAST_STIFFNESS, STIFFNESS_RATIO
 
 States = tuple[float, ...]  # [rad at 1 N.m/rad] of the elements
-
-
-_WEIGHTS = tuple(2.0 * i + 1.0 for i in range(ELEMENTS))  # yield travels spread evenly
 
 
 class Elements(NamedTuple):
@@ -43,8 +41,17 @@ class Elements(NamedTuple):
         return 0.5 * sum(y * y for y in self.states)
 
 
-#: at rest without load
-RELAXED = Elements()
+RELAXED = Elements()  # at rest without load
+
+
+class StandstillLaw(NamedTuple):
+    """Parameters of the friction at standstill, under their names in the FMUs."""
+
+    regularization_speed: float  # [rad/s]
+    presliding: bool
+    presliding_stiffness: float  # [N.m/rad] 0: from the screw
+    presliding_damping: float  # [N.m.s/rad] 0: from the stiffness
+    presliding_side: float  # travel from rest at the start over that at which all slides; 0: from the speed
 
 
 class PreslidingStep(NamedTuple):
@@ -61,6 +68,7 @@ class CoulombFriction(NamedTuple):
     sign: float  # of the torque, -1 to 1; in between near standstill
     power: float  # [W] heat
     elements: Elements  # at the end of the step
+    supply: float  # [W] from the motion, mean of the step
 
 
 def held_stiffness(before: Elements, present: float) -> float:
@@ -75,7 +83,7 @@ def element_limits(coulomb_torque: float, stiffness: float) -> States:
     if not (coulomb_torque > 0.0 and stiffness > 0.0):
         return RELAXED.states
     unit = coulomb_torque / (ELEMENTS**2 * math.sqrt(stiffness / ELEMENTS))
-    return tuple([weight * unit for weight in _WEIGHTS])
+    return tuple([(2.0 * i + 1.0) * unit for i in range(ELEMENTS)])
 
 
 def initial_elements(side: float, speed: float, coulomb_torque: float, stiffness: float) -> Elements:
@@ -96,36 +104,51 @@ def _held(states: States, limits: States, stiffness: float) -> Elements:
 
 
 def regularised_sign(speed: float, regularization_speed: float) -> float:
-    """Sign of the speed that passes smoothly through zero.
+    """tanh(speed/regularization_speed), both [rad/s]: the sign of the speed, which passes smoothly through zero.
 
-    Parameters   speed : [rad/s]
-                 regularization_speed : [rad/s], >= 0; 0 gives the sign itself (0 at rest)
-    Returns      tanh(speed/regularization_speed), within 1e-9 of the sign above 11 regularisation speeds
-    Validity     creeps under a load below the Coulomb torque (at 0.42 of the speed for 0.4 of the torque);
-                 explicit coupling with an inertia J is free of ripple only for steps below
-                 2 J regularization_speed/torque
-    Example
-                 >>> regularised_sign(0.0, 0.1), regularised_sign(-2.0, 0.1)
-                 (0.0, -1.0)
+    Within 1e-9 of the sign above 11 regularization speeds; 0 gives the sign itself. It creeps under a load below the
+    Coulomb torque (at 0.42 of the regularization speed for 0.4 of the torque); explicit coupling with an inertia J is
+    free of ripple for steps below 2 J regularization_speed/torque only.
     """
     if regularization_speed <= 0.0:
         return math.copysign(1.0, speed) if speed else 0.0
     return math.tanh(speed / regularization_speed)
 
 
+def standstill_friction(
+    coulomb_torque: float,
+    speed: float,
+    step: float | None,
+    before: Elements | None,
+    law: Any,
+    stiffness_of_screw: Callable[[], float],
+) -> CoulombFriction:
+    """Coulomb friction near standstill over a step [s], None or 0: at an instant.
+
+    coulomb_torque : at motion [N.m], >= 0;  before : elements at the start, None: of the simulation
+    law : StandstillLaw, or more parameters of these names;  stiffness_of_screw : [N.m/rad] at the present loads
+    """
+    if not law.presliding:
+        return regularised_friction(coulomb_torque, speed, step, law.regularization_speed, before or RELAXED)
+    stiffness = law.presliding_stiffness
+    if not stiffness >= LEAST_STIFFNESS:
+        stiffness = stiffness_of_screw()
+    if before is None:
+        before = initial_elements(law.presliding_side, speed, coulomb_torque, stiffness)
+    stiffness = held_stiffness(before, stiffness)
+    damping = law.presliding_damping or DAMPING_TIME * stiffness
+    return presliding_friction(coulomb_torque, speed, step, before, stiffness, damping)
+
+
 def regularised_friction(
     coulomb_torque: float, speed: float, step: float | None, regularization_speed: float, before: Elements
 ) -> CoulombFriction:
-    """Standstill law without presliding, over a step [s], None or 0: at an instant.
-
-    coulomb_torque : at motion [N.m], >= 0;  before : elements of a law that was switched off: a step relaxes them, and
-    their energy is heat
-    """
+    """The law without presliding; a step relaxes elements of a law that was switched off, and their energy is heat."""
     sign = regularised_sign(speed, regularization_speed)
     power = coulomb_torque * sign * speed
     if not step:
-        return CoulombFriction(sign, power, before)
-    return CoulombFriction(sign, power + before.energy / step, RELAXED)
+        return CoulombFriction(sign, power, before, power)
+    return CoulombFriction(sign, power + before.energy / step, RELAXED, power)
 
 
 def presliding_friction(
@@ -136,23 +159,15 @@ def presliding_friction(
     stiffness: float,
     damping: float,
 ) -> CoulombFriction:
-    """Standstill law with presliding; arguments as above and as presliding_step. An instant leaves the elements."""
+    """The law with presliding; arguments as presliding_step. An instant leaves the elements."""
     limits = element_limits(coulomb_torque, stiffness)
     result = presliding_step(before.states, speed, step or 0.0, coulomb_torque, stiffness, damping, limits)
     sign = result.torque / coulomb_torque if coulomb_torque > 0.0 else 0.0
-    if step:
-        return CoulombFriction(sign, result.heat / step, _held(result.states, limits, stiffness))
-    return CoulombFriction(sign, presliding_power(before.states, speed, coulomb_torque, stiffness), before)
-
-
-def longest_step(stiffness: float, damping: float) -> float:
-    """Step from which on explicit coupling does not hold an axis, whatever its inertia [s].
-
-    Rotor (inertia J) and elements that both step with the values of the last step are stable in the elastic range for
-    a < b (1 - b) with a = h^2 stiffness/J and b = h damping/J, that is h stiffness/damping < 1 - h damping/J. For
-    h >= damping/stiffness no J fulfils it; below, J > h damping/(1 - h stiffness/damping) does.
-    """
-    return damping / stiffness
+    if not step:
+        power = presliding_power(before.states, speed, coulomb_torque, stiffness)
+        return CoulombFriction(sign, power, before, coulomb_torque * sign * speed)
+    power, elements = result.heat / step, _held(result.states, limits, stiffness)
+    return CoulombFriction(sign, power, elements, power + (elements.energy - before.energy) / step)
 
 
 def presliding_power(states: States, speed: float, coulomb_torque: float, stiffness: float) -> float:
@@ -176,18 +191,16 @@ def presliding_step(
     damping: float,
     limits: States,
 ) -> PreslidingStep:
-    """Elasto-slip elements over one step with the speed held: exact, passive for any step size.
+    """Elasto-slip elements over one step [s], >= 0, with the speed [rad/s] held: exact, passive for any step size.
 
-    Parameters   before : states at the start of the step;  speed : [rad/s];  step : [s], >= 0; 0 leaves the elements
-                 coulomb_torque : of the moment [N.m], >= 0;  stiffness : of all elements [N.m/rad], >= 0
-                 damping : of all elements [N.m.s/rad], >= 0, of those that stick their share; explicit coupling
-                           with an inertia J needs it: stiffness < (damping/step)(1 - step damping/J)
-                 limits : element_limits of this torque and stiffness
-    Returns      PreslidingStep; heat + change of the stored energy = work of the mean torque of the step
-    Validity     the torque is that at the end of the step; it may point along the motion while the elements spring
-                 back. It and the mean torque are limited to the Coulomb torque: at a reversal with 1000 rad/s2 the
-                 damping alone would reach several times that. The work at the torque of the end is not less than at
-                 the mean torque without damping, so that the limited law is passive at both.
+    coulomb_torque : of the moment [N.m], >= 0;  stiffness : of all elements [N.m/rad], >= 0;  limits : element_limits
+    damping : of all elements [N.m.s/rad], >= 0, of those that stick their share; explicit coupling with an inertia J
+    needs it: stiffness < (damping/step)(1 - step damping/J)
+
+    heat + change of the stored energy = work of the mean torque of the step. The torque is that at its end; it may
+    point along the motion while the elements spring back. Both are limited to the Coulomb torque: at a reversal with
+    1000 rad/s2 the damping alone would reach several times that. The work at the torque of the end is not less than at
+    the mean torque without damping, so that the limited law is passive at both.
     """
     root = math.sqrt(stiffness / ELEMENTS)
     direction, travel = math.copysign(1.0, speed), abs(speed) * step

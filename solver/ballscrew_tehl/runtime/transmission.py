@@ -24,23 +24,15 @@ exactly, if the next step starts where this one ends and the preload stays. A ch
 import math
 from typing import Any, NamedTuple
 
-from ballscrew_tehl.runtime.constants import DAMPING_TIME, FORCE_ROUNDING, LEAST_STIFFNESS, TOO_LARGE
+from ballscrew_tehl.runtime.constants import FORCE_ROUNDING, TOO_LARGE
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters
-from ballscrew_tehl.runtime.standstill import (
-    RELAXED,
-    CoulombFriction,
-    Elements,
-    held_stiffness,
-    initial_elements,
-    presliding_friction,
-    regularised_friction,
-)
+from ballscrew_tehl.runtime.standstill import Elements, standstill_friction
 
-#: [s] start value of contact_damping_time, of rolling contacts: Kraemer 1993, see above
-CONTACT_DAMPING_TIME = 1e-5
+CONTACT_DAMPING_TIME = (
+    1e-5  # [s] start value of contact_damping_time, of rolling contacts: Kraemer 1993, see above
+)
 
 
 class TransmissionInputs(NamedTuple):
@@ -105,8 +97,7 @@ def contact_law(stiffness: float, approach: float) -> tuple[float, float]:
 def mean_contact_force(stiffness: float, first: float, last: float) -> float:
     """Mean force [N] of one nut while its approach moves from first to last [m]: its work over its way, exactly.
 
-    Source       integral of k d^(3/2); the quotient of fifth powers of roots is divided out, so that a short way loses
-                 no digits
+    Integral of k d^(3/2); the quotient of fifth powers of roots is divided out, so that a short way loses no digits.
     """
     if first == last:
         return contact_law(stiffness, last)[0]
@@ -151,9 +142,22 @@ def transmission_step(
     damping = p.contact_damping_time * (slope_a + slope_b) * drift
     force = force_a - force_b + damping
 
-    forces = (force_a, force_b)
-    nut = _nuts(nut_map, inputs, parameters, forces)
-    coulomb, supply = _standstill(nut_map, inputs, parameters, step, before, nut, forces)
+    highest = nut_map.force.hi
+    beyond = {"force_nut_a": force_a, "force_nut_b": force_b}
+    clamped = [name for name, one in beyond.items() if one > highest * (1.0 + FORCE_ROUNDING)]
+    if not nut_map.preload.lo <= inputs.preload <= highest:
+        clamped.insert(0, "preload")
+    clamped += nut_map.outside(inputs.speed, inputs.temperature)
+    low, high = sorted(min(one, highest) for one in beyond.values())
+    friction = FrictionParameters._make(getattr(p, name) for name in DEFAULTS)
+    nut = nut_map.evaluate_forces(low, high, inputs.speed, inputs.temperature, friction, clamped)
+    nut = nut._replace(seal_torque=p.seal_torque)
+
+    def stiffness_of_screw() -> float:
+        present = nut_map.stiffness_at_forces(low, high, p.net_sliding_coefficient, p.breakaway_factor)
+        return present + nut_map.seal_stiffness(p.seal_torque)
+
+    coulomb = standstill_friction(nut.coulomb_torque, inputs.speed, step, before, p, stiffness_of_screw)
     outputs = friction_outputs(nut, inputs.speed, coulomb, force_a >= force_b)
     friction = outputs["friction_torque"]
     contact_energy = x * (mean_contact_force(k, d_0, d_0 + x) - mean_contact_force(k, d_0, d_0 - x))
@@ -167,6 +171,7 @@ def transmission_step(
     mean = elastic + mean_damping
     ideal = ratio * force
     power_loss = outputs["power_loss"] + mean_damping * drift
+    margin = nut_map.range_margin(inputs.preload, inputs.speed, inputs.temperature, 0.0)
     outputs |= {
         "screw_torque": ideal + friction,
         "nut_force": force,
@@ -176,21 +181,14 @@ def transmission_step(
         "axial_deflection": x,
         "axial_stiffness": slope_a + slope_b,
         "efficiency": efficiency(ideal, nut.friction_torque, inputs.speed),
-        "shaft_power": mean * ratio * inputs.speed + nut.viscous_torque * abs(inputs.speed) + supply,
+        "shaft_power": mean * ratio * inputs.speed + nut.viscous_torque * abs(inputs.speed) + coulomb.supply,
         "nut_power": mean * inputs.velocity,
         "power_loss": power_loss,
         "stored_energy": contact_energy + coulomb.elements.energy,
         "heat": heat + h * power_loss,
-        "range_margin": _margin(nut_map, inputs, max(force_a, force_b)),
+        "range_margin": min(margin, (highest * (1.0 + FORCE_ROUNDING) - max(force_a, force_b)) / highest),
     }
     return TransmissionStep(outputs, coulomb.elements, nut.clamped)
-
-
-def _margin(nut_map: NutMap, inputs: TransmissionInputs, highest_force: float) -> float:
-    """Least distance from the limits of the map, as NutMap.range_margin, with the force of the loaded nut."""
-    margin = nut_map.range_margin(inputs.preload, inputs.speed, inputs.temperature, 0.0)
-    limit = nut_map.force.hi
-    return min(margin, (limit * (1.0 + FORCE_ROUNDING) - highest_force) / limit)
 
 
 def efficiency(ideal_torque: float, friction_torque: float, speed: float) -> float:
@@ -205,51 +203,3 @@ def efficiency(ideal_torque: float, friction_torque: float, speed: float) -> flo
     if ideal_torque * speed >= 0.0:
         return ideal / (ideal + friction_torque)
     return max(ideal - friction_torque, 0.0) / ideal
-
-
-def _standstill(
-    nut_map: NutMap,
-    inputs: TransmissionInputs,
-    parameters: TransmissionParameters,
-    step: float | None,
-    before: Elements | None,
-    nut: DoubleNutState,
-    forces: tuple[float, float],
-) -> tuple[CoulombFriction, float]:
-    """Coulomb friction of both nuts, and the power that the motion supplies to it, mean of the step [W]."""
-    p, speed, coulomb_torque = parameters, inputs.speed, nut.coulomb_torque
-    if not p.presliding:
-        coulomb = regularised_friction(coulomb_torque, speed, step, p.regularization_speed, before or RELAXED)
-        return coulomb, coulomb_torque * coulomb.sign * speed
-    stiffness = p.presliding_stiffness
-    if not stiffness >= LEAST_STIFFNESS:
-        low, high = sorted(min(force, nut_map.force.hi) for force in forces)
-        stiffness = nut_map.stiffness_at_forces(low, high, p.net_sliding_coefficient, p.breakaway_factor)
-        stiffness += nut_map.seal_stiffness(p.seal_torque)
-    if before is None:
-        before = initial_elements(p.presliding_side, speed, coulomb_torque, stiffness)
-    stiffness = held_stiffness(before, stiffness)
-    damping = p.presliding_damping or DAMPING_TIME * stiffness
-    coulomb = presliding_friction(coulomb_torque, speed, step, before, stiffness, damping)
-    if step:
-        return coulomb, coulomb.power + (coulomb.elements.energy - before.energy) / step
-    return coulomb, coulomb_torque * coulomb.sign * speed
-
-
-def _nuts(
-    nut_map: NutMap,
-    inputs: TransmissionInputs,
-    parameters: TransmissionParameters,
-    forces: tuple[float, float],
-) -> DoubleNutState:
-    """State of both nuts at their forces; `clamped` names what is beyond the map."""
-    highest = nut_map.force.hi
-    clamped = [] if nut_map.preload.lo <= inputs.preload <= highest else ["preload"]
-    for name, force in zip(("force_nut_a", "force_nut_b"), forces, strict=True):
-        if force > highest * (1.0 + FORCE_ROUNDING):
-            clamped.append(name)
-    low, high = sorted(min(force, highest) for force in forces)
-    friction = FrictionParameters._make(getattr(parameters, name) for name in DEFAULTS)
-    nut = nut_map.evaluate_forces(low, high, inputs.speed, inputs.temperature, friction)
-    clamped += nut.clamped
-    return nut._replace(in_range=not clamped, clamped=tuple(clamped), seal_torque=parameters.seal_torque)

@@ -11,7 +11,8 @@ file, and no marks of thousands: a file whose numbers can be read in two ways is
 
 import csv
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -19,13 +20,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .headings import Column, HeadingError, Kind, UnknownUnitError, columns_of, named_places, one_column, si
+from .headings import Column, HeadingError, Kind, columns_of, named_places, one_column, si
 
 SEPARATORS = (";", "\t", ",")
 #: lines looked at for headings and first row;  lines without comments that headings are searched in
 HEAD, MAX_LINES = 2000, 100
-#: rows between two steps of the progress
-PIECE = 100_000
 #: what stands for a missing value, in lower case; EOF: last line of exports
 MISSING = frozenset(["", "nan", "null", "-", "n/a", "inf", "+inf", "-inf", "1.#qnan", "-1.#ind", "eof"])
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
@@ -33,16 +32,22 @@ NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 SCOPE = "Name"
 #: table whose columns are all texts
 ANY = Kind({}, {}, "")
-Progress = Callable[[int, int, str], None]
+COMMAS = "numbers with decimal commas need semicolons between the fields"
+
+
+@contextmanager
+def naming(path: Path | str) -> Iterator[None]:
+    """ValueErrors name the file."""
+    try:
+        yield
+    except ValueError as error:
+        if str(error).startswith(f"{path}: "):
+            raise
+        raise ValueError(f"{path}: {error}") from error
 
 
 class Table(NamedTuple):
-    """Where the table of a file is.
-
-    lines : all of the file;  below, start : index of the first line below headings and units, and of the first one with
-    numbers
-    columns : by quantity;  problems : headings that were not understood
-    """
+    """Where a table is: below headings and units, start of numbers; columns by quantity, headings not understood."""
 
     path: Path
     headings: list[str]
@@ -64,19 +69,13 @@ class Table(NamedTuple):
                 yield number, row
 
     def single_columns(self, known: Collection[str] = ()) -> dict[str, Column]:
-        """The column of each quantity.
-
-        Parameters   known : quantities that are given otherwise
-        Raises       ValueError: a quantity twice, a heading that may mean one that is missing
-        """
-        try:
+        """The column of each quantity, one heading each; known: quantities that are given otherwise."""
+        with naming(self.path):
             columns = {key: one_column(self.columns, key) for key in self.columns}
             for error in self.problems:
                 # next to its quantity, a heading such as torque_low_nm is another one
-                if isinstance(error, UnknownUnitError) or error.key not in (*columns, *known):
+                if error.unknown_unit or error.key not in (*columns, *known):
                     raise error
-        except ValueError as error:
-            raise ValueError(f"{self.path}: {error}") from error
         return columns
 
     def unused(self, used: Mapping[str, Column]) -> str:
@@ -87,12 +86,7 @@ class Table(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Rows of the columns that are used.
-
-    lines : in the file, from 1, and texts : fields by quantity, both with damaged rows
-    values : by quantity [SI], without damaged rows, NaN where there is no number
-    damaged : number of these rows, and the first of them
-    """
+    """Lines in the file, from 1; fields and values [SI] by quantity, the latter without damaged rows, their number."""
 
     lines: list[int]
     texts: dict[str, list[str]]
@@ -103,23 +97,20 @@ class Rows(NamedTuple):
 def _split(line: str, separator: str) -> list[str]:
     """Fields of a line, which may be in quotes."""
     if '"' in line:
-        fields = next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
-        return [text.strip() for text in fields]
-    line = line.rstrip("\r\n")
-    return [text.strip() for text in line.split(separator)] if " " in line else line.split(separator)
+        return [text.strip() for text in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
+    return [text.strip() for text in line.split(separator)]
 
 
 def _separator(line: str) -> str:
     return next((mark for mark in SEPARATORS if mark in line), ",")
 
 
-def is_number(text: str) -> bool:
-    """Whether a field is a number, with a decimal point or comma."""
+def _is_number(text: str) -> bool:
     return NUMBER.fullmatch(text.replace(",", ".")) is not None
 
 
 def _numeric(fields: Sequence[str]) -> bool:
-    return all(is_number(text) for text in fields if text)
+    return all(_is_number(text) for text in fields if text)
 
 
 def _is_comment(line: str) -> bool:
@@ -128,115 +119,87 @@ def _is_comment(line: str) -> bool:
 
 def _lines(path: Path) -> list[str]:
     """Lines of a file of any encoding."""
+    remedy = "give a CSV file with a line of headings"
     try:
         content = path.read_bytes()
     except OSError as error:
-        reason = f"cannot be read ({error.strerror})"
-        raise ValueError(f"{path}: {reason}; give a CSV file with a line of headings") from error
-    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        text = content.decode("utf-16", "replace")
-    else:
-        try:
-            text = content.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            text = content.decode("cp1252", "replace")
+        raise ValueError(f"cannot be read ({error.strerror}); {remedy}") from error
+    encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    try:
+        text = content.decode(encoding)
+    except UnicodeDecodeError:
+        text = content.decode("cp1252" if encoding == "utf-8-sig" else encoding, "replace")
     if "\0" in text[:1000]:
-        raise ValueError(f"{path}: is no text; give a CSV file with a line of headings")
+        raise ValueError(f"is no text; {remedy}")
     return text.replace("\r\n", "\n").rstrip("\r").replace("\r", "\n").split("\n")
 
 
 def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> Table:
-    """Find headings, rows and columns.
-
-    Parameters   stated : headings with units by quantity, from an option
-    Raises       ValueError: cannot be read, no text, no headings, no rows, a needed column missing
-    """
+    """Find headings, rows and columns; stated: headings with units by quantity, from an option."""
     path = Path(path)
-    whole = _lines(path)
-    lines = whole[:HEAD]
-    content = [number for number, line in enumerate(lines) if not _is_comment(line)]
-    comments = [number for number, line in enumerate(lines) if line.lstrip().startswith("#")]
-
-    def fields(number: int) -> list[str]:
-        line = lines[number].lstrip("\ufeff# ") if number in comments else lines[number]
-        texts = _split(line, _separator(line))
-        return ["time [ms]", *texts[1:]] if texts.count(SCOPE) > 1 and texts[0] == SCOPE else texts
-
-    def places(number: int) -> list[int]:
-        return named_places(fields(number), kind, stated)
-
-    heading, first = _heading(content[:MAX_LINES], fields, places)
-    first = len(lines) if first < 0 else first
-    if content and heading in content and _numeric(fields(heading)):
-        # rows without headings, unless a comment has them
-        alike = [k for k in comments if k < heading and len(fields(k)) == len(fields(heading))]
-        named = [k for k in alike if places(k) or not kind.needed]
-        if not named:
-            raise ValueError(
-                f"{path}: no line of headings, the first line is {lines[heading][:40]!r}; allowed: headings with units"
-            )
-        heading, first = named[-1], heading
-    if heading < 0 or first >= len(lines):
-        raise ValueError(f"{path}: no rows; allowed: a line of headings and one line per point")
-    # a row of units may be below the headings
-    texts = [(k + 1, fields(k)) for k in content if heading < k < first]
-    units = [(below, row) for below, row in texts if not any(map(is_number, row))]
-    found, errors = [], []
-    for below, row in [(heading + 1, []), *units]:
-        try:
-            found.append((below, *columns_of(fields(heading), kind, stated, row)))
-        except ValueError as error:
-            errors.append(error)
-    if not found:
-        raise ValueError(f"{path}: {errors[0]}") from errors[0]
-    below, columns, problems = min(found, key=lambda one: len(one[2]))
-    separator = _separator(lines[heading].lstrip("\ufeff# "))
-    return Table(path, fields(heading), separator, whole, below, first, columns, problems)
+    with naming(path):
+        lines = _lines(path)
+        comments = [number for number, line in enumerate(lines[:HEAD]) if line.lstrip().startswith("#")]
+        content = [number for number, line in enumerate(lines[:HEAD]) if not _is_comment(line)]
+        fields = {k: _head_fields(lines[k]) for k in (*comments, *content)}
+        heading, first = _heading({k: fields[k] for k in content[:MAX_LINES]}, kind, stated)
+        if heading in content and _numeric(fields[heading]):
+            # rows without headings, unless a comment has them
+            alike = [k for k in comments if k < heading and len(fields[k]) == len(fields[heading])]
+            alike = [k for k in alike if not kind.needed or named_places(fields[k], kind, stated)]
+            if not alike:
+                line = f"the first line is {lines[heading][:40]!r}"
+                raise ValueError(f"no line of headings, {line}; allowed: headings with units")
+            heading, first = alike[-1], heading
+        if not 0 <= heading < first < len(lines):
+            raise ValueError("no rows; allowed: a line of headings and one line per point")
+        # a row of units may be below the headings
+        units = [k for k in content if heading < k < first and not any(map(_is_number, fields[k]))]
+        results, errors = [], []
+        for below, row in [(heading + 1, []), *((k + 1, fields[k]) for k in units)]:
+            try:
+                results.append((below, *columns_of(fields[heading], kind, stated, row)))
+            except ValueError as error:
+                errors.append(error)
+        if not results:
+            raise errors[0]
+        below, columns, problems = min(results, key=lambda result: len(result[2]))
+        separator = _separator(lines[heading].lstrip("\ufeff# "))
+        return Table(path, fields[heading], separator, lines, below, first, columns, problems)
 
 
-def _heading(
-    content: Sequence[int], fields: Callable[[int], list[str]], places: Callable[[int], list[int]]
-) -> tuple[int, int]:
-    """The last line with the needed headings above its first row, and that; else the one where headings would be.
+def _head_fields(line: str) -> list[str]:
+    """Fields of a line that may be one of headings, also in a comment."""
+    line = line.lstrip("\ufeff# ")
+    texts = _split(line, _separator(line))
+    return ["time [ms]", *texts[1:]] if texts.count(SCOPE) > 1 and texts[0] == SCOPE else texts
 
-    -1: there is no line.
-    """
+
+def _heading(rows: Mapping[int, list[str]], kind: Kind, stated: Mapping[str, str]) -> tuple[int, int]:
+    """The last line with the needed headings above its first row, and that, -1: none; else where they would be."""
     heading, needed = -1, [0]
-    numeric = -1
-    for number in content:
-        texts = fields(number)
-        if found := places(number):
-            heading, needed = number, found
+    for number, texts in rows.items():
+        if places := named_places(texts, kind, stated):
+            heading, needed = number, places
         elif heading >= 0 and max(needed) < len(texts):
             time, *others = (texts[place] for place in needed)
-            if is_number(time) and all(is_number(text) or text.lower() in MISSING for text in others):
+            if _is_number(time) and all(_is_number(text) or text.lower() in MISSING for text in others):
                 return heading, number
-        if numeric < 0 and _numeric(texts):
-            numeric = number
     if heading >= 0:
         return heading, heading + 1
+    numeric = next((k for k, texts in rows.items() if _numeric(texts)), -1)
     if numeric < 0:
-        heading, numeric, *_ = *content[:2], -1, -1
+        heading, numeric, *_ = *rows, -1, -1
         return heading, numeric
-    above = [k for k in content if k < numeric]
-    names = [
-        k for k in above if len(fields(k)) == len(fields(numeric)) and not any(map(is_number, fields(k)))
-    ]
+    above = [k for k in rows if k < numeric]
+    names = [k for k in above if len(rows[k]) == len(rows[numeric]) and not any(map(_is_number, rows[k]))]
     return (names or above[-1:] or [numeric])[0], numeric
 
 
-def read_columns(
-    table: Table,
-    columns: Mapping[str, Column],
-    kind: Kind,
-    max_damaged: float = 0.0,
-    progress: Progress = lambda finished, total, what: None,
-) -> Rows:
-    """Rows of the columns that are used.
+def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_damaged: float = 0.0) -> Rows:
+    """Rows of the columns, NaN where there is no number.
 
-    Parameters   max_damaged : fraction of the rows that may be left out, with more fields than headings or with text
-                 for a number; 0: each row has as many fields as the headings, and text is NaN
-    Raises       ValueError: too many damaged rows, numbers that can be read in two ways, no rows
+    max_damaged : fraction of rows that may be left out, 0: all have as many fields as the headings, and text is NaN
     """
     fields, strict = len(table.headings), not max_damaged
     lines: list[int] = []
@@ -246,63 +209,44 @@ def read_columns(
         if len(row) > fields or (strict and len(row) < fields):
             damaged[len(lines)] = f"{len(row)} fields under {fields} headings"
         lines.append(line)
-        if len(lines) % PIECE == 0:
-            progress(line, len(table.lines), "lines of the file read")
         for key, column in columns.items():
             texts[key].append(row[column.place] if column.place < len(row) else "")
-    if not lines:
-        raise ValueError(f"{table.path}: no rows; allowed: a line of headings and one line per row")
-    values: dict[str, NDArray[np.float64]] = {}
-    for key in (key for key in columns if key in kind.quantities):
-        values[key], is_text = _numbers(texts[key])
+    numbers = {key: _numbers(texts[key]) for key in columns if key in kind.quantities}
+    for key, (_, is_text) in numbers.items():
         for k in () if strict else np.flatnonzero(is_text):
             damaged.setdefault(int(k), f"{columns[key].heading} = {texts[key][k][:20]!r}")
     first = f"line {lines[min(damaged)]}: {damaged[min(damaged)]}" if damaged else ""
-    if len(damaged) > max_damaged * len(lines):
-        commas = "; numbers with decimal commas need semicolons between the fields"
-        commas *= table.separator == "," and "fields under" in first
-        few = f" ({len(damaged)} of {len(lines)} rows are damaged, at most {100.0 * max_damaged:g} % are left out)"
-        raise ValueError(
-            f"{table.path}: {first}; allowed: a number, or an empty field for one that is missing, under each heading"
-            f"{'' if strict else few}{commas}"
-        )
-    _check_marks(table, {columns[key].heading: texts[key] for key in columns if key in values}, lines)
+    with naming(table.path):
+        if not lines:
+            raise ValueError("no rows; allowed: a line of headings and one line per row")
+        if len(damaged) > max_damaged * len(lines):
+            few = f" ({len(damaged)} of {len(lines)} rows are damaged, at most {100.0 * max_damaged:g} % are left out)"
+            end = few * (not strict) + f"; {COMMAS}" * (table.separator == "," and "fields under" in first)
+            raise ValueError(f"{first}; allowed: a number, or an empty field, under each heading{end}")
+        _check_marks(table, {columns[key].heading: texts[key] for key in numbers}, lines)
     kept = np.delete(np.arange(len(lines)), list(damaged))
-    values = {
-        key: si(values[key][kept], kind.quantities[key], column.unit)
-        for key, column in columns.items()
-        if key in values
-    }
+    values = {k: si(x[kept], kind.quantities[k], columns[k].unit) for k, (x, _) in numbers.items()}
     return Rows(lines, texts, values, (len(damaged), first))
 
 
 def read_rows(path: Path | str) -> list[dict[str, str]]:
-    """Rows by heading, as texts; columns of numbers with decimal points.
-
-    Raises       ValueError: as open_table and read_columns, a heading twice
-    """
+    """Rows by heading, as texts; columns of numbers with decimal points."""
     table = open_table(path, ANY)
     columns = {text: Column(place, text, "") for place, text in enumerate(table.headings)}
-    if len(columns) < len(table.headings):
-        raise ValueError(f"{path}: columns given twice; allowed: each heading once")
-    lines, texts, *_ = read_columns(table, columns, ANY)
-    numbers = {key: found for key, found in texts.items() if _numeric(found)}
-    _check_marks(table, numbers, lines)
-    texts |= {key: [text.replace(",", ".") for text in found] for key, found in numbers.items()}
+    with naming(path):
+        if len(columns) < len(table.headings):
+            raise ValueError("columns given twice; allowed: each heading once")
+        lines, texts, *_ = read_columns(table, columns, ANY)
+        numbers = {key: fields for key, fields in texts.items() if _numeric(fields)}
+        _check_marks(table, numbers, lines)
+    texts |= {key: [text.replace(",", ".") for text in fields] for key, fields in numbers.items()}
     return [dict(zip(texts, row, strict=True)) for row in zip(*texts.values(), strict=True)]
 
 
 def _numbers(texts: Sequence[str]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Values of fields, NaN where one is missing or text, and where it is text."""
-    points = "\n".join(texts).replace(",", ".").split("\n")
-    try:
-        # float() takes 1_000 for a number
-        values = np.array(points if not any("_" in text for text in texts) else [""], dtype=np.float64)
-        is_text = np.zeros(len(points), dtype=bool)
-    except ValueError:
-        good = [NUMBER.fullmatch(point) is not None for point in points]
-        values = np.array([float(x) if number else np.nan for x, number in zip(points, good, strict=True)])
-        is_text = ~np.array(good) & [point.lower() not in MISSING for point in points]
+    values = np.array([float(x.replace(",", ".")) if _is_number(x) else np.nan for x in texts])
+    is_text = np.isnan(values) & np.array([x.lower() not in MISSING for x in texts], dtype=bool)
     return np.where(np.isfinite(values), values, np.nan), is_text
 
 
@@ -324,46 +268,36 @@ _NAMES = {".": "point", ",": "comma"}
 
 
 def _check_marks(table: Table, columns: Mapping[str, Sequence[str]], lines: Sequence[int]) -> None:
-    """ValueError: a number of a column can be read in two ways, with both.
-
-    Parameters   columns : fields by heading;  lines : of the rows
-    """
-    found = {}  # first number of each form, by column
+    """ValueError: a number of a column, its fields by heading, can be read in two ways, with both."""
+    first = {}  # number of each form, by column
     for heading, texts in columns.items():
         joined = "\n".join(["", *texts, ""])
         for form, pattern in _FORMS.items():
-            if (form[0] not in _NAMES or form[0] in joined) and (number := pattern.search(joined)):
-                found[heading, form] = number[1]
-
-    def error(key: tuple[str, str], problem: str) -> ValueError:
-        heading, form = key
-        number, readings = found[key], ""
-        if form.endswith("group"):
-            point, none = number.replace(",", "."), re.sub("[.,]", "", number)
-            readings = (
-                f", {point} or {none}: export without marks of thousands, with the same decimals in each row"
-            )
-        line = lines[columns[heading].index(number)]
-        return ValueError(f"{table.path}: line {line}: {heading} = {number!r}{problem}{readings}")
-
-    comma, forms = table.separator == ",", {form for _, form in found}
-    marked = {mark: [key for key, number in found.items() if mark in number] for mark in _NAMES}
-    if comma and marked[","]:
-        problem = "numbers with decimal commas need semicolons between the fields, thousands no mark"
-        raise error(marked[","][0], f"; {problem}")
+            if (form[0] not in _NAMES or form[0] in joined) and (match := pattern.search(joined)):
+                first[heading, form] = match[1]
+    comma, forms = table.separator == ",", {form for _, form in first}
+    marked = {mark: [key for key, number in first.items() if mark in number] for mark in _NAMES}
+    problems = []
+    if comma:
+        problems += [(key, f"; {COMMAS}, thousands no mark") for key in marked[","]]
     if marked["."] and marked[","]:
         decimal, other = (".", ",") if "." in forms and "," not in forms else (",", ".")
         problem = (
-            f"allowed in a file with decimal {_NAMES[decimal]}s: no {_NAMES[other]} (thousands or decimal?)"
+            f"; allowed in a file with decimal {_NAMES[decimal]}s: no {_NAMES[other]} (thousands or decimal?)"
         )
-        raise error(min(marked[other], key=lambda key: "group" not in key[1]), f"; {problem}")
-    for key in found:
-        heading, form = key
+        problems.append((min(marked[other], key=lambda key: "group" not in key[1]), problem))
+    for heading, form in first:
+        others = {other for column, other in first if column == heading}
+        # whole numbers below 1000 in the column, and no decimals; or no other number in the file
+        grouped = "hundreds" in others and not others & {form[0], "many"}
         if form == "thousands":
-            raise error(key, "; allowed: a number without marks of thousands")
+            problems.append(((heading, form), "; allowed: a number without marks of thousands"))
+        elif form.endswith("group") and (grouped or not (comma or forms & {".", ",", "many"})):
+            problems.append(((heading, form), " can be read in two ways"))
+    for (heading, form), problem in problems[:1]:
+        number, readings = first[heading, form], ""
         if form.endswith("group"):
-            others = {other for column, other in found if column == heading}
-            # whole numbers below 1000 in the column, and no decimals; or no other number in the file
-            grouped = "hundreds" in others and not others & {form[0], "many"}
-            if grouped or not (comma or forms & {".", ",", "many"}):
-                raise error(key, " can be read in two ways")
+            point, none = number.replace(",", "."), re.sub("[.,]", "", number)
+            readings = f", {point} or {none}: export without thousands, with the same decimals in each row"
+        line = lines[columns[heading].index(number)]
+        raise ValueError(f"line {line}: {heading} = {number!r}{problem}{readings}")

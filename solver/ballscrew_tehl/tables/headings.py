@@ -32,12 +32,7 @@ FORCE = _units({"N": 1.0, "kN": 1e3, "daN": 10.0, "kgf": 9.80665, "lbf": 4.44822
 SPEED = _units({"r/min rpm rev/min U/min 1/min min-1": RPM, "rad/s": 1.0, "deg/s": math.pi / 180.0,
                 "r/s rev/s turn/s turns/s": 2.0 * math.pi})  # fmt: skip
 VELOCITY = _units({"m/s": 1.0, "mm/s": 1e-3, "m/min": 1.0 / 60.0, "mm/min": 1e-3 / 60.0})
-TEMPERATURE: Units = {
-    "degC": (1.0, CELSIUS),
-    "C": (1.0, CELSIUS),
-    "K": (1.0, 0.0),
-    "degF": (5.0 / 9.0, 459.67),
-}
+TEMPERATURE = {"degC": (1.0, CELSIUS), "C": (1.0, CELSIUS), "K": (1.0, 0.0), "degF": (5.0 / 9.0, 459.67)}
 TORQUE = _units({"N.m": 1.0, "N.cm cN.m": 1e-2, "N.mm mN.m": 1e-3, "kgf.cm": 0.0980665,
                  "lbf.in lb.in": 0.1129848290276167})  # fmt: skip
 LENGTH = _units({"m": 1.0, "mm": 1e-3, "um": 1e-6})
@@ -55,10 +50,7 @@ class Quantity(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """What a table has: quantities by key, an example of its headings, columns of text.
-
-    needed : keys of which one must be there, by how a message names them
-    """
+    """What a table has; needed: keys of which one must be there, by how a message names them."""
 
     quantities: Mapping[str, Quantity]
     needed: Mapping[str, Sequence[str]]
@@ -78,14 +70,12 @@ _OIL = Quantity(("temperature", "oil_temperature", "temperatur", "\u00f6ltempera
 MEASURED = {
     "preload": _PRELOAD,
     "speed": Quantity(("speed", "drehzahl"), SPEED),
-    "torque": Quantity(
-        ("torque", "friction_torque", "measured_torque", "measured", "moment", "drehmoment", "reibmoment"), TORQUE
-    ),
+    "torque": Quantity(("torque", "friction_torque", "measured_torque", "measured",
+                        "moment", "drehmoment", "reibmoment"), TORQUE),
     "temperature": _OIL,
     "axial_load": Quantity(("axial_load", "axiallast"), FORCE),
-    "torque_uncertainty": Quantity(
-        ("torque_uncertainty", "torque_error", "uncertainty"), TORQUE | {PERCENT: (1e-2, 0.0)}
-    ),
+    "torque_uncertainty": Quantity(("torque_uncertainty", "torque_error", "uncertainty"),
+                                   TORQUE | {PERCENT: (1e-2, 0.0)}),
 }  # fmt: skip
 MEASURED_EXAMPLE = "preload [N], speed [r/min], temperature [degC], torque [N.m]"
 #: of a number as it is written
@@ -123,15 +113,11 @@ LOG = Kind(
 
 
 class HeadingError(ValueError):
-    """A heading that may mean a quantity, its key: misspelt, without a unit or with an unknown one."""
+    """A heading that may mean a quantity, its key: misspelt, without a unit or with an unknown one in brackets."""
 
-    def __init__(self, key: str, text: str) -> None:
+    def __init__(self, key: str, text: str, unknown_unit: bool = False) -> None:
         super().__init__(text)
-        self.key = key
-
-
-class UnknownUnitError(HeadingError):
-    """A unit in brackets that is none of its quantity."""
+        self.key, self.unknown_unit = key, unknown_unit
 
 
 class Column(NamedTuple):
@@ -150,52 +136,32 @@ def parted(heading: str) -> tuple[str, str | None]:
     (('Lage', 'um'), ('Strom', 'A'), ('speed_rpm', None))
     """
     heading = heading.replace("\u00b5", "u").replace("\u03bc", "u").strip()
-    found = re.fullmatch(r"(.*\S)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]", heading) or re.fullmatch(
-        r"(.*\S)\s+(?:in|/)\s+(\S+)", heading
-    )
-    return (found[1], found[2]) if found else (heading, None)
-
-
-def _lowered(stem: str) -> str:
-    """Name as the tables have it."""
-    return re.sub("[ -]", "_", stem.strip().lower())
-
-
-def _joined(unit: str) -> str:
-    """Unit in brackets, without what may stand between its letters."""
-    return re.sub("[\\s.*^\u00b7\u22c5-]", "", unit).replace("\u00b0", "deg")
-
-
-def _letters(unit: str) -> str:
-    """Unit as written after a name: rad_s, rpm, nm, degc."""
-    return re.sub("[^a-z0-9]", "", unit.lower())
+    match = re.fullmatch(r"(.*\S)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]", heading)
+    match = match or re.fullmatch(r"(.*\S)\s+(?:in|/)\s+(\S+)", heading)
+    return (match[1], match[2]) if match else (heading, None)
 
 
 def quantity_of(heading: str, kind: Kind, below: str = "") -> tuple[str, str] | None:
-    """Quantity and unit of a heading, unit "" of one without; None if it is not a known one.
+    """Quantity and unit of a heading, "" without one; below: unit in a row of units; None: not a known quantity.
 
-    Parameters   heading : `preload [kN]`, `preload in kN`, `preload_kN`; case matters only for a unit in brackets
-                 below : unit in a row of units, for a heading without one
-    Raises       HeadingError: a known quantity without unit or with an unknown one, a misspelt name
-    Example
-                 >>> quantity_of("Speed [1/min]", TORQUES), quantity_of("torque_Nm", TORQUES)
-                 (('speed', '1/min'), ('torque', 'N.m'))
+    >>> quantity_of("Speed [1/min]", TORQUES), quantity_of("torque_Nm", TORQUES), quantity_of("room", TORQUES)
+    (('speed', '1/min'), ('torque', 'N.m'), None)
     """
     stem, unit = parted(heading)
     if not unit and below:
         try:
-            if found := quantity_of(f"{stem} [{below}]", kind):
-                return found
-        except UnknownUnitError:
-            if unit is not None:
+            if result := quantity_of(f"{stem} [{below}]", kind):
+                return result
+        except HeadingError as error:
+            if unit is not None or not error.unknown_unit:
                 raise
-    stem = _lowered(stem)
+    stem = re.sub("[ -]", "_", stem.lower())
     if stem in kind.texts:
         return stem, ""
     keys = {name: key for key, quantity in kind.quantities.items() for name in quantity.names}
     for name in sorted(keys, key=len, reverse=True):
         if stem == name or (unit is None and stem.startswith(f"{name}_")):
-            return keys[name], _unit_of(heading, stem, unit, name, keys[name], kind)
+            return keys[name], _unit_of(heading, stem[len(name) + 1 :], unit, name, keys[name], kind)
     # a misspelt name may be followed by a unit
     short = stem.rsplit("_", 1)[0]
     names = [*keys, *kind.texts]
@@ -207,29 +173,35 @@ def quantity_of(heading: str, kind: Kind, below: str = "") -> tuple[str, str] | 
     return None
 
 
-def _unit_of(heading: str, stem: str, unit: str | None, name: str, key: str, kind: Kind) -> str:
-    """Unit of a quantity as the tables have it; unit: in brackets, None: behind the name in the stem."""
-    written = stem[len(name) + 1 :] if unit is None else unit
-    spelled, units = _letters if unit is None else _joined, kind.quantities[key].units
+def _unit_of(heading: str, behind: str, unit: str | None, name: str, key: str, kind: Kind) -> str:
+    """Unit of a quantity as the tables have it, of one in brackets or behind the name: rad_s, rpm, nm, degc."""
+
+    def spelled(text: str) -> str:
+        if unit is None:
+            return re.sub("[^a-z0-9]", "", text.lower())
+        # case matters, what may stand between the letters does not
+        return re.sub("[\\s.*^\u00b7\u22c5-]", "", text).replace("\u00b0", "deg")
+
+    written, units = behind if unit is None else unit, kind.quantities[key].units
     for known in units:
         if (spelled(written) or not known) and spelled(known) == spelled(written):
             return known
     problem = f"unit {written!r}" if written else "unit missing"
     remedy = f"write {name} [UNIT] with one of" if unit is None else "allowed:"
-    error = HeadingError if unit is None else UnknownUnitError
-    raise error(key, f"column {heading!r}: {problem}; {remedy} {', '.join(units) or 'no unit'}")
+    text = f"column {heading!r}: {problem}; {remedy} {', '.join(units) or 'no unit'}"
+    raise HeadingError(key, text, unknown_unit=unit is not None)
 
 
 def named_places(headings: Sequence[str], kind: Kind, stated: Mapping[str, str]) -> list[int]:
     """Places of the needed quantities in a line, by their names alone; empty: it is no line of headings."""
+    # a unit may follow
+    stems = [re.sub("[ -]", "_", parted(heading)[0].lower()) + "_" for heading in headings]
     places: dict[str, int] = {}
-    for place, heading in enumerate(headings):
-        # a unit may follow
-        stem = _lowered(parted(heading)[0]) + "_"
-        for key, quantity in kind.quantities.items():
-            if any(stem.startswith(f"{name}_") for name in quantity.names):
-                places.setdefault(key, place)
-    places |= {key: found[-1] for key, text in stated.items() if (found := _places_of(text, headings))}
+    for key, quantity in kind.quantities.items():
+        names = tuple(f"{name}_" for name in quantity.names)
+        if found := [k for k, stem in enumerate(stems) if stem.startswith(names)]:
+            places[key] = found[0]
+    places |= {key: same[-1] for key, text in stated.items() if (same := _places_of(text, headings))}
     needed = [next((places[key] for key in keys if key in places), -1) for keys in kind.needed.values()]
     return [] if -1 in needed else needed
 
@@ -244,48 +216,36 @@ def _places_of(text: str, headings: Sequence[str]) -> list[int]:
 def columns_of(
     headings: Sequence[str], kind: Kind, stated: Mapping[str, str], below: Sequence[str]
 ) -> tuple[dict[str, list[Column]], list[HeadingError]]:
-    """Columns by key, and headings that were not understood.
-
-    Parameters   stated : headings with units by key, from an option, which come first
-                 below : row of units, may be shorter
-    Raises       ValueError: a needed quantity is missing, a stated heading is not in the table
-    """
+    """Columns by key, headings that were not understood; stated: by an option, below: row of units, may be short."""
     units = [text.strip("[]() ") for text in below] + len(headings) * [""]
-    columns = {key: [_stated_column(key, text, headings, kind, units)] for key, text in stated.items()}
+    columns: dict[str, list[Column]] = {}
+    those = f"found: {', '.join(filter(None, headings))}"
+    for key, text in stated.items():
+        places = _places_of(text, headings)
+        if len(places) != 1:
+            raise ValueError(
+                f"--column {key}={text}: {len(places) or 'no'} such columns ({those}); allowed: one"
+            )
+        (place,), own = places, parted(text)[1]
+        unit = own or parted(headings[place])[1] or units[place]
+        unit = (quantity_of(f"{key} [{unit}]" if unit else key, kind) or ("", ""))[1]
+        columns[key] = [Column(place, headings[place], unit, bool(own))]
     taken, problems = {column.place for (column,) in columns.values()}, []
     for place, heading in enumerate(headings):
         try:
-            found = None if place in taken else quantity_of(heading, kind, units[place])
+            result = None if place in taken else quantity_of(heading, kind, units[place])
         except HeadingError as error:
             problems.append(error)
             continue
-        if found is not None and found[0] not in stated:
-            columns.setdefault(found[0], []).append(Column(place, heading, found[1]))
+        if result is not None and result[0] not in stated:
+            columns.setdefault(result[0], []).append(Column(place, heading, result[1]))
     for what, keys in kind.needed.items():
         if not columns.keys() & set(keys):
             for problem in problems:
                 if problem.key in keys:
                     raise problem
-            raise ValueError(
-                f"column {what} missing (found: {', '.join(filter(None, headings))}); allowed: headings with units "
-                f"between commas, semicolons or tabs, such as {kind.example}"
-            )
+            raise ValueError(f"column {what} missing ({those}); allowed: headings with units: {kind.example}")
     return columns, problems
-
-
-def _stated_column(key: str, text: str, headings: Sequence[str], kind: Kind, below: Sequence[str]) -> Column:
-    """Column that an option states."""
-    places = _places_of(text, headings)
-    if len(places) != 1:
-        raise ValueError(
-            f"--column {key}={text}: {len(places) or 'no'} such columns (found: {', '.join(headings)}); allowed: "
-            "one heading of the log and its unit"
-        )
-    heading, own = headings[places[0]], parted(text)[1]
-    unit = own or parted(heading)[1] or below[places[0]]
-    found = quantity_of(f"{key} [{unit}]" if unit else key, kind)
-    assert found is not None
-    return Column(places[0], heading, found[1], bool(own))
 
 
 def one_column(columns: Mapping[str, Iterable[Column]], key: str, remedy: str = "one") -> Column:

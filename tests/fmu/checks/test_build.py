@@ -20,6 +20,7 @@ from ballscrew_fmu.checks import check, reference, replay
 from ballscrew_fmu.command import LAYERS
 from ballscrew_fmu.models import NATIVE_MODELS
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, this_platform
+from ballscrew_fmu.native_fmu.package import native_file_name
 from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.friction.sets import FrictionSet, write_friction_sets
 from ballscrew_tehl.parameters.file import load_screw
@@ -27,16 +28,7 @@ from ballscrew_tehl.parameters.file import load_screw
 pytestmark = pytest.mark.slow
 
 PYTHON = ["BallScrewFriction.fmu", "BallScrewPreloadMonitor.fmu"]
-NATIVE = [
-    f"{name}_fmi{version}.fmu"
-    for name in (
-        "BallScrewFrictionNative",
-        "BallScrewPreloadMonitorNative",
-        "BallScrewTransmission",
-        "BallScrewAxis",
-    )
-    for version in (2, 3)
-]
+NATIVE = [native_file_name(version, model) for model in NATIVE_MODELS for version in (2, 3)]
 FITTED_HERE = FrictionSet(
     "three_parameter", 5.5, 0.0061, 31e-9,
     loss="least_squares",
@@ -67,7 +59,6 @@ def with_synthetic_map(monkeypatch, synthetic_nut_map):
 
 @pytest.fixture
 def for_this_machine(monkeypatch):
-    """Native FMUs for this machine only; test_native_package covers the other platforms."""
     own = {this_platform(): PLATFORMS[this_platform()]}
     for module in ("compile", "libraries"):
         monkeypatch.setattr(f"ballscrew_fmu.native_fmu.{module}.PLATFORMS", own)
@@ -99,7 +90,7 @@ def test_all_fmus_with_own_friction_parameters_are_checked_and_documented(
         assert float(starts["roughness_height"]) == 31e-9
         files = members(fmu)
         text = files["documentation/index.html"].decode()
-        page = Page(text)  # every element is closed
+        page = Page(text)
         assert page.loaded == [] or {name for _, name, _ in page.loaded} == {"src"}
         for part in PAGE:
             assert part in text, (fmu.name, part)
@@ -129,9 +120,6 @@ def test_a_screw_file_alone_gives_the_fmus_that_are_asked_for(script, for_this_m
     starts = {v.name: v.start for v in read_model_description(made[2]["file"]).modelVariables}
     assert float(starts["lead"]) == pytest.approx(0.01)
     assert tuple(model.layer for model in NATIVE_MODELS) == LAYERS
-
-
-# --- what stops a build: nothing is delivered ---
 
 
 def scaled(*arguments, original=reference.friction_results):

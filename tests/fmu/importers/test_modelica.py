@@ -82,9 +82,6 @@ def test_functions_are_those_of_the_map_and_rates_their_differences(tmp_path, la
     call("destructor", screw)
 
 
-# --- law and axes, compiled and run ---
-
-
 @pytest.fixture
 def rumoca():
     return pytest.importorskip("rumoca", reason="python -m pip install -e '.[modelica]'")
@@ -155,19 +152,6 @@ def test_the_law_in_equations_is_that_of_the_fmu_in_model_exchange(
     assert rotor["lost"][-1] <= 1e-12 * rotor["work"][-1]
 
 
-def test_work_against_friction_is_heat_and_energy_of_the_elements(rumoca):
-    """Also of events: a Coulomb torque that swings falls below elements that hold."""
-    for amplitude in (0.3, 1.5):  # held, moved
-        rotor = simulated(
-            rumoca, "Rotor", 0.5, 2.0**-9, level=0.64, swing=0.3, stiffness=100.0, inertia=0.01,
-            amplitude=amplitude, frequency=2.0,
-        )  # fmt: skip
-        work, heat, stored, lost = (rotor[name][-1] for name in ("work", "heat", "stored", "lost"))
-        assert np.all(np.diff(rotor["heat"]) >= -1e-12)
-        assert lost > 1e-5 or amplitude == 0.3  # elements that slide follow their level without an event
-        assert work == pytest.approx(heat + stored + lost, abs=1e-6 * work)
-
-
 BODIES = {  # stubs of the external functions
     "coulombTorque": "coulomb := 0.8;", "viscousTorque": "viscous := 0.004*w;", "covered": "inside := 1;",
     "apparentViscosityRatio": "ratio := 1;", "netSlidingCoefficient": "coefficient := 1;",
@@ -176,7 +160,6 @@ BODIES = {  # stubs of the external functions
 
 
 def without_externals(text):
-    """The package with functions in Modelica, and a record in place of the external object."""
     record = "record FrictionMap Real x; end FrictionMap;"
     text = re.sub(r"class FrictionMap.*?end FrictionMap;", record, text, flags=re.S)
     text = re.sub(r"parameter String fileName.*?;", "parameter Real fileName = 0;", text, flags=re.S)
@@ -191,7 +174,6 @@ def without_externals(text):
 
 
 def test_the_package_has_no_error_and_its_axes_compile_with_the_map(rumoca):
-    """Unchanged except for the bodies of the external functions."""
     assert f"constant Integer n = {ELEMENTS} " in TEXT
     assert f"constant Real levelMargin = {LEVEL_MARGIN} " in TEXT
     found = rumoca.validate_source(LIBRARY + TEXT)

@@ -20,16 +20,12 @@ from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.models import FRICTION, NATIVE_MODELS
 from ballscrew_fmu.native_fmu import compile as native_build
-from ballscrew_fmu.native_fmu.compile import PLATFORMS, WASM, BuildError, build_libraries, universal_library
+from ballscrew_fmu.native_fmu.compile import PLATFORMS, WASM, BuildError, build_libraries
 from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.libraries import entry_library, native_library, page_library
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_files
-from ballscrew_fmu.native_fmu.resource_files import map_bytes, screw_bytes
-from ballscrew_fmu.native_fmu.sources import (
-    SourceError,
-    is_fmi_header,
-    native_sources,
-)
+from ballscrew_fmu.native_fmu.resource_files import map_bytes
+from ballscrew_fmu.native_fmu.sources import is_fmi_header
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
@@ -51,7 +47,6 @@ BINARIES = {
 
 @pytest.fixture(scope="module")
 def native_fmus(tmp_path_factory):
-    """By FMI version."""
     folder = tmp_path_factory.mktemp("native")
     return {
         v: build_native_fmu(closed_form(), v, folder / f"{v}.fmu", REFERENCE, platforms).path
@@ -61,7 +56,6 @@ def native_fmus(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def native_unpacked(native_fmus):
-    """Folders where they are unpacked."""
     return {v: fmpy.extract(str(path), unzipdir=str(path.with_suffix(""))) for v, path in native_fmus.items()}
 
 
@@ -77,23 +71,14 @@ def test_members(native_fmus, synthetic_nut_map, tmp_path, version):
     }
     assert found == BINARIES[version]
     assert next(iter(files)) == "modelDescription.xml"
-    assert f"sources/fmi{version}.c" in files
-    assert not any(
-        is_fmi_header(n.rpartition("/")[2]) or n.startswith(f"sources/fmi{5 - version}") for n in files
-    )
+    assert not any(is_fmi_header(n.rpartition("/")[2]) for n in files)
     assert files["resources/nut_map.bin"] == map_bytes(synthetic_nut_map)
-    assert native_fmus[version].stat().st_size <= 3_000_000
     assert findings(files) == []
-    page = files["documentation/index.html"].decode()
-    assert "{" not in page.partition("</head>")[2]
-    with zipfile.ZipFile(native_fmus[version]) as archive:
-        assert {info.date_time for info in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
     write_fmu(tmp_path / "same.fmu", files)
     assert (tmp_path / "same.fmu").read_bytes() == native_fmus[version].read_bytes()
 
 
 def test_another_process_and_folder_build_the_same_bytes(synthetic_nut_map, monkeypatch, tmp_path):
-    """And another content has another token."""
     other, further = tmp_path / "a folder with another name", (REFERENCE, HOST)
     other.mkdir()
     here = build_native_fmu(synthetic_nut_map, 3, tmp_path / "here.fmu", *further)
@@ -107,7 +92,6 @@ def test_another_process_and_folder_build_the_same_bytes(synthetic_nut_map, monk
 
 
 def test_the_libraries_are_the_same_for_all_screws_and_versions():
-    """Of both laws and of another screw: sources, libraries and what is kept of them."""
     maps = [closed_form(FILM_SHEAR), closed_form(MECHANISTIC), make_map(2.0), load_map(None, GD4008)]
     for model in NATIVE_MODELS:
         library, *others = (native_library(nut_map.header, model) for nut_map in maps)
@@ -122,19 +106,12 @@ def test_the_libraries_are_the_same_for_all_screws_and_versions():
 def test_libraries_of_all_platforms(native_fmus, native_unpacked):
     files = {name.removeprefix("binaries/"): content for name, content in members(native_fmus[2]).items()}
     fat, thin = (files[f"{folder}/{NATIVE_NAME}.dylib"] for folder in ("darwin64", "aarch64-darwin"))
-    assert machine_of(fat) == ("mach", (0x01000007, 0x0100000C))
+    assert machine_of(fat) == ("mach", 0x01000007, 0x0100000C)
     assert thin in fat
-    with pytest.raises(BuildError, match="not a known Mach-O"):
-        universal_library([thin, files[f"linux64/{NATIVE_NAME}.so"]])
-    # macOS does not load an unsigned arm64 library: load command 0x1d names the signature
-    commands, place = [], 32
-    for _ in range(int.from_bytes(thin[16:20], "little")):
-        commands.append(int.from_bytes(thin[place : place + 4], "little"))
-        place += int.from_bytes(thin[place + 4 : place + 8], "little")
-    assert 0x1D in commands
+    # macOS does not load an unsigned arm64 library: its signature lies at the end
+    assert b"\xfa\xde\x0c\xc0" in thin
     assert f"@rpath/{NATIVE_NAME}.dylib".encode() in thin
-    windows = files[f"win64/{NATIVE_NAME}.dll"]
-    needed = {name.lower() for name in re.findall(rb"[\w.-]+\.dll", windows, re.IGNORECASE)}
+    needed = re.findall(rb"[\w.-]+\.dll", files[f"win64/{NATIVE_NAME}.dll"].lower())
     others = {n for n in needed if not n.startswith((b"api-ms-win-crt-", b"kernel32", b"ntdll"))}
     assert others == {f"{NATIVE_NAME}.dll".lower().encode()}
     readelf = shutil.which("readelf") or pytest.skip("no readelf")
@@ -178,9 +155,6 @@ def test_an_fmu_with_its_map_compiled_in_passes_the_checks_of_the_build(syntheti
     assert "no finding" in check(tmp_path / "embedded.fmu", reference_of(synthetic_nut_map))
 
 
-# --- errors ---
-
-
 def test_without_ziglang_the_compiler_of_the_machine_builds_for_it_alone(
     synthetic_nut_map, monkeypatch, tmp_path
 ):
@@ -199,14 +173,9 @@ def test_without_ziglang_the_compiler_of_the_machine_builds_for_it_alone(
     with pytest.raises(BuildError, match=r"pip install ziglang") as error:
         build_libraries({}, (), NATIVE_NAME, (here,))
     assert "\n" not in str(error.value)
-    monkeypatch.setattr(native_build.machine, "machine", lambda: "riscv64")
-    with pytest.raises(
-        BuildError, match=r"no libraries for riscv64-linux without ziglang, only for x86_64-linux"
-    ):
-        native_build.this_platform()
 
 
-def test_one_line_for_what_cannot_be_built(synthetic_nut_map, monkeypatch, tmp_path):
+def test_one_line_for_what_cannot_be_built():
     for text, found in (
         (b"int f(void) { return missing; }\nint g(void) { return absent; }\n", r"x86_64-linux: .*a\.c:1:.*missing"),
         (b"int f(double x);\nint f(double x) { return x; }\n", r"a\.c:2:.*conversion"),  # warnings are errors
@@ -214,8 +183,3 @@ def test_one_line_for_what_cannot_be_built(synthetic_nut_map, monkeypatch, tmp_p
         with pytest.raises(BuildError, match=found) as error:
             build_libraries({"a.c": text}, ("a.c",), "a", ("x86_64-linux",))
         assert "\n" not in str(error.value)
-    with pytest.raises(ValueError, match="token"):
-        screw_bytes(synthetic_nut_map.header, FRICTION, "", '"; int x')
-    monkeypatch.setattr("ballscrew_fmu.native_fmu.sources.fmpy.__file__", str(tmp_path / "__init__.py"))
-    with pytest.raises(SourceError, match=r"fmi2Functions\.h not found"):
-        native_sources(synthetic_nut_map.header)

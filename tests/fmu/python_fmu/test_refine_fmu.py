@@ -11,7 +11,6 @@ from processes import output
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_fmu.python_fmu.slave_base import CHECKSUM
-from ballscrew_fmu.python_fmu.solver_cache import installed, solver_name
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_screw
 
@@ -26,7 +25,6 @@ def of_status(instance, status):
 
 
 def refinement_of(instance):
-    """What a saved state has of it."""
     return json.loads(instance.slave.serializeFMUstate(instance.slave.getFMUstate())[CHECKSUM:])["refinement"]
 
 
@@ -35,12 +33,8 @@ def run(instance, speeds):
 
 
 def of_process(script, cache, *arguments):
-    """JSON in the last line that a script prints, with a separate cache folder."""
     folders = dict.fromkeys(("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"), str(cache))
     return json.loads(output("-c", script, *arguments, **folders).splitlines()[-1])
-
-
-# --- the slave, with the stub ---
 
 
 def test_refine_corrects_the_map_and_can_be_switched_between_steps(unpacked):
@@ -96,49 +90,6 @@ def test_an_unsolved_contact_is_reported_once_and_an_error_leaves_the_map_in_use
         assert refinement_of(one) == kept
 
 
-# --- the cache ---
-
-FILES = {"__init__.py": b"", "part/__init__.py": b"", "part/a.py": b"VALUE = 1\n"}
-
-
-def written(folder, files):
-    for name, content in files.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_bytes(content)
-    return folder
-
-
-def contents(folder):
-    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
-
-
-def test_the_solver_is_copied_once_and_a_damaged_copy_is_replaced(tmp_path):
-    shipped, cache = written(tmp_path / "shipped" / solver_name(FILES), FILES), tmp_path / "new" / "cache"
-    first = installed(shipped, cache)
-    compiled = written(first, {"part/__pycache__/a.nbc": b"compiled"}) / "part/__pycache__/a.nbc"
-    assert installed(shipped, cache) == first == cache / shipped.name
-    assert compiled.exists()
-    for damage in (lambda path: path.write_text("VALUE = 2\n"), lambda path: path.unlink()):
-        damage(first / "part" / "a.py")
-        assert contents(installed(shipped, cache)) == FILES
-    assert [p.name for p in cache.iterdir()] == [shipped.name]
-
-
-def test_the_cache_folder_is_not_needed(monkeypatch, tmp_path, synthetic_nut_map):
-    for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"):
-        monkeypatch.setenv(name, str(tmp_path / "xdg"))
-    (tmp_path / "xdg").write_text("a file in place of the folder")
-    sources = stub_solver.SOURCES | {"nut_map/__init__.py": "# another\n"}
-    fmu = build_fmu(synthetic_nut_map, tmp_path / "other.fmu", solver=sources).path
-    with FmuInstance(fmu, refine=True) as one:
-        run(one, (10.0, 20.0))
-        (message,) = of_status(one, WARNING)
-        assert message.startswith("refine: compiled code of the solver is not kept")
-        assert of_status(one, ERROR) == []
-
-
-# --- the packaged solver ---
-
 REFINED_RUN = """
 import json, sys
 missing, folder = sys.argv[2], sys.argv[1]
@@ -175,7 +126,6 @@ print(json.dumps([remark, str(root), refinement.state() is not None, sorted(own)
 
 
 def test_the_packaged_solver_is_complete_and_its_packages_are_named_when_missing(tmp_path):
-    """Its numbers: tests/refinement. Here: all its modules are there and are imported from the cache alone."""
     fmu = build_fmu(load_map(None, load_screw()), tmp_path / "BallScrewFriction.fmu").path
     folder = fmpy.extract(str(fmu), unzipdir=str(tmp_path / "unpacked"))
     plain, refined, ((status, message),) = of_process(REFINED_RUN, tmp_path, folder, "scipy")

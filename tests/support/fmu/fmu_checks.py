@@ -27,14 +27,13 @@ DISPLAYS = {
     ("m", "nm"): (1e9, 0.0), ("Pa", "GPa"): (1e-9, 0.0), ("rad", "deg"): (57.29577951308232, 0.0),
     ("m/s", "m/min"): (60.0, 0.0), ("N/m", "N/um"): (1e-6, 0.0),
 }  # fmt: skip
-# machine of each library: ELF e_machine, PE machine, Mach-O processors
+# format and processors of the library in each folder
 MACHINES = {
-    "linux64": ("elf", 62), "x86_64-linux": ("elf", 62), "aarch64-linux": ("elf", 183),
-    "win64": ("pe", 0x8664), "x86_64-windows": ("pe", 0x8664),
-    "darwin64": ("mach", (0x01000007, 0x0100000C)), "x86_64-darwin": ("mach", (0x01000007,)),
-    "aarch64-darwin": ("mach", (0x0100000C,)),
+    "linux64": ("elf", 62), "x86_64-linux": ("elf", 62), "aarch64-linux": ("elf", 183), "win64": ("pe", 0x8664),
+    "x86_64-windows": ("pe", 0x8664), "darwin64": ("mach", 0x01000007, 0x0100000C),
+    "x86_64-darwin": ("mach", 0x01000007), "aarch64-darwin": ("mach", 0x0100000C),
 }  # fmt: skip
-FMI_HEADER = re.compile(r"fmi[23](Functions|FunctionTypes|TypesPlatform|PlatformTypes)\.h")
+SUFFIXES = {"elf": "so", "pe": "dll", "mach": "dylib"}
 
 
 def members(fmu):
@@ -51,13 +50,12 @@ def variables_of(root):
     ]
 
 
-def findings(files: dict[str, bytes]) -> list[str]:
+def findings(files):
     """Errors in these members of a native FMU; empty if there are none."""
     root = ElementTree.parse(io.BytesIO(files["modelDescription.xml"])).getroot()
     version = int(root.get("fmiVersion")[0])
     return [
-        *_schemas(files, version), *unit_findings(root), *_identity(root, files, version), *_libraries(root, files),
-        *_against_the_sources(root, files),
+        *_schemas(files, version), *unit_findings(root), *_libraries(root, files, version), *_sources(root, files),
     ]  # fmt: skip
 
 
@@ -75,13 +73,12 @@ def _schemas(files, version):
 
 def unit_findings(root):
     """Units that are not defined or not used, wrong exponents, factors and offsets, offsets of differences."""
-    found = []
-    used = {node.get("unit") for _, _, node in variables_of(root)} - {None}
-    units = {unit.get("name"): unit for unit in root.find("UnitDefinitions")}
-    if set(units) != used:
-        found.append(f"units {sorted(units)} defined, {sorted(used)} used")
-    for name, unit in units.items():
-        base = unit.find("BaseUnit")
+    found, nodes = [], [node for _, _, node in variables_of(root)]
+    used, units = {node.get("unit") for node in nodes} - {None}, root.find("UnitDefinitions")
+    if {unit.get("name") for unit in units} != used:
+        found.append(f"units defined are not those used, {sorted(used)}")
+    for unit in units:
+        name, base = unit.get("name"), unit.find("BaseUnit")
         exponents = tuple(int(base.get(key, "0")) for key in ("kg", "m", "s", "K", "rad"))
         if exponents != DIMENSIONS.get(name) or set(base.keys()) - {"kg", "m", "s", "K", "rad"}:
             found.append(f"unit {name} has exponents {exponents} of kg, m, s, K, rad")
@@ -89,99 +86,69 @@ def unit_findings(root):
             numbers = (float(display.get("factor", "1")), float(display.get("offset", "0")))
             if numbers != DISPLAYS.get((name, display.get("name"))):
                 found.append(f"display unit {display.get('name')} of {name}: factor, offset {numbers}")
-    for name, _, node in variables_of(root):
-        if node.get("relativeQuantity") == "true" and node.get("displayUnit") == "degC":
-            found.append(f"{name} is a difference and would be shown with an offset")
-    return found
+    return found + [
+        f"{node.get('unit')}: a difference would be shown with an offset"
+        for node in nodes
+        if node.get("relativeQuantity") == "true" and node.get("displayUnit") == "degC"
+    ]
 
 
-def _identity(root, files, version):
-    token = root.get("guid" if version == 2 else "instantiationToken")
-    kept = {name: content for name, content in files.items() if name.startswith(("binaries/", "sources/"))}
-    found = [f"{name} has the token {token}" for name, c in kept.items() if token.encode() in c]
-    if token.encode() not in files["resources/screw.bin"]:
-        found.append(f"the resources lack the token {token}")
+def _libraries(root, files, version):
+    """Token and hash of the variables in the resources, hash, name, machine and no path of here in each library."""
+    token, screw = root.get("guid" if version == 2 else "instantiationToken"), files["resources/screw.bin"]
     table = re.search(rb'TABLE_HASH "(\w{64})"', files["sources/variables.h"])[1]
-    sealed = {
-        name: c for name, c in files.items() if name.startswith("binaries/") or name == "resources/screw.bin"
-    }
-    found += [f"{name} lacks the hash of the variables" for name, c in sealed.items() if table not in c]
-    return found if token else ["no token"]
-
-
-def _libraries(root, files):
-    found = []
-    identifiers = {
-        node.get("modelIdentifier") for node in root if node.tag in ("CoSimulation", "ModelExchange")
-    }
-    suffixes = {"elf": ".so", "pe": ".dll", "mach": ".dylib"}
+    found = [] if token and token.encode() in screw and table in screw else ["resources of another FMU"]
+    (name,) = {node.get("modelIdentifier") for node in root if node.tag in ("CoSimulation", "ModelExchange")}
     for path, content in files.items():
-        if not path.startswith("binaries/"):
-            continue
-        _, folder, name = path.split("/")
-        kind, machine = MACHINES.get(folder, ("elf", None))
-        if {name.removesuffix(suffixes[kind])} != identifiers:
-            found.append(f"{path} is not named by the model identifier {identifiers}")
-        if machine_of(content) != (kind, machine):
-            found.append(f"{path} is made for {machine_of(content)}")
-        for text in (b"/tmp/", b"/home/", b"/root/", b"/Users/", b".pdb", b"\\Users\\"):
-            if text in content:
-                found.append(f"{path} holds {text!r}")
+        if path.startswith("binaries/"):
+            _, folder, file = path.split("/")
+            kind, *processors = MACHINES[folder]
+            good = file == f"{name}.{SUFFIXES[kind]}" and machine_of(content) == (kind, *processors)
+            here = [text for text in (b"/tmp/", b"/home/", b"/root/", b"/Users/", b".pdb") if text in content]
+            if not good or here or table not in content or token.encode() in content:
+                found.append(f"{path}: made for {machine_of(content)}, holds {here}")
     return found
 
 
-def machine_of(content: bytes):
-    """Format and processor of a library."""
+def machine_of(content):
+    """Format and processors of a library."""
     if content[:4] == b"\x7fELF":
-        return "elf", struct.unpack_from("<H", content, 18)[0]
+        return "elf", *struct.unpack_from("<H", content, 18)
     if content[:2] == b"MZ":
         (start,) = struct.unpack_from("<I", content, 0x3C)
-        return "pe", struct.unpack_from("<H", content, start + 4)[0]
+        return "pe", *struct.unpack_from("<H", content, start + 4)
     if content[:4] == b"\xca\xfe\xba\xbe":
         (count,) = struct.unpack_from(">I", content, 4)
-        slices = [struct.unpack_from(">IIIII", content, 8 + 20 * n) for n in range(count)]
-        for cpu, _, offset, size, alignment in slices:
-            thin = content[offset : offset + size]
-            if offset % (1 << alignment) or machine_of(thin) != ("mach", (cpu,)):
-                return "mach", ()
-        return "mach", tuple(cpu for cpu, *_ in slices)
-    if content[:4] == b"\xcf\xfa\xed\xfe":
-        return "mach", (struct.unpack_from("<I", content, 4)[0],)
-    return "unknown", None
+        return "mach", *(struct.unpack_from(">I", content, 8 + 20 * n)[0] for n in range(count))
+    return "mach" if content[:4] == b"\xcf\xfa\xed\xfe" else "unknown", *struct.unpack_from("<I", content, 4)
 
 
-def _against_the_sources(root, files):
-    """Description and sources agree: their list, the log categories; no file of the importer."""
+def _sources(root, files):
+    """The log categories are those of text.h; each C file is listed, or included by one that is."""
     text = {
         name.removeprefix("sources/"): c.decode() for name, c in files.items() if name.startswith("sources/")
     }
-    found = []
-    if {n.get("name") for n in root.find("LogCategories")} != set(
-        re.findall(r'"(log[A-Z]\w+)"', text["text.h"])
-    ):
-        found.append("log categories differ from those of text.h")
+    named = {n.get("name") for n in root.find("LogCategories")}
+    found = [] if named == set(re.findall(r'"(log[A-Z]\w+)"', text["text.h"])) else ["log categories"]
     sources = [[f.get("name") for f in group] for group in root.iter("SourceFiles")]
     sources.append(
         [n.get("name") for n in ElementTree.fromstring(text["buildDescription.xml"]).iter("SourceFile")]
     )
-    # each C file is compiled, or included by one that is
     units = sorted(name for name in text if name.endswith(".c"))
     for names in sources:
         included = [n for one in names for n in re.findall(r'^#include "(.*\.c)"$', text[one], re.MULTILINE)]
         if sorted([*names, *included]) != units:
             found.append(f"source files {names} with {included}; there are {units}")
-    return found + [
-        f"sources/{name} is a file of the importer" for name in text if FMI_HEADER.fullmatch(name)
-    ]
+    return found
 
 
-def exports(library: Path, names: list[str]) -> list[str]:
+def exports(library, names):
     """Functions of these names that a library for this machine does not export."""
     loaded = ctypes.CDLL(str(library))
     return [name for name in names if not hasattr(loaded, name)]
 
 
-def fmi_functions(version: int) -> list[str]:
+def fmi_functions(version):
     """All functions of an FMI version, from its header."""
     header = (Path(fmpy.__file__).parent / "c-code" / f"fmi{version}Functions.h").read_text()
     return sorted(

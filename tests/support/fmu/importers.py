@@ -10,23 +10,17 @@ import ctypes
 import functools
 import importlib
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections import namedtuple
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import fmpy
 import numpy as np
 import pytest
 
-from ballscrew_fmu.checks.replay import FmuInstance
-
 STEP = 2.0**-9  # [s]: all communication points are exact, in seconds and in the nanoseconds of libcosim
-Row = dict[str, Any]
-Start = Mapping[str, float]
-Rows = Sequence[Start]
 
 
-def needs(tool: str) -> None:
+def needs(tool):
     """Skip a test whose tool does not load here."""
     try:
         if tool == "ecos":  # finds tbb of the system only, not that of pip
@@ -40,28 +34,21 @@ def needs(tool: str) -> None:
 
 
 @functools.cache
-def outputs_of(fmu: Path) -> tuple[list[str], list[str]]:
+def outputs_of(fmu):
     """Names of the Real and of the Boolean outputs."""
     variables = [v for v in fmpy.read_model_description(str(fmu)).modelVariables if v.causality == "output"]
     flags = [v.name for v in variables if v.type == "Boolean"]
     return [v.name for v in variables if v.name not in flags], flags
 
 
-def as_row(fmu: Path, values: Mapping[str, Any]) -> Row:
+def as_row(fmu, values):
     """Outputs of a tool that reads all of them as numbers; a Boolean that is not 0 or 1 remains a number."""
     reals, flags = outputs_of(fmu)
     row = {name: float(values[name]) for name in reals}
     return row | {name: bool(values[name]) if values[name] in (0.0, 1.0) else values[name] for name in flags}
 
 
-def in_fmpy_steps(fmu: Path, rows: Rows) -> Iterator[Row]:
-    with FmuInstance(fmu) as instance:
-        for row in rows:
-            assert instance.step(STEP, **row), instance.messages
-            yield instance.outputs()
-
-
-def _simulated(fmu: Path, rows: Rows, **options: Any) -> list[Row]:
+def _simulated(fmu, rows, **options):
     """fmpy.simulate_fmu with the rows as samples of its input signals."""
     names = list(rows[0])
     signals = np.zeros(len(rows) + 1, dtype=[(name, float) for name in ("time", *names)])
@@ -80,16 +67,16 @@ def _simulated(fmu: Path, rows: Rows, **options: Any) -> list[Row]:
     return [{name: row[name].item() for name in outputs} for row in result]
 
 
-def in_fmpy_co_simulation(fmu: Path, rows: Rows) -> list[Row]:
+def in_fmpy_co_simulation(fmu, rows):
     return _simulated(fmu, rows, fmi_type="CoSimulation")[1:]
 
 
-def in_fmpy_cvode(fmu: Path, rows: Rows) -> list[Row]:
+def in_fmpy_cvode(fmu, rows):
     options = {"step_size": STEP, "record_events": False, "start_values": {"presliding": False}}
     return _simulated(fmu, rows, fmi_type="ModelExchange", solver="CVode", **options)[: len(rows)]
 
 
-def in_pathsim(fmu: Path, rows: Rows) -> Iterator[Row]:
+def in_pathsim(fmu, rows):
     """CoSimulationFMU behind sources: it steps at the end of each step of pathsim, with the inputs of that instant."""
     from pathsim import Connection, Simulation
     from pathsim.blocks import Source
@@ -109,7 +96,7 @@ def in_pathsim(fmu: Path, rows: Rows) -> Iterator[Row]:
         yield as_row(fmu, {name: found[name] for name in names})
 
 
-def in_libcosim(fmu: Path, rows: Rows) -> Iterator[Row]:
+def in_libcosim(fmu, rows):
     from libcosimpy.CosimExecution import CosimExecution
     from libcosimpy.CosimManipulator import CosimManipulator
     from libcosimpy.CosimObserver import CosimObserver
@@ -132,7 +119,7 @@ def in_libcosim(fmu: Path, rows: Rows) -> Iterator[Row]:
         yield dict(zip((*reals, *flags), (*values, *booleans), strict=True))
 
 
-def in_ecos(fmu: Path, rows: Rows) -> Iterator[Row]:
+def in_ecos(fmu, rows):
     from ecospy import EcosSimulation, EcosSimulationStructure
 
     reals, flags = outputs_of(fmu)
@@ -150,16 +137,8 @@ def in_ecos(fmu: Path, rows: Rows) -> Iterator[Row]:
             simulation.terminate()
 
 
-class Replay(NamedTuple):
-    tool: str
-    way: str
-    kind: str  # CS or ME
-    versions: tuple[int, ...]  # of FMI
-    run: Callable[[Path, Rows], Iterable[Row]]
-
-
+Replay = namedtuple("Replay", "tool way kind versions run")  # CS or ME, versions of FMI
 REPLAYS = (
-    Replay("fmpy", "step by step", "CS", (2, 3), in_fmpy_steps),
     Replay("fmpy", "simulate_fmu", "CS", (2, 3), in_fmpy_co_simulation),
     Replay("fmpy", "CVode", "ME", (2, 3), in_fmpy_cvode),
     Replay("libcosim", "override manipulator", "CS", (2,), in_libcosim),

@@ -23,6 +23,8 @@ NO_ARGUMENTS = {
     "EnterContinuousTimeMode", "CancelStep", "EnterConfigurationMode", "ExitConfigurationMode",
     "EnterStepMode", "EvaluateDiscreteStates",
 }  # fmt: skip
+VECTORS = ("SetContinuousStates", "GetContinuousStates", "GetDerivatives", "GetContinuousStateDerivatives",
+           "GetNominalsOfContinuousStates")  # fmt: skip
 
 
 def is_legal(version, name, kind, state):
@@ -40,8 +42,7 @@ def arguments(one, name):
         return ()
     if name == "SetDebugLogging":
         return 1, zero, None
-    if name in ("SetContinuousStates", "GetContinuousStates", "GetDerivatives",
-                "GetContinuousStateDerivatives", "GetNominalsOfContinuousStates"):  # fmt: skip
+    if name in VECTORS:
         return doubles(*[0.0] * max(one.states, 1)), c_size_t(one.states)
     if name == "GetEventIndicators":
         return doubles(*[0.0] * one.indicators), c_size_t(one.indicators)
@@ -52,11 +53,9 @@ def arguments(one, name):
     if name.endswith("Status"):
         return 2, room  # last successful time
     if name in ("GetDirectionalDerivative", "GetAdjointDerivative"):
-        unknowns, knowns = one.vr(one.output), one.vr("speed")
-        if one.version == 2:
-            return unknowns, c_size_t(1), knowns, c_size_t(1), doubles(1.0), doubles(0.0)
-        one_each = c_size_t(1)
-        return unknowns, one_each, knowns, one_each, doubles(1.0), one_each, doubles(0.0), one_each
+        each = c_size_t(1)
+        given = one.vr(one.output), each, one.vr("speed"), each, doubles(1.0)
+        return (*given, doubles(0.0)) if one.version == 2 else (*given, each, doubles(0.0), each)
     if name.startswith("GetFMU") or name.startswith("FreeFMU"):
         return (byref(c_void_p()),)
     if name.startswith("SetFMU"):
@@ -74,10 +73,8 @@ def arguments(one, name):
         return (room,)
     if name in ("CompletedIntegratorStep", "UpdateDiscreteStates"):
         return (None,) * 6
-    if name.startswith("GetNumberOf") and name != "GetNumberOfVariableDependencies":
-        return (byref(c_size_t()),)
-    if name == "GetNumberOfVariableDependencies":
-        return c_uint(4), byref(c_size_t())
+    if name.startswith("GetNumberOf"):
+        return (*([c_uint(4)] if "Variable" in name else []), byref(c_size_t()))
     if name == "GetVariableDependencies":
         return c_uint(4), None, None, None, None, zero
     if name == "ActivateModelPartition":

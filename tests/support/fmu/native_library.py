@@ -4,10 +4,8 @@ Calls are not wrapped: every call returns its status, every message is kept.
 """
 
 import ctypes
-from collections.abc import Sequence
+from collections import namedtuple
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
-from pathlib import Path
-from typing import Any, NamedTuple
 
 from fmpy.fmi2 import (
     fmi2CallbackAllocateMemoryTYPE,
@@ -20,10 +18,9 @@ from fmpy.fmi3 import fmi3LogMessageCallback
 from native_model import TOKEN, compiled_model
 from synthetic_map import closed_form
 
-from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.models import FRICTION
 from ballscrew_fmu.variables.friction import FIRST_REFERENCE, native_variables
 from ballscrew_tehl.runtime.constants import ELEMENTS
-from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 OK, WARNING, DISCARD, ERROR = range(4)
@@ -41,45 +38,25 @@ REAL_PARAMETERS = tuple(  # tunable ones
 )
 
 
-def doubles(*values: float) -> Any:
+def doubles(*values):
     return (c_double * len(values))(*values)
 
 
-class Message(NamedTuple):
-    status: int
-    category: str
-    text: str
+Message = namedtuple("Message", "status category text")
 
 
 class NativeInstance:
-    """One instance; use it in a `with` block.
+    """One instance, for a `with` block; library: of an FMU for Python hosts, None: that of the runtime.
 
-    Parameters   library : of an FMU for Python hosts; None: that of the runtime, compiled for the tests
-    Attributes   messages : everything it logged since it exists, or why it does not
-                 opening : what was logged at instantiation
-                 handle : None if instantiation failed
-                 time : end of the last step that go() took [s]
+    messages: all since it exists; opening: those of the instantiation; time: end of the last step of go() [s]
     """
 
     def __init__(
-        self,
-        version: int,
-        kind: str = CS,
-        name: bytes | None = b"one",
-        token: str | None = TOKEN,
-        resources: str | None = "",
-        logging: bool = True,
-        logger: bool = True,
-        functions: Any = None,
-        event_mode: bool = False,
-        intermediate: Sequence[int] = (),
-        nut_map: NutMap = NUT_MAP,
-        model: FmuModel = FRICTION,
-        sanitize: bool = False,
-        library: Path | None = None,
-    ) -> None:
+        self, version, kind=CS, name=b"one", token=TOKEN, resources="", logging=True, logger=True, functions=None,
+        event_mode=False, intermediate=(), nut_map=NUT_MAP, model=FRICTION, library=None,
+    ):  # fmt: skip
         table = model.variables if library else model.native_variables
-        library, variables = library or compiled_model(nut_map, model, sanitize), table(nut_map.header)
+        library, variables = library or compiled_model(nut_map, model), table(nut_map.header)
         self.names = {v.name: n for n, v in enumerate(variables, FIRST_REFERENCE)}
         self.output = next(v.name for v in variables if v.causality == "output")
         self._shown = [
@@ -90,7 +67,7 @@ class NativeInstance:
         self.library = ctypes.CDLL(str(library))
         self.version, self.kind, self.model, self.time = version, kind, model, 0.0
         self.saved = "FMUstate" if version == 2 else "FMUState"
-        self.messages: list[Message] = []
+        self.messages = []
         folder = (str(library.parent) if resources == "" else resources) or None
         place, key = (None if text is None else text.encode() for text in (folder, token))
         if version == 2:
@@ -116,91 +93,84 @@ class NativeInstance:
         if self.handle is not None:
             self.messages.clear()
 
-    def _callbacks(self, logger: bool) -> fmi2CallbackFunctions:
+    def _callbacks(self, logger):
         functions = fmi2CallbackFunctions()
         if logger:
             functions.logger = fmi2CallbackLoggerTYPE(self._log)
         return functions
 
-    def _log(self, *given: Any) -> None:
+    def _log(self, *given):
         """Of FMI 2 and 3: environment, in FMI 2 the name, status, category, message."""
         status, category, message = given[-3:]
         self.messages.append(Message(status, category.decode(), message.decode()))
 
-    def __enter__(self) -> "NativeInstance":
+    def __enter__(self):
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *_):
         free = getattr(self.library, f"fmi{self.version}FreeInstance")
         free.restype = None
         free(c_void_p(self.handle))
         self.handle = None
 
     @property
-    def last(self) -> str:
-        """Text of the last message."""
+    def last(self):
         return self.messages[-1].text if self.messages else ""
 
-    def call(self, name: str, *arguments: Any) -> int:
+    def call(self, name, *arguments):
         """Status of a call by its name without prefix."""
         return getattr(self.library, f"fmi{self.version}{name}")(c_void_p(self.handle), *arguments)
 
-    # values
-
-    def vr(self, *names: str | int) -> Any:
-        """Value references of variables by name."""
+    def vr(self, *names):
         return (c_uint * len(names))(*(self.names[n] if isinstance(n, str) else n for n in names))
 
-    def access(self, name: str, vr: Any, values: Any) -> int:
+    def access(self, name, vr, values):
         """Status of Get or Set of a type."""
         counts = (c_size_t(len(values)),) if self.version == 3 else ()
         return self.call(name, vr, c_size_t(len(vr)), values, *counts)
 
-    def set_raw(self, vr: Any, values: Any) -> int:
+    def set_raw(self, vr, values):
         return self.access("SetReal" if self.version == 2 else "SetFloat64", vr, values)
 
-    def get_raw(self, vr: Any, values: Any) -> int:
+    def get_raw(self, vr, values):
         return self.access("GetReal" if self.version == 2 else "GetFloat64", vr, values)
 
-    def set(self, **values: float) -> int:
+    def set(self, **values):
         return self.set_raw(self.vr(*values), doubles(*values.values()))
 
-    def get(self, *names: str | int) -> list[float]:
+    def get(self, *names):
         values = doubles(*[0.0] * len(names))
         assert self.get_raw(self.vr(*names), values) == OK, self.last
         return list(values)
 
-    def set_boolean(self, name: str, value: bool) -> int:
+    def set_boolean(self, name, value):
         room = (c_int * 1)(int(value)) if self.version == 2 else (ctypes.c_bool * 1)(value)
         return self.access("SetBoolean", self.vr(name), room)
 
-    def in_range(self) -> bool:
+    def in_range(self):
         value = (c_int * 1)()
         assert self.access("GetBoolean", self.vr("in_range"), value) == OK
         return bool(value[0])
 
-    def outputs(self) -> list[float]:
+    def outputs(self):
         """Outputs, elements and their rates."""
         return [*self.get(*self._shown), self.in_range()]
 
-    # instantiation to reset
-
-    def initialize(self, start: float = 0.0, stop: float | None = None) -> int:
-        """Enter initialization mode."""
+    def initialize(self, start=0.0, stop=None):
         experiment = (0, c_double(0.0), c_double(start), int(stop is not None), c_double(stop or 0.0))
         self.time = start
         if self.version == 3:
             return self.call("EnterInitializationMode", *experiment)
         return self.call("SetupExperiment", *experiment) or self.call("EnterInitializationMode")
 
-    def start(self, start: float = 0.0, stop: float | None = None, **values: float) -> "NativeInstance":
+    def start(self, start=0.0, stop=None, **values):
         """Initialized with these values, in step mode or event mode."""
         assert self.set(**values) == OK
         assert self.initialize(start, stop) == OK
         assert self.call("ExitInitializationMode") == OK, self.last
         return self
 
-    def update(self) -> tuple[int, bool]:
+    def update(self):
         """Status of the update at an event, and whether the elements were changed."""
         if self.version == 2:
             info = fmi2EventInfo()
@@ -213,7 +183,7 @@ class NativeInstance:
         assert [flag.value for place, flag in enumerate(found) if place != 3] == [False] * 4
         return status, found[3].value
 
-    def go_to(self, state: str) -> "NativeInstance":
+    def go_to(self, state):
         """From new to the state with this letter: i n s e c t x, as in test_native_calls."""
         if state == "x":
             self.set_raw(self.vr(999), doubles(0.0))
@@ -228,47 +198,40 @@ class NativeInstance:
         self.messages.clear()
         return self
 
-    # co-simulation
-
-    def step(self, time: float, size: float) -> int:
-        """One step; FMI 3 with NULL for every output argument."""
+    def step(self, time, size):
         nothing = (None,) * 4 if self.version == 3 else ()
         return self.call("DoStep", c_double(time), c_double(size), 0, *nothing)
 
-    def go(self, size: float = 1e-3, **values: float) -> list[float]:
+    def go(self, size=1e-3, **values):
         """Outputs after a step with these values set."""
         assert self.set(**values) == OK, self.last
         assert self.step(self.time, size) == OK, self.last
         self.time += size
         return self.outputs()
 
-    # model exchange
-
-    def vector(self, name: str, length: int = ELEMENTS) -> list[float]:
+    def vector(self, name, length=ELEMENTS):
         """Continuous states, their derivatives, nominals or the event indicators."""
         values = doubles(*[0.0] * length)
         assert self.call(name, values, c_size_t(length)) == OK, self.last
         return list(values)
 
-    def rates(self) -> list[float]:
+    def rates(self):
         return self.vector(
             "GetDerivatives" if self.version == 2 else "GetContinuousStateDerivatives", self.states or 1
         )
 
-    # saved states
-
-    def save(self) -> c_void_p:
+    def save(self):
         state = c_void_p()
         assert self.call(f"Get{self.saved}", byref(state)) == OK
         return state
 
-    def restore(self, state: c_void_p) -> int:
+    def restore(self, state):
         return self.call(f"Set{self.saved}", state)
 
-    def forget(self, state: c_void_p) -> int:
+    def forget(self, state):
         return self.call(f"Free{self.saved}", byref(state))
 
-    def serialize(self, state: c_void_p, more: int = 0) -> bytes | int:
+    def serialize(self, state, more=0):
         """Bytes of a state, or the status if they are refused; more: room beyond what is needed."""
         size = c_size_t()
         assert self.call(f"Serialized{self.saved}Size", state, byref(size)) == OK
@@ -276,24 +239,23 @@ class NativeInstance:
         status = self.call(f"Serialize{self.saved}", state, content, c_size_t(size.value + more))
         return content.raw if status == OK else status
 
-    def deserialize(self, content: bytes) -> tuple[int, c_void_p]:
+    def deserialize(self, content):
         state = c_void_p()
         name = f"{'DeSerialize' if self.version == 2 else 'Deserialize'}{self.saved}"
         return self.call(name, c_char_p(content), c_size_t(len(content)), byref(state)), state
 
 
-def counting_functions() -> tuple[fmi2CallbackFunctions, list[int], list[int]]:
+def counting_functions():
     """FMI 2 callbacks whose memory is counted: addresses given out, addresses taken back."""
     c = ctypes.CDLL(None)
     c.calloc.restype = c_void_p
-    given: list[int] = []
-    taken: list[int] = []
+    given, taken = [], []
 
-    def allocate(count: int, size: int) -> int:
+    def allocate(count, size):
         given.append(c.calloc(c_size_t(count), c_size_t(size)))
         return given[-1]
 
-    def release(memory: int) -> None:
+    def release(memory):
         taken.append(memory)
         c.free(c_void_p(memory))
 

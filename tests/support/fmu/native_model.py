@@ -5,19 +5,19 @@ import functools
 import hashlib
 import os
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from filelock import FileLock
 from paths import NATIVE_HOSTS
 
-from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.models import FRICTION
 from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, WARNINGS
-from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, SCREW_FILE, map_bytes, screw_bytes
+from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, SCREW_FILE, checksum, map_bytes, screw_bytes
 from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources, table_hash, units_of
 from ballscrew_tehl.runtime.packed import SURFACES
 
@@ -25,30 +25,29 @@ TOKEN = "{test}"
 # compiled programs and libraries of all sessions of this user
 CACHE = Path(tempfile.gettempdir()) / f"ballscrew_native_{os.getuid() if hasattr(os, 'getuid') else ''}"
 FLAGS = tuple(os.environ.get("BALLSCREW_CFLAGS", "").split())  # in addition, e.g. "-O3 -ffp-contract=fast"
-SANITIZERS = ("-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 ROOM = 8192  # [bytes] more than a Model takes
 
 
-def compiler() -> list[str]:
+def compiler():
     """The C compiler of the system, or that of ziglang."""
     found = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
     return [found] if found else [sys.executable, "-m", "ziglang", "cc"]
 
 
-def runtime_sources(nut_map, model: FmuModel = FRICTION) -> dict[str, bytes]:
+def runtime_sources(nut_map, model=FRICTION):
     """Sources of the runtime with both FMI versions, the FMI headers in fmi/."""
     sources = native_sources(nut_map.header, model=model)
     return {f"fmi/{name}" if is_fmi_header(name) else name: text for name, text in sources.items()}
 
 
 @functools.cache
-def resources(nut_map, model: FmuModel = FRICTION, token: str = TOKEN) -> dict[str, bytes]:
+def resources(nut_map, model=FRICTION, token=TOKEN):
     """Files that an instance reads."""
     screw = screw_bytes(nut_map.header, model, table_hash(nut_map.header, model), token)
     return {MAP_FILE: map_bytes(nut_map), SCREW_FILE: screw}
 
 
-def put_resources(folder: Path, *arguments, **files: bytes | None) -> str:
+def put_resources(folder, *arguments, **files):
     """The folder with these resources; files : others in their places by stem, None: none."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, content in resources(*arguments).items():
@@ -57,13 +56,14 @@ def put_resources(folder: Path, *arguments, **files: bytes | None) -> str:
     return str(folder)
 
 
-def compile_once(sources: Mapping[str, bytes], units: Sequence[str], name: str, *options: str) -> Path:
-    """Program or library `name` of C sources, in a folder of its own in CACHE. Compiled if it is not there.
+def sealed(content):
+    """Bytes of a file, a map or a saved state, with correct size and checksum."""
+    head = struct.pack("<QQ", len(content), checksum(content[24 : len(content) // 8 * 8]))
+    return content[:8] + head + content[24:]
 
-    Parameters   units : those that are compiled
 
-    Raises       RuntimeError: messages of the compiler
-    """
+def compile_once(sources, units, name, *options):
+    """Program or library `name` of these units of C sources, in a folder of its own in CACHE, unless it is there."""
     command = [
         *compiler(), "-std=c99", *WARNINGS, *options, *FLAGS, "-I.", "-isystem", "fmi", "-o", name, *units,
     ]  # fmt: skip
@@ -86,31 +86,16 @@ def compile_once(sources: Mapping[str, bytes], units: Sequence[str], name: str, 
 
 
 @functools.cache
-def _library(nut_map, model: FmuModel, options: tuple[str, ...]) -> Path:
+def compiled_model(nut_map, model=FRICTION):
+    """Library of the runtime with both FMI versions, beside the file of its map; functions have external names."""
     shared = [option for option in COMPILER_OPTIONS if not option.startswith("-fvisibility")]
     sources = runtime_sources(nut_map, model) | resources(nut_map, model)
-    # all functions have external names, for ctypes
     names = ("-DINTERNAL=extern", "-shared", "-fPIC")
-    return compile_once(sources, units_of(model), "runtime.so", *shared, "-Wshadow", *names, *options)
+    return compile_once(sources, units_of(model), "runtime.so", *shared, "-Wshadow", *names)
 
 
-def compiled_model(nut_map, model: FmuModel = FRICTION, sanitize: bool = False) -> Path:
-    """Library of the runtime with both FMI versions and all its functions visible, beside the file of its map.
-
-    Raises       FileNotFoundError: sanitizers, but no compiler of the system
-    """
-    if sanitize and len(compiler()) > 1:
-        raise FileNotFoundError("no C compiler of the system: sanitizers not run")
-    return _library(nut_map, model, SANITIZERS if sanitize else ())
-
-
-def c_host(nut_map, name: str, *options: str) -> Path:
-    """Program of a C file of native/, linked with the runtime of both versions, beside the map.
-
-    Raises       FileNotFoundError: sanitizers, but no compiler of the system
-    """
-    if len(compiler()) > 1 and any("sanitize" in option for option in options):
-        raise FileNotFoundError("no C compiler of the system: sanitizers not run")
+def c_host(nut_map, name, *options):
+    """Program of a C file of native/, linked with the runtime of both versions, beside the map."""
     sources = runtime_sources(nut_map)
     sources |= {**resources(nut_map), f"{name}.c": (NATIVE_HOSTS / f"{name}.c").read_bytes()}
     return compile_once(sources, (f"{name}.c", *units_of(FRICTION)), name, f'-DTOKEN="{TOKEN}"', *options)
@@ -119,7 +104,7 @@ def c_host(nut_map, name: str, *options: str) -> Path:
 class NativeModel:
     """One Model with its map."""
 
-    def __init__(self, nut_map, continuous: bool = False, model: FmuModel = FRICTION) -> None:
+    def __init__(self, nut_map, continuous=False, model=FRICTION):
         library = compiled_model(nut_map, model)
         self._library = ctypes.CDLL(str(library))
         self._library.map_read.restype = ctypes.c_void_p
@@ -139,34 +124,34 @@ class NativeModel:
         self._model = ctypes.create_string_buffer(ROOM)
         self.reset(continuous)
 
-    def reset(self, continuous: bool = False) -> None:
+    def reset(self, continuous=False):
         self._library.model_reset(self._model, self._map, self._start, continuous)
 
-    def set(self, **values: float) -> None:
+    def set(self, **values):
         for name, value in values.items():
             self._library.model_set(self._model, self._place[name], ctypes.c_double(value))
 
-    def get(self, name: str) -> float:
+    def get(self, name):
         return self._library.model_get(self._model, self._place[name])
 
-    def values(self, names: Iterable[str]) -> np.ndarray:
+    def values(self, names):
         return np.array([self.get(name) for name in names])
 
-    def latch(self, **values: float) -> None:
+    def latch(self, **values):
         self.set(**values)
         self._library.model_latch(self._model)
 
-    def step(self, step: float, **values: float) -> None:
+    def step(self, step, **values):
         self.set(**values)
         self._library.model_step(self._model, ctypes.c_double(step))
 
-    def initial_event(self) -> None:
+    def initial_event(self):
         self._library.model_initial_event(self._model)
 
-    def event(self) -> bool:
+    def event(self):
         return self._library.model_event(self._model)
 
-    def derivative(self, unknowns: Iterable[str], **seeds: float) -> list[float]:
+    def derivative(self, unknowns, **seeds):
         vector = ctypes.c_double * len(self.names)
         direction, slopes = vector(*(seeds.get(name, 0.0) for name in self.names)), vector()
         self._library.model_derivatives(self._model, direction, slopes)

@@ -2,23 +2,19 @@
 
 from argparse import Namespace
 from pathlib import Path
-from typing import cast
+from typing import Any
 
-from ...calibration.measured import calibrate, film_of
-from ...calibration.measurements import Measurement
-from ...calibration.one_point import OnePoint, calibrate_point, point_data, point_text
+from ...calibration.measured import calibrate
+from ...calibration.measurements import Measurement, spread_advice
 from ...calibration.plot import calibration_figure, save_figure
-from ...calibration.result import Calibration, calibration_data, calibration_text
-from ...friction.mechanistic import ContactValues
-from ...friction.sets import FrictionSet, check_usable, refuse_other_fit, with_set, write_friction_sets
-from ...parameters.file import PACKAGED_VG100, Parameters
+from ...calibration.result import Calibration, calibration_data
+from ...friction.sets import SETS, check_usable, friction_set_lines, refuse_other_fit, write_friction_sets
+from ...parameters.file import PACKAGED_VG100
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
-from ..shared.chosen import screw_of
-from ..shared.files import check_output, written
-from ..shared.progress import QUIET, progress_bar
+from ..shared.inputs import screw_of
+from ..shared.output import QUIET, Answer, check_output, progress_bar, say, written
 from ..shared.quantities import CALIBRATION_POINT
-from ..shared.results import Answer, say
 
 
 def run_calibrate(args: Namespace) -> Answer:
@@ -26,80 +22,82 @@ def run_calibrate(args: Namespace) -> Answer:
     one = any(getattr(args, quantity.name) is not None for quantity in CALIBRATION_POINT[:3])
     if bool(args.measurements) + one != 1:
         raise ValueError("calibrate needs either MEASUREMENTS.csv or --torque-nm with its point")
-    point = _point(args) if one else None
+    measurements, name = (_point(args), MECHANISTIC) if one else (args.measurements, args.set)
     # as torque --friction mechanistic does
-    law = (one or args.set == MECHANISTIC) and not (args.screw or args.map)
+    law = name == MECHANISTIC and not (args.screw or args.map)
     parameters = screw_of(args, PACKAGED_VG100 if law else None)
     if law:
         say(f"no --screw: {parameters.name} with {parameters.lubricant.name} ({PACKAGED_VG100.name})")
     for option, path, kind in (("--output", args.output, "*.toml"), ("--plot", args.plot, "*.png")):
         if path:
             check_output(option, path, f"a file {kind}", inputs=(args.measurements, args.screw))
-    result = _of_file(args, parameters) if point is None else _of_point(args, parameters, point)
+    options = {"name": name, "drop": args.drop}
+    if args.temperature_c is not None:
+        options["temperature"] = args.temperature_c + CELSIUS
+    with progress_bar(QUIET) as progress:
+        result = calibrate(measurements, parameters, args.map, progress=progress, **options)
     friction = result.friction_set
     # what the commands after this one would refuse
-    where = args.measurements if point is None else "--torque-nm"
+    where = args.measurements or "--torque-nm"
     check_usable(friction, parameters, where, "check the units of torque and preload")
     refuse_other_fit(friction, parameters)
-    if isinstance(result, OnePoint):
-        data, text = point_data(result), point_text(result)
-    else:
-        data = calibration_data(result)
-        text = calibration_text(result, data)
-        if args.plot:
-            figure = calibration_figure(result)
-            with written("--plot", args.plot):
-                save_figure(figure, Path(args.plot))
-            say(f"written: {args.plot}")
+    data = calibration_data(result)
+    text = _text(result, data)
+    if args.plot:
+        figure = calibration_figure(result)
+        with written("--plot", args.plot):
+            save_figure(figure, Path(args.plot))
+        say(f"written: {args.plot}")
     if args.output:
         with written("--output", args.output):
             write_friction_sets(args.output, [friction], "Fitted by ballscrew calibrate")
         say(f"written: {args.output}; next: ballscrew page ... --friction {args.output}")
     else:
-        text = "\n".join([text, "For the screw file:", *_screw_file_lines(friction)])
+        keys = {name: name.replace("height", "height_m") for name in SETS[friction.name]}
+        numbers = (f"{key} = {getattr(friction, name):.6g}" for name, key in keys.items())
+        text = "\n".join([text, "For the screw file:", "[friction]", f'law = "{friction.name}"', *numbers])
     entry = friction.entries | {"calibration": data}
     return Answer([{f"{friction.kinematics}.{friction.name}": entry}], text=text)
 
 
 def _point(args: Namespace) -> Measurement:
     """The one point of the options."""
-    for option, value in {"--plot": args.plot, "--drop": args.drop}.items():
-        if value:
-            raise ValueError(f"{option} with --torque-nm; allowed: with MEASUREMENTS.csv only")
+    if args.plot or args.drop:
+        option = "--plot" if args.plot else "--drop"
+        raise ValueError(f"{option} with --torque-nm; allowed: with MEASUREMENTS.csv only")
     if args.set not in (None, MECHANISTIC):
         raise ValueError(f"--set = {args.set}; allowed with --torque-nm: {MECHANISTIC}, which has one number")
-    for quantity in CALIBRATION_POINT:
-        if getattr(args, quantity.name) is None:
-            names = ", ".join(quantity.option for quantity in CALIBRATION_POINT)
-            raise ValueError(f"{quantity.option} (missing); allowed: {names} together")
-    torque, preload, speed, temperature = (getattr(args, quantity.name) for quantity in CALIBRATION_POINT)
+    values = {quantity.option: getattr(args, quantity.name) for quantity in CALIBRATION_POINT}
+    for option in (option for option, value in values.items() if value is None):
+        raise ValueError(f"{option} (missing); allowed: {', '.join(values)} together")
+    torque, preload, speed, temperature = values.values()
     return Measurement(preload, abs(speed) * RPM, temperature + CELSIUS, torque)
 
 
-def _of_point(args: Namespace, parameters: Parameters, point: Measurement) -> OnePoint:
-    with_set(parameters, MECHANISTIC)
-    contacts, outside = film_of(MECHANISTIC, parameters, args.map)
-    if reason := outside(point):
-        raise ValueError(f"outside the map: {reason}; remedy: a larger map, or none")
-    if seals := parameters.screw.seal_torque:
-        point = point.without_seals(seals)
-    return calibrate_point(point, parameters, cast(ContactValues, contacts))
+def _text(result: Calibration, data: dict[str, Any]) -> str:
+    """Points, parameters, errors, what is not identified, dropped rows."""
+    import pandas as pd
 
-
-def _of_file(args: Namespace, parameters: Parameters) -> Calibration:
-    temperature = None if args.temperature_c is None else args.temperature_c + CELSIUS
-    with progress_bar(QUIET) as progress:
-        return calibrate(
-            args.measurements, parameters, args.map, name=args.set, drop=args.drop, progress=progress,
-            temperature=temperature,
-        )  # fmt: skip
-
-
-def _screw_file_lines(friction: FrictionSet) -> list[str]:
-    """Table friction of a screw file with the fitted numbers."""
-    ratio, net, height = (f"{value:.6g}" for value in friction.values)
-    lines = ["[friction]", f'law = "{friction.name}"', f"net_sliding_coefficient = {net}"]
-    if friction.name == MECHANISTIC:
-        # the height in the screw file is that of its surfaces
-        return lines
-    return [*lines, f"apparent_viscosity_ratio = {ratio}", f"roughness_height_m = {height}"]
+    points, entry = pd.DataFrame(data["points"]), result.friction_set
+    columns = {
+        "row": ["=".join(map(str, rows)) for rows in points["rows"]], "preload [N]": points["preload_n"],
+        "speed [r/min]": points["speed_rpm"], "oil [C]": points["temperature_k"] - CELSIUS,
+        "axial [N]": points["axial_load_n"], "measured [N m]": points["measured_nm"],
+        "computed [N m]": points["computed_nm"], "model [%]": (100.0 * points["deviation"]).round(1),
+        "left out [%]": (100.0 * points["left_out_deviation"]).round(1),
+    }  # fmt: skip
+    if points["outlier"].any():
+        columns[""] = points["outlier"].map({True: "outlier", False: ""})
+    lines = [pd.DataFrame(columns).to_string(index=False, float_format="{:.4g}".format, na_rep="-"), ""]
+    lines.append("Fitted (value +- half-width of the 95 % interval)")
+    lines += friction_set_lines(entry)
+    lines += [f"    {key:<26}{value:.4g}" for key, value in result.level.items()]
+    if (spread := data["error_over_uncertainty"]) is not None:
+        advice = spread_advice(spread, data["repeat_over_uncertainty"])
+        text = f"    errors over stated uncertainties: {spread:.2g} (about 1 expected)"
+        lines.append(f"{text}{advice and f': {advice}'}")
+    if entry.not_identified:
+        lines.append("Not identified by these data:")
+        lines += [f"    {name}: {why}" for name, why in entry.not_identified.items()]
+    lines += [f"dropped: {problem}" for problem in result.dropped]
+    return "\n".join([*lines, *(f"note: {note}" for note in result.notes)])

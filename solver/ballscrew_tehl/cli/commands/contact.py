@@ -2,17 +2,14 @@
 
 from argparse import Namespace
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any, NoReturn
 
 from ..._version import __version__
 from ...tables.csv_file import read_rows
-from ..parser import CONTACT, Parser
-from ..shared.chosen import key_of
-from ..shared.points import check_rows
-from ..shared.progress import each
+from ..parser import COMMANDS, Parser
+from ..shared.inputs import check_rows, key_of
+from ..shared.output import Answer, each
 from ..shared.quantities import CONTACT_POINT
-from ..shared.results import Answer
 
 DIMENSIONS = tuple(quantity.name for quantity in CONTACT_POINT)
 MOES = ("moes", "radius_ratio", "law")
@@ -21,11 +18,9 @@ COLUMNS = ("Hc", "Hm", "M", "L", "h_c_m", "h_m_m", "p_max_pa", "temperature_rise
            "error_estimate")  # fmt: skip
 #: of an answer, by Moes numbers and by dimensions
 OF_MOES = ("converged", "branch", "error_estimate", "seconds", "M", "L", "reason")
-OF_DIMENSIONS = (
-    "h_c", "h_m", "p_max", "temperature_rise", "traction_force", "traction_force_1", "traction_force_2",
-    "rolling_loss", "temperature_rise_mean", "temperature_rise_smooth", "converged", "iterations", "seconds", "M", "L",
-    "branch", "error_estimate", "reason",
-)  # fmt: skip
+OF_DIMENSIONS = ("h_c", "h_m", "p_max", "temperature_rise", "traction_force", "traction_force_1", "traction_force_2",
+                 "rolling_loss", "temperature_rise_mean", "temperature_rise_smooth", "converged", "iterations",
+                 "seconds", "M", "L", "branch", "error_estimate", "reason")  # fmt: skip
 #: words of a column isothermal
 WORDS = {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False}
 
@@ -37,41 +32,33 @@ class _RowParser(Parser):
         raise ValueError(self.explained(message))
 
 
-def _with_row(args: Namespace, row: Mapping[str, str]) -> Namespace:
-    """Options of the command, replaced by the fields of a row.
-
-    Raises       ValueError: an unknown field or a value that is not allowed
-    """
+def _contact(args: Namespace, row: Mapping[str, str]) -> Namespace:
+    """Options of the command, replaced by the fields of a row: a contact by its dimensions or by its Moes numbers."""
     parser = _RowParser(prog="")
-    for flag, settings in CONTACT["contact"].options:
+    for flag, settings in COMMANDS["contact"].options:
         parser.add_argument(flag, **settings)
-    values = Namespace(**vars(args))
-    words = []
+    values, words = Namespace(**vars(args)), []
     for name, text in row.items():
-        if not text:
-            continue
-        if name.lower() == "isothermal":
+        if text and name.lower() == "isothermal":
             if text.lower() not in WORDS:
                 raise ValueError(f"--isothermal = {text}; allowed: {', '.join(WORDS)}")
             values.isothermal = WORDS[text.lower()]
-        else:
+        elif text:
             words += [f"--{name.lower().replace('_', '-')}", *text.split()]
-    return parser.parse_args(words, values)
-
-
-def _check(args: Namespace) -> None:
-    """Refuse what is neither a contact by its dimensions nor one by its Moes numbers."""
-    group, other = (DIMENSIONS, MOES) if args.moes is None else (MOES, DIMENSIONS)
-    for name in (*group, *other):
-        value, option = getattr(args, name), f"--{name.replace('_', '-')}"
-        if name in group and value is None:
-            raise ValueError(f"{option} (missing); allowed: {', '.join(group)} together")
-        if name in other and value is not None:
-            raise ValueError(f"{option} = {value}; allowed: either {', '.join(MOES)} or dimensions")
-    if args.domain:
-        x_in, x_out, y_max = args.domain
+    contact = parser.parse_args(words, values)
+    needed = DIMENSIONS if contact.moes is None else MOES
+    for name in (*needed, *DIMENSIONS, *MOES):
+        value = getattr(contact, name)
+        if (value is None) == (name in needed):
+            stated = f"--{name.replace('_', '-')} {'(missing)' if value is None else f'= {value}'}"
+            raise ValueError(
+                f"{stated}; allowed: either {', '.join(MOES)} or {', '.join(DIMENSIONS)}, together"
+            )
+    if contact.domain:
+        x_in, x_out, y_max = contact.domain
         if not (x_in < -1.0 and x_out > 1.0 and y_max > 1.0):
             raise ValueError(f"--domain = {x_in:g} {x_out:g} {y_max:g}; allowed: XA < -1, XB > 1, Y > 1")
+    return contact
 
 
 def run_contact(args: Namespace) -> Answer:
@@ -80,8 +67,7 @@ def run_contact(args: Namespace) -> Answer:
     contacts = []
     for number, row in enumerate(rows, start=1):
         try:
-            contacts.append(_with_row(args, row))
-            _check(contacts[-1])
+            contacts.append(_contact(args, row))
         except ValueError as error:
             where = "" if args.points is None else f"{args.points}: row {number}: "
             raise ValueError(f"{where}{error}") from None
@@ -97,10 +83,8 @@ def _solve(contact: Namespace) -> dict[str, Any]:
     from ...parameters.file import load_screw
     from ...physics.hertz import E_prime
 
-    options = SolverOptions(thermal=not (contact.moes or contact.isothermal))
-    if contact.domain:
-        x_in, x_out, y_max = contact.domain
-        options = replace(options, x_in=x_in, x_out=x_out, y_max=y_max)
+    domain = dict(zip(("x_in", "x_out", "y_max"), contact.domain or (), strict=False))
+    options = SolverOptions(thermal=not (contact.moes or contact.isothermal), **domain)
     if contact.refine is not None:
         options = options.refined(contact.refine)
     if contact.moes:

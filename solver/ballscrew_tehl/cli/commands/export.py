@@ -9,22 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...exchange.formats import FORMATS, point_text, twincat_text
-from ...exchange.friction_table import (
-    Array,
-    FrictionTable,
-    curve_speeds,
-    friction_table,
-    read_identified,
-    speeds_of,
-)
+from ...exchange.friction_table import Array, FrictionTable, curve_speeds, friction_table, read_identified
 from ...exchange.piecewise import Points, few_points
 from ...mechanics import catalogue_preload
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
-from ..shared.chosen import Chosen, chosen_of
-from ..shared.files import check_output
-from ..shared.progress import QUIET, progress_bar
-from ..shared.results import Answer, write_text
+from ..shared.inputs import Chosen, chosen_of
+from ..shared.output import Answer, check_output, write_text
 
 #: file names by format
 KINDS = {"twincat": "a file *.lis, *.txt", "csv": "a file *.csv", "modelica": "a file *.txt", "matlab": "a file *.m",
@@ -72,7 +63,7 @@ def run_export(args: Namespace) -> Answer:
     else:
         files = {output: FORMATS[args.format](table, output.stem)}
         answers = [{"file": str(output), "speeds": len(table.speed)}]
-        if table.preload is not None and table.temperature is not None:
+        if table.preload.size:
             celsius = (table.temperature - CELSIUS).tolist()
             answers[0] |= {"preload_n": table.preload.tolist(), "temperature_c": celsius}
     for path, text in files.items():
@@ -141,12 +132,11 @@ def _of_map(args: Namespace, max_points: int) -> _Export:
     preload, temperature = _grid(args, chosen)
     low, high = _speeds(args, *nut_map.header["axes"]["speed"][:2])
     twincat = args.format == "twincat"
-    speed = curve_speeds(low, high, CURVE) if twincat else speeds_of(low, high, max_points)
-    with progress_bar(QUIET) as progress:
-        table = friction_table(
-            nut_map, chosen.parameters, chosen.friction_set, nut_map.law == MECHANISTIC and not twincat, speed,
-            preload, temperature, progress,
-        )  # fmt: skip
+    speed = curve_speeds(low, high, CURVE) if twincat else np.geomspace(low, high, max_points)
+    interval = nut_map.law == MECHANISTIC and not twincat
+    table = friction_table(
+        nut_map, chosen.parameters, chosen.friction_set, interval, speed, preload, temperature
+    )
     lists = []
     for j, k in np.ndindex(len(preload), len(temperature)):
         point = float(preload[j]), float(temperature[k] - CELSIUS)

@@ -1,51 +1,43 @@
 """The commands `map build`, `map check` and `map info`: makes a map file, compares it, states what it holds."""
 
 import shlex
-import textwrap
 from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from ...nut_map.build import build_map
-from ...nut_map.certificate import STAGE, claim, deviation_from_direct, points_of
+from ...nut_map.certificate import claim, deviation_from_direct
 from ...nut_map.file import is_map_file, load_map, save_map
 from ...nut_map.grid import MapGrid, largest_pressure, screw_grid
 from ...nut_map.workers import worker_pool
 from ...parameters.file import Parameters
 from ...parameters.units import SHOWN
 from ...runtime.packed import certificate_totals
-from ..shared.chosen import screw_of
-from ..shared.files import check_output, try_folder, written
-from ..shared.progress import QUIET, progress_bar
+from ..shared.inputs import screw_of
+from ..shared.output import QUIET, Answer, check_output, filled, listing, progress_bar, say, table, written
 from ..shared.quantities import REPORT_POINT
-from ..shared.results import Answer, listing, say, table, width
 
 #: errors of a certificate, with their columns
 QUANTITIES = ("torque_error", "film_error", "minimum_film_error", "temperature_rise_error")
 COLUMNS = ("mean", "50", "99", "999", "max")
-PARTS = {
-    "against_direct_solves": "against direct solves on their own grid",
-    "of_direct_solves": "of these direct solves",
-}
 #: those that are printed with a new map
 OF_BUILD = tuple(f"{name}_{key}" for name in QUANTITIES[:2] for key in ("mean", "99", "max"))
 
 
 def run_map_build(args: Namespace) -> Answer:
     """Sum the contacts of the atlas over the nut of a screw, or of every screw file of a folder, and write the maps."""
-    # all are read before the first map is made
-    jobs = [(parameters, path, _grid(parameters, args)) for parameters, path in _screws(args)]
     results = []
     with progress_bar(QUIET) as progress:
-        for parameters, path, grid in jobs:
-            say(_plan(parameters, grid))
-            try:
-                built = build_map(parameters, grid, progress)
-            except ValueError as error:
-                if args.family is None:
-                    raise
-                raise ValueError(f"{path.stem}.toml: {error}; the maps before it are written") from error
+        for path, parameters, grid in _jobs(args):
+            axes = ((quantity.axis, *getattr(grid, quantity.axis)[:2]) for quantity in REPORT_POINT)
+            preload, speed, oil = (_range(*ends) for ends in axes)
+            pressure = 1e-9 * largest_pressure(parameters.screw, grid.preload[1])
+            say(
+                f"{path}: {parameters.name}, kinematics {parameters.friction.kinematics}: preload {preload} (up to "
+                f"{pressure:.3g} GPa), speed {speed}, oil {oil}"
+            )
+            built = build_map(parameters, grid, progress)
             fraction = built.header["atlas_fraction"]
             if fraction < 1.0:
                 say(
@@ -56,60 +48,40 @@ def run_map_build(args: Namespace) -> Answer:
                 file_hash = save_map(path, built)
             totals = certificate_totals(built.header["certificate"])
             results.append({"file": str(path), "file_hash": file_hash, "atlas_fraction": fraction, **totals})
-    path = jobs[0][1]
+    if args.family is not None:
+        return Answer(results, many=True, columns=("file", "atlas_fraction", *OF_BUILD))
     file, fmus = (shlex.quote(str(name)) for name in (path, path.with_name(f"{path.stem}_fmus")))
     errors = listing({key: results[0][key] for key in OF_BUILD})
     text = f"{errors}\nmore: ballscrew map info {file}\nnext: ballscrew build --map {file} --output {fmus}"
-    many = args.family is not None
-    return Answer(results, many, text=None if many else text, columns=("file", "atlas_fraction", *OF_BUILD))
+    return Answer(results, text=text)
 
 
-def _grid(parameters: Parameters, args: Namespace) -> MapGrid:
-    """Range of a map: by options, else the table [map] of the screw file, else what the screw allows."""
-    user: dict[str, float] = {}
-    for quantity in REPORT_POINT:
-        if (ends := getattr(args, quantity.name)) is not None:
-            low, high = (SHOWN[quantity.axis].si(end) for end in ends)
-            user |= {f"{quantity.axis}_min": low, f"{quantity.axis}_max": high}
-    return screw_grid(parameters, user)
-
-
-def _plan(parameters: Parameters, grid: MapGrid) -> str:
-    """The range of a map."""
-    preload, speed, oil = (
-        _range(axis, *getattr(grid, axis)[:2]) for axis in ("preload", "speed", "temperature")
-    )
-    pressure = largest_pressure(parameters.screw, grid.preload[1])
-    return (
-        f"{parameters.name}, kinematics {parameters.friction.kinematics}: preload {preload} (up to "
-        f"{1e-9 * pressure:.3g} GPa), speed {speed}, oil {oil}"
-    )
-
-
-def _screws(args: Namespace) -> list[tuple[Parameters, Path]]:
-    """Parameters and map file of every map that is requested."""
+def _jobs(args: Namespace) -> list[tuple[Path, Parameters, MapGrid]]:
+    """File, parameters and range of every map that is requested."""
     if args.family is None:
         if args.output is None:
             raise ValueError("--output (missing); allowed: a file *.npz for the map")
         maps = {args.screw: Path(args.output)}
     else:
-        folder = Path(args.family)
-        files = sorted(folder.glob("*.toml"))
+        files = sorted(Path(args.family).glob("*.toml"))
         if args.screw is not None:
             raise ValueError("--family and --screw; allowed: one of them")
         if not files:
-            raise ValueError(f"--family = {folder}; allowed: a folder with screw files *.toml")
-        target = Path(args.output or folder)
-        try_folder(f"--output = {target}", target)
-        maps = {str(file): target / f"{file.stem}.npz" for file in files}
-    for path in maps.values():
+            raise ValueError(f"--family = {args.family}; allowed: a folder with screw files *.toml")
+        maps = {str(file): Path(args.output or args.family, f"{file.stem}.npz") for file in files}
+    # without options the table [map] of the screw file, else what the screw allows
+    user: dict[str, float] = {}
+    for quantity in REPORT_POINT:
+        for end, value in zip(("min", "max"), getattr(args, quantity.name) or (), strict=False):
+            user[f"{quantity.axis}_{end}"] = SHOWN[quantity.axis].si(value)
+    jobs = []
+    for file, path in maps.items():
         check_output("--output", path, "a file *.npz")
         if path.exists() and not is_map_file(path):
             raise ValueError(f"--output = {path}; allowed: a new file *.npz, or a map to replace")
-    return [
-        (screw_of(Namespace(screw=file, map=None, kinematics=args.kinematics)), path)
-        for file, path in maps.items()
-    ]
+        parameters = screw_of(Namespace(screw=file, map=None, kinematics=args.kinematics))
+        jobs.append((path, parameters, screw_grid(parameters, user)))
+    return jobs
 
 
 def run_map_info(args: Namespace) -> Answer:
@@ -120,26 +92,7 @@ def run_map_info(args: Namespace) -> Answer:
         f"certificate: relative errors against direct solves at points of {certificate['what']}, mean, quantiles, "
         f"largest. {claim(certificate['points'])}"
     )
-    lines = [listing(_rows(header)), "", textwrap.fill(about, width()), _certificate_table(certificate)]
-    return Answer([header], text="\n".join(lines))
-
-
-def _certificate_table(certificate: Mapping[str, Any]) -> str:
-    """Errors of the whole and of its regions; the names of --json are those of row and column, torque_error_99."""
-    lines: list[list[str]] = []
-    parts = {name: certificate[key] for key, name in PARTS.items() if key in certificate}
-    for region, errors in {"": certificate, **certificate.get("regions", {}), **parts}.items():
-        if region:
-            lines.append([region, *[""] * (1 + len(COLUMNS))])
-        for name in QUANTITIES:
-            if f"{name}_mean" in errors:
-                cells = (f"{errors[f'{name}_{column}']:.2g}" for column in COLUMNS)
-                lines.append([f"  {name}" if region else name, str(errors["points"]), *cells])
-    return table(["", "points", *COLUMNS], lines)
-
-
-def _rows(header: Mapping[str, Any]) -> dict[str, Any]:
-    """One row per entry, SI, those of a table behind its name; tables of tables are in --json only."""
+    # SI, entries of a table behind its name; tables of tables are in --json only
     rows: dict[str, Any] = {}
     for key, value in header.items():
         if key == "axes":
@@ -151,7 +104,22 @@ def _rows(header: Mapping[str, Any]) -> dict[str, Any]:
             rows |= {f"{key}.{name}": entry for name, entry in simple.items()}
         elif key not in ("certificate", "parameters_json", "screw_file"):
             rows[key] = value
-    return rows
+    text = f"{listing(rows)}\n\n{filled(about)}\n{_certificate_table(certificate)}"
+    return Answer([header], text=text)
+
+
+def _certificate_table(certificate: Mapping[str, Any]) -> str:
+    """Errors of the whole and of its regions; the names of --json are those of row and column, torque_error_99."""
+    lines: list[list[str]] = []
+    parts = {key: value for key, value in certificate.items() if key.endswith("direct_solves")}
+    for region, errors in {"": certificate, **certificate.get("regions", {}), **parts}.items():
+        if region:
+            lines.append([region, *[""] * (1 + len(COLUMNS))])
+        for name in QUANTITIES:
+            if f"{name}_mean" in errors:
+                cells = (f"{errors[f'{name}_{column}']:.2g}" for column in COLUMNS)
+                lines.append([f"  {name}" if region else name, str(errors["points"]), *cells])
+    return table(["", "points", *COLUMNS], lines)
 
 
 def _range(axis: str, low: float, high: float) -> str:
@@ -160,18 +128,12 @@ def _range(axis: str, low: float, high: float) -> str:
 
 
 def run_map_check(args: Namespace) -> Answer:
-    """Load a map, which verifies hash and parameters, and compare it with direct solves at random points.
-
-    Exit code 1 if its error is larger than the certificate states.
-    """
+    """Compare a map with direct solves at random points; exit code 1 if its error is beyond its certificate."""
     parameters = screw_of(args)
     nut_map = load_map(args.map, parameters)
     with worker_pool(args.workers) as executor, progress_bar() as progress:
-        # the first point may take as long as compiling the solver
-        progress(0, points_of(args.count), STAGE)
         deviation = deviation_from_direct(nut_map, parameters, args.count, executor, progress)
-    result = certificate_totals(deviation)
-    certificate = nut_map.header["certificate"]
+    result, certificate = certificate_totals(deviation), nut_map.header["certificate"]
     allowed = float(certificate.get("against_direct_solves", certificate)["torque_error_max"])
     error = result["torque_error_max"]
     good = error <= allowed + 1e-6

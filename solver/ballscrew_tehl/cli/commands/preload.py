@@ -11,13 +11,10 @@ from ...nut_map.interval import preload_interval
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.evaluate import NutMap
 from ...runtime.packed import MECHANISTIC
-from ..shared.chosen import Chosen, chosen_of, say_outside, some_of
-from ..shared.points import read_points
-from ..shared.progress import each
+from ..shared.inputs import Chosen, chosen_of, read_points, say_outside, some_of
+from ..shared.output import Answer, each, say
 from ..shared.quantities import PRELOAD_POINT
-from ..shared.results import Answer, say
 
-#: of a table
 COLUMNS = (
     "torque_nm", "speed_rpm", "temperature_c", "preload_n", "preload_low_n", "preload_high_n", "in_range",
 )  # fmt: skip
@@ -38,8 +35,8 @@ def run_preload(args: Namespace) -> Answer:
     if below := [result for result in results if result["clamped"] == ["preload"]]:
         say(
             f"in_range: false; {some_of(below, results)}torque_nm {below[0]['torque_nm']:.6g} at {_at(below[0])} is "
-            "below the lowest torque that this map answers there: preload_n is extrapolated, not reliable; remedy: "
-            "check the unit and what was subtracted from the torque, or ballscrew map build with a lower --preload-n"
+            "below the lowest torque of this map there: preload_n is extrapolated, not reliable; remedy: check unit "
+            "and what was subtracted, or ballscrew map build with a lower --preload-n"
         )
     if cut := [result for result in results if AT_EDGE in result]:
         ends = " and ".join(f"preload_{end}_n" for end in cut[0][AT_EDGE])
@@ -53,10 +50,7 @@ def _at(point: Mapping[str, Any]) -> str:
 
 
 def _result(chosen: Chosen, nut_map: NutMap, point: Mapping[str, float]) -> dict[str, Any]:
-    """Preload and interval behind a torque.
-
-    Raises       ValueError: a torque above those of the map
-    """
+    """Preload and interval behind a torque, not above those of the map."""
     measured, at = point["torque_nm"], (point["speed_rpm"] * RPM, point["temperature_c"] + CELSIUS)
 
     def torque(preload: float) -> float:
@@ -67,9 +61,8 @@ def _result(chosen: Chosen, nut_map: NutMap, point: Mapping[str, float]) -> dict
     highest = min(float(axes[name][1]) for name in ("force", "preload"))
     if not measured <= torque(highest):
         raise ValueError(
-            f"torque_nm = {measured:.6g} at {_at(point)}; allowed: {torque(lowest):.4g} to {torque(highest):.4g} N.m, "
-            f"the torques of this map there (preload {lowest:g} to {highest:g} N); remedy: check unit and sign of the "
-            "torque, or ballscrew map build with a higher --preload-n"
+            f"torque_nm = {measured:.6g} at {_at(point)}; allowed: {torque(lowest):.4g} to {torque(highest):.4g} N.m "
+            f"(preload {lowest:g} to {highest:g} N); remedy: check its unit and sign, or a map to a higher preload"
         )
     preload = preload_from_torque(torque, measured, 0.0, highest)
     state = nut_map.evaluate(preload, *at)

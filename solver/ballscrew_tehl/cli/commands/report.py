@@ -7,10 +7,9 @@ from typing import Any
 
 from ..._version import __version__
 from ...parameters.units import SHOWN
-from ..shared.chosen import chosen_of
-from ..shared.files import check_output
+from ..shared.inputs import chosen_of
+from ..shared.output import Answer, check_output, write_text
 from ..shared.quantities import REPORT_POINT
-from ..shared.results import Answer, write_text
 
 
 def run_report(args: Namespace, live: Callable[..., Any] = lambda chosen, nut_map, point: None) -> Answer:

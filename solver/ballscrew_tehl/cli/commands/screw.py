@@ -1,11 +1,9 @@
 """The commands screw and init: what a ball-screw program states of a screw; a screw file to fill in."""
 
-import textwrap
 from argparse import Namespace
 from typing import Any
 
 from ...mechanics import CATALOGUE_SHARE, efficiency, loaded_screw, screw_constants
-from ...parameters.file import ScrewParameters
 from ...parameters.template import (
     CatalogueSizes,
     catalogue_parameters,
@@ -14,20 +12,14 @@ from ...parameters.template import (
 )
 from ...parameters.units import CELSIUS, RPM
 from ...physics.rating import STATIC_PRESSURE, computed_dynamic_rating, dynamic_rating
-from ..shared.chosen import Chosen, chosen_of, key_of, say_outside
-from ..shared.files import check_output
-from ..shared.points import read_points
-from ..shared.quantities import SCREW_POINT
-from ..shared.results import Answer, say, width, write_text
+from ..shared.inputs import Chosen, chosen_of, key_of, read_points, say_outside
+from ..shared.output import Answer, check_output, filled, say, write_text
+from ..shared.quantities import AXIAL_LOAD, PRELOAD
 
-CONDITIONS = (
-    "JIS B 1192: 100 r/min, oil ISO VG 68, no seals; a convention, proportional to the preload; ISO 3408-3: ISO VG 100"
-)
+CONDITIONS = "JIS B 1192: 100 r/min, ISO VG 68 (ISO 3408-3: VG 100), no seals; a convention, proportional to the preload"
 #: of a table
-COLUMNS = (
-    "preload_n", "axial_load_n", "catalogue_torque_nm", "friction_torque_nm", "efficiency", "in_range", "static_safety",
-    "life_turns", "contact_pressure_max_pa",
-)  # fmt: skip
+COLUMNS = ("preload_n", "axial_load_n", "catalogue_torque_nm", "friction_torque_nm", "efficiency", "in_range",
+           "static_safety", "life_turns", "contact_pressure_max_pa")  # fmt: skip
 #: ratio of a computed rating to that of a catalogue within which they agree; catalogues differ so much themselves
 RATING_AGREES = (0.75, 1.33)
 
@@ -38,23 +30,23 @@ def run_screw(args: Namespace) -> Answer:
     screw = chosen.parameters.screw
     if (args.speed_rpm is None) != (args.temperature_c is None):
         raise ValueError("--speed-rpm and --temperature-c: give both, for the efficiency, or none")
-    if args.preload_n is None:
-        args.preload_n = CATALOGUE_SHARE * dynamic_rating(screw)
-    points = read_points(args, SCREW_POINT)
+    catalogue = PRELOAD._replace(default=CATALOGUE_SHARE * dynamic_rating(screw))
+    points = read_points(args, (catalogue, AXIAL_LOAD))
     constants = screw_constants(screw)
-    _compare_rating(screw)
+    stated, computed = screw.dynamic_rating, computed_dynamic_rating(screw)
+    if stated is not None and not RATING_AGREES[0] <= computed / stated <= RATING_AGREES[1]:
+        what = "check turns and balls (of one nut), ball_diameter and the nut it is of"
+        say(f"dynamic_rating {stated:.6g} N of the screw file; computed {computed:.4g} N: {what}")
     results: list[dict[str, Any]] = []
     for point in points:
-        loaded = loaded_screw(screw, constants, point["preload_n"], point["axial_load_n"])
+        loaded = loaded_screw(screw, constants, *point.values())
         values = {key_of(name): value for name, value in loaded._asdict().items()}
-        results.append({**point, **values, "conditions": CONDITIONS})
+        results.append({**point, **values, "conditions": CONDITIONS, **chosen.described})
     if crushed := [result for result in results if result["pressure_over_static"] > 1.0]:
         pressure = 1e-9 * crushed[0]["contact_pressure_max_pa"]
         say(f"contact pressure {pressure:.3g} GPa; the static rating allows {1e-9 * STATIC_PRESSURE:.3g} GPa")
     if args.speed_rpm is not None:
         _add_efficiency(results, chosen, args)
-    for result in results:
-        result |= chosen.described
     return Answer(results, bool(args.points), columns=COLUMNS, output=args.output)
 
 
@@ -81,51 +73,27 @@ def _add_efficiency(results: list[dict[str, Any]], chosen: Chosen, args: Namespa
     say_outside(results, axes)
 
 
-def _compare_rating(screw: ScrewParameters) -> None:
-    """One line on stderr if the rating of a screw file is not that which its geometry gives."""
-    if screw.dynamic_rating is None:
-        return
-    computed, (low, high) = computed_dynamic_rating(screw), RATING_AGREES
-    if not low <= computed / screw.dynamic_rating <= high:
-        say(
-            f"dynamic_rating {screw.dynamic_rating:.6g} N of the screw file; computed {computed:.4g} N: check turns "
-            "and balls (of one nut), ball_diameter and the nut it is of"
-        )
-
-
-def _sizes(args: Namespace) -> CatalogueSizes | None:
-    """Sizes of the options; None without them.
-
-    Raises       ValueError: the diameter or the lead missing, a ball that does not fit them
-    """
-    sizes = {name: value for name in CatalogueSizes._fields if (value := getattr(args, name)) is not None}
-    if not sizes:
-        return None
-    for name in ("diameter_mm", "lead_mm"):
-        if name not in sizes:
-            option = f"--{name.replace('_', '-')}"
-            raise ValueError(f"{option} (missing); allowed: --diameter-mm and --lead-mm together")
-    ball, pitch = sizes.get("ball_mm", 0.0), sizes["lead_mm"] / sizes.get("starts", 1)
-    if not ball < min(pitch, 0.5 * sizes["diameter_mm"]):
-        raise ValueError(
-            f"--ball-mm = {ball:g}; allowed: less than half of --diameter-mm, and than --lead-mm over --starts = "
-            f"{pitch:g} mm, or grooves meet"
-        )
-    return CatalogueSizes(**sizes)
-
-
 def run_init(args: Namespace) -> Answer:
     """A screw file to fill in."""
     path = check_output("FILE.toml", args.file, "a new file *.toml")
     if path.exists():
         raise ValueError(f"{path}: exists already; allowed: a new file; choose another name")
     parameters, assumed = example_parameters(args.oil, args.lubricant), frozenset[str]()
-    if sizes := _sizes(args):
-        parameters, assumed = catalogue_parameters(sizes, parameters)
+    sizes = {name: value for name in CatalogueSizes._fields if (value := getattr(args, name)) is not None}
+    if sizes:
+        if not {"diameter_mm", "lead_mm"} <= sizes.keys():
+            raise ValueError("--diameter-mm, --lead-mm (missing); allowed: both together, or no size")
+        ball, pitch = sizes.get("ball_mm", 0.0), sizes["lead_mm"] / sizes.get("starts", 1)
+        if not ball < min(pitch, 0.5 * sizes["diameter_mm"]):
+            raise ValueError(
+                f"--ball-mm = {ball:g}; allowed: less than half of --diameter-mm, and than --lead-mm over --starts = "
+                f"{pitch:g} mm, or grooves meet"
+            )
+        parameters, assumed = catalogue_parameters(CatalogueSizes(**sizes), parameters)
     content = screw_template(parameters, assumed)
     write_text("FILE.toml", path, content)
     text = f"{path}: enter the values of your screw and oil; the first lines explain the next steps"
     if assumed:
         entries = [line.partition("#")[0].strip() for line in content.splitlines() if "# assumed: " in line]
         text = f"{path}: check the oil, and what is assumed: {'; '.join(entries)}"
-    return Answer([{"file": str(path)}], text=textwrap.fill(text, width(), break_long_words=False))
+    return Answer([{"file": str(path)}], text=filled(text))

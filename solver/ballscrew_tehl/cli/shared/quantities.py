@@ -2,10 +2,14 @@
 
 import math
 import re
-from argparse import ArgumentTypeError, Namespace
-from typing import Any, NamedTuple
+from argparse import ArgumentTypeError
+from typing import NamedTuple
 
 from ...parameters.units import CELSIUS
+
+
+class RefusedError(ArgumentTypeError, ValueError):
+    """A value that is not allowed, of an option or of a file."""
 
 
 class Quantity(NamedTuple):
@@ -16,10 +20,8 @@ class Quantity(NamedTuple):
     min_: float = -math.inf
     max_: float = math.inf
     default: float | None = None
-    #: zero is rejected
-    not_zero: bool = False
-    #: the bounds are those of the magnitude
-    signed: bool = False
+    not_zero: bool = False  # zero is rejected
+    signed: bool = False  # the bounds are those of the magnitude
     whole: bool = False
 
     @property
@@ -43,28 +45,10 @@ class Quantity(NamedTuple):
         text += ", not 0" if self.not_zero else ""
         return text + (", or the same with a minus" if self.signed else "")
 
-    def of(self, args: Namespace) -> float | None:
-        """The value of the option; None: not given."""
-        value: float | None = getattr(args, self.name)
-        return value
-
-    def __call__(self, text: str) -> float:
-        """The value of the option from its text, for argparse, which names the option.
-
-        Raises       ArgumentTypeError: as checked
-        """
+    def __call__(self, text: str, where: str = "") -> float:
+        """The value from its text; where: its place in a message, for argparse "", which names the option."""
         try:
-            return self.checked("", text)
-        except ValueError as error:
-            raise ArgumentTypeError(error) from None
-
-    def checked(self, where: str, value: Any) -> float:
-        """The value as a float.
-
-        Raises       ValueError: one line with place, value and what is allowed
-        """
-        try:
-            number = (int if self.whole else float)(value)
+            number = (int if self.whole else float)(text)
         except ValueError:
             number = math.nan
         size = abs(number) if self.signed else number
@@ -72,10 +56,10 @@ class Quantity(NamedTuple):
             return number
         celsius, hint = number - CELSIUS, ""
         if self.name.endswith("_c") and self.min_ <= celsius <= self.max_:
-            hint = f" degrees Celsius; is {value} K = {celsius:.6g} C meant?"
-        elif re.fullmatch(r"[+-]?\d+,\d+", str(value)):
-            hint = f", with a decimal point: {value.replace(',', '.')}"
-        raise ValueError(f"{where} = {value}; allowed: {self.allowed}{hint}")
+            hint = f" degrees Celsius; is {text} K = {celsius:.6g} C meant?"
+        elif re.fullmatch(r"[+-]?\d+,\d+", text):
+            hint = f", with a decimal point: {text.replace(',', '.')}"
+        raise RefusedError(f"{where} = {text}; allowed: {self.allowed}{hint}")
 
 
 #: beyond any axial load of a screw [N]; larger ones overflow where balls are loaded
@@ -87,11 +71,8 @@ AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", -MAX_FORCE, MAX
 TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", 0.0)
 
 TORQUE_POINT = (PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD)
-SCREW_POINT = (PRELOAD, AXIAL_LOAD)
 PRELOAD_POINT = (TORQUE, SPEED._replace(not_zero=True), TEMPERATURE)
-CALIBRATION_POINT = (
-    TORQUE._replace(not_zero=True), PRELOAD._replace(not_zero=True), SPEED._replace(not_zero=True), TEMPERATURE,
-)  # fmt: skip
+CALIBRATION_POINT = (*(number._replace(not_zero=True) for number in (TORQUE, PRELOAD, SPEED)), TEMPERATURE)
 REPORT_POINT = (PRELOAD, SPEED, TEMPERATURE)
 CONTACT_POINT = (
     Quantity("load_n", "load [N]"),
@@ -112,15 +93,9 @@ OFFSETS = (OFFSET, OFFSET._replace(name="offset_n", help="the same as a force [N
 
 
 def with_error(text: str) -> tuple[float, float]:
-    """One of OFFSETS and its standard error, 0 where none is given.
-
-    Raises       ArgumentTypeError: as Quantity
-    """
+    """One of OFFSETS and its standard error, 0 where none is given."""
     value, both, error = text.partition("+-")
-    try:
-        return OFFSET(value), OFFSET._replace(min_=0.0).checked("standard error", error) if both else 0.0
-    except ValueError as problem:
-        raise ArgumentTypeError(problem) from None
+    return OFFSET(value), OFFSET._replace(min_=0.0)(error, "standard error") if both else 0.0
 
 
 IDENTIFY_OPTIONS = (

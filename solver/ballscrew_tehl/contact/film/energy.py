@@ -1,14 +1,13 @@
 """Film energy equation on the columns of the contact, coupled with the temperatures of both surfaces.
 
 rho c (u T_x + v T_y + w T_z) = k T_zz - (T/rho)(d rho/dT)(u p_x + v p_y) + tau . du/dz   (Eq. 11 with the continuity
-equation corrected). Steady, in conservative finite volumes: the mass through every face is that of the Reynolds
-equation, so the heat balance closes exactly. Upwind along the local flow, of second order where it runs forward,
-exponential scheme across the film, dissipation linearised with the stress it leaves to the rest of the column. T = T0
-only where flow enters the domain, outlet included; the domain ends where the gap is a given number of films.
-A cavitated film is taken as full; its mass flow is that at the rupture.
+equation corrected). Steady, in conservative finite volumes with the mass of the Reynolds equation, so the heat balance
+closes exactly. Upwind along the flow, of second order where it runs forward, exponential scheme across. Where flow
+enters the domain, T = T0; that ends where the gap is a given number of films. A cavitated film is taken as full; its
+mass flow is that at the rupture.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -17,12 +16,10 @@ from numpy.typing import NDArray
 from ...compiled import kernel
 from ..half_space.grid import TINY, Array
 from ..half_space.walls import LineConvolution
-from .flow import FilmFlow, trapezoid_weights
+from .flow import SWEEP_LIMIT, FilmFlow, trapezoid_weights
 from .fluxes import line_fluxes, outflow_across
 from .oil import ln_viscosity, pressure_factor
 
-#: largest change of a node in one sweep [K]: the sources are exponential in temperature, longer steps overshoot
-SWEEP_LIMIT = 30.0
 #: right-hand sides of a column; a constant, so that the compiler unrolls the loops over them
 COLUMNS = 4
 #: flow, over that of the cell upstream, up to which the slope of the latter counts in full
@@ -42,10 +39,7 @@ class EnergyMesh(NamedTuple):
 
 
 class WallHeat(NamedTuple):
-    """Heat flux into the walls q_a, q_b (n_y, n_x) [W/m2] and its response to their temperatures.
-
-    response (n_y, n_x, 4) [W/(m2 K)]: -dq_a/dT_a, dq_a/dT_b, dq_b/dT_a, -dq_b/dT_b with the neighbour columns held.
-    """
+    """Heat into the walls q_a, q_b (n_y, n_x) [W/m2]; response: -dq_a/dT_a, dq_a/dT_b, dq_b/dT_a, -dq_b/dT_b."""
 
     q_a: Array
     q_b: Array
@@ -55,9 +49,8 @@ class WallHeat(NamedTuple):
 class FaceFlow(NamedTuple):
     """Mass flow times heat capacity through the faces of the cells [W/(m K)] per unit of z/h.
 
-    x (n_y, n_x-1, n_z+1), y (n_y-1, n_x, n_z+1): in direction of x and y; z (n_y, n_x, n_z): upwards between the
-    levels [W/(m2 K)]; start, end (n_y,): columns of a line where the energy equation is solved, start <= i < end, T0
-    elsewhere; reverse (n_y,): last column of a line whose oil flows back at some level.
+    x (n_y, n_x-1, n_z+1), y (n_y-1, n_x, n_z+1), z (n_y, n_x, n_z) upwards [W/(m2 K)]; start, end (n_y,): the columns
+    start <= i < end of a line are solved, T0 elsewhere; reverse (n_y,): the last whose oil flows back at some level.
     """
 
     x: Array
@@ -69,21 +62,16 @@ class FaceFlow(NamedTuple):
 
     @classmethod
     def empty(cls, start: NDArray[np.int64], end: NDArray[np.int64], nx: int, nz: int) -> Self:
+        """Without any flow."""
         ny = start.size
-        return cls(
-            np.zeros((ny, nx - 1, nz + 1)), np.zeros((ny - 1, nx, nz + 1)), np.zeros((ny, nx, nz)), start,
-            end, np.zeros(ny, dtype=np.int64),
-        )  # fmt: skip
+        x, y, z = np.zeros((ny, nx - 1, nz + 1)), np.zeros((ny - 1, nx, nz + 1)), np.zeros((ny, nx, nz))
+        return cls(x, y, z, start, end, np.zeros(ny, dtype=np.int64))
 
 
 def face_flow(
     mesh: EnergyMesh, heat: float, p: Array, flux_x: Array, flux_y: Array, flow: FilmFlow, face: FaceFlow
 ) -> None:
-    """Mass through the faces: profiles of the nodes, in sum the flux of the Reynolds equation; fills face.
-
-    heat: capacity of the oil [J/(kg K)]; p (n_y, n_x) in any unit; flux_x (n_y, n_x-1), flux_y (n_y-1, n_x) [kg/(m s)].
-    Along a line the flux follows from continuity, so that it is also right where the film cavitates.
-    """
+    """Fill face with the mass flux_x, flux_y [kg/(m s)] by the profiles of the nodes; heat: capacity [J/(kg K)]."""
     nx, cells = p.shape[1], trapezoid_weights(flow.m_x.shape[2] - 1)
     m = 0.5 * (flow.m_y[:-1] + flow.m_y[1:])
     face.y[:] = heat * (m + (flux_y - m @ cells)[..., None])
@@ -118,11 +106,10 @@ def bernoulli(x):
 
 @kernel
 def along(x, width, flow_x, j, i, k):
-    """Heat that the faces before and behind a cell bring in, as a sum over temperatures [W/(m2 K) per unit z/h].
+    """Weights [W/(m2 K) per unit z/h] of the own temperature (negated), one and two columns upstream, and downstream.
 
-    Returns the weights of the own temperature (negative sign), of those one and two columns upstream and of that
-    downstream. A face takes the temperature upstream of it, continued with the slope; where the flow reverses, the
-    slope counts with REVERSAL times the flow that it comes from, so that nothing jumps.
+    Of the heat that the faces before and behind a cell bring in. A face takes the temperature upstream of it, continued
+    with the slope; where the flow reverses, that counts with REVERSAL times the flow it comes from: nothing jumps.
     """
     w, e = flow_x[j, i - 1, k] / width[i], flow_x[j, i, k] / width[i]
     own = up_1 = up_2 = down = 0.0
@@ -145,11 +132,7 @@ def along(x, width, flow_x, j, i, k):
 
 @kernel
 def bounded_slope(upstream, own, downstream):
-    """Change over a cell by which its face downstream continues its temperature: the smaller of both differences.
-
-    None at an extremum (minmod; Harten 1983, J Comput Phys 49, 357-393). Without the bound, oil that flows across in
-    gaps of hundreds of films, where lines lie far apart, is heated and cooled by tens of kelvin out of nothing.
-    """
+    """Change over a cell by minmod (Harten 1983): without, oil across wide gaps would gain tens of kelvin."""
     before, behind = own - upstream, downstream - own
     if before * behind <= 0.0:
         return 0.0
@@ -190,32 +173,14 @@ def across(h_y, t, t_in, flow_y, j, i, k):
 
 
 @kernel
-def sideways(mesh, t, flow_x, flow_y, j, i, k):
+def sideways(x, width, h_y, t_in, t, flow_x, flow_y, j, i, k):
     """Heat that the side faces of a cell bring in, as rest - diag*T [W/m2 per unit z/h]; returns diag, rest."""
-    own, up_1, up_2, down = along(mesh.x, mesh.width, flow_x, j, i, k)
-    diag, rest = across(mesh.h_y, t, mesh.t_in, flow_y, j, i, k)
+    own, up_1, up_2, down = along(x, width, flow_x, j, i, k)
+    diag, rest = across(h_y, t, t_in, flow_y, j, i, k)
     rest += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
     if up_2 != 0.0:
         rest += up_2 * t[j, i - 2, k]
     return own + diag, rest
-
-
-@kernel
-def solve_tridiagonal(lower, diag, upper, rhs):
-    """Gaussian elimination without pivoting for the columns of rhs, in place; lower and diag take the factors."""
-    n = diag.size
-    lower[0] = 0.0
-    for r in range(1, n):
-        f = lower[r] / diag[r - 1]
-        lower[r] = f
-        diag[r] -= f * upper[r - 1]
-        for c in range(COLUMNS):
-            rhs[r, c] -= f * rhs[r - 1, c]
-    for c in range(COLUMNS):
-        rhs[n - 1, c] /= diag[n - 1]
-    for r in range(n - 2, -1, -1):
-        for c in range(COLUMNS):
-            rhs[r, c] = (rhs[r, c] - upper[r] * rhs[r + 1, c]) / diag[r]
 
 
 @kernel
@@ -236,22 +201,30 @@ def stress_changes(t_at, t, rate, soft, stiff, j, i):
 
 @kernel
 def solve_column(lower, diag, upper, rhs, weight, heat_lower, heat_upper, pivot, stress):
-    """Temperatures of a column and its responses, rhs in place; fills the last four, factors of heat.
-
-    Sherman-Morrison: the stress depends on the temperatures of the whole column.
-    """
-    solve_tridiagonal(lower, diag, upper, rhs)
-    bottom = 1.0
-    for r in range(diag.size):
+    """Temperatures of a column and its responses, rhs in place; fills the last four (Sherman-Morrison)."""
+    n, bottom = diag.size, 1.0
+    lower[0] = 0.0
+    for r in range(1, n):
+        f = lower[r] / diag[r - 1]
+        lower[r] = f
+        diag[r] -= f * upper[r - 1]
+        for c in range(COLUMNS):
+            rhs[r, c] -= f * rhs[r - 1, c]
+    for c in range(COLUMNS):
+        rhs[n - 1, c] /= diag[n - 1]
+    for r in range(n - 2, -1, -1):
+        for c in range(COLUMNS):
+            rhs[r, c] = (rhs[r, c] - upper[r] * rhs[r + 1, c]) / diag[r]
+    for r in range(n):
         bottom += weight[r] * rhs[r, 3]
         heat_lower[r], heat_upper[r], pivot[r] = lower[r], upper[r], 1.0 / diag[r]
-    for r in range(diag.size):
+    for r in range(n):
         stress[r] = rhs[r, 3] / bottom
     for c in range(COLUMNS - 1):
         top = 0.0
-        for r in range(diag.size):
+        for r in range(n):
             top += weight[r] * rhs[r, c]
-        for r in range(diag.size):
+        for r in range(n):
             rhs[r, c] -= top * stress[r]
 
 
@@ -259,7 +232,7 @@ def solve_column(lower, diag, upper, rhs, weight, heat_lower, heat_upper, pivot,
 def sweep_line(mesh, h, flow, face, t_at, damped, j, columns, t, heat, response):
     """Solve the columns of line j in turn, walls and neighbour columns held; columns: a range, the rest as in sweep."""
     # arrays by name: a tuple of them that is passed or searched in the inner loops costs three times the rest
-    x, width, h_y = mesh.x, mesh.width, mesh.h_y
+    x, width, h_y, t_in = mesh.x, mesh.width, mesh.h_y, mesh.t_in
     flow_x, flow_y, flow_z = face.x, face.y, face.z
     compression, driven, shear, sliding = flow.compression, flow.driven, flow.shear, flow.sliding
     rate, soft, squeeze, stiff, fluidity = flow.rate, flow.soft, flow.squeeze, flow.stiff, flow.fluidity
@@ -279,7 +252,7 @@ def sweep_line(mesh, h, flow, face, t_at, damped, j, columns, t, heat, response)
         for r in range(n):
             k = r + 1
             own, up_1, up_2, down = along(x, width, flow_x, j, i, k)
-            d, b = across(h_y, t, mesh.t_in, flow_y, j, i, k)
+            d, b = across(h_y, t, t_in, flow_y, j, i, k)
             d += own
             b += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
             if up_2 != 0.0:
@@ -327,12 +300,10 @@ def sweep(mesh, h, flow, face, t_at, damped, forward, whole, t, heat, response):
     """One Gauss-Seidel sweep along x (forward or backward) over all columns, each solved across the film; walls held.
 
     h (n_y, n_x) [m]; t_at: temperatures that flow belongs to; damped: dissipation as if hotter oil sheared with
-    less heat everywhere and temperatures did not follow the pressure, which converges slowly from far away. Else
-    dissipation is linearised at the sliding and the flux of the column: hotter oil at the same stress shears faster,
-    and the stress falls; what the pressure flow dissipates is its flux times the gradient.
-    Fills heat, the factors by which temperatures follow the pressure, and response (n_y, n_x, 4): how the levels next
-    to either wall answer to wall a, wall b, wall a, wall b with the neighbour columns held (see wall_heat).
-    Backward, and forward unless whole, only columns with reverse flow are visited.
+    less heat everywhere, which converges slowly from far away. Else it is linearised at the sliding and the flux of
+    the column: hotter oil at the same stress shears faster, and the stress falls. Fills heat, the factors by which
+    temperatures follow the pressure, and response (n_y, n_x, 4): of the levels next to both walls to wall a, wall b,
+    wall a, wall b. Backward, and forward unless whole, only columns with reverse flow are visited.
     """
     for j in range(h.shape[0] - 1):
         start = face.start[j] if forward else min(face.reverse[j], face.end[j] - 1)
@@ -345,10 +316,8 @@ def sweep(mesh, h, flow, face, t_at, damped, forward, whole, t, heat, response):
 
 @kernel
 def wall_heat(mesh, h, flow, face, t, walls):
-    """Heat into both walls of every column after the last sweep, from the half cells at them; fills walls.
-
-    The response of the walls is made from that of the levels next to them, which the sweep has left there.
-    """
+    """Heat into both walls of every column after the last sweep, and its response from that of the next levels."""
+    x, width, h_y, t_in = mesh.x, mesh.width, mesh.h_y, mesh.t_in
     flow_x, flow_y, flow_z, start, end = face.x, face.y, face.z, face.start, face.end
     shear, compression = flow.shear, flow.compression
     q_a, q_b, response = walls.q_a, walls.q_b, walls.response
@@ -359,8 +328,8 @@ def wall_heat(mesh, h, flow, face, t, walls):
             cond = mesh.conductivity / (h[j, i] * dz)
             b_a = cond * bernoulli(flow_z[j, i, 0] / cond)
             b_b = cond * bernoulli(-flow_z[j, i, nz - 1] / cond)
-            d_a, r_a = sideways(mesh, t, flow_x, flow_y, j, i, 0)
-            d_b, r_b = sideways(mesh, t, flow_x, flow_y, j, i, nz)
+            d_a, r_a = sideways(x, width, h_y, t_in, t, flow_x, flow_y, j, i, 0)
+            d_b, r_b = sideways(x, width, h_y, t_in, t, flow_x, flow_y, j, i, nz)
             t_a, t_b = t[j, i, 0], t[j, i, nz]
             q_a[j, i] = b_a * (t[j, i, 1] - t_a) + 0.5 * dz * (
                 shear[j, i, 0] + compression[j, i, 0] * t_a + r_a - d_a * t_a
@@ -378,8 +347,8 @@ def wall_heat(mesh, h, flow, face, t, walls):
 def sheared_films(oil, p, h, conductivity, slip, t_a, t_b, t):
     """Every column sheared by itself between walls t_a, t_b (n_y, n_x) [K]; fills t, returns the heat into each wall.
 
-    Couette flow with viscosity eta exp(-soft (T - T_wall)) [Pa s, 1/K] between equally warm walls, slip [m/s]:
-    T = T_wall + (2/soft) ln[cosh(a)/cosh(a (1 - 2z/h))], cosh(a)^2 = 1 + soft eta slip^2/(8 k). Nahme 1940.
+    Viscosity eta exp(-soft (T - T_wall)) between equally warm walls (Nahme 1940), slip [m/s]: T = T_wall + (2/soft)
+    ln[cosh(a)/cosh(a (1 - 2z/h))], cosh(a)^2 = 1 + soft eta slip^2/(8 k).
     """
     heat, n = np.empty(p.shape), t.shape[2] - 1
     for j in range(p.shape[0]):
@@ -400,10 +369,7 @@ def sheared_films(oil, p, h, conductivity, slip, t_a, t_b, t):
 
 
 def least_residual(apply: Callable[[Array], Array], rhs: Array, tolerance: float) -> Array:
-    """Solution of apply(x) = rhs to a relative residual, by generalised conjugate residuals.
-
-    The iterates are those of GMRES. Source: Eisenstat, Elman & Schultz 1983, SIAM J Numer Anal 20, 345.
-    """
+    """Solution of apply(x) = rhs to a relative residual, by generalised conjugate residuals (Eisenstat et al. 1983)."""
     x, residual = np.zeros_like(rhs), rhs.copy()
     steps: list[tuple[Array, Array]] = []
     for _ in range(rhs.size):
@@ -422,13 +388,8 @@ def least_residual(apply: Callable[[Array], Array], rhs: Array, tolerance: float
     return x
 
 
-def update_walls(
-    operators: tuple[LineConvolution, LineConvolution], t: Array, walls: WallHeat, t_in: float
-) -> None:
-    """Set both wall temperatures of t [K] so that T = T0 + K q, with q linearised in both.
-
-    Both walls at once: a thin film couples them more strongly than either is coupled to its own body.
-    """
+def update_walls(operators: Sequence[LineConvolution], t: Array, walls: WallHeat, t_in: float) -> None:
+    """Set both wall temperatures of t [K] at once so that T = T0 + K q, with q linearised: a thin film couples them."""
     shape, response = (2, *walls.q_a.shape), walls.response
     wall_a, wall_b = operators
     missing = np.stack([t_in + wall_a(walls.q_a) - t[:, :, 0], t_in + wall_b(walls.q_b) - t[:, :, -1]])
@@ -451,7 +412,7 @@ def heat_flows(mesh, t, flow, face, walls):
     # arrays by name: see sweep
     flow_x, flow_y, start, end = face.x, face.y, face.start, face.end
     shear, compression = flow.shear, flow.compression
-    width, h_y, q_a, q_b = mesh.width, mesh.h_y, walls.q_a, walls.q_b
+    x, width, h_y, t_in, q_a, q_b = mesh.x, mesh.width, mesh.h_y, mesh.t_in, walls.q_a, walls.q_b
     nz = t.shape[2] - 1
     generated = conducted = convected = 0.0
     for j in range(t.shape[0] - 1):
@@ -461,9 +422,9 @@ def heat_flows(mesh, t, flow, face, walls):
             conducted += area * (q_a[j, i] + q_b[j, i])
             for k in range(nz + 1):
                 w = area * (0.5 if k == 0 or k == nz else 1.0) / nz
-                rise = t[j, i, k] - mesh.t_in
+                rise = t[j, i, k] - t_in
                 generated += w * (shear[j, i, k] + compression[j, i, k] * t[j, i, k])
-                diag, rest = sideways(mesh, t, flow_x, flow_y, j, i, k)
+                diag, rest = sideways(x, width, h_y, t_in, t, flow_x, flow_y, j, i, k)
                 out = (flow_x[j, i, k] - flow_x[j, i - 1, k]) / width[i]
                 if j == 0:
                     out += 2.0 * flow_y[0, i, k] / h_y

@@ -18,8 +18,9 @@ from .oil import ln_viscosity, pressure_density, pressure_factor
 LEAST_LAYERS = 4
 #: bound of ln(eta) for stresses, which a Barus oil exceeds at high pressure: exp would overflow
 LARGEST_LN_ETA = 300.0
-#: largest change of temperature by a change of pressure between two energy solves [K]: bounds a start far away
-FOLLOW_LIMIT = 40.0
+#: largest change of temperature in one sweep and by a change of pressure between two energy solves [K]: the sources are
+#: exponential in temperature, longer steps overshoot
+SWEEP_LIMIT = 30.0
 
 
 class SurfaceSpeeds(NamedTuple):
@@ -37,10 +38,8 @@ class FilmFlow(NamedTuple):
     film of that of the pressure flow, 1 in sum over the cells of the energy equation, at the density of reference;
     squeeze : change of compression with the pressure of the node [W/(m2 Pa)], per kelvin; soft : -d ln(eta)/dT [1/K];
     stiff : d ln(eta)/dp [1/Pa]; rate : shear rate along x times h [m/s];
-    (n_y, n_x): fluidity : integral of dz/eta [m/(Pa s)];
-    stress_x, stress_y : at the level about which the pressure gradient turns it [Pa]; traction_x, traction_y : in
-    mid-film [Pa]; gradient_x, gradient_y : pressure gradient that drives the flux of the faces [Pa/m], power : its
-    dissipation times the relative density [W/m2].
+    (n_y, n_x): fluidity : integral of dz/eta [m/(Pa s)]; traction_x : stress of mid-film [Pa]; gradient_x, gradient_y :
+    pressure gradient that drives the flux of the faces [Pa/m], power : its dissipation times relative density [W/m2].
     """
 
     m_x: Array
@@ -54,25 +53,20 @@ class FilmFlow(NamedTuple):
     stiff: Array
     rate: Array
     fluidity: Array
-    stress_x: Array
-    stress_y: Array
     traction_x: Array
-    traction_y: Array
     gradient_x: Array
     gradient_y: Array
     power: Array
 
     @classmethod
     def empty(cls, ny: int, nx: int, nz: int) -> Self:
-        return cls(*np.zeros((10, ny, nx, nz + 1)), *np.zeros((8, ny, nx)))
+        """Zeros."""
+        return cls(*np.zeros((10, ny, nx, nz + 1)), *np.zeros((5, ny, nx)))
 
 
 @kernel
 def cumulative_matrix(n):
-    """Matrix (n+1, n+1) from nodal values on the unit interval to their integral from the first node to each.
-
-    By the cubic through four nodes, n >= LEAST_LAYERS; the last row has the weights of the whole integral.
-    """
+    """Matrix (n+1, n+1) from values on 0..1 to their integral to each node, by cubics through four nodes."""
     out = np.zeros((n + 1, n + 1))
     for k in range(1, n - 1):
         out[k + 1, k - 1 : k + 3] = np.array((-1.0, 13.0, 13.0, -1.0))
@@ -92,13 +86,11 @@ def trapezoid_weights(n: int) -> Array:
 
 @kernel
 def film_coefficients(oil, p_max, p, t, speeds, u_e, scale):
-    """Coefficients of the generalised Reynolds equation and their derivatives to P = p/p_max and to temperature.
+    """Ln phi, d ln phi/dP, g, dg/dP (n_y, n_x) of the generalised Reynolds equation at p [p_max], t (n_y, n_x, n_z+1).
 
-    phi = scale * 12 (r1 e0/e1 - r2) [uniform film: scale * rho/eta]; g = [u_a r0 + (u_b-u_a) e0 r1]/u_e. p (n_y, n_x)
-    dimensionless, t (n_y, n_x, n_z+1). r1 = int rho int dz'/eta dz is taken as int (int_z^1 rho)/eta dz, r2 likewise.
-
-    Returns      ln phi, d ln phi/dP, g, dg/dP (n_y, n_x) at constant temperature; by_t (n_y, n_x, 2, n_z+1):
-                 derivatives of ln phi and g to the temperature of every node across the film [1/K]
+    And by_t (n_y, n_x, 2, n_z+1): derivatives of ln phi and g to the temperature of every node across the film [1/K].
+    phi = scale * 12 (r1 e0/e1 - r2) [uniform film: scale * rho/eta]; g = [u_a r0 + (u_b-u_a) e0 r1]/u_e.
+    r1 = int rho int dz'/eta dz is taken as int (int_z^1 rho)/eta dz, r2 likewise.
     """
     u_a, du = speeds.u_a / u_e, (speeds.u_b - speeds.u_a) / u_e
     (ny, nx), n = p.shape, t.shape[2] - 1
@@ -146,11 +138,7 @@ def film_coefficients(oil, p_max, p, t, speeds, u_e, scale):
 
 @kernel
 def wall_stress(h, p_x, p_y, du, eta, weights):
-    """Shear stress at surface a along and across [Pa]: int tau/eta dz = (du, 0) with tau = tau_a + z grad p.
-
-    h [m], pressure gradients [Pa/m], speed du of b relative to a [m/s]; viscosity eta, weights of the integral across
-    (n_z+1,). Returns as well the integrals of 1/eta and of z/eta over the unit interval.
-    """
+    """Stress at surface a along, across [Pa]: int tau/eta dz = (du, 0), tau = tau_a + z grad p; int 1/eta, z/eta."""
     inv0 = inv1 = 0.0
     for k in range(eta.size):
         inv0 += weights[k] / eta[k]
@@ -160,10 +148,7 @@ def wall_stress(h, p_x, p_y, du, eta, weights):
 
 @kernel
 def film_flow(oil, x, p, h, t, speeds, flow):
-    """Velocities, stresses and heat sources of pressure p [Pa], gap h [m], temperature t [K] on nodes x [m].
-
-    Fills flow but its gradients and power, which are those of Linearisation.pressure_flow.
-    """
+    """Fill flow, but gradients and power (Linearisation.pressure_flow), at p [Pa], h [m], t [K] on nodes x [m]."""
     (ny, nx), n = p.shape, t.shape[2] - 1
     integral = cumulative_matrix(n)
     weights = integral[n]
@@ -183,8 +168,7 @@ def film_flow(oil, x, p, h, t, speeds, flow):
             tau_x, tau_y, inv0, inv1 = wall_stress(gap, p_x, p_y, speeds.u_b - speeds.u_a, eta, weights)
             pivot = inv1 / inv0
             s_x, s_y = tau_x + pivot * gap * p_x, tau_y + pivot * gap * p_y
-            flow.fluidity[j, i], flow.stress_x[j, i], flow.stress_y[j, i] = gap * inv0, s_x, s_y
-            flow.traction_x[j, i], flow.traction_y[j, i] = tau_x + 0.5 * gap * p_x, tau_y + 0.5 * gap * p_y
+            flow.fluidity[j, i], flow.traction_x[j, i] = gap * inv0, tau_x + 0.5 * gap * p_x
             for k in range(n + 1):
                 arm[k] = k / n - pivot
                 f_x[k], f_y[k] = (s_x + arm[k] * gap * p_x) / eta[k], (s_y + arm[k] * gap * p_y) / eta[k]

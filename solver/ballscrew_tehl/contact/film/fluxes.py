@@ -2,11 +2,10 @@
 
 Fields are (n_y, n_x); line 0 is the line of symmetry Y = 0; the last line and the first and last column carry P = 0.
 
-Poiseuille flux at a face: e dP/dX with e = H_f^3 phi_f, H_f the mean gap and phi_f the logarithmic mean of the
-nodal fluidity: exact where ln(viscosity) is linear in pressure between two nodes, which keeps the steep
-piezoviscous inlet accurate on few points. Wedge flux: g H at the face by
-the quadratic through two upstream nodes and one downstream. The outermost face across may be open: P of the last line
-is zero for the deflection, its flux is that of a pressure that falls with a power of the gap.
+Poiseuille flux at a face: e dP/dX with e = H_f^3 phi_f, H_f the mean gap and phi_f the logarithmic mean of the nodal
+fluidity: exact where ln(viscosity) is linear in pressure between both. Wedge flux: g H, quadratic through two nodes
+upstream and one downstream. The outermost face across may be open: P of the last line is zero for the deflection,
+its flux is that of a pressure that falls with a power of the gap.
 """
 
 from typing import NamedTuple
@@ -14,19 +13,17 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import kernel
+from ..half_space.deflection import PRESSURE_TOLERANCE
 from ..half_space.grid import Array
 
 #: power of the gap with which pressure falls beyond the last line: 3/2 on a long ellipse, 2 on a circle
 FAR_POWER = 1.75
-#: over-relaxation of settle_edge, and the change of pressure [p_max] that ends it
-EDGE_RELAXATION, EDGE_TOLERANCE = 1.5, 1e-9
+#: over-relaxation of settle_edge
+EDGE_RELAXATION = 1.5
 
 
 class Mesh(NamedTuple):
-    """Nodes x and cell widths (n_x,) along rolling; kappa/h_y, scales the flow across; whether the side is open.
-
-    wedge (3, n_x-1): weights of the nodes i, i-1, i+1 in the wedge flux of face i+1/2.
-    """
+    """Nodes x and cell widths (n_x,), kappa/h_y across, whether the side is open, wedge: weights of wedge_weights."""
 
     x: Array
     width: Array
@@ -36,12 +33,10 @@ class Mesh(NamedTuple):
 
 
 class Faces(NamedTuple):
-    """Fluxes at faces and their derivatives.
+    """Fluxes at faces flow_x (n_y, n_x-1), flow_y (n_y-1, n_x), Poiseuille minus wedge, and derivatives of the former.
 
-    flow_x (n_y, n_x-1), flow_y (n_y-1, n_x): Poiseuille minus wedge flux.
-    c_x (4, n_y, n_x-1), c_y (5, n_y-1, n_x), of the Poiseuille part: conductance (flux per difference of P),
-    derivatives to ln phi of the nodes before and behind, to both gaps along x (the same), to the gaps before and behind
-    across.
+    c_x (4, n_y, n_x-1), c_y (5, n_y-1, n_x): conductance (flux per difference of P), derivatives to ln phi of the nodes
+    before and behind, to both gaps along x (the same), to the gaps before and behind across.
     """
 
     flow_x: Array
@@ -63,10 +58,7 @@ def log_mean(s_left: Array, s_right: Array) -> tuple[Array, Array, Array]:
 
 
 def lifted_gap(h: Array, floor: float) -> tuple[Array, Array]:
-    """Gap for the flow and its derivative: h above the floor, floor*exp(h/floor - 1) below (C1, positive).
-
-    Lets Newton's method pass iterates that overlap; a converged gap is above the floor, where it is unchanged.
-    """
+    """Gap for the flow and its derivative: h above the floor, else floor*exp(h/floor - 1): iterates may overlap."""
     if h.min() >= floor:
         return h, np.ones_like(h)
     # bounded: the exponential must not vanish, it is divided by
@@ -75,11 +67,7 @@ def lifted_gap(h: Array, floor: float) -> tuple[Array, Array]:
 
 
 def cube_across(h: Array, open_side: bool) -> tuple[Array, Array, Array]:
-    """Cube of the gap between the lines of h (n_y, n_x) and its logarithmic derivatives to both gaps (n_y-1, n_x).
-
-    Harmonic mean: outside the ellipse the gap grows by much more than itself from line to line. At an open side
-    pressure falls with a power of the gap instead of to zero within one cell.
-    """
+    """Cube of the harmonic mean gap between the lines of h (n_y, n_x), log-derivatives to both gaps (n_y-1, n_x)."""
     h_0, h_1 = h[:-1], h[1:]
     cube = (2.0 * h_0 * h_1 / (h_0 + h_1)) ** 3
     d_0, d_1 = 3.0 * h_1 / ((h_0 + h_1) * h_0), 3.0 * h_0 / ((h_0 + h_1) * h_1)
@@ -129,14 +117,8 @@ def face_fluxes(mesh: Mesh, p: Array, gap: Array, ln_phi: Array, g: Array, floor
 
 
 def outflow_across(flow_y: Array) -> Array:
-    """Flux out of the cells of lines 0 to n_y-2 to their neighbour lines; flow_y (n_y-1, n_x, ...) at the faces.
-
-    The flux through the line of symmetry is that of its neighbour with opposite sign.
-    """
-    out = np.empty_like(flow_y)
-    out[0] = 2.0 * flow_y[0]
-    out[1:] = flow_y[1:] - flow_y[:-1]
-    return out
+    """Flux out of lines 0 to n_y-2 to their neighbours, from faces (n_y-1, n_x, ...): odd over the line of symmetry."""
+    return np.diff(flow_y, axis=0, prepend=-flow_y[:1])
 
 
 def net_flow(mesh: Mesh, flow_x: Array, flow_y: Array) -> Array:
@@ -153,11 +135,7 @@ def smaller(a: Array, b: Array) -> Array:
 
 
 def line_fluxes(width: Array, per_width: float, p: Array, flux_x: Array, flux_y: Array) -> Array:
-    """Flux (n_y-1, n_x-1) through the faces of all lines by continuity; per_width: of flux_y.
-
-    From the face behind the largest pressure, where the wedge alone carries the flow: far upstream the flux is the
-    small difference of two flows that grow with the gap, and errors of the pressure weigh as much.
-    """
+    """Flux (n_y-1, n_x-1) through the faces of all lines by continuity; per_width: of flux_y."""
     lost = np.zeros((p.shape[0] - 1, p.shape[1] - 1))
     lost[:, 1:] = np.cumsum(width[1:-1] * per_width * outflow_across(flux_y)[:, 1:-1], axis=1)
     largest = np.arange(len(lost)), 1 + np.argmax(p[:-1, 1:-1], axis=1)
@@ -165,16 +143,11 @@ def line_fluxes(width: Array, per_width: float, p: Array, flux_x: Array, flux_y:
 
 
 @kernel
-def settle_edge(mesh, faces, dln_phi, low, sweeps, p, r):
-    """Move the edge of cavitation to its place by the linear flow equation; p and r change in place.
-
-    Projected relaxation (Cryer 1971) of p >= 0, r <= 0, p r = 0 over the nodes `low` at fixed
-    gaps. r (ny, nx): net inflow that the linear step leaves. Ends after `sweeps`, or when no node changes by
-    EDGE_TOLERANCE.
-    """
+def settle_edge(mesh, faces, dln_phi, low, p, r):
+    """Move the edge of cavitation on the nodes `low` at fixed gaps: p >= 0, net inflow r <= 0, p r = 0 (Cryer 1971)."""
     width, kappa_h, c_x, c_y = mesh.width, mesh.kappa_h, faces.c_x, faces.c_y
     ny, nx = p.shape
-    for _ in range(sweeps):
+    for _ in range(nx):
         moved = 0.0
         for j in range(ny - 1):
             for i in range(1, nx - 1):
@@ -182,10 +155,8 @@ def settle_edge(mesh, faces, dln_phi, low, sweeps, p, r):
                     continue
                 double = 2.0 if j == 0 else 1.0
                 by_phi = dln_phi[j, i]
-                right, left = (
-                    c_x[1, j, i] * by_phi - c_x[0, j, i],
-                    c_x[2, j, i - 1] * by_phi + c_x[0, j, i - 1],
-                )
+                right = c_x[1, j, i] * by_phi - c_x[0, j, i]
+                left = c_x[2, j, i - 1] * by_phi + c_x[0, j, i - 1]
                 up = kappa_h * (c_y[1, j, i] * by_phi - c_y[0, j, i])
                 diagonal = (right - left) / width[i] + double * up
                 if j > 0:
@@ -200,5 +171,5 @@ def settle_edge(mesh, faces, dln_phi, low, sweeps, p, r):
                 r[j + 1, i] -= up * d
                 if j > 0:
                     r[j - 1, i] += (2.0 if j == 1 else 1.0) * down * d
-        if not moved > EDGE_TOLERANCE:
+        if not moved > PRESSURE_TOLERANCE:
             break

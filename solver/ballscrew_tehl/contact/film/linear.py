@@ -4,6 +4,7 @@ Preconditioned by columns across, then one LU factor per line along, with the li
 fields (n_y, n_x), zero on the outer edges, and the approach behind them.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -13,9 +14,9 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 from ...compiled import kernel
 from ..half_space.deflection import convolve
 from ..half_space.grid import TINY, Array
-from .flow import FilmFlow
+from .flow import SWEEP_LIMIT, FilmFlow
 from .fluxes import Faces, Mesh, face_fluxes, lifted_gap, line_fluxes, net_flow, smaller
-from .geometry import TARGET_LOAD, ContactGeometry
+from .geometry import TARGET_LOAD, ContactGeometry, ReynoldsState
 from .transport import HeatTransport, follow, line_response
 
 #: deepest pressure of an iterate, as a share of its largest: bounds the negative load of cavitated nodes; the penalty
@@ -28,32 +29,46 @@ LEAST_FLUIDITY = 0.05
 
 
 class Film:
-    """The oil between the bodies: its coefficients over the pressure, and what follows the pressure.
+    """The oil at temperatures (n_y, n_x, n_z+1) [K], which follow pressure and gap where heat is given (warm).
 
-    heat, unit [Pa], unit_h [m], by_t (n_y, n_x, 2, n_z+1) of a film whose temperatures follow the pressure (warm):
-    factors, units of pressure and gap, and derivatives of the last coefficients to temperatures.
-    across: whether columns across precondition the line solves.
+    law: flow.film_coefficients of pressure (n_y, n_x) and temperatures; unit [Pa], unit_h [m]: of pressure and gap;
+    by_t (n_y, n_x, 2, n_z+1): derivatives to temperatures of the last coefficients; across: whether columns across
+    precondition the line solves.
     """
 
-    across = warm = False
-    heat = HeatTransport.empty(0, np.zeros(0), 1)
-    unit = unit_h = 1.0
-    by_t: Array = np.zeros((0, 0, 2, 0))
+    def __init__(
+        self,
+        law: Callable[[Array, Array], tuple[Array, ...]],
+        unit: float,
+        unit_h: float,
+        temperature: Array,
+        heat: HeatTransport | None = None,
+        across: bool = False,
+    ) -> None:
+        self.law, self.unit, self.unit_h, self.across = law, unit, unit_h, across
+        self.temperature, self.warm = temperature, heat is not None
+        self.heat = heat or HeatTransport.empty(0, np.zeros(0), 1)
 
     def coefficients(self, p: Array) -> tuple[Array, ...]:
-        """At the nodes under P >= 0: ln phi, d ln phi/dP, g, dg/dP (n_y, n_x)."""
-        raise NotImplementedError
+        """Ln phi, d ln phi/dP, g, dg/dP (n_y, n_x) at a pressure >= 0 [p_max]."""
+        *out, self.by_t = self.law(p, self.temperature)
+        return tuple(out)
 
     def follow(self, linear: "LinearSystem", d_p: Array, d_h: Array) -> None:
-        """Take over changes of pressure [p_max] and gap [b^2/R_x] into what depends on them."""
+        """Temperatures after a change of pressure [p_max] and gap [b^2/R_x]."""
+        if self.warm:
+            change = np.empty_like(self.temperature)
+            follow(
+                self.heat, linear.g, linear.dg, linear.by_t, self.unit, self.unit_h, d_p, d_h, change
+            )  # fmt: skip
+            self.temperature += np.clip(change, -SWEEP_LIMIT, SWEEP_LIMIT)
 
 
 class LinearSystem(NamedTuple):
-    """Jacobian of residual and load at one state, for compiled loops; arrays (n_y, n_x) unless said.
+    """Jacobian of residual and load at one state, for compiled loops: numbers of Linearisation, Film and geometry.
 
-    gap, g, dln_phi, dg, penalty, squeeze, scale, free: as in Linearisation; by_t, heat, unit, unit_h, warm, across: of
-    the film; weights: of the load; forward, modes, backward: deflection in single precision, same_line (n_x, n_x): that
-    of a line by itself.
+    weights (n_y, n_x): of the load; forward, modes, backward: deflection in single precision, same_line (n_x, n_x):
+    that of a line by itself.
     """
 
     mesh: Mesh
@@ -80,7 +95,7 @@ class LinearSystem(NamedTuple):
 
 
 class Linearisation:
-    """Residual of the Reynolds equation and its Jacobian at one state; arrays (n_y, n_x) unless said.
+    """Residual of the Reynolds equation [u_e b^2/R_x] and its Jacobian at one state; arrays (n_y, n_x) unless said.
 
     floor: gap below which the flow is that of a lifted one; squeeze: inverse step of pseudo time [u_e/b], 0 = steady;
     free: whether the approach follows from the load, else it is held. dln_phi, dg: derivatives of ln phi and g to the
@@ -91,14 +106,13 @@ class Linearisation:
     def __init__(
         self,
         geometry: ContactGeometry,
-        p: Array,
-        gap: Array,
+        state: ReynoldsState,
         film: Film,
         floor: float,
         squeeze: float = 0.0,
         free: bool = True,
     ) -> None:
-        grid, mesh = geometry.grid, geometry.mesh
+        grid, mesh, p, gap = geometry.grid, geometry.mesh, state.p, state.gap
         self.geometry, self.film, self.p, self.gap, self.floor = geometry, film, p, gap, floor
         self.ln_phi, self.dln_phi, self.g, dg = film.coefficients(np.maximum(p, 0.0))
         self.faces = face_fluxes(mesh, p, gap, self.ln_phi, self.g, floor)
@@ -125,31 +139,21 @@ class Linearisation:
         )  # fmt: skip
 
     def update(self, d_p: Array) -> Array:
-        """Change of pressure for a linear step d_p.
-
-        Where pressure flow dominates, the equation is linear in the fluidity rather than in the pressure: the step is
-        taken in the fluidity there, with whose logarithm the pressure rises in few steps.
-        """
+        """Change of pressure for a linear step d_p: taken in the fluidity where pressure flow dominates."""
+        # the equation is linear in the fluidity there, with whose logarithm the pressure rises in few steps
         thickening = np.maximum(-self.dln_phi, TINY)
         in_fluidity = -np.log1p(np.maximum(-thickening * d_p, LEAST_FLUIDITY - 1.0)) / thickening
         return d_p + self.flow_share * (in_fluidity - d_p)
 
-    def right_hand_side(self, load_error: float) -> Array:
-        """Scaled residual and load error with negative sign."""
-        return -np.append((self.residual / self.scale).ravel(), load_error / TARGET_LOAD)
-
     def pressure_flow(self, flow: FilmFlow, heat: HeatTransport) -> None:
-        """Gradients and dissipation of the pressure flow at the nodes, from the fluxes of their faces.
+        """Fill gradients and power of flow, pull and push of heat from the fluxes of the faces; zero where cavitated.
 
-        Fills of flow gradient_x, gradient_y (n_y, n_x), per unit of x and y: the smaller of the gradient that drives
-        the mean flux of the faces and that of the pressures of the neighbours: beside a pressure spike, where the
-        viscosity changes by decades from node to node, either may be far too large. power (n_y, n_x): flux times
-        pressure drop, half of it to either node of a face, per area, so that its sum is that of the faces between nodes
-        under pressure. While iterating, the flux along x is bounded by that of continuity, which temperatures do not
-        change. Zero in a cavitated node.
-        Fills of heat pull (n_y, n_x, 2), push (n_y, n_x, 4): changes of power with the pressure drops before and
-        behind, and with the wedge fluxes at the nodes i-2 to i+1, which continuity asks the pressure to carry: on faces
-        where pressure flow dominates over the deflection, by their share.
+        Gradients, per unit of x and y: the smaller of the one that drives the mean flux of the faces and of that of the
+        neighbours; beside a pressure spike, where viscosity changes by decades from node to node, either may be far too
+        large. Power: flux times pressure drop, half of it to either node of a face, per area. While iterating, the flux
+        along x is bounded by that of continuity, which temperatures do not change. Pull and push: changes of power
+        with the pressure drops, and with the wedge fluxes that continuity asks the pressure to carry: on faces where
+        pressure flow dominates over the deflection, by their share.
         """
         faces, mesh, inner = self.faces, self.geometry.mesh, self.geometry.grid.inner
         p, dx = np.maximum(self.p, 0.0), np.diff(mesh.x)
@@ -172,15 +176,8 @@ class Linearisation:
         )  # fmt: skip
         before, behind = mesh.wedge[:, :-1], mesh.wedge[:, 1:]
         pull = np.stack((half * flux[:, :-1], half * flux[:, 1:]), axis=2)
-        push = np.stack(
-            (
-                left * before[1],
-                left * before[0] + right * behind[1],
-                left * before[2] + right * behind[0],
-                right * behind[2],
-            ),
-            axis=2,
-        )
+        wedges = left * before[1], left * before[0] + right * behind[1], left * before[2] + right * behind[0]
+        push = np.stack((*wedges, right * behind[2]), axis=2)
         # pressure is even over the line of symmetry
         rise, up = np.diff(p, axis=0)[:, 1:-1], (faces.c_y[0] * np.diff(p, axis=0))[:, 1:-1]
         fall, down = (np.concatenate((-values[:1], values[:-1])) for values in (rise, up))
@@ -198,19 +195,8 @@ class Linearisation:
 
 
 @kernel
-def add_row(weight, row, out):
-    """Add a row times weight to another."""
-    for k in range(out.size):
-        out[k] += weight * row[k]
-
-
-@kernel
 def line_jacobian(s, j, far_phi, far_g, out):
-    """Derivatives of line j to its pressures, out (n_x-2, n_x), deflection of the line by itself included.
-
-    far_phi, far_g (n_x, n_x): changes of ln phi and g with the pressures of the line by the heat that the oil carries
-    along, of size 0 without. Returns the derivatives to a rigid approach (n_x-2,).
-    """
+    """Derivatives of line j to its pressures, out (n_x-2, n_x), by heat too unless far_* are empty; to an approach."""
     c_x, wedge, g, gap, same_line = s.faces.c_x[:, j], s.mesh.wedge, s.g[j], s.gap[j], s.same_line
     dln_phi, dg, penalty, inverse = s.dln_phi[j], s.dg[j], s.penalty[j], 1.0 / s.mesh.width
     # the flux through the line of symmetry is that of its neighbour with opposite sign
@@ -238,27 +224,21 @@ def line_jacobian(s, j, far_phi, far_g, out):
         lifted_0, lifted_1, lifted_2, lifted_3 = by_h
         raised[i - 1] += lifted_0 + lifted_1 + lifted_2 + lifted_3
         for k in range(row.size):
-            row[k] = (
-                lifted_0 * same_line[first, k]
-                + lifted_1 * same_line[i - 1, k]
-                + lifted_2 * same_line[i, k]
-                + lifted_3 * same_line[i + 1, k]
-            )
+            row[k] = lifted_0 * same_line[first, k] + lifted_1 * same_line[i - 1, k]
+            row[k] += lifted_2 * same_line[i, k] + lifted_3 * same_line[i + 1, k]
         for m in range(4):
             at = max(i - 2 + m, 0)
             row[at] += by_p[m] + by_phi[m] * dln_phi[at] + by_g[m] * dg[at]
             if far_phi.size > 0:
-                add_row(by_phi[m], far_phi[at], row)
-                add_row(by_g[m], far_g[at], row)
+                phi, g_row, far, far_row = by_phi[m], by_g[m], far_phi[at], far_g[at]
+                for k in range(row.size):
+                    row[k] += phi * far[k] + g_row * far_row[k]
     return raised
 
 
 @kernel
 def line_jacobians(s, carried):
-    """Jacobians of all lines to their own pressures (lines, n, n), n = n_x-2, and to a rigid approach (lines, n).
-
-    carried: with the heat that the oil of a line carries along.
-    """
+    """Jacobians of lines to pressures (lines, n_x-2, n_x-2), carried: with heat; to an approach (lines, n_x-2)."""
     ny, nx = s.gap.shape
     out, raised = np.empty((ny - 1, nx - 2, nx - 2)), np.empty((ny - 1, nx - 2))
     matrix, (far_phi, far_g) = np.empty((nx - 2, nx)), np.empty((2, nx, nx) if carried else (2, 0, 0))
@@ -271,12 +251,7 @@ def line_jacobians(s, carried):
 
 
 class LineFactors(NamedTuple):
-    """LU factors of the transposed matrices of all lines (lines, n, n), their exchanges (lines, n), and the answer to a
-    rigid approach.
-
-    In double precision: with factors in single precision Newton's method took up to twice the steps. approach
-    (n_y, n_x), approach_load: its load.
-    """
+    """LU factors of the transposed matrices (lines, n, n), exchanges (lines, n), answer to an approach and its load."""
 
     lu: Array
     pivots: NDArray[np.int32]
@@ -285,22 +260,16 @@ class LineFactors(NamedTuple):
 
 
 def factor_lines(s: LinearSystem, carried: bool) -> LineFactors:
-    """Factors of the Jacobians of all lines.
-
-    carried: with the heat that the oil of a line carries along, which costs as much as all the rest
-    Raises       LinAlgError: singular, or not finite
-    Source       LAPACK getrf of the transposed matrix, which is stored by columns as it wants it
-    """
+    """Factors of the Jacobians of all lines; carried: with the heat that their oil carries, which doubles the cost."""
     lu, raised = line_jacobians(s, carried and s.warm)
     pivots, approach = np.empty(raised.shape, dtype=np.int32), np.zeros_like(s.gap)
+    # LAPACK takes matrices stored by columns: the transposed ones
     for j, matrix in enumerate(lu):
-        _, pivots[j], info = dgetrf(matrix.T, overwrite_a=1)
-        if info != 0:
-            raise np.linalg.LinAlgError("a line of the contact has a singular Jacobian")
+        _, pivots[j], _ = dgetrf(matrix.T, overwrite_a=1)
         approach[j, 1:-1], _ = dgetrs(matrix.T, pivots[j], raised[j], trans=1)
     load = float(np.sum(s.weights * approach))
     if not np.isfinite(load):
-        raise np.linalg.LinAlgError("the Jacobian of a line of the contact is not finite")
+        raise np.linalg.LinAlgError("the Jacobian of a line of the contact is singular or not finite")
     return LineFactors(lu, pivots, approach, load)
 
 
@@ -388,10 +357,7 @@ def times(s, v):
 
 @kernel
 def column_factors(s):
-    """Factors (4, n_y, n_x) of the flow across through every column, neighbour columns and deflection held.
-
-    Lower, inverse pivot and upper of the rows of the scaled residual; share of the flow across in the diagonal.
-    """
+    """Lower, inverse pivot, upper of the flow across in columns, its share of the diagonal: (4, n_y, n_x), scaled."""
     c_y, (ny, nx) = s.faces.c_y, s.gap.shape
     out = np.zeros((4, ny, nx))
     lower, pivot, upper, share = out
@@ -413,11 +379,7 @@ def column_factors(s):
 
 @kernel
 def solve_columns(columns, residual):
-    """Pressures (n_y, n_x) by the flow across of a scaled residual, by its share, without the deflection by them.
-
-    Far upstream of a circle, where lines lie closer than nodes, lines alone take dozens of iterations. Not with
-    temperatures that follow, where nothing is gained.
-    """
+    """Pressures (n_y, n_x) by the flow across of a scaled residual, by its share, without the deflection by them."""
     lower, pivot, upper, share = columns
     out = share * residual
     for j in range(1, len(out) - 1):
@@ -432,6 +394,7 @@ def precondition(s, factors, columns, v):
     """Column and line solves of a scaled residual v (n_y n_x + 1,), bordered by the load balance."""
     residual, d_p, missing = v[:-1].reshape(s.gap.shape), np.zeros_like(s.gap), v[-1] * TARGET_LOAD
     if s.across:
+        # far upstream of a circle lines alone take dozens of iterations; with heat nothing is gained
         d_p = solve_columns(columns, residual)
         residual = residual - residual_change(s, d_p, np.zeros_like(d_p), s.dln_phi * d_p, s.dg * d_p)
         missing -= np.sum(s.weights * d_p)
@@ -448,11 +411,7 @@ def precondition(s, factors, columns, v):
 
 @kernel
 def gmres(s, factors, rhs, tolerance, most):
-    """Solution for a scaled right-hand side (n_y n_x + 1,), the iterations used and the relative residual left.
-
-    GMRES without restart, preconditioned from the right; every vector is made orthogonal twice.
-    Source       Saad 2003, algorithm 9.5
-    """
+    """GMRES without restart (Saad 2003, 9.5) for (n_y n_x + 1,): solution, iterations used, relative residual left."""
     columns = column_factors(s) if s.across else np.zeros((4, 1, 1))
     basis, steps = np.empty((most + 1, rhs.size)), np.empty((most, rhs.size))
     triangle, turns, target = np.zeros((most, most)), np.zeros((most, 2)), np.zeros(most + 1)
@@ -460,7 +419,6 @@ def gmres(s, factors, rhs, tolerance, most):
     if size == 0.0:
         return np.zeros_like(rhs), 0, 0.0
     basis[0], target[0] = rhs / size, size
-    used = 0
     for k in range(most):
         steps[k] = precondition(s, factors, columns, basis[k])
         w, column = times(s, steps[k]), triangle[:, k]

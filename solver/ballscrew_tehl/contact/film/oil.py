@@ -74,9 +74,6 @@ def ln_viscosity(oil, factor, t):
 
 @kernel
 def pressure_density(oil, p):
-    """Density over pressure at the reference temperature relative to ambient, and its derivative [1/Pa].
-
-    Dowson & Higginson 1966; thermal expansion beta_t (T - t_ref) comes off (sign of the print corrected).
-    """
+    """Density over pressure relative to ambient (Dowson & Higginson 1966), and its derivative [1/Pa]."""
     d = 1.0 + oil.fade * p
     return 1.0 + oil.rise * p / d, oil.rise / (d * d)

@@ -1,9 +1,8 @@
 """Reynolds equation with deflection, cavitation and load balance, solved together by Newton's method.
 
-Dimensionless in Hertz units: P = p/p_max, X = x/b, Y = y/a, gap in b^2/R_x, load 2 pi/3. Unknowns are the pressures
-and the rigid approach H_0. Every Newton step solves its linear system by GMRES (linear.py). The pressure deforms the
-bodies and carries the load. The ellipse of a ball in a groove is long across rolling, so lines are nearly
-independent and a handful of iterations suffice; a circle needs about thirty.
+In Hertz units (geometry.py). Unknowns are the pressures and the rigid approach H_0. Every Newton step solves its linear
+system by GMRES (linear.py). The ellipse of a ball in a groove is long across rolling, so lines are nearly independent
+and a handful of iterations suffice; a circle needs about thirty.
 Differs from paper: Eq. 6 omits the deflection; cavitation (Eq. 9) is the condition P >= 0 by a penalty.
 """
 
@@ -22,10 +21,11 @@ from .linear import LEAST_PRESSURE, Film, Linearisation, LineFactors, factor_lin
 #: largest pressure change of one Newton step, relative to p_max or to the largest pressure if that is lower
 STEP_LIMIT = 0.3
 #: relative residual at which GMRES ends; 16 contacts: an eighth fewer Newton steps than at 0.02, for with factors of an
-#: earlier state small residuals hide large errors of the pressure; and its most iterations
-KRYLOV_TOLERANCE, MOST_KRYLOV = 0.002, 60
+#: earlier state small residuals hide large errors of the pressure
+KRYLOV_TOLERANCE = 0.002
 #: iterations of GMRES above which a preconditioner of an earlier state is renewed: new factors cost as much as 16
-#: products. After twice as many with new factors that leave out the heat carried along the lines, it is put in
+#: products. After twice as many with new factors that leave out the heat carried along the lines, it is put in, for 4
+#: times as many at most
 KEEP_BELOW = 12
 #: pressure change [p_max] above which it is renewed at once; 16 contacts: a fifth fewer factorisations than at 3e-3; at
 #: 0.3, with 16 iterations, half as many products more and a tenth more Newton steps
@@ -34,8 +34,8 @@ RENEW_ABOVE = 0.05
 #: four turned back and the last is above ALTERNATING times the least of three
 ALTERNATING = 0.5
 #: the edge of cavitation is settled at nodes below this pressure, relative to the largest, and above this share of the
-#: flow in the diagonal of the node; sweeps for it
-EDGE_PRESSURE, EDGE_FLOW_SHARE, EDGE_SWEEPS = 0.02, 0.9, 100
+#: flow in the diagonal of the node
+EDGE_PRESSURE, EDGE_FLOW_SHARE = 0.02, 0.9
 #: share of the expected film below which the flow is that of a lifted gap while iterating; the gap of the energy
 #: equation is at least half of that
 FLOOR_SHARE = 0.2
@@ -46,8 +46,6 @@ NEWTON_STEPS = 30
 FIRST_PSEUDO_STEP = 0.1
 #: film [b^2/R_x] above which the approach is held and corrected with the load
 HELD_ABOVE = 50.0
-#: largest change of ln(film) between two held approaches of a thick film
-THICK_STEP = 1.5
 #: load error, relative, that a converged solution may have
 LOAD_TOLERANCE = 1e-4
 #: relative change of the central gap in the last step of a converged solution. Far beyond the film, every step takes a
@@ -69,12 +67,6 @@ class NewtonHistory:
         """End without a finite state."""
         self.finite, self.reason = False, reason
 
-    def extend(self, later: "NewtonHistory") -> None:
-        """Append the steps of a later part of the same solve."""
-        self.change.extend(later.change)
-        self.krylov.extend(later.krylov)
-        self.converged, self.finite, self.reason = later.converged, later.finite, later.reason
-
 
 # a diverging iterate is detected by values that are not finite
 @np.errstate(over="ignore", invalid="ignore")
@@ -90,11 +82,9 @@ def solve(
 ) -> tuple[ReynoldsState, NewtonHistory, LineFactors | None]:
     """Newton's method from a state; film_estimate [b^2/R_x] scales the safeguard of the gap.
 
-    preconditioner: that of an earlier state, kept while GMRES needs few iterations with it.
-    patient: where Newton's method has not converged in NEWTON_STEPS, begin again in pseudo time: the squeeze term
-    of a film that changes within a few passages of the contact keeps the pressure spike of a cold film in place.
-    A film above HELD_ABOVE, far thicker than the flattening, is found at a held approach corrected with the load.
-    Ends when a step within the limit changes the pressure by less than tolerance [p_max], or with another `reason`.
+    preconditioner: that of an earlier state. patient: what has not converged in NEWTON_STEPS begins again in pseudo
+    time, whose squeeze term keeps the pressure spike of a cold film in place. Ends when a step within the limit changes
+    the pressure by less than tolerance [p_max], or with another `reason`.
     """
     if film_estimate > HELD_ABOVE:
         return _solve_thick(geometry, state, film, film_estimate, tolerance, max_steps)
@@ -105,8 +95,8 @@ def solve(
     end, later, factors = _newton(
         geometry, state, film, film_estimate, tolerance, max_steps - first, None, FIRST_PSEUDO_STEP
     )
-    history.extend(later)
-    return end, history, factors
+    later.change, later.krylov = history.change + later.change, history.krylov + later.krylov
+    return end, later, factors
 
 
 def _newton(
@@ -121,43 +111,39 @@ def _newton(
 ) -> tuple[ReynoldsState, NewtonHistory, LineFactors | None]:
     """Newton steps of pressures and approach; pseudo_step: the first of pseudo time [b/u_e], none by default."""
     history = NewtonHistory(reason=f"no convergence in {max_steps} Newton steps")
-    p, h_0, gap = state.p, state.h_0, state.gap
-    steady, length = not np.isfinite(pseudo_step), _StepLength(p)
+    steady, length = not np.isfinite(pseudo_step), _StepLength(state.p)
     for _ in range(max_steps):
-        linear = Linearisation(geometry, p, gap, film, FLOOR_SHARE * film_estimate, 1.0 / pseudo_step)
-        load_error = float(np.sum(geometry.weights * p)) - TARGET_LOAD
+        linear = Linearisation(geometry, state, film, FLOOR_SHARE * film_estimate, 1.0 / pseudo_step)
+        p, load_error = state.p, float(np.sum(geometry.weights * state.p)) - TARGET_LOAD
         if not np.isfinite(np.sum(linear.residual**2) + load_error):
             history.lose("residual not finite")
             break
         if history.change and history.change[-1] > RENEW_ABOVE:
             factors = None
-        delta, factors = _linear_step(linear, linear.right_hand_side(load_error), factors, history)
+        delta, factors = _linear_step(linear, load_error, factors, history)
         d_p = linear.update(delta[:-1].reshape(p.shape))
         size = float(np.abs(d_p).max())
         if steady:
             length.adapt(d_p)
         # limited node by node: a moving pressure spike must not shorten the step of the others
         limit = STEP_LIMIT * min(1.0, float(p.max()))
-        p_new = p + length.share * np.clip(d_p, -limit, limit)
+        p = p + length.share * np.clip(d_p, -limit, limit)
         if film_estimate < THICK_FILM:
             # the long steps of a wedge that carries the load alone would overshoot its edge
-            _settle_edge(linear, p_new, size)
-        p_new = _bounded(p_new)
-        h_0 += length.share * float(delta[-1])
-        centre = float(gap[0, geometry.centre])
-        gap = _gap_after(linear, film, p, p_new, h_0, history)
-        p, change = p_new, history.change[-1]
+            _settle_edge(linear, p, size)
+        state = _stepped(linear, p, state.h_0 + length.share * float(delta[-1]), history)
         if not history.finite:
             break
         balanced = abs(load_error) <= LOAD_TOLERANCE * TARGET_LOAD
-        close = change <= length.share * tolerance * min(1.0, float(p.max()))
-        close = close and abs(float(gap[0, geometry.centre]) - centre) <= GAP_TOLERANCE * abs(centre)
+        close = history.change[-1] <= length.share * tolerance * min(1.0, float(state.p.max()))
+        centre, before = (float(gap[0, geometry.centre]) for gap in (state.gap, linear.gap))
+        close = close and abs(centre - before) <= GAP_TOLERANCE * abs(before)
         if close and balanced and size <= limit and (steady or pseudo_step > 1.0 / FIRST_PSEUDO_STEP):
             history.converged, history.reason = True, "pressure change below tolerance"
             break
         if not steady:
             pseudo_step *= min(max(STEP_LIMIT / max(size, TINY), 0.5), 2.0)
-    return ReynoldsState(p, h_0, gap), history, factors
+    return state, history, factors
 
 
 def _solve_thick(
@@ -168,34 +154,26 @@ def _solve_thick(
     tolerance: float,
     max_steps: int,
 ) -> tuple[ReynoldsState, NewtonHistory, None]:
-    """A film far thicker than the flattening: the pressure at a held approach, corrected with the load.
-
-    The wedge alone carries the load, which falls with the square root of the film; a free approach would follow
-    every change of the cavitated region instead.
-    """
+    """A film far thicker than the flattening, carried by the wedge alone: held approaches, corrected with the load."""
     history = NewtonHistory(reason=f"no convergence in {max_steps} Newton steps")
-    # the film goes with the square of the load
+    # a free approach would follow every change of the cavitated region; the film goes with the square of the load
     tolerance = min(tolerance, LOAD_TOLERANCE)
-    p, h_0, gap = state.p, state.h_0, state.gap
     points: list[tuple[float, float]] = []
+    factors: LineFactors | None = None
     while len(history.change) < max_steps:
-        factors: LineFactors | None = None
-        while len(history.change) < max_steps:
-            linear = Linearisation(geometry, p, gap, film, FLOOR_SHARE * film_estimate, 0.0, False)
-            if not np.isfinite(np.sum(linear.residual**2)):
-                history.lose("residual not finite")
-                return ReynoldsState(p, h_0, gap), history, None
-            delta, factors = _linear_step(linear, linear.right_hand_side(0.0), factors, history)
-            p_new = _bounded(p + delta[:-1].reshape(p.shape))
-            gap = _gap_after(linear, film, p, p_new, h_0, history)
-            p, change = p_new, history.change[-1]
-            if not history.finite:
-                return ReynoldsState(p, h_0, gap), history, None
-            if change <= tolerance * min(1.0, float(p.max())):
-                break
-        load = float(np.sum(geometry.weights * p)) / TARGET_LOAD
-        thickness = float(gap[0, geometry.centre])
-        if abs(load - 1.0) <= LOAD_TOLERANCE and change <= tolerance * min(1.0, float(p.max())):
+        linear = Linearisation(geometry, state, film, FLOOR_SHARE * film_estimate, free=False)
+        if not np.isfinite(np.sum(linear.residual**2)):
+            history.lose("residual not finite")
+            break
+        delta, factors = _linear_step(linear, 0.0, factors, history)
+        state = _stepped(linear, state.p + delta[:-1].reshape(state.p.shape), state.h_0, history)
+        if not history.finite:
+            break
+        if history.change[-1] > tolerance * min(1.0, float(state.p.max())):
+            continue
+        load = float(np.sum(geometry.weights * state.p)) / TARGET_LOAD
+        thickness, factors = float(state.gap[0, geometry.centre]), None
+        if abs(load - 1.0) <= LOAD_TOLERANCE:
             history.converged, history.reason = True, "pressure change and load error below tolerance"
             break
         if not thickness > 0.0:
@@ -206,57 +184,39 @@ def _solve_thick(
         if len(points) == 2 and points[1][0] != points[0][0]:
             slope = (points[1][1] - points[0][1]) / (points[1][0] - points[0][0])
         slope = min(max(slope, -2.0), -0.25)
-        step = min(max(-points[-1][1] / slope, -THICK_STEP), THICK_STEP)
-        raised = thickness * math.expm1(step)
-        h_0, gap = h_0 + raised, gap + raised
-    return ReynoldsState(p, h_0, gap), history, None
+        raised = thickness * math.expm1(-points[-1][1] / slope)
+        state = ReynoldsState(state.p, state.h_0 + raised, state.gap + raised)
+    return state, history, None
 
 
-def _gap_after(
-    linear: Linearisation, film: Film, p: Array, p_new: Array, h_0: float, history: NewtonHistory
-) -> Array:
-    """The gap after a step from p to p_new, which the film follows and the history records."""
-    gap = linear.geometry.gap(p_new, h_0)
-    change = np.maximum(p_new, 0.0) - np.maximum(linear.p, 0.0)
-    film.follow(linear.system, change, gap - linear.gap)
-    history.change.append(float(np.abs(p_new - p).max()))
+def _stepped(linear: Linearisation, p: Array, h_0: float, history: NewtonHistory) -> ReynoldsState:
+    """State at a new pressure and approach, recorded in the history; the film follows."""
+    p = np.maximum(p, -LEAST_PRESSURE * float(p.max()))
+    gap = linear.geometry.gap(p, h_0)
+    linear.film.follow(linear.system, np.maximum(p, 0.0) - np.maximum(linear.p, 0.0), gap - linear.gap)
+    history.change.append(float(np.abs(p - linear.p).max()))
     if not np.isfinite(history.change[-1]):
         history.lose("pressure not finite")
-    return gap
+    return ReynoldsState(p, h_0, gap)
 
 
 def _settle_edge(linear: Linearisation, p: Array, step: float) -> None:
-    """Move the edge of cavitation with a step to the pressure p; Newton alone moves it by one node per step.
-
-    step: bounds the change of the edge, for the inflow is accurate to KRYLOV_TOLERANCE only.
-    """
+    """Move the edge of cavitation at a pressure p by at most step; Newton alone moves it by one node per step."""
     grid = linear.geometry.grid
     low = (p < EDGE_PRESSURE * float(p.max())) & (linear.flow_share > EDGE_FLOW_SHARE) & (grid.x > 0.0)
     # the penalty balances the flow into a cavitated node
     inflow = linear.penalty * p
     before = np.where(low, np.maximum(p, 0.0), p)
     settled = before.copy()
-    settle_edge(linear.geometry.mesh, linear.faces, linear.dln_phi, low, EDGE_SWEEPS, settled, inflow)
+    settle_edge(linear.geometry.mesh, linear.faces, linear.dln_phi, low, settled, inflow)
     p += np.clip(settled - before, -step, step)
 
 
-def linearise(
-    geometry: ContactGeometry, state: ReynoldsState, film: Film, film_estimate: float
-) -> Linearisation:
-    """Fluxes, residual and Jacobian of a state; fluxes in u_e b^2/R_x times the density of reference."""
-    return Linearisation(geometry, state.p, state.gap, film, FLOOR_SHARE * film_estimate)
-
-
-def _bounded(p: Array) -> Array:
-    """A pressure whose cavitated nodes carry next to nothing."""
-    return np.maximum(p, -LEAST_PRESSURE * float(p.max()))
-
-
 def _linear_step(
-    linear: Linearisation, rhs: Array, factors: LineFactors | None, history: NewtonHistory
+    linear: Linearisation, load_error: float, factors: LineFactors | None, history: NewtonHistory
 ) -> tuple[Array, LineFactors | None]:
     """Solve one linearised system by GMRES; factors that need too many iterations are replaced."""
-    used = 0
+    used, rhs = 0, -np.append((linear.residual / linear.scale).ravel(), load_error / TARGET_LOAD)
     if factors is not None:
         delta, used, left = gmres(linear.system, factors, rhs, KRYLOV_TOLERANCE, KEEP_BELOW)
         if not left <= KRYLOV_TOLERANCE:
@@ -264,7 +224,7 @@ def _linear_step(
     if factors is None:
         # without heat, both would have the same factors
         still = ((False, 2 * KEEP_BELOW),) if linear.film.warm else ()
-        for carried, most in (*still, (True, MOST_KRYLOV)):
+        for carried, most in (*still, (True, 4 * KEEP_BELOW)):
             factors = factor_lines(linear.system, carried)
             delta, again, left = gmres(linear.system, factors, rhs, KRYLOV_TOLERANCE, most)
             used += again
@@ -279,7 +239,7 @@ class _StepLength:
 
     def __init__(self, p: Array) -> None:
         self.share = self._most = 1.0
-        #: largest pressure change of every full step
+        #: largest pressure change of every full step, and whether it turned back
         self.sizes: list[float] = []
         self._turned: list[bool] = []
         self._last = np.zeros_like(p)
@@ -289,15 +249,11 @@ class _StepLength:
         self.sizes.append(float(np.abs(d_p).max()))
         turned = float(np.sum(d_p * self._last)) < -ALTERNATING * float(np.sum(self._last * self._last))
         self._turned.append(turned)
-        if turned and sum(self._turned[-4:]) > 1 and self.sizes[-1] > ALTERNATING * min(self.sizes[-3:]):
+        last, factor = self.sizes[-3:], 1.0 - 0.5 * self.share
+        if turned and sum(self._turned[-4:]) > 1 and last[-1] > ALTERNATING * min(last):
             # a node at the edge of cavitation alternates; half steps bring it to rest there
             self.share *= 0.5
             self._most = self.share
-        elif self.share < 1.0 and not turned and _shrinking(self.sizes, 1.0 - 0.5 * self.share):
+        elif self.share < 1.0 and not turned and last[-1] < factor * last[-2] < factor * factor * last[-3]:
             self.share = min(2.0 * self.share, self._most)
         self._last = d_p
-
-
-def _shrinking(steps: list[float], factor: float) -> bool:
-    """Whether each of the last two steps is smaller than the one before by a factor."""
-    return len(steps) > 2 and steps[-1] < factor * steps[-2] < factor * factor * steps[-3]

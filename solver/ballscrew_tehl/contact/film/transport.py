@@ -1,8 +1,7 @@
 """Temperature that follows the pressure: what changes of pressure heat or cool, carried along the lines of the contact.
 
-The energy equation of a line, linearised at its last solution with the surfaces, the flow and the neighbour lines
-held, is marched downstream: a column answers to its own pressure (compression, viscosity of the sheared oil), to the
-pressures upstream of it (difference of the compression) and to the two columns upstream.
+The energy equation of a line, linearised at its last solution with the surfaces, the flow and the neighbour lines held,
+is marched downstream: a column answers to its own pressure, to those upstream and to the two columns upstream.
 """
 
 from typing import NamedTuple, Self
@@ -44,7 +43,7 @@ class HeatTransport(NamedTuple):
 
     @classmethod
     def empty(cls, ny: int, x: Array, nz: int) -> Self:
-        """Without any transport; x (n_x,) [m]."""
+        """Without any transport, on nodes x (n_x,) [m]."""
         nx = x.size
         back_1, back_2 = np.zeros((2, nx))
         if nz > 1:
@@ -53,18 +52,13 @@ class HeatTransport(NamedTuple):
             back_1[2:] = -d_2 / (d_1 * (d_2 - d_1)) / own
             back_2[2:] = d_1 / (d_2 * (d_2 - d_1)) / own
         up_1, up_2, source, squeeze, lift, widen, *factors = np.zeros((11, ny, nx, nz - 1))
-        pull, push, wedge_h = np.zeros((ny, nx, 2)), np.zeros((ny, nx, 4)), np.zeros((ny, nx))
-        return cls(
-            up_1, up_2, source, squeeze, back_1, back_2, lift, widen, pull, push, wedge_h, *factors
-        )  # fmt: skip
+        nodes = np.zeros((ny, nx, 2)), np.zeros((ny, nx, 4)), np.zeros((ny, nx))
+        return cls(up_1, up_2, source, squeeze, back_1, back_2, lift, widen, *nodes, *factors)
 
 
 @kernel
 def follow(heat, g, dg, by_t, unit, unit_h, dp, dh, dt):
-    """Temperature changes dt (n_y, n_x, n_z+1) [K] that follow changes of pressure and gap.
-
-    dp, dh (n_y, n_x): in units of unit [Pa], unit_h [m]; g, its derivatives dg to the pressure and by_t: of the film.
-    """
+    """Fill temperature changes dt [K] by those of pressure dp [unit] and gap dh [unit_h]; g, dg, by_t: of the film."""
     ny, nx = dp.shape
     n = dt.shape[2] - 2
     dt[:, :, :] = 0.0
@@ -76,13 +70,10 @@ def follow(heat, g, dg, by_t, unit, unit_h, dp, dh, dt):
                 change += unit * heat.back_2[i] * dp[j, i - 2]
             own = heat.wedge_h[j, i] * dg[j, i] * dp[j, i] + g[j, i] * dh[j, i]
             ahead = heat.wedge_h[j, i + 1] * dg[j, i + 1] * dp[j, i + 1] + g[j, i + 1] * dh[j, i + 1]
-            push = (
-                heat.push[j, i, 0] * wedge_2
-                + heat.push[j, i, 1] * wedge_1
-                + heat.push[j, i, 2] * own
-                + heat.push[j, i, 3] * ahead
-                + heat.pull[j, i, 0] * (dp[j, i] - dp[j, i - 1])
-                + heat.pull[j, i, 1] * (dp[j, i + 1] - dp[j, i])
+            push = heat.push[j, i, 0] * wedge_2 + heat.push[j, i, 1] * wedge_1
+            push += heat.push[j, i, 2] * own + heat.push[j, i, 3] * ahead
+            push += heat.pull[j, i, 0] * (dp[j, i] - dp[j, i - 1]) + heat.pull[j, i, 1] * (
+                dp[j, i + 1] - dp[j, i]
             )
             x = 0.0
             for r in range(n):
@@ -107,10 +98,7 @@ def follow(heat, g, dg, by_t, unit, unit_h, dp, dh, dt):
 
 @kernel
 def line_response(heat, j, g, dg, by_t, unit, unit_h, same_line, far_phi, far_g):
-    """Changes of ln phi and g of the nodes of line j (rows) with each pressure of the line (columns), by temperature.
-
-    The gap follows the pressure by same_line (n_x, n_x); other arguments as in follow; fills far_phi, far_g (n_x, n_x).
-    """
+    """Fill far_phi, far_g (n_x, n_x): changes of ln phi and g of line j with its pressures; same_line: of its gap."""
     nx = far_phi.shape[0]
     n = heat.up_1.shape[2]
     far_phi[:, :] = 0.0

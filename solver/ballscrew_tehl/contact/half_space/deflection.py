@@ -2,8 +2,8 @@
 
 Integrals over the cells of a line of a density that depends on s = x - x' only come from panels of polynomials: the
 integral over cell k is P(x_i - edge_k) - P(x_i - edge_k+1) with one primitive P per distance between lines, a
-polynomial on each panel of s. Tables are linear in the density, so the transform across is done on them and the cells
-are integrated mode by mode; no matrix per distance is formed or transformed.
+polynomial on each panel of s. Tables are linear in the density: the transform across is done on them, the cells are
+integrated mode by mode.
 """
 
 from functools import cached_property
@@ -21,32 +21,23 @@ POINTS = 10
 SHARE = 0.4
 #: exponentials of less than -CUT are taken as zero
 CUT = 40.0
-#: nodes under pressure below which the dry contact is not resolved
-LEAST_UNDER_PRESSURE = 40
-#: change of pressure [p_max] that ends the conjugate gradients of the dry contact
-TOLERANCE = 1e-10
+#: change of pressure [p_max] that ends iterations for p >= 0: of the dry contact and of the edge of cavitation
+PRESSURE_TOLERANCE = 1e-9
 
 
-def _antiderivative() -> tuple[Array, Array]:
-    """Gauss nodes on -1..1, and the matrix from values there to the powers of their integral from -1."""
-    nodes, weights = legendre.leggauss(POINTS)
-    powers = np.zeros((POINTS + 1, POINTS))
-    for unit in np.eye(POINTS):
-        # share of a Legendre polynomial in the values, by the rule, and the integral of it
-        share = (np.flatnonzero(unit)[0] + 0.5) * weights * legendre.legval(nodes, unit)
-        term = legendre.leg2poly(legendre.legint(unit, lbnd=-1))
-        powers[: term.size] += np.outer(term, share)
-    return nodes, powers
+def _antiderivative(nodes: Array) -> Array:
+    """Matrix from values at nodes on -1..1 to the powers of the integral from -1 of the polynomial through them."""
+    order = np.arange(1, nodes.size + 1)[:, None]
+    terms = np.linalg.inv(np.vander(nodes, increasing=True)) / order
+    return np.vstack((-np.sum((-1.0) ** order * terms, axis=0), terms))
 
 
-NODES, POWERS = _antiderivative()
+NODES = legendre.leggauss(POINTS)[0]
+POWERS = _antiderivative(NODES)
 
 
 def panel_breaks(start: float, end: float, scale: float, share: float, decay: float = 0.0) -> Array:
-    """Borders of panels from start >= 0 to beyond end, each at most share*max(s, scale) long.
-
-    And at most 4/decay as long as exp(-decay s) counts.
-    """
+    """Borders of panels from start >= 0 to beyond end, at most share*max(s, scale) long, 4/decay while that counts."""
     breaks = [start]
     while breaks[-1] <= end:
         s = breaks[-1]
@@ -61,21 +52,14 @@ def panel_nodes(breaks: Array) -> Array:
 
 
 def both_sides(breaks: Array, down: Array, up: Array, middle: Array | None = None) -> tuple[Array, Array]:
-    """Panels on both sides of s = 0 from values at |s|: down on s > 0; up on s < 0, on as many panels as it has.
-
-    middle : values on the panel -breaks[0]..breaks[0], which is there unless breaks[0] = 0.
-    """
-    n = len(up)
-    if middle is None:
-        return np.concatenate((-breaks[n:0:-1], breaks)), np.concatenate((up[::-1, ::-1], down))
-    return np.concatenate((-breaks[n::-1], breaks)), np.concatenate((up[::-1, ::-1], middle, down))
+    """Panels and values on both sides of s = 0, up on s < 0 as far as it goes; middle: on -breaks[0]..breaks[0] > 0."""
+    n, middle = len(up), down[:0] if middle is None else middle
+    mirrored = -breaks[n::-1][: n + len(middle)]
+    return np.concatenate((mirrored, breaks)), np.concatenate((up[::-1, ::-1], middle, down))
 
 
 def panel_primitive(breaks: Array, density: Array) -> Array:
-    """Powers (panels, POINTS+1, columns) of the integral from breaks[0] of a density (panels, POINTS, columns).
-
-    In the local coordinate -1..1 of each panel.
-    """
+    """Powers (panels, POINTS+1, columns), on -1..1 of a panel, of the integral of (panels, POINTS, columns)."""
     table = np.matmul(POWERS, density)
     table *= 0.5 * np.diff(breaks)[:, None, None]
     # value at the right end of each panel starts the next
@@ -85,10 +69,7 @@ def panel_primitive(breaks: Array, density: Array) -> Array:
 
 @kernel
 def cell_integrals(x, edges, sign, breaks, table, own, out):
-    """out (columns, nx, nx) = own + sign*(P(sign*(x_i - e_k)) - P(sign*(x_i - e_k+1))); P = 0 below breaks[0].
-
-    own : (nx, nx) added to every column. breaks must reach beyond the largest s.
-    """
+    """out (columns, nx, nx) = own + sign*(P(sign*(x_i - e_k)) - P(sign*(x_i - e_k+1))); P = 0 below breaks[0]."""
     nx, columns, last = x.size, table.shape[2], breaks.size - 2
     row = np.empty((nx + 1, columns))
     j = 0
@@ -117,11 +98,7 @@ def cell_integrals(x, edges, sign, breaks, table, own, out):
 
 
 def own_influence(x: Array, edges: Array, h_y: float) -> Array:
-    """Influence (nx, nx) of the cells of a line on its own nodes: integral of 1/r over cell k, seen from node i.
-
-    x, edges [b]; h_y: spacing across in the same unit. Source: Love 1929 with the corner x ln(y+r) + y ln(x+r), y > 0;
-    terms of x or of y alone drop out of the differences.
-    """
+    """Integral of 1/r over each cell of a line, seen from its nodes (nx, nx), by the corner terms of Love 1929 [b]."""
     s, y = edges - x[:, None], 0.5 * h_y
     r = np.hypot(s, y)
     # y (ln(s + r) - ln y), odd in s, at the border of the strip; x ln(y+r) in its middle
@@ -162,12 +139,11 @@ def convolve(forward, modes, backward, field):
 class LineConvolution:
     """Convolution across (Toeplitz in y, even) with dense influence along x: out = sum_l K[|j-l|] f_l.
 
-    influence : (2 n_y - 1, nx, nx), one matrix per distance in lines; the lines are 0..n_y-1 of an even field whose
-    last line is zero.
+    Lines 0..n_y-1 of an even field whose last line is zero; hat: transform (modes, nx, nx) by distance_modes of the
+    influence K (2 n_y - 1, nx, nx), one matrix per distance in lines; same_line: K[0].
     """
 
     def __init__(self, hat: Array, same_line: Array, n_y: int) -> None:
-        """From the transform (modes, nx, nx) of the influence by distance_modes, and influence[0]."""
         self._hat, self.same_line = hat, same_line
         self._forward, self._backward = line_modes(n_y)
 
@@ -187,10 +163,7 @@ class LineConvolution:
 
 
 def mode_operator(grid: Grid, sign: float, breaks: Array, density: Array, own: Array) -> LineConvolution:
-    """Operator of densities (panels, points, distances) at panel_nodes(breaks) for distances 1, 2, ...
-
-    Distances beyond those are zero. sign = -1 reverses s; own: the influence of a line on itself.
-    """
+    """Operator of densities (panels, points, distances 1, 2, ...) at panel_nodes(breaks); own: of a line on itself."""
     modes = distance_modes(grid.y.size)
     table = panel_primitive(breaks, density @ modes[:, 1 : density.shape[2] + 1].T)
     hat = np.empty((len(modes), grid.x.size, grid.x.size))
@@ -199,10 +172,7 @@ def mode_operator(grid: Grid, sign: float, breaks: Array, density: Array, own: A
 
 
 def deflection_operator(grid: Grid, kappa: float, factor: float) -> LineConvolution:
-    """Deflection [b^2/R_x] of dimensionless pressure: factor * double integral of P/sqrt(dX^2 + (dY/kappa)^2).
-
-    kappa = b/a; factor = 2 p_max a R_x/(pi E' b^2). Panels of order POINTS: 1e-11 of the largest influence.
-    """
+    """Deflection [b^2/R_x]: factor 2 p_max a R_x/(pi E' b^2) * double integral of P/sqrt(dX^2 + (dY/kappa)^2)."""
     h_y, scale = grid.h_y / kappa, factor * kappa
     half = panel_breaks(0.0, grid.length_x, 0.5 * h_y, SHARE, np.inf)
     s = panel_nodes(half)[:, :, None]
@@ -214,36 +184,18 @@ def deflection_operator(grid: Grid, kappa: float, factor: float) -> LineConvolut
 
 
 def dry_contact(
-    grid: Grid,
-    undeformed: Array,
-    deflection: LineConvolution,
-    load: float,
+    grid: Grid, undeformed: Array, deflection: LineConvolution, load: float
 ) -> tuple[Array, float]:
-    """Pressure >= 0 and approach with gap = 0 under pressure and >= 0 elsewhere, for a given load.
-
-    Constrained conjugate gradients of Polonsky & Keer, Wear 231 (1999) 206, in the area-weighted inner product.
-    Returns pressure (n_y, n_x) and the approach that closes the gap.
-    """
-    weights = grid.weights.copy()
-    inside = np.zeros_like(weights, dtype=bool)
+    """Pressure (n_y, n_x) and approach of a load without a film: conjugate gradients of Polonsky & Keer 1999."""
+    weights, inside = grid.weights, np.zeros_like(undeformed, dtype=bool)
     inside[grid.inner] = True
-    r_2 = grid.x[None, :] ** 2 + grid.y[:, None] ** 2
-    # half-width squared that holds so many nodes
-    width_2 = max(1.0, float(np.partition(r_2[inside], LEAST_UNDER_PRESSURE)[LEAST_UNDER_PRESSURE]))
-    p = np.sqrt(np.maximum(0.0, 1.0 - r_2 / width_2)) * inside
+    p = np.sqrt(np.maximum(0.0, 1.0 - grid.x[None, :] ** 2 - grid.y[:, None] ** 2)) * inside
     p *= load / np.sum(weights * p)
-    if width_2 > 1.0:
-        # a grid for films far thicker than the flattening: the dry contact is a point on it
-        gap = undeformed + deflection(p)
-        return p, -float(np.sum(weights * p * gap) / load)
-    direction = np.zeros_like(p)
-    g_old, fresh = 1.0, 0.0
-    h_0 = 0.0
+    direction, g_old, fresh = np.zeros_like(p), 1.0, 0.0
     for _ in range(p.size):
         contact = p > 0.0
         gap = undeformed + deflection(p)
-        h_0 = -float(np.sum((weights * gap)[contact]) / np.sum(weights[contact]))
-        gap += h_0
+        gap -= float(np.sum((weights * gap)[contact]) / np.sum(weights[contact]))
         g_new = float(np.sum((weights * gap * gap)[contact]))
         direction = np.where(contact, gap + fresh * (g_new / g_old) * direction, 0.0)
         g_old = g_new
@@ -258,7 +210,7 @@ def dry_contact(
         p_new *= load / np.sum(weights * p_new)
         change = float(np.max(np.abs(p_new - p)))
         p = p_new
-        if not change > TOLERANCE:
+        if not change > PRESSURE_TOLERANCE:
             break
     gap = undeformed + deflection(p)
     return p, -float(gap[p > 0.0].mean())
