@@ -48,7 +48,11 @@ class Inputs(NamedTuple):
 
 
 def read_inputs(
-    screw: str | None, map_file: str | None, kinematics: str | None, friction: str | None = None
+    screw: str | None,
+    map_file: str | None,
+    kinematics: str | None,
+    friction: str | None = None,
+    tolerance: float | None = None,
 ) -> Inputs:
     """Parameters and their nut map. Its header has start values and provenance of the friction parameters.
 
@@ -57,6 +61,7 @@ def read_inputs(
     Raises       ValueError or OSError: invalid input, with a message of one line
     """
     args = Namespace(screw=screw, map=map_file, kinematics=kinematics, friction=friction)
+    args.temperature_tolerance_k = tolerance
     chosen = chosen_of(args)
     return Inputs(chosen.parameters, chosen.nut_map(args), chosen.friction_set)
 

@@ -16,7 +16,9 @@ from ..shared.inputs import Chosen, chosen_of, key_of, read_points, say_outside
 from ..shared.output import Answer, check_output, filled, say, write_text
 from ..shared.quantities import AXIAL_LOAD, PRELOAD
 
-CONDITIONS = "JIS B 1192: 100 r/min, ISO VG 68 (ISO 3408-3: VG 100), no seals; a convention, proportional to the preload"
+CONDITIONS = (
+    "JIS B 1192: 100 r/min, ISO VG 68 (ISO 3408-3: VG 100), no seals; a convention, proportional to preload"
+)
 #: of a table
 COLUMNS = ("preload_n", "axial_load_n", "catalogue_torque_nm", "friction_torque_nm", "efficiency", "in_range",
            "static_safety", "life_turns", "contact_pressure_max_pa")  # fmt: skip

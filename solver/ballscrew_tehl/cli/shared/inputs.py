@@ -24,17 +24,20 @@ from ...runtime.packed import MECHANISTIC
 from ...tables.csv_file import open_table, read_columns
 from ...tables.headings import MEASURED, Kind
 from .output import QUIET, check_output, progress_bar, say
-from .quantities import TORQUE_POINT, Quantity
+from .quantities import TOLERANCE, TORQUE_POINT, Quantity
 
 
 def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
-    """The parameters of --screw, else in the file of --map, else of a default or packaged file, and --kinematics."""
+    """The parameters of --screw, else in the file of --map, else of a default or packaged file, by further options."""
     if args.screw is None and args.map is not None:
         from ...nut_map.file import screw_of_map
 
         parameters = screw_of_map(args.map)
     else:
         parameters = load_screw(default if args.screw is None else args.screw)
+    tolerance = getattr(args, TOLERANCE.name, None)
+    if tolerance is not None:
+        parameters = changed(parameters, lubricant={"temperature_tolerance": tolerance})
     if args.kinematics in (None, parameters.friction.kinematics):
         return parameters
     if args.kinematics == "published" and parameters.published_speeds is None:

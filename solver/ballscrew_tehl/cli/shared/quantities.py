@@ -67,6 +67,12 @@ MAX_FORCE = 1e7
 PRELOAD = Quantity("preload_n", "preload of the nut [N]", 0.0)
 SPEED = Quantity("speed_rpm", "screw speed [r/min]")
 TEMPERATURE = Quantity("temperature_c", "oil temperature [C]", -73.15, 200.0)
+TOLERANCE = Quantity(
+    "temperature_tolerance_k",
+    "for the interval: the oil may be so much warmer or colder; default: 5 [K]",
+    0.0,
+    50.0,
+)
 AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", -MAX_FORCE, MAX_FORCE, 0.0)
 TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", 0.0)
 
