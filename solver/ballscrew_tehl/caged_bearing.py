@@ -7,14 +7,11 @@ examples/paper/machines.py.
 
 import math
 from collections.abc import Mapping
-from contextlib import suppress
 from numbers import Integral
 from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from .atlas.ball_contacts import BallContacts
-from .atlas.contact_atlas import OutsideAtlasError
 from .friction.interval import torque_interval
 from .friction.mechanistic import ContactValues, double_nut_parts
 from .friction.sets import FrictionSet
@@ -29,7 +26,7 @@ from .parameters.file import (
 )
 from .parameters.units import COLDEST
 from .physics.hertz import RACEWAYS, reduced_radii
-from .refinement.direct import DirectContacts
+from .refinement.direct import DirectContacts, contacts_of
 
 #: what a screw needs and a bearing has not, so small that it does not count: lead over ball diameter, and section of
 #: the bodies between two balls over its square. The loads of the balls then differ by less than 1e-3; they would be
@@ -164,11 +161,7 @@ def bearing(
         name=f"bearing {1e3 * D:g} mm, {balls} balls of {1e3 * d:g} mm", screw=screw, solid=WALLS,
         lubricant=graded_oil(iso_vg, viscosity_index) if oil is None else oil, friction=law,
     )  # fmt: skip
-    if not solved:
-        # where the atlas does not hold this oil or these grooves the contacts are solved
-        with suppress(OutsideAtlasError):
-            return Bearing(parameters, BallContacts(parameters))
-    return Bearing(parameters, DirectContacts(parameters))
+    return Bearing(parameters, DirectContacts(parameters) if solved else contacts_of(parameters))
 
 
 def _needs(valid: bool, name: str, value: object, unit: str, allowed: str, remedy: str) -> None:

@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 
 from .._version import __version__
-from ..atlas.ball_contacts import BallContacts
-from ..atlas.contact_atlas import OutsideAtlasError
 from ..friction.baselines import nsk_torque
 from ..friction.interval import TorqueInterval, torque_interval
 from ..friction.mechanistic import ContactValues, mean_load
@@ -317,11 +315,8 @@ class MapFilm:
 
 def solved_film(name: str, parameters: Parameters) -> Any:
     """FilmModel of a set, by the solver, or the ContactValues of the mechanistic law, of the atlas if it holds them."""
-    from ..refinement.direct import DirectContacts, DirectFilm
+    from ..refinement.direct import DirectFilm, contacts_of
 
     if name != MECHANISTIC:
         return DirectFilm(parameters, Law(name).film_model == "solved_thermal")
-    try:
-        return BallContacts(parameters)
-    except OutsideAtlasError:
-        return DirectContacts(parameters)
+    return contacts_of(parameters)

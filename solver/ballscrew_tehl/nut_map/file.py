@@ -208,7 +208,8 @@ def _with_friction(
             from .build import build_map
 
             variables = build_map(parameters, grid_of(header["axes"])).arrays
-            header[MECHANISTIC] = law_constants(parameters)
+            header |= {MECHANISTIC: law_constants(parameters), "file_hash": ""}
+            header["file_hash"] = content_hash(header, variables)
         header[BAND] = band(parameters, header["axes"], friction)
         law = parameters.friction
         defaults = (*friction.values[:2], roughness_of(law), breakaway_factor(law))

@@ -64,8 +64,5 @@ def neighbour_drag_power(radius: float, sliding_speed: Any, eta0: Any) -> Any:
     Validity     leading order of a narrow gap; without its own heat, and full of oil: an upper estimate where that is
                  short or aerated
     Source       Jeffrey & Onishi, J Fluid Mech 139 (1984) 261, resistance of two equal spheres to shear
-    Example
-        >>> round(neighbour_drag_power(2.38e-3, 2.0, 0.157), 4)
-        0.0365
     """
     return np.pi * np.asarray(eta0) * radius * np.log(radius / NEIGHBOUR_FILM) * np.square(sliding_speed)

@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..atlas.ball_contacts import BallContacts
+from ..atlas.contact_atlas import OutsideAtlasError
 from ..atlas.groups import QUANTITIES, closed_forms, rolling_contacts, unmodelled
 from ..contact import THICKEST, ContactResult, solve_ball
 from ..friction.mechanistic import mean_load, neighbour_power, nuts_powers, rolling_torque
@@ -211,12 +213,23 @@ class DirectContacts:
         self.parameters, self._solved = parameters, cache(partial(solved_contact, parameters))
 
     def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
-        """Quantities (n, 1, 1) at the ball loads (n,) of a nut, or at their mean_load alone, at a single point."""
+        """Quantities (n, 1, t) at the ball loads (n,) of a nut, or at their mean_load alone, at a speed (1, 1)."""
+        if temperature.size > 1:
+            each = [self.values(raceway, load, speed, one) for one in np.split(temperature, temperature.size)]
+            return {name: np.concatenate([one[name] for one in each], axis=2) for name in each[0]}
         # the mean of many loads and that of their mean differ by rounding
         mean = float(f"{mean_load(load):.12g}")
         contact = self._solved(raceway, mean, float(speed.flat[0]), float(temperature.flat[0]))
         contacts = MeanBallContacts(self.parameters, {raceway: [(mean, contact)]})
         return contacts.values(raceway, load, speed, temperature)
+
+
+def contacts_of(parameters: Parameters) -> BallContacts | DirectContacts:
+    """Contacts from the atlas, or solved if it does not hold this oil or geometry."""
+    try:
+        return BallContacts(parameters)
+    except OutsideAtlasError:
+        return DirectContacts(parameters)
 
 
 def mean_ball_state(

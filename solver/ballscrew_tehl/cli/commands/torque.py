@@ -124,14 +124,20 @@ def _by_map(
 def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
     """States by solves of the contacts, arguments as of _by_map; keys of their provenance."""
     from ...atlas.contact_atlas import load_atlas
-    from ...refinement.direct import DirectContacts, DirectFilm, direct_extremes, rolling_parameters
+    from ...refinement.direct import (
+        DirectContacts,
+        DirectFilm,
+        contacts_of,
+        direct_extremes,
+        rolling_parameters,
+    )
 
     parameters, friction_set = chosen.parameters, chosen.friction_set
     mechanistic = friction_set.film_model == MECHANISTIC
     height = roughness_of(parameters.friction) if mechanistic else friction_set.roughness_height
     # speeds of the published kinematics are not physical: its films are not shown, as by the map
     rolling = rolling_parameters(parameters)
-    contacts = DirectContacts(parameters)
+    contacts, around = DirectContacts(parameters), contacts_of(parameters)
     film_model = DirectFilm(parameters, friction_set.film_model == "solved_thermal")
     provenance: Values = {"film_kinematics": ROLLING_FRAME}
     if mechanistic:
@@ -144,7 +150,7 @@ def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
             forces = nut_forces(parameters, preload, axial_load)
             place = parameters, forces, contacts, abs(speed), temperature
             parts = double_nut_parts(*place, *friction_set.values[:2])
-            interval = torque_interval(*place, friction_set)
+            interval = torque_interval(parameters, forces, around, *place[3:], friction_set)
         else:
             at = preload, speed, temperature, axial_load
             parts, interval = double_nut_torque(parameters, friction_set, film_model, *at), None
