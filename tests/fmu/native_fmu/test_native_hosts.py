@@ -12,7 +12,7 @@ import pytest
 from fmu_checks import fmi_functions
 from native_library import NativeInstance
 from native_model import FLAGS, TOKEN, c_host, compiler, put_resources, resources, sealed
-from paths import ROOT
+from paths import FMU_SUPPORT
 from synthetic_map import closed_form, make_map
 
 from ballscrew_fmu.models import FRICTION, MONITOR
@@ -32,18 +32,16 @@ def run(*command, code=0, **options):
 
 
 def test_calls_states_and_files_under_sanitizers():
-    """The tests of calls, of saved states and of damaged files again, with a library that the sanitizers watch."""
+    """Of all models in random order, also illegal and damaged ones: native_walk.py."""
     names = [run(*compiler(), f"-print-file-name=lib{name}.so").strip() for name in ("asan", "ubsan")]
     if not all(map(os.path.isabs, names)):
         pytest.skip("needs the sanitizers of gcc, which are preloaded")
     environment = os.environ | {
         "LD_PRELOAD": " ".join(names), "ASAN_OPTIONS": "detect_leaks=0", "PYTHONMALLOC": "malloc",
         "BALLSCREW_CFLAGS": "-g -O0 -fsanitize=address,undefined -fno-sanitize-recover=all",
+        "PYTHONPATH": os.pathsep.join(sys.path),
     }  # fmt: skip
-    tests = [Path(__file__).with_name(f"test_native_{name}.py") for name in ("calls", "states", "hosts")]
-    words = "-m", "pytest", "-x", "-q", "-s", "-p", "no:cacheprovider", "-p", "no:xdist", "-k"
-    run(sys.executable, *words, "not python and not sanitizers and not program and not threads and not thousand",
-        *tests, env=environment, cwd=ROOT)  # fmt: skip
+    run(sys.executable, FMU_SUPPORT / "native_walk.py", 5, env=environment)
 
 
 @pytest.mark.parametrize(("options", "races"), [((), False), (("-DBALLSCREW_NO_THREADS",), True)])
