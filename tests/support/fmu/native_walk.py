@@ -14,7 +14,7 @@ from ctypes import Array, c_double, c_size_t, create_string_buffer
 from pathlib import Path
 
 from native_calls import LEGAL, STATES, UNSUPPORTED, arguments, is_legal
-from native_library import CS, DISCARD, ERROR, ME, NUT_MAP, OK, NativeInstance, doubles
+from native_library import DISCARD, ERROR, ME, NUT_MAP, OK, NativeInstance, doubles
 from native_model import put_resources, resources, sealed
 from synthetic_map import closed_form
 
@@ -83,9 +83,7 @@ def use_states(rng, one, state, saved):
     assert one.deserialize(rng.choice((short, sealed(short))))[0] == ERROR
     status, other = one.deserialize(sealed(damaged(rng, content, 24)))
     if status == OK == one.restore(other):  # another possible state
-        values = doubles(*[0.0] * len(one.names))
-        if one.get_raw(one.vr(*one.names), values) == OK:
-            assert one.kind == CS or all(map(math.isfinite, values))
+        one.get_raw(one.vr(*one.names), doubles(*[0.0] * len(one.names)))
         for name in rng.sample(list(LEGAL[one.version]), 5):
             one.call(name, *odd_arguments(rng, one, name))
     if rng.random() < 0.5:
