@@ -63,9 +63,7 @@ def test_seals_of_the_screw_file_are_a_constant_part_of_the_torque(capsys, tmp_p
     for speed, part in ((1000, 0.05), (-1000, -0.05), (0, 0.0)):
         words = "torque", "--preload-n", "2000", *place, speed, "--screw"
         bare, sealed = (answer(capsys, *words, file)[0] for file in (source, screw))
-        parts = {
-            key: part for key in ("friction_torque_nm", "torque_low_nm", "torque_high_nm") if key in bare
-        }
+        parts = {k: part for k in ("friction_torque_nm", "torque_low_nm", "torque_high_nm") if k in bare}
         parts |= {"breakaway_torque_nm": 0.05} if speed == 0 else {}
         for key, value in parts.items():
             assert sealed[key] - bare[key] == pytest.approx(value, rel=1e-9)

@@ -218,7 +218,7 @@ def test_oversize_balls_roll_freely_where_the_axial_load_has_freed_two_flanks(sp
     assert relieved == 0.0
     # without balls on each other the sliding torque is the shear
     shear, found = (
-        m.evaluate(*at, 9000.0, net_sliding_coefficient=0.0).sliding_torque for m in (plain, OVERSIZE)
+        m.evaluate(*at, 9e3, net_sliding_coefficient=0.0).sliding_torque for m in (plain, OVERSIZE)
     )
     free = FREE * (loaded / 1000.0) ** -0.05
     # the two branches are joined smoothly: at 0.3 by 3e-5 of the smaller one

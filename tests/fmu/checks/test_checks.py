@@ -22,9 +22,7 @@ from ballscrew_fmu.python_fmu.package import build_fmu, runtime_sources
 
 pytestmark = pytest.mark.slow
 
-CASES = [
-    (m, kind, LAWS[0]) for m in NATIVE_MODELS for kind in ("python", 2, 3) if m.slave or kind != "python"
-]
+CASES = [(m, k, LAWS[0]) for m in NATIVE_MODELS for k in ("python", 2, 3) if m.slave or k != "python"]
 CASES += [(FRICTION, "python", LAWS[1]), (FRICTION, 3, LAWS[1])]
 
 

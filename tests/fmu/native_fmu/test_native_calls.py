@@ -438,9 +438,7 @@ def test_clamped_inputs_are_reported_once(opened, version, kind):
 def test_the_warning_of_each_model_names_what_is_beyond_the_map(opened, version, speed):
     """At rest too, with the value; of the transmission the force of the loaded nut, which no input states."""
     both = {"speed": 400.0, "temperature": 400.0}
-    beyond = [
-        (FRICTION, name, {name: x}) for name, x in (both | {"preload": 40.0, "axial_load": 2e4}).items()
-    ]
+    beyond = [(FRICTION, n, {n: x}) for n, x in (both | {"preload": 40.0, "axial_load": 2e4}).items()]
     torque = {"torque": 1e3} if speed else {}  # not estimated at rest
     beyond += [(MONITOR, name, {name: x}) for name, x in (both | torque | {"axial_load": 2e4}).items()]
     if version == 2:

@@ -275,9 +275,7 @@ def test_derivatives_are_those_of_the_outputs(model, nut_map, continuous):
             assert not wrong.any(), (n, name, [outputs[i] for i in np.flatnonzero(wrong)], found, narrow)
             sharp += int((allowed <= 1e-2 * np.abs(narrow)).sum())
             tried += np.count_nonzero(narrow)
-        seeds = {
-            name: (-1.0) ** i * (abs(base[name]) + 1e-3) for i, name in enumerate(list(WIDTHS[model])[:4])
-        }
+        seeds = {n: (-1.0) ** i * (abs(base[n]) + 1e-3) for i, n in enumerate(list(WIDTHS[model])[:4])}
         outputs_at()
         alone = [s * np.array(one.derivative(outputs, **{name: 1.0})) for name, s in seeds.items()]
         together = np.array(one.derivative(outputs, **seeds))

@@ -125,9 +125,7 @@ def machine_of(content):
 
 def _sources(root, files):
     """The log categories are those of text.h; each C file is listed, or included by one that is."""
-    text = {
-        name.removeprefix("sources/"): c.decode() for name, c in files.items() if name.startswith("sources/")
-    }
+    text = {n.partition("/")[2]: c.decode() for n, c in files.items() if n.startswith("sources/")}
     named = {n.get("name") for n in root.find("LogCategories")}
     found = [] if named == set(re.findall(r'"(log[A-Z]\w+)"', text["text.h"])) else ["log categories"]
     sources = [[f.get("name") for f in group] for group in root.iter("SourceFiles")]

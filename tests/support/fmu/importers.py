@@ -83,9 +83,7 @@ def in_pathsim(fmu, rows):
     from pathsim_fmi import CoSimulationFMU
 
     block = CoSimulationFMU(str(fmu), dt=STEP)
-    sources = [
-        Source(lambda t, name=name: float(rows[max(round(t / STEP) - 1, 0)][name])) for name in rows[0]
-    ]
+    sources = [Source(lambda t, n=name: float(rows[max(round(t / STEP) - 1, 0)][n])) for name in rows[0]]
     wires = [Connection(source, block[name]) for source, name in zip(sources, rows[0], strict=True)]
     simulation = Simulation([*sources, block], wires, dt=STEP, log=False)
     names = [name for group in outputs_of(fmu) for name in group]
