@@ -24,11 +24,9 @@ POINTS = [  # preload, speed, temperature, axial load of a cycle of a drive
 
 
 def opened(path):
-    """The FMU in step mode."""
     model, folder = fmpy.read_model_description(path), fmpy.extract(path)
-    fmu = FMU2Slave(
-        guid=model.guid, modelIdentifier=model.coSimulation.modelIdentifier, unzipDirectory=folder
-    )
+    kind = model.coSimulation.modelIdentifier
+    fmu = FMU2Slave(guid=model.guid, modelIdentifier=kind, unzipDirectory=folder)
     fmu.instantiate()
     fmu.setupExperiment()
     fmu.enterInitializationMode()

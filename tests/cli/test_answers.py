@@ -26,10 +26,7 @@ POINT = ("--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30")
 SI = (2000.0, 1000.0 * RPM, 30.0 + CELSIUS)
 LAW = load_screw(PACKAGED_VG100)
 MECHANISTIC = ("--friction", "mechanistic")
-PARTS = {
-    f"{name}_nm": name
-    for name in ("viscous_torque", "hysteresis_torque", "sliding_torque", "friction_torque")
-}
+PARTS = {f"{name}_torque_nm": f"{name}_torque" for name in ("viscous", "hysteresis", "sliding", "friction")}
 
 
 def at(found, path):
@@ -72,9 +69,8 @@ def test_seals_of_the_screw_file_are_a_constant_part_of_the_torque(capsys, tmp_p
         assert {key: sealed[key] for key in sealed if key not in differ} == {
             key: bare[key] for key in bare if key not in differ
         }
-    torque = answer(capsys, "torque", "--preload-n", "2000", *place, 1000, "--screw", screw)[0][
-        "friction_torque_nm"
-    ]
+    found, _ = answer(capsys, "torque", "--preload-n", "2000", *place, 1000, "--screw", screw)
+    torque = found["friction_torque_nm"]
     found, _ = answer(capsys, "preload", "--torque-nm", torque, *place, 1000, "--screw", screw)
     assert found["preload_n"] == pytest.approx(2000.0, rel=1e-6)
     if friction == "mechanistic":

@@ -127,13 +127,9 @@ def folder(tmp_path, monkeypatch):
     time = [0.001 * k for k in range(300)]
     for name, heading, rows in (
         ("log", "time [s],position [m],current [A]", [f"{t},{t},1" for t in time]),
-        (
-            "text",
-            "time [s],position [m],voltage [V]",
-            [f"{t},{'x' if 0.001 < t < 0.007 else t},{t}" for t in time],
-        ),
+        ("text", "time [s],position [m],voltage [V]", [f"{t},{'x' if 0.001 < t < 0.007 else t},{t}" for t in time]),
         ("back", "time [s],position [m],voltage [V]", [f"{t},{t},{t}" for t in time[:3] + time]),
-    ):
+    ):  # fmt: skip
         (tmp_path / f"{name}.csv").write_text("\n".join([heading, *rows]))
     (tmp_path / "text.npz").write_text("notes")
     (tmp_path / "binary").write_bytes(b"a\x81\xff\n\x00")

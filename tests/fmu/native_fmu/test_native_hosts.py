@@ -98,10 +98,8 @@ def test_fmus_of_two_screws_fit_into_one_program(tmp_path):
     run(*compiler(), "-shared", "-o", tmp_path / "both.so", *objects, "-lm")
     both, torque = ctypes.CDLL(str(tmp_path / "both.so")), doubles(0.0)
     for name, nut_map in (("one", NUT_MAP), ("two", OTHER)):
-        make, put, set_up, enter, get = (
-            both[f"{name}_fmi2{call}"]
-            for call in ("Instantiate", "SetReal", "SetupExperiment", "EnterInitializationMode", "GetReal")
-        )
+        names = "Instantiate", "SetReal", "SetupExperiment", "EnterInitializationMode", "GetReal"
+        make, put, set_up, enter, get = (both[f"{name}_fmi2{call}"] for call in names)
         make.restype, zero, vr = c_void_p, c_double(0.0), (c_uint * 4)(1, 2, 3, 6)
         handle = c_void_p(make(b"a", 1, name.encode(), None, None, 0, 0))
         assert put(handle, vr, c_size_t(3), doubles(2000.0, 10.0, 303.15)) == OK

@@ -74,10 +74,8 @@ def advance(one, speed):
 
 
 def seen(one):
-    return [
-        *one.get(*(name for name in one.names if name not in ("in_range", "presliding", "refine"))),
-        one.in_range(),
-    ]
+    names = one.names.keys() - {"in_range", "presliding", "refine"}
+    return [*one.get(*sorted(names)), one.in_range()]
 
 
 def go_on(one):

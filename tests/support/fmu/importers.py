@@ -57,13 +57,8 @@ def _simulated(fmu, rows, **options):
         signals[name] = [row[name] for row in (*rows, rows[-1])]
     outputs = [name for group in outputs_of(fmu) for name in group]
     result = fmpy.simulate_fmu(
-        str(fmu),
-        stop_time=signals["time"][-1],
-        output_interval=STEP,
-        input=signals,
-        output=outputs,
-        **options,
-    )
+        str(fmu), stop_time=signals["time"][-1], output_interval=STEP, input=signals, output=outputs, **options,
+    )  # fmt: skip
     return [{name: row[name].item() for name in outputs} for row in result]
 
 
