@@ -20,9 +20,7 @@ def test_first_contacts_of_more_are_those_of_fewer():
 @pytest.fixture
 def solved(monkeypatch):
     found = []
-    monkeypatch.setattr(
-        chosen, "solve_contact", lambda contact: found.append(contact) or closed_contact(contact)
-    )
+    monkeypatch.setattr(chosen, "solve_contact", lambda c: found.append(c) or closed_contact(c))
     return found
 
 

@@ -38,9 +38,7 @@ def test_balls_of_silicon_nitride_are_stiffer_and_take_heat_by_their_own():
     contacts = hybrid.contacts("nut", *at)
     assert contacts.wall == pytest.approx(0.5 * sum(walls) / (46.0 * 7800.0 * 460.0) ** 0.5, rel=1e-12)
     assert contacts.E_prime == pytest.approx(2.0 / (0.91 / 205e9 + 0.9324 / 310e9), rel=1e-12)
-    pressures = [
-        float(closed_forms(each.contacts("nut", *at)).groups.pressure[0]) for each in (hybrid, steel)
-    ]
+    pressures = [float(closed_forms(one.contacts("nut", *at)).groups.pressure[0]) for one in (hybrid, steel)]
     assert pressures[0] > 1.1 * pressures[1]
     assert all(missed(hybrid.at("nut", *at), steel.at("nut", *at)).values())
 

@@ -24,10 +24,8 @@ def test_contacts_of_a_screw_are_predicted():
     """Of a screw that is none of the atlas, at 300 points by 300 contacts of random screws: 0.15 % off at most."""
     rng, balls = np.random.default_rng(1), BallContacts(LAW, None, atlas())
     at = (
-        np.exp(rng.uniform(0.0, 5.0, 300)),
-        np.exp(rng.uniform(0.0, 6.0, 300)),
-        rng.uniform(285.0, 350.0, 300),
-    )
+        np.exp(rng.uniform(0.0, 5.0, 300)), np.exp(rng.uniform(0.0, 6.0, 300)), rng.uniform(285.0, 350.0, 300),
+    )  # fmt: skip
     forms = closed_forms(balls.contacts("nut", *at))
     assert balls.inside("nut", *at).all()
     assert nothing_missed(balls.at("nut", *at), unmodelled(interpolated(forms.groups), forms.values), 0.005)

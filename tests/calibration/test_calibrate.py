@@ -33,9 +33,7 @@ def test_jacobian_is_the_derivative_of_weighted_errors():
     basis = replace(BASIS, measurements=tuple(replace(m, weight=0.5 + i) for i, m in enumerate(MEASURED)))
     values = np.array([7.6, 0.005, 24e-9])
     steps = 1e-5 * np.diag(values)
-    numeric = [
-        (basis.errors(values + step) - basis.errors(values - step)) / (2 * step.sum()) for step in steps
-    ]
+    numeric = [(basis.errors(values + s) - basis.errors(values - s)) / (2 * s.sum()) for s in steps]
     np.testing.assert_allclose(basis.jacobian(values), np.transpose(numeric), rtol=1e-7)
 
 

@@ -19,8 +19,6 @@ def test_deviations_of_printed_models_and_of_a_torque_proportional_to_the_preloa
             assert round(100.0 * found, len(str(figure).split(".")[1])) == figure
     for name, file, torque in (("table2", "table2_torque_vs_preload", "measured_Nm"),
                                ("table3", "table3_preload_from_torque", "torque_Nm")):  # fmt: skip
-        rows = [
-            (float(row["preload_N"]), float(row[torque])) for row in published_rows(f"zhao2023/{file}.csv")
-        ]
+        rows = [(float(r["preload_N"]), float(r[torque])) for r in published_rows(f"zhao2023/{file}.csv")]
         over = [8e-4 * force / value if name == "table2" else value / (8e-4 * force) for force, value in rows]
         assert tables[name].deviations[0] == pytest.approx(np.mean(np.abs(np.array(over) - 1.0)), rel=1e-6)

@@ -39,9 +39,7 @@ def test_coefficient_comes_back_and_the_interval_is_the_scatter_at_the_point_and
     assert here.relative == pytest.approx((1.0 / wide, wide), rel=1e-6)
     there = torque_interval(VG100, [5000.0] * 2, CONTACTS, 2500.0 * RPM, 310.0, read)
     assert there.high / there.low > wide**2
-    free = torque_interval(
-        VG100, [5000.0] * 2, CONTACTS, 2500.0 * RPM, 310.0, replace(read, calibrated_at={})
-    )
+    free = torque_interval(VG100, 2 * [5e3], CONTACTS, 2500.0 * RPM, 310.0, replace(read, calibrated_at={}))
     assert there.high / there.low < free.high / free.low
     assert there.shares[LEFT_OUT] < 1.0
 

@@ -26,10 +26,7 @@ POINT = ("--preload-n", "2000", "--speed-rpm", "1000", "--temperature-c", "30")
 SI = (2000.0, 1000.0 * RPM, 30.0 + CELSIUS)
 LAW = load_screw(PACKAGED_VG100)
 MECHANISTIC = ("--friction", "mechanistic")
-PARTS = {
-    f"{name}_nm": name
-    for name in ("viscous_torque", "hysteresis_torque", "sliding_torque", "friction_torque")
-}
+PARTS = {f"{name}_torque_nm": f"{name}_torque" for name in ("viscous", "hysteresis", "sliding", "friction")}
 
 
 def at(found, path):
@@ -63,9 +60,7 @@ def test_seals_of_the_screw_file_are_a_constant_part_of_the_torque(capsys, tmp_p
     for speed, part in ((1000, 0.05), (-1000, -0.05), (0, 0.0)):
         words = "torque", "--preload-n", "2000", *place, speed, "--screw"
         bare, sealed = (answer(capsys, *words, file)[0] for file in (source, screw))
-        parts = {
-            key: part for key in ("friction_torque_nm", "torque_low_nm", "torque_high_nm") if key in bare
-        }
+        parts = {k: part for k in ("friction_torque_nm", "torque_low_nm", "torque_high_nm") if k in bare}
         parts |= {"breakaway_torque_nm": 0.05} if speed == 0 else {}
         for key, value in parts.items():
             assert sealed[key] - bare[key] == pytest.approx(value, rel=1e-9)
@@ -74,9 +69,8 @@ def test_seals_of_the_screw_file_are_a_constant_part_of_the_torque(capsys, tmp_p
         assert {key: sealed[key] for key in sealed if key not in differ} == {
             key: bare[key] for key in bare if key not in differ
         }
-    torque = answer(capsys, "torque", "--preload-n", "2000", *place, 1000, "--screw", screw)[0][
-        "friction_torque_nm"
-    ]
+    found, _ = answer(capsys, "torque", "--preload-n", "2000", *place, 1000, "--screw", screw)
+    torque = found["friction_torque_nm"]
     found, _ = answer(capsys, "preload", "--torque-nm", torque, *place, 1000, "--screw", screw)
     assert found["preload_n"] == pytest.approx(2000.0, rel=1e-6)
     if friction == "mechanistic":

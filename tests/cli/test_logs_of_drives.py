@@ -84,10 +84,8 @@ def test_is_read_without_one_damaged_row(name, signals, tmp_path, capsys):
     assert found["inertia_kgm2"] == pytest.approx(INERTIA, rel=5e-3)
     line, fields = len(head.splitlines()) + 501, len(letters)
     assert note in (notes := "\n".join(found["notes"]))
-    assert (
-        f"1 damaged row left out, the first: line {line}: {fields + 2} fields under {fields} headings"
-        in notes
-    )
+    said = f"line {line}: {fields + 2} fields under {fields} headings"
+    assert f"1 damaged row left out, the first: {said}" in notes
 
 
 @pytest.mark.parametrize("name", REFUSED)

@@ -38,10 +38,8 @@ def test_range_of_the_screw_its_table_and_the_options(tmp_path, capsys):
     code, out, err = run(capsys, "map", "build", "--screw", PACKAGED_VG100, "--output", path)
     assert code == 0
     assert out.endswith(f"ballscrew build --map {path} --output {path.with_name('map_fmus')}\n")
-    assert (
-        "GD4008-3, kinematics rolling_frame: preload 120 to 12000 N (up to 2.1 GPa), speed 5 to 6000 r/min"
-        in err
-    )
+    said = "kinematics rolling_frame: preload 120 to 12000 N (up to 2.1 GPa), speed 5 to 6000 r/min"
+    assert f"GD4008-3, {said}" in err
     whole, grid = load_map(path, LAW), map_grid(LAW)
     for name in ("preload", "speed", "temperature"):
         assert getattr(grid, name)[:2] == ends(whole, name), name
@@ -70,10 +68,8 @@ def test_family_gets_a_map_for_every_screw(tmp_path, capsys):
 
 
 def test_a_screw_without_a_map_answers_as_with_one(tmp_path, capsys):
-    screw, path = (
-        screw_file(tmp_path / "own.toml", old="lead_mm = 8.0", new="lead_mm = 10.0"),
-        tmp_path / "own.npz",
-    )
+    screw = screw_file(tmp_path / "own.toml", old="lead_mm = 8.0", new="lead_mm = 10.0")
+    path = tmp_path / "own.npz"
     screw.write_text(screw.read_text().replace("lead_angle", "# lead_angle"))
     assert run(capsys, "map", "build", "--screw", screw, "--output", path)[0] == 0
     for words in (("torque", *POINT), ("preload", "--torque-nm", "0.8", *POINT[2:])):

@@ -119,9 +119,7 @@ REFUSALS = {
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """The current folder, with a text, measurements and files of other screws; no contact may be solved."""
-    monkeypatch.setattr(
-        direct, "solve_ball", lambda *arguments, **options: pytest.fail("a contact was solved")
-    )
+    monkeypatch.setattr(direct, "solve_ball", lambda *_, **options: pytest.fail("a contact was solved"))
     monkeypatch.chdir(tmp_path)
     for name, slope in (("measured.csv", 4e-4), ("measured.toml", 4e-4), ("n_cm.csv", 0.04)):
         rows = (f"{f},{n},{slope * f * (1.0 + 1e-4 * n)}" for f in (1000, 2000) for n in (100, 500, 900))
@@ -129,13 +127,9 @@ def folder(tmp_path, monkeypatch):
     time = [0.001 * k for k in range(300)]
     for name, heading, rows in (
         ("log", "time [s],position [m],current [A]", [f"{t},{t},1" for t in time]),
-        (
-            "text",
-            "time [s],position [m],voltage [V]",
-            [f"{t},{'x' if 0.001 < t < 0.007 else t},{t}" for t in time],
-        ),
+        ("text", "time [s],position [m],voltage [V]", [f"{t},{'x' if 0.001 < t < 0.007 else t},{t}" for t in time]),
         ("back", "time [s],position [m],voltage [V]", [f"{t},{t},{t}" for t in time[:3] + time]),
-    ):
+    ):  # fmt: skip
         (tmp_path / f"{name}.csv").write_text("\n".join([heading, *rows]))
     (tmp_path / "text.npz").write_text("notes")
     (tmp_path / "binary").write_bytes(b"a\x81\xff\n\x00")
@@ -244,9 +238,7 @@ def test_a_missing_package_is_named_with_its_extra(capsys, folder, monkeypatch):
 def test_check_of_a_worse_map_fails(capsys, monkeypatch):
     monkeypatch.setattr(map_file, "worker_pool", lambda workers: nullcontext())
     for error, expected in ((0.0, 0), (0.5, 1)):
-        monkeypatch.setattr(
-            certificate, "deviation_at", lambda *arguments, e=error: certificate.Deviation(e, e, e)
-        )
+        monkeypatch.setattr(certificate, "deviation_at", lambda *_, e=error: certificate.Deviation(e, e, e))
         code, _, err = run(capsys, "map", "check", "--count", "2")
         assert code == expected
         assert "certificate: points solved: 3 of 3 in " in err

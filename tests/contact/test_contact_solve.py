@@ -165,9 +165,7 @@ def test_a_change_of_any_kernel_source_gives_another_cache(tmp_path, monkeypatch
     shutil.copytree(compiled.PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__", "data"))
     found = {compiled.sources_hash(), compiled.sources_hash(copy)}
     assert len(found) == 1
-    kernels = [
-        f for f in copy.rglob("*.py") if re.search(r"^\s*@kernel", f.read_text(encoding="utf-8"), re.M)
-    ]
+    kernels = [p for p in copy.rglob("*.py") if re.search(r"^\s*@kernel", p.read_text("utf-8"), re.M)]
     assert len(kernels) > 5
     for file in [*kernels, copy / "parameters" / "oil.py"]:
         file.write_text(file.read_text(encoding="utf-8") + "\n# changed\n", encoding="utf-8")

@@ -16,10 +16,7 @@ from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.runtime.constants import ELEMENTS
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(not RUNS_HERE, reason="the FMU of the test is for x86_64 Linux"),
-]
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(not RUNS_HERE, reason="an FMU for x86_64 Linux")]
 RATIOS = (0.0, 0.05, 0.5, 1.0, 2.0)
 
 
@@ -35,17 +32,15 @@ def results(native_fmu, synthetic_nut_map, tmp_path_factory):
     given = {
         "circular_test": lambda: ((native_fmu,), {"feeds": (0.02,)}),
         "bearing_friction": lambda: (((1000.0, 5000.0), (50.0, 5000.0)), {}),
-        "kinematics_comparison": lambda: (((200.0, 2000.0),), {}),
-        "preload_loss": lambda: ((), {}),
+        "kinematics_comparison": lambda: (((200.0, 2000.0),), {}), "preload_loss": lambda: ((), {}),
         "preload_monitoring": lambda: ((synthetic_nut_map,), {"lives": 4}),
         "servo_axis_element": lambda: ((native(AXIS),), {"stop": 0.1}),
         "servo_axis_ssp": lambda: ((native_fmu, folder / "servo_axis.ssp"), {}),
         "servo_axis_transmission": lambda: ((native(TRANSMISSION), native_fmu), {}),
         "servo_transmission_ssp": lambda: ((native(TRANSMISSION), folder / "axis.ssp"), {"feed": 0.1}),
-        "servo_log": lambda: ((folder,), {}),
-        "thermal_reduction": lambda: (((1000.0,), RATIOS), {}),
+        "servo_log": lambda: ((folder,), {}), "thermal_reduction": lambda: (((1000.0,), RATIOS), {}),
         "torque_over_speed": lambda: ((), {}),
-    }
+    }  # fmt: skip
 
     def result(name):
         if name not in done:
@@ -152,9 +147,8 @@ def test_preload_loss(results):
     for name, lost in (("upper", 1.0 - 0.2482 / 0.3985), ("lower", 1.0 - 0.3785 / 0.5156)):
         screw = found[name]
         assert screw["preload"][0] == pytest.approx(1500.0, rel=1e-4)
-        assert np.array_equal(
-            np.argsort(screw["torque"], kind="stable"), np.argsort(screw["preload"], kind="stable")
-        )
+        orders = [np.argsort(screw[name], kind="stable") for name in ("torque", "preload")]
+        assert np.array_equal(*orders)
         for low, high in (("low", "high"), ("law_low", "law_high")):
             assert np.all((screw[low] < screw["preload"]) & (screw["preload"] < screw[high]))
         first = int(np.flatnonzero(found["hours"] == screw["alarm"])[0])

@@ -128,11 +128,8 @@ def test_skf_formula_gives_the_data_to_their_digits():
 @pytest.mark.slow
 def test_bearings_within_the_acceptance():
     """Film and hysteresis; totals above nu n = 5e5 not: 51108 is beyond its limiting speed there, up to 1.86."""
-    chosen = [
-        p
-        for p in bearings.operating_points()
-        if bearings.BEARINGS[p.bearing].in_data or p[:2] == ("7204 B", 0.1)
-    ]
+    points, known = bearings.operating_points(), bearings.BEARINGS
+    chosen = [p for p in points if known[p.bearing].in_data or p[:2] == ("7204 B", 0.1)]
     points = bearings.bearing_points(chosen)
     assert "**Rolling part over SKF's**" in "\n".join(machines.bearing_text(points))
     points["film_and_hysteresis"] = points["rolling"] + points.hysteresis

@@ -85,12 +85,8 @@ def identified(path, rotary):
     value = np.sign(both) * (0.5 + 0.01 * np.abs(both) ** 0.5) + 0.05
     keys = speed, *(effort.format(part) for part in ("", "low_", "high_", "error_")), "samples"
     columns = (
-        both / (RPM if rotary else 1.0),
-        value,
-        value - 0.01,
-        value + 0.01,
-        *np.full((2, len(both)), 9.0),
-    )
+        both / (RPM if rotary else 1.0), value, value - 0.01, value + 0.01, *np.full((2, len(both)), 9.0),
+    )  # fmt: skip
     rows = [dict(zip(keys, map(float, row), strict=True)) for row in zip(*columns, strict=True)]
     path.write_text(
         json.dumps({"kind": "rotary" if rotary else "linear", "friction": rows, "log": "now.csv"})

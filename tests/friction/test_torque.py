@@ -27,14 +27,10 @@ def test_axial_load_adds_to_one_nut_and_relieves_the_other():
     preload, axial = 2000.0, 3000.0
     found = double_nut_torque(GD4008, SET, film, preload, 50.0, 303.0, axial)
     shared = double_nut_loads(GD4008.screw, preload, axial, 86)
-    alone = [
-        double_nut_torque(GD4008, SET, film, f, 50.0, 303.0).total / 2.0
-        for f in (shared.force_a, shared.force_b)
-    ]
+    forces = shared.force_a, shared.force_b
+    alone = [double_nut_torque(GD4008, SET, film, force, 50.0, 303.0).total / 2.0 for force in forces]
     assert found.total == pytest.approx(sum(alone), rel=1e-12)
     # the sums over the loads under the axial load differ only by the elongation of the bodies
-    exact = sum(
-        nut_sums(GD4008, loads, 50.0, 303.0, film).torque(*PUBLISHED_VALUES)
-        for loads in (shared.Q_a, shared.Q_b)
-    )
+    nuts = [nut_sums(GD4008, loads, 50.0, 303.0, film) for loads in (shared.Q_a, shared.Q_b)]
+    exact = sum(nut.torque(*PUBLISHED_VALUES) for nut in nuts)
     assert found.total == pytest.approx(exact, rel=2e-3)

@@ -39,9 +39,7 @@ def test_range_holds_the_loads_of_all_balls_and_no_more():
 
 
 def test_given_ends_come_before_those_of_the_file_and_these_before_the_screw():
-    own = changed(
-        GD4008, map={"preload_min": 300.0, "preload_max": 3000.0, "speed_min": 5.0, "speed_max": 80.0}
-    )
+    own = changed(GD4008, map={"preload_min": 300, "preload_max": 3000, "speed_min": 5, "speed_max": 80})
     grid = screw_grid(own, {"speed_min": 10.0, "speed_max": 100.0})
     assert (grid.preload[:2], grid.speed[:2]) == ((300.0, 3000.0), (10.0, 100.0))
     assert grid.temperature == map_grid(GD4008).temperature

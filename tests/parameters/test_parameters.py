@@ -163,19 +163,16 @@ def test_lead_angle_follows_and_a_rating_is_not_of_the_map(read):
 
 def test_balls_of_silicon_nitride(read):
     """ISO 26602: 310 GPa, 0.26; each side adds (1 - nu^2)/E. The same by its numbers is the same screw."""
-    text = edited(
-        "youngs_modulus_GPa = 205.0", 'youngs_modulus_GPa = 205.0\nball_material = "silicon_nitride"'
-    )
+    modulus = "youngs_modulus_GPa = 205.0"
+    text = edited(modulus, f'{modulus}\nball_material = "silicon_nitride"')
     hybrid = read(text)
     assert E_prime(hybrid.screw) == pytest.approx(2.0 / (0.91 / 205e9 + 0.9324 / 310e9), rel=1e-12)
     assert hybrid.solids == (GD4008.solid, NITRIDE)
     numbers = {"ball_youngs_modulus": 310e9, "ball_poisson_ratio": 0.26}
     same = changed(GD4008, screw=numbers, ball=NITRIDE.model_dump())
     assert parameters_hash(same) == parameters_hash(hybrid)
-    heavy = read(
-        text
-        + "\n[ball]\ndensity_kg_m3 = 6000.0\nspecific_heat_J_kgK = 400.0\nthermal_conductivity_W_mK = 2.5"
-    )
+    ball = "density_kg_m3 = 6000.0\nspecific_heat_J_kgK = 400.0\nthermal_conductivity_W_mK = 2.5"
+    heavy = read(f"{text}\n[ball]\n{ball}")
     assert heavy.solids[1].density == 6000.0
     stiff = changed(GD4008, screw={"ball_youngs_modulus": 210e9})
     others = [GD4008, hybrid, heavy, stiff, changed(hybrid, screw={"ball_youngs_modulus": 300e9})]

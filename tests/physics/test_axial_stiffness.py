@@ -26,10 +26,8 @@ def test_force_of_one_nut_is_that_of_its_balls_by_hertz():
     force = 1500.0
     sb = math.sin(BETA) * math.cos(SCREW.lead_angle)
     ball = force / (SCREW.loaded_ball_count * sb)
-    approach = sum(
-        float(ellipse(ball, *reduced_radii(SCREW, BETA, name), E_prime(SCREW)).delta)
-        for name in ("screw", "nut")
-    )
+    radii = [reduced_radii(SCREW, BETA, name) for name in ("screw", "nut")]
+    approach = sum(float(ellipse(ball, *each, E_prime(SCREW)).delta) for each in radii)
     assert preload_approach(K, force) == pytest.approx(approach / sb, rel=1e-13)
 
 

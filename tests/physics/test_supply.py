@@ -31,9 +31,8 @@ def test_missing_loss_is_the_power_of_the_wedge_that_is_not_there(contact):
 
         def lost(y, x, gap=gap, c=c):
             step = 1e-4 * x
-            slope = (
-                c * ((x - step) / gap(x - step, y) ** 2 - (x + step) / gap(x + step, y) ** 2) / (2.0 * step)
-            )
+            before, after = x - step, x + step
+            slope = c * (before / gap(before, y) ** 2 - after / gap(after, y) ** 2) / (2.0 * step)
             return u_e * gap(x, y) * slope
 
         expected = 2.0 * dblquad(lost, X, R_x, 0.0, R_x, epsrel=1e-6)[0]

@@ -114,10 +114,8 @@ def executed(clone):
 def shown(notebook):
     """Outputs of each code cell: their kinds, and all text; on a busy machine text may come in several parts."""
     cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
-    kinds = [
-        [kind for kind, _ in groupby((o.output_type, sorted(o.get("data", {}))) for o in cell.outputs)]
-        for cell in cells
-    ]
+    every = [[(o.output_type, sorted(o.get("data", {}))) for o in cell.outputs] for cell in cells]
+    kinds = [[kind for kind, _ in groupby(each)] for each in every]
     return kinds, "\n".join("".join(o.get("text", "") for o in cell.outputs) for cell in cells)
 
 

@@ -100,10 +100,8 @@ def run_of(refinement, count=300, back=False):
     speeds, loads = 12.0 * 8.0**time, 400.0 * np.sin(25.0 * time)
     points = zip(speeds.tolist(), loads.tolist(), strict=True)
     return (
-        np.array([refinement.evaluate(2000.0, w, 303.15, a).friction_torque for w, a in points]),
-        speeds,
-        loads,
-    )
+        np.array([refinement.evaluate(2000.0, w, 303.15, a).friction_torque for w, a in points]), speeds, loads,
+    )  # fmt: skip
 
 
 def test_torque_along_a_run_is_direct_within_the_tolerance_from_few_solves():

@@ -19,9 +19,7 @@ from ballscrew_tehl.report import data
 def made(folder, *words):
     path, gathered, out, report_data = folder / "page.html", [], [], data.report_data
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            data, "report_data", lambda *given: gathered.append(report_data(*given)) or gathered[-1]
-        )
+        patch.setattr(data, "report_data", lambda *of: gathered.append(report_data(*of)) or gathered[-1])
         patch.setattr(
             "sys.stdout", SimpleNamespace(write=out.append, flush=lambda: None, isatty=lambda: False)
         )

@@ -181,9 +181,7 @@ def test_sliding_torque_of_film_shear_rises_to_breakaway():
 @pytest.mark.parametrize("breakaway", [1.5, 2.0, 5.0])
 def test_ball_friction_rises_smoothly_to_breakaway_at_standstill(breakaway):
     nut_map = MAPS[MECHANISTIC]
-    one, none = (
-        nut_map.evaluate(2000.0, 320.0, T, net_sliding_coefficient=k).sliding_torque for k in (1.0, 0.0)
-    )
+    one, none = (nut_map.evaluate(2e3, 320.0, T, net_sliding_coefficient=k).sliding_torque for k in (1, 0))
     thick = (one - none) / synthetic_map.surfaces(2000.0, 320.0, T, MECHANISTIC)[3]
 
     def factor(speed):  # 1e9: without the shear of the raceways
@@ -218,7 +216,7 @@ def test_oversize_balls_roll_freely_where_the_axial_load_has_freed_two_flanks(sp
     assert relieved == 0.0
     # without balls on each other the sliding torque is the shear
     shear, found = (
-        m.evaluate(*at, 9000.0, net_sliding_coefficient=0.0).sliding_torque for m in (plain, OVERSIZE)
+        m.evaluate(*at, 9e3, net_sliding_coefficient=0.0).sliding_torque for m in (plain, OVERSIZE)
     )
     free = FREE * (loaded / 1000.0) ** -0.05
     # the two branches are joined smoothly: at 0.3 by 3e-5 of the smaller one

@@ -131,10 +131,8 @@ def test_the_stiffness_stays_under_load_and_follows_without_it():
         assert held_stiffness(held, factor * K) == factor * K
     for side, free in ((0.0, True), (0.3, False), (1.0, True)):
         assert initial_elements(side, 0.0, TC, K).free == free
-        assert (
-            presliding_friction(TC, 0.0, 1e-3, initial_elements(side, 0.0, TC, K), K, 0.0).elements.free
-            == free
-        )
+        start = initial_elements(side, 0.0, TC, K)
+        assert presliding_friction(TC, 0.0, 1e-3, start, K, 0.0).elements.free == free
     for off in (
         presliding_friction(0.0, 1.0, 1e-3, held, 0.0, 0.0),
         regularised_friction(TC, 0.0, 1e-3, 0.1, held),

@@ -125,9 +125,7 @@ def test_play_counts_without_preload_only_and_damping_ends_with_the_contact(synt
         out = at(synthetic_nut_map, worn, position=-x, preload=0.0, velocity=0.01).outputs
         for name in ("nut_force", "stored_energy", "damping_force", "power_loss"):
             assert (out[name] != 0.0) == touching, (x, name)
-    new, old = (
-        at(synthetic_nut_map, parameters, position=-1e-6).outputs for parameters in (PARAMETERS, worn)
-    )
+    new, old = (at(synthetic_nut_map, p, position=-1e-6).outputs for p in (PARAMETERS, worn))
     assert new == old
     for nothing in ({"nut_stiffness": 0.0}, {"stiffness_preload": 0.0}):
         out = at(synthetic_nut_map, PARAMETERS._replace(**nothing), position=-1e-6).outputs

@@ -101,11 +101,9 @@ def make_map(
     values = surfaces(force[:, None, None], speed[None, :, None], temperature[None, None, :], law)
     values[..., :2] *= viscous_scale * (force[:, None, None, None] / 1000.0) ** force_exponent
     arrays = map_arrays(
-        values,
-        force_curves(force, free),
-        separation_ratio(preload),
+        values, force_curves(force, free), separation_ratio(preload),
         relieved_share(preload[:, None], share[None, :]),
-    )
+    )  # fmt: skip
     header = {
         "axes": {name: list(AXIS[name]) for name in AXES}, "parameters_json": "{}",
         "parameters_hash": "0" * 64, "law": law, "kinematics": "published", "film_model": "synthetic",

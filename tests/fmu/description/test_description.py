@@ -27,9 +27,7 @@ from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 pytestmark = pytest.mark.slow
 
-CASES = [
-    (model, kind) for model in NATIVE_MODELS for kind in ("python", 2, 3) if model.slave or kind != "python"
-]
+CASES = [(m, k) for m in NATIVE_MODELS for k in ("python", 2, 3) if m.slave or k != "python"]
 EACH = pytest.mark.parametrize(("model", "kind"), CASES, ids=lambda x: getattr(x, "name", str(x)))
 with open(Path(__file__).with_name("interface.csv"), encoding="utf-8") as file:
     INTERFACE = list(csv.DictReader(file))

@@ -13,10 +13,7 @@ from ballscrew_fmu.checks.reference import friction_results, monitor_outputs, re
 from ballscrew_fmu.checks.replay import largest_difference
 from ballscrew_fmu.models import FRICTION, MONITOR
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(not RUNS_HERE, reason="importers run on x86_64 Linux only"),
-]
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(not RUNS_HERE, reason="run on x86_64 Linux only")]
 CASES = [(case, v) for case in REPLAYS for v in case.versions]
 CASES += [(case, "python") for case in REPLAYS if case.kind == "CS"]
 SPECIAL_FOLDER = (

@@ -40,9 +40,7 @@ GOOD = "preload [kN]; speed [1/min]; temperature [K]; torque [N mm]\n1,0; 1000; 
 
 @pytest.fixture(scope="session")
 def pages(tmp_path_factory):
-    files = {
-        name: tmp_path_factory.mktemp("live") / f"{name}.html" for name in ("three_parameter", "mechanistic")
-    }
+    files = {n: tmp_path_factory.mktemp("live") / f"{n}.html" for n in ("three_parameter", "mechanistic")}
     for name, file in files.items():
         assert main(["page", "--friction", name, "--output", str(file)]) == 0
         assert file.stat().st_size <= LARGEST

@@ -5,22 +5,18 @@ import math
 import numpy as np
 import pytest
 from native_model import NativeModel
-from synthetic_map import closed_form
+from synthetic_map import LAWS, closed_form
 
 from ballscrew_fmu.checks.reference import friction_step
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
-from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
+from ballscrew_tehl.runtime.packed import MECHANISTIC
 from ballscrew_tehl.runtime.standstill import RELAXED, initial_elements
 from ballscrew_tehl.runtime.transmission import TransmissionInputs, TransmissionParameters, transmission_step
 
 pytestmark = pytest.mark.slow
-MAPS = {
-    FILM_SHEAR: closed_form(FILM_SHEAR),
-    MECHANISTIC: closed_form(MECHANISTIC),
-    "oversize": closed_form(MECHANISTIC, 0.3),
-}
+MAPS = {law: closed_form(law) for law in LAWS} | {"oversize": closed_form(MECHANISTIC, 0.3)}
 AGREEMENT = 1e-9  # of a value, or the largest part that it is the sum of: libm and the order of sums differ
 RATIO = 8e-3 / (2.0 * math.pi)  # [m/rad] of the closed-form map
 WAY = 4.4e-6  # [m] about that at which a nut comes free at 2 kN
@@ -34,9 +30,8 @@ def nut_map(request):
 
 
 def starts(model, nut_map):
-    return {
-        v.name: v.start or 0.0 for v in model.native_variables(nut_map.header) if v.causality == "parameter"
-    }
+    table = model.native_variables(nut_map.header)
+    return {v.name: v.start or 0.0 for v in table if v.causality == "parameter"}
 
 
 def outputs_of(model, nut_map):
@@ -267,17 +262,13 @@ def test_derivatives_are_those_of_the_outputs(model, nut_map, continuous):
                 for w in (width, 0.5 * width)
             )
             # of the sensitivity of the monitor, itself a difference quotient, the program keeps fewer digits
-            noise = (
-                (1e-10 if model is MONITOR else 1e-12) * np.maximum(full, np.abs(values[:7]).max()) / width
-            )
+            noise = (1e-10 if model is MONITOR else 1e-12) * np.maximum(full, abs(values[:7]).max()) / width
             allowed = 3.0 * np.abs(wide - narrow) + 1e-5 * np.abs(narrow) + noise
             wrong = ~(np.abs(found - narrow) <= allowed)
             assert not wrong.any(), (n, name, [outputs[i] for i in np.flatnonzero(wrong)], found, narrow)
             sharp += int((allowed <= 1e-2 * np.abs(narrow)).sum())
             tried += np.count_nonzero(narrow)
-        seeds = {
-            name: (-1.0) ** i * (abs(base[name]) + 1e-3) for i, name in enumerate(list(WIDTHS[model])[:4])
-        }
+        seeds = {n: (-1.0) ** i * (abs(base[n]) + 1e-3) for i, n in enumerate(list(WIDTHS[model])[:4])}
         outputs_at()
         alone = [s * np.array(one.derivative(outputs, **{name: 1.0})) for name, s in seeds.items()]
         together = np.array(one.derivative(outputs, **seeds))

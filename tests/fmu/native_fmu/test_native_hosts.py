@@ -1,18 +1,20 @@
 """The native runtime in C hosts and under sanitizers: memory, threads, several FMUs in one program, the map file."""
 
+import ctypes
 import os
 import re
 import shutil
 import struct
 import subprocess
 import sys
+from ctypes import c_double, c_size_t, c_uint, c_void_p
 from pathlib import Path
 
 import pytest
 from fmu_checks import fmi_functions
-from native_library import NativeInstance
+from native_library import OK, NativeInstance, doubles
 from native_model import FLAGS, TOKEN, c_host, compiler, put_resources, resources, sealed
-from paths import ROOT
+from paths import FMU_SUPPORT
 from synthetic_map import closed_form, make_map
 
 from ballscrew_fmu.models import FRICTION, MONITOR
@@ -32,18 +34,16 @@ def run(*command, code=0, **options):
 
 
 def test_calls_states_and_files_under_sanitizers():
-    """The tests of calls, of saved states and of damaged files again, with a library that the sanitizers watch."""
+    """Of all models in random order, also illegal and damaged ones: native_walk.py."""
     names = [run(*compiler(), f"-print-file-name=lib{name}.so").strip() for name in ("asan", "ubsan")]
     if not all(map(os.path.isabs, names)):
         pytest.skip("needs the sanitizers of gcc, which are preloaded")
     environment = os.environ | {
         "LD_PRELOAD": " ".join(names), "ASAN_OPTIONS": "detect_leaks=0", "PYTHONMALLOC": "malloc",
         "BALLSCREW_CFLAGS": "-g -O0 -fsanitize=address,undefined -fno-sanitize-recover=all",
+        "PYTHONPATH": os.pathsep.join(sys.path),
     }  # fmt: skip
-    tests = [Path(__file__).with_name(f"test_native_{name}.py") for name in ("calls", "states", "hosts")]
-    words = "-m", "pytest", "-x", "-q", "-s", "-p", "no:cacheprovider", "-p", "no:xdist", "-k"
-    run(sys.executable, *words, "not python and not sanitizers and not program and not threads and not thousand",
-        *tests, env=environment, cwd=ROOT)  # fmt: skip
+    run(sys.executable, FMU_SUPPORT / "native_walk.py", 5, env=environment)
 
 
 @pytest.mark.parametrize(("options", "races"), [((), False), (("-DBALLSCREW_NO_THREADS",), True)])
@@ -87,7 +87,7 @@ def test_fmus_of_two_screws_fit_into_one_program(tmp_path):
         sources = native_sources(nut_map.header, (2,), FRICTION, Embedded(nut_map, screw))
         for file, content in sources.items():
             (place / ("fmi" if is_fmi_header(file) else ".") / file).write_bytes(content)
-        options = "-std=c99", *FLAGS, f"-DFMI2_FUNCTION_PREFIX={name}_", "-isystem", "fmi"
+        options = "-std=c99", "-fPIC", *FLAGS, f"-DFMI2_FUNCTION_PREFIX={name}_", "-isystem", "fmi"
         run(*compiler(), *options, "-c", *units_of(FRICTION), cwd=place)
         units = [place / unit.replace(".c", ".o") for unit in units_of(FRICTION)]
         found = set(re.findall(r"^\S* [A-TV-Z] (\S+)$", run(nm, "-g", *units), re.MULTILINE))
@@ -95,43 +95,17 @@ def test_fmus_of_two_screws_fit_into_one_program(tmp_path):
         assert all(one.startswith(f"{name}_") for one in found)
         assert not re.search(r"\b(fopen|fread|fseek|_wfopen|open)\w*\b", run(nm, "-u", *units))
         objects += units
-    (tmp_path / "host.c").write_text(TWO_SCREWS)
-    headers = ("-isystem", tmp_path / "one" / "fmi")
-    run(*compiler(), "-std=c99", *headers, "-o", tmp_path / "host", tmp_path / "host.c", *objects, "-lm")
-    expected = [m.evaluate(2000.0, 10.0, 303.15).viscous_torque for m in (NUT_MAP, OTHER)]
-    assert [float(text) for text in run(tmp_path / "host").split()] == pytest.approx(expected, rel=1e-12)
-
-
-TWO_SCREWS = """
-#include <stdio.h>
-#define FMI2_FUNCTION_PREFIX one_
-#include "fmi2Functions.h"
-#define RUN(screw)                                                                                   \\
-    do {                                                                                             \\
-        extern fmi2InstantiateTYPE screw##_fmi2Instantiate;                                          \\
-        extern fmi2SetRealTYPE screw##_fmi2SetReal;                                                  \\
-        extern fmi2GetRealTYPE screw##_fmi2GetReal;                                                  \\
-        extern fmi2SetupExperimentTYPE screw##_fmi2SetupExperiment;                                  \\
-        extern fmi2EnterInitializationModeTYPE screw##_fmi2EnterInitializationMode;                  \\
-        double torque = 0.0;                                                                         \\
-        fmi2Component c = screw##_fmi2Instantiate("a", fmi2CoSimulation, #screw, NULL, NULL, 0, 0);  \\
-        if (c == NULL || screw##_fmi2SetReal(c, in, 3, at) != fmi2OK                                 \\
-            || screw##_fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0) != fmi2OK                         \\
-            || screw##_fmi2EnterInitializationMode(c) != fmi2OK                                      \\
-            || screw##_fmi2GetReal(c, in + 3, 1, &torque) != fmi2OK) {                               \\
-            return 1;                                                                                \\
-        }                                                                                            \\
-        printf("%.17g\\n", torque);                                                                  \\
-    } while (0)
-int main(void)
-{
-    const fmi2ValueReference in[] = {1, 2, 3, 6};
-    const double at[] = {2000.0, 10.0, 303.15};
-    RUN(one);
-    RUN(two);
-    return 0;
-}
-"""
+    run(*compiler(), "-shared", "-o", tmp_path / "both.so", *objects, "-lm")
+    both, torque = ctypes.CDLL(str(tmp_path / "both.so")), doubles(0.0)
+    for name, nut_map in (("one", NUT_MAP), ("two", OTHER)):
+        names = "Instantiate", "SetReal", "SetupExperiment", "EnterInitializationMode", "GetReal"
+        make, put, set_up, enter, get = (both[f"{name}_fmi2{call}"] for call in names)
+        make.restype, zero, vr = c_void_p, c_double(0.0), (c_uint * 4)(1, 2, 3, 6)
+        handle = c_void_p(make(b"a", 1, name.encode(), None, None, 0, 0))
+        assert put(handle, vr, c_size_t(3), doubles(2000.0, 10.0, 303.15)) == OK
+        assert (set_up(handle, 0, zero, zero, 0, zero), enter(handle)) == (OK, OK)
+        assert get(handle, (c_uint * 1)(6), c_size_t(1), torque) == OK
+        assert torque[0] == pytest.approx(nut_map.evaluate(2000.0, 10.0, 303.15).viscous_torque, rel=1e-12)
 
 
 def refusal(folder, version=2, of=NUT_MAP, **files):

@@ -66,9 +66,8 @@ def token_of(files):
 @VERSIONS
 def test_members(native_fmus, synthetic_nut_map, tmp_path, version):
     files = members(native_fmus[version])
-    found = {
-        re.sub(rf"binaries/([\w-]+)/{NATIVE_NAME}", r"\1/", n) for n in files if n.startswith("binaries/")
-    }
+    libraries = [name for name in files if name.startswith("binaries/")]
+    found = {re.sub(rf"binaries/([\w-]+)/{NATIVE_NAME}", r"\1/", name) for name in libraries}
     assert found == BINARIES[version]
     assert next(iter(files)) == "modelDescription.xml"
     assert not any(is_fmi_header(n.rpartition("/")[2]) for n in files)

@@ -117,14 +117,12 @@ def test_a_level_that_falls_takes_energy_and_elements_that_slide_follow_one_that
     held = 0.5 * sum(one.get(name) ** 2 for name in ELEMENT_STATES)
     for preload, falls in ((1995.0, False), (1500.0, True)):
         one.latch(preload=preload)
-        assert one.get("friction_torque") == pytest.approx(
-            nut_map.evaluate(preload, 0.0, 303.15).coulomb_torque
-        )
+        level = nut_map.evaluate(preload, 0.0, 303.15).coulomb_torque
+        assert one.get("friction_torque") == pytest.approx(level)
         assert (one.get("slip_indicator_3") < 0.0) is falls
     assert one.event()
-    assert one.get("heat") == pytest.approx(
-        held - 0.5 * sum(one.get(name) ** 2 for name in ELEMENT_STATES), rel=1e-12
-    )
+    kept = 0.5 * sum(one.get(name) ** 2 for name in ELEMENT_STATES)
+    assert one.get("heat") == pytest.approx(held - kept, rel=1e-12)
     assert not one.event()
 
 

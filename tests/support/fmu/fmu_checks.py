@@ -125,15 +125,12 @@ def machine_of(content):
 
 def _sources(root, files):
     """The log categories are those of text.h; each C file is listed, or included by one that is."""
-    text = {
-        name.removeprefix("sources/"): c.decode() for name, c in files.items() if name.startswith("sources/")
-    }
+    text = {n.partition("/")[2]: c.decode() for n, c in files.items() if n.startswith("sources/")}
     named = {n.get("name") for n in root.find("LogCategories")}
     found = [] if named == set(re.findall(r'"(log[A-Z]\w+)"', text["text.h"])) else ["log categories"]
     sources = [[f.get("name") for f in group] for group in root.iter("SourceFiles")]
-    sources.append(
-        [n.get("name") for n in ElementTree.fromstring(text["buildDescription.xml"]).iter("SourceFile")]
-    )
+    listed = ElementTree.fromstring(text["buildDescription.xml"]).iter("SourceFile")
+    sources.append([node.get("name") for node in listed])
     units = sorted(name for name in text if name.endswith(".c"))
     for names in sources:
         included = [n for one in names for n in re.findall(r'^#include "(.*\.c)"$', text[one], re.MULTILINE)]

@@ -57,13 +57,8 @@ def _simulated(fmu, rows, **options):
         signals[name] = [row[name] for row in (*rows, rows[-1])]
     outputs = [name for group in outputs_of(fmu) for name in group]
     result = fmpy.simulate_fmu(
-        str(fmu),
-        stop_time=signals["time"][-1],
-        output_interval=STEP,
-        input=signals,
-        output=outputs,
-        **options,
-    )
+        str(fmu), stop_time=signals["time"][-1], output_interval=STEP, input=signals, output=outputs, **options,
+    )  # fmt: skip
     return [{name: row[name].item() for name in outputs} for row in result]
 
 
@@ -83,9 +78,7 @@ def in_pathsim(fmu, rows):
     from pathsim_fmi import CoSimulationFMU
 
     block = CoSimulationFMU(str(fmu), dt=STEP)
-    sources = [
-        Source(lambda t, name=name: float(rows[max(round(t / STEP) - 1, 0)][name])) for name in rows[0]
-    ]
+    sources = [Source(lambda t, n=name: float(rows[max(round(t / STEP) - 1, 0)][n])) for name in rows[0]]
     wires = [Connection(source, block[name]) for source, name in zip(sources, rows[0], strict=True)]
     simulation = Simulation([*sources, block], wires, dt=STEP, log=False)
     names = [name for group in outputs_of(fmu) for name in group]

@@ -15,9 +15,8 @@ STATES = {CS: "instx", ME: "inectx"}
 with Path(__file__).with_name("legal_calls.csv").open(encoding="ascii") as file:
     _ROWS = list(csv.DictReader(file))
 LEGAL = {v: {row["call"]: row for row in _ROWS if str(v) in row["versions"]} for v in (2, 3)}
-UNSUPPORTED = {
-    row["call"]: ERROR if row["unsupported"] == "error" else DISCARD for row in _ROWS if row["unsupported"]
-}
+_WORDS = {"error": ERROR, "discard": DISCARD}
+UNSUPPORTED = {row["call"]: _WORDS[row["unsupported"]] for row in _ROWS if row["unsupported"]}
 NO_ARGUMENTS = {
     "EnterInitializationMode", "ExitInitializationMode", "Terminate", "Reset", "EnterEventMode",
     "EnterContinuousTimeMode", "CancelStep", "EnterConfigurationMode", "ExitConfigurationMode",

@@ -59,9 +59,8 @@ class NativeInstance:
         library, variables = library or compiled_model(nut_map, model), table(nut_map.header)
         self.names = {v.name: n for n, v in enumerate(variables, FIRST_REFERENCE)}
         self.output = next(v.name for v in variables if v.causality == "output")
-        self._shown = [
-            v.name for v in variables if v.causality in ("output", "local") and v.unit and not v.indicates
-        ]
+        kinds = "output", "local"
+        self._shown = [v.name for v in variables if v.causality in kinds and v.unit and not v.indicates]
         self.indicators = sum(v.indicates for v in variables)
         self.states = sum(v.derivative_of is not None and v.derivative_of != "" for v in variables)
         self.library = ctypes.CDLL(str(library))
@@ -216,9 +215,8 @@ class NativeInstance:
         return list(values)
 
     def rates(self):
-        return self.vector(
-            "GetDerivatives" if self.version == 2 else "GetContinuousStateDerivatives", self.states or 1
-        )
+        name = "GetDerivatives" if self.version == 2 else "GetContinuousStateDerivatives"
+        return self.vector(name, self.states or 1)
 
     def save(self):
         state = c_void_p()
