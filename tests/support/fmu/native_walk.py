@@ -21,7 +21,7 @@ from ballscrew_fmu.models import NATIVE_MODELS, TRANSMISSION
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 CALLS, FILES = 4000, 200  # of each model and version; damaged ones of the map and of the screw
-ODD = (math.nan, math.inf, -math.inf, 1e300, -1e30, 1e29, -1.0, 0.0, 1e-300)
+ODD = (math.nan, math.inf, -math.inf, 1e300, -1e30, 1e29, -1.0, 0.0, 5e-324)
 NEXT = {"EnterInitializationMode": "n", "EnterEventMode": "e", "EnterContinuousTimeMode": "c"}
 OFTEN = {"ExitInitializationMode", "DoStep", "SetReal", "GetReal", "SetFloat64", "GetFloat64", *NEXT}
 NEXT |= {"Reset": "i", "Terminate": "t"}  # state after a call

@@ -123,7 +123,7 @@ static inline void presliding_after_step(const Number before[ELEMENTS], Number s
 {
     const Number travel = absolute(times(step, speed)), length = multiply(level->root, travel);
     const Number way = with_sign_of(length, speed);
-    const double per_second = 1.0 / step;
+    const double per_second = step > 1e-300 ? 1.0 / step : 0.0; /* infinite where the step has no normal number */
     Number from[ELEMENTS], slack = constant(0.0), moved = slack, lost = slack, stored = slack, sum = slack, heat, damped,
                            work;
 
