@@ -68,7 +68,7 @@ def test_init_fills_in_a_catalogue_screw(tmp_path, capsys):
             assert ("# assumed: " in line) == (not line.startswith(("lead_mm", "turns"))), line
     for words, told in (
         (sizes[:2], "--lead-mm (missing)"),
-        ((*sizes, "--ball-mm", "20"), "less than half of"),
+        ((*sizes, "--ball-mm", "20"), "no screw has diameter_mm = 32.0, lead_mm = 10.0, ball_mm = 20.0"),
     ):
         assert cli.main(["init", str(tmp_path / "other.toml"), *words]) == 2
         assert told in capsys.readouterr().err

@@ -1,6 +1,7 @@
 """Units of files and answers; inside the package all quantities are SI, radians and kelvin."""
 
 import math
+import re
 from typing import Any, NamedTuple
 
 RPM = math.pi / 30.0  # [rad/s] of one revolution per minute
@@ -47,6 +48,14 @@ def from_si(value: float, dimension: str | None, unit: str) -> float:
         return value
     factor, divisor, offset = UNITS[dimension][unit]
     return (value - offset) * divisor / factor
+
+
+def turns_of(text: str) -> float | str:
+    """Turns of a catalogue as a number: turns x circuits such as 2.5x2; another text unchanged."""
+    try:
+        return math.prod(float(part) for part in re.split("[x×*]", text.lower(), maxsplit=1))
+    except ValueError:
+        return text
 
 
 class Shown(NamedTuple):
