@@ -126,7 +126,7 @@ def bearing(
     """
     D, d = float(pitch_diameter), float(ball_diameter)
     _needs(0.0 < D <= 2.0, "pitch_diameter", D, "m", "> 0, up to 2 m", "is it in metres?")
-    _needs(0.0 < d < 0.5 * D, "ball_diameter", d, "m", f"> 0, < {0.5 * D} m, half of pitch_diameter", "check both")
+    _needs(0.0 < d < 0.5 * D, "ball_diameter", d, "m", f"> 0, < {0.5 * D} m", "half of pitch_diameter")
     most = int(math.pi / math.asin(d / D))
     valid = isinstance(balls, Integral) and 2 <= balls <= most
     _needs(valid, "balls", balls, "", f"2 to {most}, whole", "more do not fit the pitch circle")
@@ -142,11 +142,10 @@ def bearing(
         screw_section_area=SECTION * d**2, nut_section_area=SECTION * d**2,
         youngs_modulus=MODULUS, poisson_ratio=POISSON,
     )  # fmt: skip
-    # beyond the contact angles and the leads of a screw file
-    flat = {"lead": LEAD * d, "lead_angle": math.atan(LEAD * d / (math.pi * D))}
-    bearing_screw = screw.model_copy(update=flat | {"contact_angle": min(float(contact_angle), STEEPEST)})
+    # beyond the contact angles of a screw file
+    screw = screw.model_copy(update={"contact_angle": min(float(contact_angle), STEEPEST)})
     for name, raceway in zip(grooves, RACEWAYS, strict=True):
-        R_x, R_y = reduced_radii(bearing_screw, bearing_screw.contact_angle, raceway)
+        R_x, R_y = reduced_radii(screw, screw.contact_angle, raceway)
         allowed = "a contact that is longer across rolling"
         _needs(R_x <= R_y, name, grooves[name], "", allowed, "take a narrower groove")
     given, remedy = dict(friction or {}), "a bearing has no other constant"
@@ -158,11 +157,13 @@ def bearing(
         first = err.errors()[0]
         where = ".".join(map(str, ("friction", *first["loc"])))
         raise ValueError(f"{where} = {first['input'] if first['loc'] else given}; {first['msg']}") from None
-    # the checks of a screw are not those of a bearing
     parameters = Parameters(
         name=f"bearing {1e3 * D:g} mm, {balls} balls of {1e3 * d:g} mm", screw=screw, solid=WALLS,
         lubricant=graded_oil(iso_vg, viscosity_index) if oil is None else oil, friction=law,
-    ).model_copy(update={"screw": bearing_screw})  # fmt: skip
+    )  # fmt: skip
+    # a lead at which the grooves of a screw would meet
+    flat = {"lead": LEAD * d, "lead_angle": math.atan(LEAD * d / (math.pi * D))}
+    parameters = parameters.model_copy(update={"screw": screw.model_copy(update=flat)})
     return Bearing(parameters, DirectContacts(parameters) if solved else contacts_of(parameters))
 
 

@@ -1,6 +1,7 @@
 """Ball loads: worked values, equilibrium, the recurrence itself, separation, limits and bad input."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -60,7 +61,7 @@ def test_distribution_under_preload():
         assert d[1] - d[0] == pytest.approx(K * f[0], rel=1e-6)
 
 
-@pytest.mark.parametrize("shift, tolerance", [(0.5, 1e-6), (0.0, 0.01)])
+@pytest.mark.parametrize(("shift", "tolerance"), [(0.5, 1e-6), (0.0, 0.01)])
 def test_two_starts_share_a_nut_of_the_length_of_one(shift, tolerance):
     """Against springs between all nodes of screw and nut: balls of the starts in turn, or two at every place."""
     two = changed(GD4008, screw={"lead": 0.02, "lead_angle": math.atan(0.02 / (math.pi * 0.04)), "starts": 2,
@@ -72,7 +73,7 @@ def test_two_starts_share_a_nut_of_the_length_of_one(shift, tolerance):
     gap = np.maximum(np.diff(z[order]), 1e-5)
     rods = np.zeros((2, 40, 40))
     for rod, area in zip(rods, (two.screw_section_area, two.nut_section_area), strict=True):
-        for i, (j, k) in enumerate(zip(order[:-1], order[1:], strict=True)):
+        for i, (j, k) in enumerate(pairwise(order)):
             rod[np.ix_([j, k], [j, k])] += two.youngs_modulus * area / gap[i] * np.array([[1, -1], [-1, 1]])
     held = order[-1]
 

@@ -123,8 +123,8 @@ COMMANDS = {
     "screw": Command("loads, pressure, stiffness, life, efficiency, catalogue torque", f"{RUN}.screw:run_screw",
         numbers(q.PRELOAD, q.AXIAL_LOAD, q.SPEED, q.TEMPERATURE), (*ROWS, *OF_MAP),
         "--screw my.toml --preload-n 1000 --axial-load-n 1500",
-        "Default of the preload: 5 % of the dynamic rating, with oversize balls 2.5 %. With speed and temperature also efficiency and hours, from "
-        "the map. Catalogue torque: drag torque by JIS B 1192."),
+        "Default of the preload: 5 % of the dynamic rating, of oversize balls 2.5 %. With speed and temperature also "
+        "efficiency and hours, from the map. Catalogue torque: drag torque by JIS B 1192."),
     "oil": Command("viscosity, density and pressure-viscosity coefficient of an oil", f"{RUN}.oil:run_oil", (
         *numbers(Quantity("iso_vg", "ISO 3448 viscosity grade", whole=True), metavar="GRADE"),
         *numbers(Quantity("viscosity_index", "viscosity index (ASTM D2270)"), metavar="VI"),

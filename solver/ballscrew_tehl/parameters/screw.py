@@ -21,7 +21,7 @@ from .units import COLDEST, HOTTEST, RPM, turns_of
 FOUR_POINT = "single_nut_oversize_ball"
 #: hot-pressed silicon nitride of bearing balls (ISO 26602): Young's modulus [Pa], Poisson's ratio
 NITRIDE_MODULUS, NITRIDE_POISSON = 310e9, 0.26
-#: ball centre circle minus root diameter, over ball: read from 40 rows of a catalogue; largest deviation between makers
+#: ball centre circle minus root diameter, over ball, in tables of THK and of a gothic arch; deviation that is allowed
 ROOT_OF_BALL, ROOT_SPREAD = 1.022, 0.15
 #: radius of the ball centre circle [m] of the smallest screws that are made; of screws whose numbers may be inches
 SMALLEST, MAY_BE_INCHES = 0.75e-3, 3e-3
@@ -44,8 +44,8 @@ class ScrewParameters(Table):
     """Geometry and elasticity; section areas and spacer are not printed in Table 1: marked defaults.
 
     Turns and ball counts are of one set of balls that carries the preload: one nut of a double nut, one half of a
-    single nut with offset lead, the whole single nut with oversize balls. What the kinds mean: module `load`. The starts
-    of a thread lie side by side: turns are those of one start, ball counts of all of them.
+    single nut with offset lead, the whole single nut with oversize balls. What the kinds mean: module `load`. The
+    starts of a thread lie side by side: turns are those of one start, ball counts of all of them.
     """
 
     preload_kind: Literal["double_nut", "single_nut_offset", "single_nut_oversize_ball"] = entry(
@@ -53,9 +53,8 @@ class ScrewParameters(Table):
     )  # fmt: skip
     nominal_radius: float = entry("radius of the ball centre helix", "length", gt=0, le=1)
     root_diameter: float | None = entry(
-        "root of the thread by its catalogue; instead of ball_diameter", "length", in_map=False,
-        default=None, gt=0, le=2,
-    )  # fmt: skip
+        "root of the thread; instead of ball_diameter", "length", in_map=False, default=None, gt=0, le=2
+    )
     ball_diameter: float = entry("diameter of a ball", "length", gt=0, le=0.5)
     contact_angle: float = entry(
         "contact angle without load", "angle", ge=math.radians(10.0), le=math.radians(80.0)
@@ -67,13 +66,9 @@ class ScrewParameters(Table):
         "lead angle at the nominal radius; default: by the lead", "angle", gt=0, lt=math.pi / 4, validate_default=True,
         default_factory=lambda screw: math.atan(screw["lead"] / (2.0 * math.pi * screw["nominal_radius"])),
     )  # fmt: skip
-    hand: Literal["right", "left"] = entry(
-        "hand of the thread; a negative lead is left", in_map=False, default="right"
-    )
+    hand: Literal["right", "left"] = entry("left, or a negative lead", in_map=False, default="right")
     starts: int = entry("starts of the thread", before=1, default=1, ge=1, le=12)
-    turns: float = entry(
-        'loaded turns of one start of one nut, as 5 or "2.5x2"; of a half with single_nut_offset', gt=0, le=100
-    )
+    turns: float = entry('loaded turns of one start of a nut or half, as 5 or "2.5x2"', gt=0, le=100)
     spacer_balls: bool = entry(
         "every second ball is smaller and carries no load; ball_count is of the others",
         before=False,
@@ -95,9 +90,8 @@ class ScrewParameters(Table):
         default=None, gt=0, le=1e8,
     )  # fmt: skip
     static_rating: float | None = entry(
-        "static rating C_0a of one nut by its catalogue; default: computed", "force", in_map=False,
-        default=None, gt=0, le=1e8,
-    )  # fmt: skip
+        "static rating C_0a likewise", "force", in_map=False, default=None, gt=0, le=1e8
+    )
     youngs_modulus: float = entry("Young's modulus of screw and nut", "pressure", unit="GPa", ge=1e9, le=1e12)
     poisson_ratio: float = entry("Poisson's ratio of screw and nut", ge=0, lt=0.5)
     ball_material: Literal["steel", "silicon_nitride"] = entry(
@@ -146,7 +140,8 @@ class ScrewParameters(Table):
         if isinstance(turns := data.get("turns"), str):
             data["turns"] = turns_of(turns)
         if isinstance(lead := data.get("lead"), float | int) and lead < 0:
-            require(data.get("hand") != "right", "lead", "more than 0 with hand = right", "negative: left-hand")
+            allowed = "more than 0 with hand = right"
+            require(data.get("hand") != "right", "lead", allowed, "a negative lead is left-hand")
             data |= {"lead": -lead, "hand": "left"}
         radius, root = data.get("nominal_radius"), data.get("root_diameter")
         if "ball_diameter" not in data and isinstance(radius, float) and isinstance(root, float):
@@ -171,9 +166,9 @@ class ScrewParameters(Table):
         """Raise FieldError for grooves that meet, a shaft thinner than its balls, a root that is of another ball."""
         inches = ", or are all sizes in inches? 1 in = 25.4 mm" if self.nominal_radius < MAY_BE_INCHES else ""
         ball, circle = self.ball_diameter, 2.0 * self.nominal_radius
-        least = f"at least {1e3 * SMALLEST:g} mm"
-        require(self.nominal_radius >= SMALLEST, "nominal_radius", least, f"no screw is smaller{inches}")
-        require(ball < self.nominal_radius, "ball_diameter", "less than nominal_radius", f"check both{inches}")
+        allowed, thick = f"at least {1e3 * SMALLEST:g} mm", ball < self.nominal_radius
+        require(self.nominal_radius >= SMALLEST, "nominal_radius", allowed, f"no screw is smaller{inches}")
+        require(thick, "ball_diameter", "less than nominal_radius", f"check both{inches}")
         pitch = self.lead / self.starts * math.cos(self.lead_angle)
         allowed = f"less than {1e3 * pitch:.4g} mm, lead over starts across the groove"
         require(ball < pitch, "ball_diameter", allowed, f"the grooves meet: check lead and starts{inches}")

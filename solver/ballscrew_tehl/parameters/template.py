@@ -56,16 +56,14 @@ _HEAD = """\
 """
 
 
-def example_parameters(
-    oil: str = "viscosities", lubricant: str = "oil", iso_vg: int | None = None
-) -> Parameters:
+def example_parameters(oil: str = "viscosities", lubricant: str = "oil", iso_vg: int = 0) -> Parameters:
     """The packaged example that the template takes its values from.
 
     oil: "viscosities" = laws and numbers, "iso_vg" = grade and viscosity index; lubricant: "oil", or "grease" = its
-    base oil by grade, NLGI grade; iso_vg: another grade
+    base oil by grade, NLGI grade; iso_vg: another grade, 0 = none
     """
     example, (grade, index) = load_screw(PACKAGED_DATA / EXAMPLE), EXAMPLE_GRADE
-    if iso_vg is not None:
+    if iso_vg:
         oil, grade = "iso_vg", iso_vg
     if lubricant == "grease":
         name = f"grease NLGI 2, base oil ISO VG {grade}"

@@ -52,10 +52,9 @@ def from_si(value: float, dimension: str | None, unit: str) -> float:
 
 def turns_of(text: str) -> float | str:
     """Turns of a catalogue as a number: turns x circuits such as 2.5x2; another text unchanged."""
-    try:
-        return math.prod(float(part) for part in re.split("[x×*]", text.lower(), maxsplit=1))
-    except ValueError:
-        return text
+    number = r"\s*(\d+\.?\d*|\.\d+)\s*"
+    product = re.fullmatch(f"{number}[xX*\u00d7]{number}", text)
+    return float(product[1]) * float(product[2]) if product else text
 
 
 class Shown(NamedTuple):

@@ -18,7 +18,7 @@ def computed_dynamic_rating(screw: ScrewParameters) -> float:
     Source       ISO 3408-5, as recalled: C_s = f_c cos(a)^0.86 z^(2/3) D^1.8 tan(a) cos(phi)^1.3 of one turn [N, mm],
                  f_c = 93.2 (1 - sin(a)/3) (1/(1 - 1/(2 f_s)))^0.41 g^0.3 (1-g)^1.39/(1+g)^(1/3), g = D cos(a)/D_pw;
                  with the nut C_s (1 + (C_s/C_n)^(10/3))^-0.3, C_s/C_n = ((1-g)/(1+g))^1.723
-                 ((2 - 1/f_n)/(2 - 1/f_s))^0.41, times turns^0.86, of all starts. No factors for hardness, accuracy, steel
+                 ((2 - 1/f_n)/(2 - 1/f_s))^0.41, times (turns of all starts)^0.86. No factors for hardness, accuracy
     """
     angle, lead = screw.contact_angle, screw.lead_angle
     ball, pitch = 1e3 * screw.ball_diameter, 2e3 * screw.nominal_radius

@@ -18,8 +18,7 @@ CONDITIONS = (
 #: of a table
 COLUMNS = ("preload_n", "axial_load_n", "catalogue_torque_nm", "friction_torque_nm", "efficiency", "in_range",
            "static_safety", "life_turns", "contact_pressure_max_pa")  # fmt: skip
-#: ratio of a computed rating to that of a catalogue within which they agree; catalogues differ so much themselves, in
-#: C_0a also by the pressure that they allow
+#: ratio of a computed rating to that of a catalogue within which they agree; catalogues differ so much themselves
 RATING_AGREES = {"dynamic_rating": (0.75, 1.33), "static_rating": (0.75, 2.5)}
 
 
@@ -78,7 +77,7 @@ def run_init(args: Namespace) -> Answer:
     path = check_output("FILE.toml", args.file, "a new file *.toml")
     if path.exists():
         raise ValueError(f"{path}: exists already; allowed: a new file; choose another name")
-    parameters = example_parameters(args.oil, args.lubricant, args.oil_grade)
+    parameters = example_parameters(args.oil, args.lubricant, args.oil_grade or 0)
     assumed, ratios = frozenset[str](), dict[str, float]()
     sizes = {name: value for name in CatalogueSizes._fields if (value := getattr(args, name)) is not None}
     if sizes:
@@ -93,6 +92,7 @@ def run_init(args: Namespace) -> Answer:
         entries = [line.partition("#")[0].strip() for line in content.splitlines() if "# assumed: " in line]
         text = f"{path}: check the oil, and what is assumed: {'; '.join(entries)}"
     if ratios:
-        text += ". Computed over stated: " + ", ".join(f"{name} {ratio:.2f}" for name, ratio in ratios.items())
+        shown = (f"{name} {ratio:.2f}" for name, ratio in ratios.items())
+        text += f". Computed over stated: {', '.join(shown)}"
     over_stated = {f"{name}_over_stated": ratio for name, ratio in ratios.items()}
     return Answer([{"file": str(path)} | over_stated], text=filled(text))
