@@ -173,14 +173,14 @@ COMMANDS = {
                  metavar="N"),
     ), OF_MAP, "--map my_map.npz --format csv --output friction.csv",
         "Torque over speed, preload and temperature with its interval; units and signs are in the file. Defaults: 5 % "
-        "of the dynamic rating, reference temperature of the oil, whole range of speed. Options of motor and lead: of "
-        "twincat, which is over the velocity of the axis. With --identified each direction by itself, in a list the "
-        "mean."),
+        "(oversize balls 2.5 %) of the dynamic rating, reference temperature of the oil, whole range of speed. Options "
+        "of motor and lead: of twincat, which is over the velocity of the axis. With --identified each direction by "
+        "itself, in a list the mean."),
     "report": Command("one HTML page on a screw: torque, film, loads, limits", f"{RUN}.report:run_report", (
         option("--output", OUTPUT, "FILE.html", required=True), *numbers(*q.REPORT_POINT),
     ), OF_MAP, "--map my_map.npz --output my_report.html",
         "One page without external files; without screw and map on the packaged GD4008-3. Default of the point: 5 % of "
-        "the dynamic rating, 1000 r/min, reference temperature of the oil."),
+        "the dynamic rating (oversize balls 2.5 %), 1000 r/min, reference temperature of the oil."),
     "contact": Command("solve one elastohydrodynamic contact", f"{RUN}.contact:run_contact", (
         *numbers(*q.CONTACT_POINT),
         switch("--isothermal", "without the energy equation"),
