@@ -126,7 +126,7 @@ def bearing(
     """
     D, d = float(pitch_diameter), float(ball_diameter)
     _needs(0.0 < D <= 2.0, "pitch_diameter", D, "m", "> 0, up to 2 m", "is it in metres?")
-    _needs(0.0 < d < D, "ball_diameter", d, "m", f"> 0, < pitch_diameter {D} m", "check both diameters")
+    _needs(0.0 < d < 0.5 * D, "ball_diameter", d, "m", f"> 0, < {0.5 * D} m", "half of pitch_diameter")
     most = int(math.pi / math.asin(d / D))
     valid = isinstance(balls, Integral) and 2 <= balls <= most
     _needs(valid, "balls", balls, "", f"2 to {most}, whole", "more do not fit the pitch circle")
@@ -137,7 +137,7 @@ def bearing(
         valid, allowed = 0.5 < value <= WIDEST_GROOVE, f"> 0.5, up to {WIDEST_GROOVE:g}"
         _needs(valid, name, value, "", allowed, "it is groove radius over ball diameter")
     screw = ScrewParameters(
-        nominal_radius=0.5 * D, ball_diameter=d, contact_angle=0.25 * math.pi, lead=LEAD * d, turns=1.0,
+        nominal_radius=0.5 * D, ball_diameter=d, contact_angle=0.25 * math.pi, lead=2.0 * d, turns=1.0,
         screw_raceway_radius=inner_conformity * d, nut_raceway_radius=outer_conformity * d, ball_count=int(balls),
         screw_section_area=SECTION * d**2, nut_section_area=SECTION * d**2,
         youngs_modulus=MODULUS, poisson_ratio=POISSON,
@@ -161,6 +161,9 @@ def bearing(
         name=f"bearing {1e3 * D:g} mm, {balls} balls of {1e3 * d:g} mm", screw=screw, solid=WALLS,
         lubricant=graded_oil(iso_vg, viscosity_index) if oil is None else oil, friction=law,
     )  # fmt: skip
+    # a lead at which the grooves of a screw would meet
+    flat = {"lead": LEAD * d, "lead_angle": math.atan(LEAD * d / (math.pi * D))}
+    parameters = parameters.model_copy(update={"screw": screw.model_copy(update=flat)})
     return Bearing(parameters, DirectContacts(parameters) if solved else contacts_of(parameters))
 
 

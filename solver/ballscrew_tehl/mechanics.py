@@ -4,13 +4,13 @@ import math
 from typing import NamedTuple
 
 from .friction.baselines import nsk_torque
-from .parameters.file import ScrewParameters
+from .parameters.file import FOUR_POINT, ScrewParameters
 from .physics.axial_stiffness import axial_deflection, axial_stiffness, nut_stiffness_constant
 from .physics.load import double_nut_loads, separation_load
 from .physics.rating import STATIC_PRESSURE, ball_pressure, dynamic_rating, life, static_rating
 
-#: preload over the dynamic rating that catalogues state torques for
-CATALOGUE_SHARE = 0.05
+#: preload over the dynamic rating that catalogues state torques for, by preload kind
+CATALOGUE_SHARE = {"double_nut": 0.05, "single_nut_offset": 0.05, FOUR_POINT: 0.025}
 
 
 class ScrewConstants(NamedTuple):
@@ -50,7 +50,7 @@ class Efficiency(NamedTuple):
 
 def catalogue_preload(screw: ScrewParameters) -> float:
     """Preload [N] that catalogues state torques for: CATALOGUE_SHARE of the dynamic rating, in two digits."""
-    return float(f"{CATALOGUE_SHARE * dynamic_rating(screw):.2g}")
+    return float(f"{CATALOGUE_SHARE[screw.preload_kind] * dynamic_rating(screw):.2g}")
 
 
 def screw_constants(screw: ScrewParameters) -> ScrewConstants:

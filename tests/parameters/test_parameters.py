@@ -6,8 +6,9 @@ from importlib import resources
 import pytest
 from reference_screw import GD4008
 
+from ballscrew_tehl.friction.torque import nut_forces
 from ballscrew_tehl.parameters.file import Law, changed, load_screw
-from ballscrew_tehl.parameters.identity import parameters_hash
+from ballscrew_tehl.parameters.identity import differences, map_parameters_json, parameters_hash
 from ballscrew_tehl.parameters.screw import NITRIDE
 from ballscrew_tehl.parameters.template import example_parameters
 from ballscrew_tehl.parameters.toml import ParameterError
@@ -104,6 +105,14 @@ lead_mm = 8.0 => lead_mm = 8.0@ball_material = "glass" => screw.ball_material = 
 +viscosity_index = None => => lubricant.viscosity_index = (missing); iso_vg needs it
 +astm_viscosity_1_cSt = 100 => => lubricant.astm_viscosity_1_cSt = 100; no entry with iso_vg
 density_kg_m3 = 970.0 => density_kg_m3 = 970.0@density_15c_kg_m3 = 980 => density_15c_kg_m3 = 980; no entry without
+ball_count = 86  => ball_count = 159  => screw.ball_count = 159; at most 158; more than fit the turns and returns
+lead_mm = 8.0 => lead_mm = 4.5@starts = 1 => screw.ball_diameter_mm = 4.763; less than 4.491 mm; the grooves meet
+lead_mm = 8.0 => lead_mm = 8.0@starts = 2 => screw.ball_diameter_mm = 4.763; less than 3.992 mm; the grooves meet
+nominal_radius_mm = 20.0 => nominal_radius_mm = 4.7 => ball_diameter_mm = 4.763; less than nominal_radius; check both
+nominal_radius_mm = 20.0 => nominal_radius_mm = 2.5 => less than nominal_radius; in inches? 1 in = 25.4 mm
+lead_mm = 8.0 => lead_mm = -8.0@hand = "right" => screw.lead_mm = -8.0; more than 0 with hand = right; left-hand
+turns = 3 => turns = "3x" => screw.turns = '3x'; a number; as 5 or "2.5x2"
+lead_mm = 8.0 => lead_mm = 8.0@root_diameter_mm = 33 => screw.root_diameter_mm = 33; 34.42 to 35.85 mm
 loaded_ball_count = 72  => return_ball_count = 85  => screw.return_ball_count = 85; at most 84
 loaded_ball_count = 72  => return_ball_count = 10@loaded_ball_count = 72  => loaded_ball_count = 72; 76, or no entry
 [friction] => [map]@preload_min_N = 1.0@[friction] => map.preload_max_N = (missing); a range needs both ends
@@ -149,6 +158,37 @@ def test_balls_in_the_returns_carry_no_load(read):
     assert read(edited("loaded_ball_count = 72 ", "# ")).screw.loaded_ball_count == 79
     text = edited("ball_count = 86  ", "# ", edited("loaded_ball_count = 72 ", "return_ball_count = 10 "))
     assert (read(text).screw.ball_count, read(text).screw.loaded_ball_count) == (89, 79)
+
+
+def test_a_screw_as_catalogues_state_it(read):
+    """Turns x circuits, a left-hand thread, the ball by the root; none of it but turns and balls is of the map."""
+    left = read(edited("lead_mm = 8.0", "lead_mm = -8.0", edited("turns = 3 ", 'turns = "1.5 x 2" ')))
+    assert (left.screw.turns, left.screw.lead, left.screw.signed_lead) == (3.0, 0.008, -0.008)
+    assert read(edited("lead_mm = 8.0", 'lead_mm = 8.0\nhand = "left"')).screw == left.screw
+    rooted = read(edited("ball_diameter_mm = 4.763", "root_diameter_mm = 35.132"))
+    assert rooted.screw.ball_diameter == pytest.approx(4.763e-3, rel=1e-4)
+    for same in (left, changed(GD4008, screw={"static_rating": 9e4})):
+        assert parameters_hash(same) == parameters_hash(GD4008)
+    two = changed(GD4008, screw={"starts": 2, "lead": 0.016, "lead_angle": 0.127}).screw
+    assert changed(GD4008, screw={"ball_count": 150}).screw.loaded_ball_count == 72
+    with pytest.raises(ValueError, match="at most 316"):
+        changed(GD4008, screw=two.model_dump(exclude_unset=True) | {"ball_count": 320})
+
+
+def test_ball_count_is_of_the_laws_of_the_paper(read):
+    """Mechanistic: neither force nor map depends on it; texts of maps of before hold it."""
+
+    def axial(parameters):
+        return nut_forces(parameters, 2000.0, 1500.0)
+
+    rolling = changed(GD4008, friction={"law": "mechanistic"})
+    for parameters, balls in ((rolling, 72), (GD4008, 80)):
+        other = changed(parameters, screw={"ball_count": 80})
+        assert other.summed_balls == balls
+        texts = map_parameters_json(parameters), map_parameters_json(other)
+        force, hashed = ([of(own) for own in (parameters, other)] for of in (axial, parameters_hash))
+        for same in (differences(*texts) is None, force[0] == force[1], hashed[0] == hashed[1]):
+            assert same == (balls == 72)
 
 
 def test_lead_angle_follows_and_a_rating_is_not_of_the_map(read):

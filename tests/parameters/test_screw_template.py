@@ -2,10 +2,13 @@
 
 import math
 
+import catalogue_screws
 import pytest
 from reference_screw import GD4008
 
 from ballscrew_tehl.cli import main as cli
+from ballscrew_tehl.mechanics import catalogue_preload
+from ballscrew_tehl.nut_map.grid import map_grid
 from ballscrew_tehl.parameters.file import TABLES, changed, load_screw
 from ballscrew_tehl.parameters.identity import parameters_hash
 from ballscrew_tehl.parameters.screw import Parameters
@@ -54,6 +57,18 @@ def test_init_writes_a_grease(tmp_path):
     assert parameters_hash(greased) == parameters_hash(oiled)
 
 
+def test_screws_of_four_makers(tmp_path):
+    """C_a as stated within the range of grooves, a map's range without an edit; C_0a of makers by up to 2.2 lower."""
+    for row, screw, ratios in catalogue_screws.main(tmp_path):
+        assert 0.9 <= ratios["dynamic_rating"] <= 1.15, row
+        assert 0.85 <= ratios["static_rating"] <= 2.2, row
+        assert row["ball_mm"] or screw.screw.ball_diameter in (3.175e-3, 6.35e-3)
+        share = 0.05 if row["nut_kind"] == "double_nut" else 0.025
+        assert catalogue_preload(screw.screw) == pytest.approx(share * float(row["rating_n"]), rel=0.05)
+        assert map_grid(screw).preload[1] > catalogue_preload(screw.screw)
+    assert len({load_screw(path).name for path in tmp_path.glob("*.toml")}) == 10
+
+
 def test_init_fills_in_a_catalogue_screw(tmp_path, capsys):
     path = tmp_path / "mine.toml"
     sizes = ["--diameter-mm", "32", "--lead-mm", "10", "--turns", "2.5"]
@@ -68,10 +83,22 @@ def test_init_fills_in_a_catalogue_screw(tmp_path, capsys):
             assert ("# assumed: " in line) == (not line.startswith(("lead_mm", "turns"))), line
     for words, told in (
         (sizes[:2], "--lead-mm (missing)"),
-        ((*sizes, "--ball-mm", "20"), "less than half of"),
+        ((*sizes, "--ball-mm", "20"), "no screw has diameter_mm = 32.0, lead_mm = 10.0, ball_mm = 20.0"),
     ):
         assert cli.main(["init", str(tmp_path / "other.toml"), *words]) == 2
         assert told in capsys.readouterr().err
+    words = f"{' '.join(sizes[:2])} --lead-mm -10 --root-mm 26.91 --rating-n 32520 --static-rating-n 71020 --turns 2x2"
+    more = "--starts 1 --nut-kind single_nut_offset --oil-grade 68"
+    assert cli.main(["init", str(tmp_path / "left.toml"), *words.split(), *more.split()]) == 0
+    assert "dynamic_rating 1.00, static_rating 1." in " ".join(capsys.readouterr().out.split())
+    left = load_screw(tmp_path / "left.toml")
+    assert (left.lubricant.iso_vg, left.screw.preload_kind) == (68, "single_nut_offset")
+    assert (left.screw.signed_lead, left.screw.turns, left.screw.ball_diameter) == (-0.01, 4.0, 6.35e-3)
+    for size, lead, told in (("0.625", "0.2", "no screw is smaller"), ("4", "0.5", "the grooves meet")):
+        assert cli.main(["init", str(tmp_path / "x.toml"), "--diameter-mm", size, "--lead-mm", lead]) == 2
+        error = capsys.readouterr().err
+        assert told in error
+        assert "in inches? 1 in = 25.4 mm" in error
     assert cli.main(["init", str(path)]) == 2
     assert "exists already" in capsys.readouterr().err
     assert path.read_text() == text

@@ -1,21 +1,25 @@
 """Ball loads: worked values, equilibrium, the recurrence itself, separation, limits and bad input."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_screw import GD4008
+from scipy.optimize import root
 
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed
 from ballscrew_tehl.physics.ball_law import (
     contact_angle_at_ball_load,
     contact_compliance,
+    flank_law,
     groove_distance,
     loaded_contact_angle,
 )
 from ballscrew_tehl.physics.load import ball_pitch, double_nut_loads, nut_loads, separation_load
+from ballscrew_tehl.physics.rating import computed_dynamic_rating
 
 SCREW = GD4008.screw
 OVERSIZE = changed(GD4008, screw={"preload_kind": FOUR_POINT}).screw
@@ -30,8 +34,8 @@ def approach(Q):
     return moved / math.cos(SCREW.lead_angle)
 
 
-def axial(Q):
-    return Q * np.sin(contact_angle_at_ball_load(SCREW, Q)) * math.cos(SCREW.lead_angle)
+def axial(Q, screw=SCREW):
+    return Q * np.sin(contact_angle_at_ball_load(screw, Q)) * math.cos(screw.lead_angle)
 
 
 def test_loaded_contact_angle():
@@ -55,6 +59,39 @@ def test_distribution_under_preload():
         assert f.sum() == pytest.approx(force, rel=1e-9)
         np.testing.assert_allclose(np.diff(d, 2), K * f[1:-1], rtol=1e-6)
         assert d[1] - d[0] == pytest.approx(K * f[0], rel=1e-6)
+
+
+@pytest.mark.parametrize(("shift", "tolerance"), [(0.5, 1e-6), (0.0, 0.01)])
+def test_two_starts_share_a_nut_of_the_length_of_one(shift, tolerance):
+    """Against springs between all nodes of screw and nut: balls of the starts in turn, or two at every place."""
+    two = changed(GD4008, screw={"lead": 0.02, "lead_angle": math.atan(0.02 / (math.pi * 0.04)), "starts": 2,
+                                 "turns": 1.5, "ball_count": 60, "loaded_ball_count": 60}).screw  # fmt: skip
+    each, force, law = 30, 4000.0, flank_law(two)
+    step = two.turns * two.lead / (each - 1 + shift)
+    z = np.concatenate([np.arange(each) * step, (np.arange(each) + shift) * step])
+    order = np.argsort(z, kind="stable")
+    gap = np.maximum(np.diff(z[order]), 1e-5)
+    rods = np.zeros((2, 60, 60))
+    for rod, area in zip(rods, (two.screw_section_area, two.nut_section_area), strict=True):
+        for i, (j, k) in enumerate(pairwise(order)):
+            rod[np.ix_([j, k], [j, k])] += two.youngs_modulus * area / gap[i] * np.array([[1, -1], [-1, 1]])
+    held = order[-1]
+
+    def residual(x):
+        screw, nut = x[:60] * 1e-6, x[60:] * 1e-6
+        f = law(nut - screw)[0]
+        forces = np.concatenate([rods[0] @ screw - f, rods[1] @ nut + f])
+        forces[60 + held] -= force
+        forces[held] = 1e9 * screw[held]
+        return forces / force
+
+    x = root(residual, np.repeat([0.0, 3.0], 60), method="lm", tol=1e-13).x * 1e-6
+    Q = law(x[60:] - x[:60])[2]
+    assert axial(Q, two).sum() == pytest.approx(force, rel=1e-6)
+    np.testing.assert_allclose(Q[order], nut_loads(two, force, 60), rtol=tolerance)
+    longer = changed(GD4008, screw=two.model_dump(exclude_unset=True) | {"starts": 1, "turns": 3.0}).screw
+    assert computed_dynamic_rating(longer) == pytest.approx(computed_dynamic_rating(two), rel=1e-12)
+    assert nut_loads(longer, force, 60).max() > 1.03 * Q.max()
 
 
 def test_the_relieved_nut_separates_at_the_separation_load():

@@ -145,7 +145,7 @@ def origin_text(header: Header) -> str:
 
 
 def start_preload(header: Header) -> float:
-    """5 % of the dynamic rating in two digits, within the map; 2000 N where the map states no screw."""
+    """The catalogue preload of the screw in two digits, within the map; 2000 N where the map states no screw."""
     wanted = float(header.get("screw", {}).get("stiffness_preload", 2000.0))
     return min(max(wanted, float(header["axes"]["preload"][0])), largest_force(header))
 

@@ -20,6 +20,7 @@ from .shared.quantities import Quantity, with_error
 KINEMATICS = ("published", "rolling_frame")
 SET_NAMES = ("two_parameter", "three_parameter", "mechanistic")
 DROP_KINDS = ("impossible", "outside", "outliers")
+NUT_KINDS = ("double_nut", "single_nut_offset", "single_nut_oversize_ball")
 OILS, LUBRICANTS = ("viscosities", "iso_vg"), ("oil", "grease")
 EXPORT_FORMATS = ("twincat", "csv", "modelica", "matlab", "json")
 LAWS = ("barus", "roelands")
@@ -107,16 +108,23 @@ COMMANDS = {
         option("file", "a new file", "FILE.toml"),
         option("--oil", "oil by two viscosities, or by ISO grade and viscosity index", choices=OILS, default=OILS[0]),
         option("--lubricant", "grease: base oil by grade, NLGI grade", choices=LUBRICANTS, default=LUBRICANTS[0]),
-        *numbers(*(Quantity(name, text, 0.0, not_zero=True, whole=name == "starts") for name, text in (
-            ("diameter_mm", "nominal diameter of the catalogue"), ("lead_mm", "lead"), ("ball_mm", "ball diameter"),
-            ("turns", "loaded turns of one nut"), ("starts", "starts of the thread")))),
+        *numbers(*(Quantity(name, text, 0.0, not_zero=True, whole=name in ("starts", "oil_grade"),
+                            signed=name == "lead_mm") for name, text in (
+            ("diameter_mm", "nominal diameter of the catalogue"), ("lead_mm", "lead; negative: left-hand"),
+            ("root_mm", "root diameter"), ("ball_mm", "ball diameter"), ("starts", "starts of the thread"),
+            ("rating_n", "dynamic rating C_a of one nut [N]"), ("static_rating_n", "static rating C_0a [N]"),
+            ("oil_grade", "ISO viscosity grade of the oil")))),
+        *numbers(q.TURNS, type=q.turns, metavar="N"),
+        option("--nut-kind", "how it is preloaded", choices=NUT_KINDS),
+        option("--hand", "hand of the thread", choices=("right", "left")),
     ), (JSON,), "my.toml --diameter-mm 32 --lead-mm 10",
-        "With diameter and lead a file of that screw, in which what is not given is marked as assumed."),
+        "With diameter and lead a file of that screw, in which what is not given is marked as assumed. Ball and pitch "
+        "circle follow from the root diameter, the grooves from C_a."),
     "screw": Command("loads, pressure, stiffness, life, efficiency, catalogue torque", f"{RUN}.screw:run_screw",
         numbers(q.PRELOAD, q.AXIAL_LOAD, q.SPEED, q.TEMPERATURE), (*ROWS, *OF_MAP),
         "--screw my.toml --preload-n 1000 --axial-load-n 1500",
-        "Default of the preload: 5 % of the dynamic rating. With speed and temperature also efficiency and hours, from "
-        "the map. Catalogue torque: drag torque by JIS B 1192."),
+        "Default of the preload: 5 % of the dynamic rating, of oversize balls 2.5 %. With speed and temperature also "
+        "efficiency and hours, from the map. Catalogue torque: drag torque by JIS B 1192."),
     "oil": Command("viscosity, density and pressure-viscosity coefficient of an oil", f"{RUN}.oil:run_oil", (
         *numbers(Quantity("iso_vg", "ISO 3448 viscosity grade", whole=True), metavar="GRADE"),
         *numbers(Quantity("viscosity_index", "viscosity index (ASTM D2270)"), metavar="VI"),
@@ -165,14 +173,14 @@ COMMANDS = {
                  metavar="N"),
     ), OF_MAP, "--map my_map.npz --format csv --output friction.csv",
         "Torque over speed, preload and temperature with its interval; units and signs are in the file. Defaults: 5 % "
-        "of the dynamic rating, reference temperature of the oil, whole range of speed. Options of motor and lead: of "
-        "twincat, which is over the velocity of the axis. With --identified each direction by itself, in a list the "
-        "mean."),
+        "(oversize balls 2.5 %) of the dynamic rating, reference temperature of the oil, whole range of speed. Options "
+        "of motor and lead: of twincat, which is over the velocity of the axis. With --identified each direction by "
+        "itself, in a list the mean."),
     "report": Command("one HTML page on a screw: torque, film, loads, limits", f"{RUN}.report:run_report", (
         option("--output", OUTPUT, "FILE.html", required=True), *numbers(*q.REPORT_POINT),
     ), OF_MAP, "--map my_map.npz --output my_report.html",
         "One page without external files; without screw and map on the packaged GD4008-3. Default of the point: 5 % of "
-        "the dynamic rating, 1000 r/min, reference temperature of the oil."),
+        "the dynamic rating (oversize balls 2.5 %), 1000 r/min, reference temperature of the oil."),
     "contact": Command("solve one elastohydrodynamic contact", f"{RUN}.contact:run_contact", (
         *numbers(*q.CONTACT_POINT),
         switch("--isothermal", "without the energy equation"),

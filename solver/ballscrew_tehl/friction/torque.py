@@ -177,7 +177,7 @@ def nut_forces(parameters: Parameters, preload: float, axial_load: float) -> tup
     """Axial forces [N] of the two nuts under a preload [N] > 0 and an axial load [N]; 0 for a nut that is free."""
     if axial_load == 0.0:
         return preload, preload
-    shared = double_nut_loads(parameters.screw, preload, axial_load, parameters.screw.ball_count)
+    shared = double_nut_loads(parameters.screw, preload, axial_load, parameters.summed_balls)
     return float(shared.force_a), float(shared.force_b)
 
 

@@ -105,7 +105,7 @@ def force_values(parameters: Parameters, grid: MapGrid) -> Array:
     screw = parameters.screw
     values = np.empty((grid.force[2], len(FORCE_CURVES)))
     for i, force in enumerate(_nodes(grid)[0]):
-        alone = load_torques(parameters, nut_loads(screw, float(force), screw.ball_count))
+        alone = load_torques(parameters, nut_loads(screw, float(force), parameters.summed_balls))
         heaviest = nut_loads(screw, float(force), screw.loaded_ball_count).max()
         values[i] = *alone, 1.0, largest_pressure(screw, float(force)), heaviest
     return values
@@ -136,7 +136,7 @@ def mechanistic_values(parameters: Parameters, contacts: BallContacts, grid: Map
 
 def sharing_values(parameters: Parameters, grid: MapGrid) -> tuple[Array, Array]:
     """Separation load over preload (n_preload, 2), (relieved force/preload)^(2/3) (n_preload, n_share, 2); load +-."""
-    screw, count = parameters.screw, parameters.screw.ball_count
+    screw, count = parameters.screw, parameters.summed_balls
     preloads, shares = np.geomspace(*grid.preload), np.linspace(0.0, 1.0, grid.share_nodes)
     ratio, relieved = np.empty((preloads.size, 2)), np.zeros((preloads.size, shares.size, 2))
     for i, preload in enumerate(preloads):

@@ -232,7 +232,7 @@ def screw_numbers(screw: ScrewParameters, preload: float) -> dict[str, float]:
     angle = float(loaded_contact_angle(screw, preload, screw.loaded_ball_count))
     stiffness = axial_stiffness(nut_stiffness_constant(screw, angle), preload)
     return {
-        "lead": screw.lead,
+        "lead": screw.signed_lead,
         "diameter": 2.0 * screw.nominal_radius,
         "nut_stiffness": stiffness,
         "stiffness_preload": preload,

@@ -127,7 +127,7 @@ def map_grid(
     if preload is None:
         screw = parameters.screw
         highest = _rounded_down(
-            min(force_at_pressure(screw), FREED * largest_preload(screw, screw.ball_count))
+            min(force_at_pressure(screw), FREED * largest_preload(screw, parameters.summed_balls))
         )
         preload = PRELOAD_SPAN * highest, highest
     if speed is None:
@@ -171,7 +171,7 @@ def _refuse_ends(parameters: Parameters, ends: Mapping[str, tuple[float, float]]
         raise ValueError(
             f"{what['preload']}: Hertz pressure up to {pressure:.3g} GPa; allowed: {1e-9 * MAX_PRESSURE:.3g} GPa"
         )
-    most = largest_preload(parameters.screw, parameters.screw.ball_count)
+    most = largest_preload(parameters.screw, parameters.summed_balls)
     if not ends["preload"][1] < most:
         raise ValueError(
             f"{what['preload']}; allowed: below {most:.4g} N: no axial load frees balls that are larger"
@@ -191,6 +191,6 @@ def _refuse_ends(parameters: Parameters, ends: Mapping[str, tuple[float, float]]
 def ball_range(parameters: Parameters, grid: MapGrid) -> BallRange:
     """Range that holds every ball load of a nut from the lowest to the highest force."""
     screw = parameters.screw
-    lightest = (1.0 - LOAD_MARGIN) * float(nut_loads(screw, grid.force[0], screw.ball_count).min())
+    lightest = (1.0 - LOAD_MARGIN) * float(nut_loads(screw, grid.force[0], parameters.summed_balls).min())
     heaviest = (1.0 + LOAD_MARGIN) * float(nut_loads(screw, grid.force[1], screw.loaded_ball_count).max())
     return BallRange((lightest, heaviest), grid.speed[:2], grid.temperature[:2])

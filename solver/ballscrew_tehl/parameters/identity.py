@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from .file import TABLES, Law, ParameterError, Parameters, ScrewParameters
+from .screw import PUBLISHED
 from .template import entry_text
 
 #: fields that are no part of the identity, by table: the range of a map is in its header, and what only the friction
@@ -58,10 +59,12 @@ def map_parameters(header: Mapping[str, Any]) -> Parameters:
 
 
 def without_names(text: str) -> dict[str, Any]:
-    """The text of map_parameters_json as tables, without the names: a renamed screw or oil is the same."""
+    """The text of map_parameters_json as tables, without names and, unless of the paper's law, ball_count."""
     content: dict[str, Any] = json.loads(text)
     for table in (content, content.get("lubricant", {})):
         table.pop("name", None)
+    if content["friction"]["kinematics"] != PUBLISHED:
+        content["screw"].pop("ball_count", None)
     return content
 
 

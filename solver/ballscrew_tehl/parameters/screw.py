@@ -15,12 +15,16 @@ from pydantic import Field, model_validator
 from .friction_constants import BOUNDED
 from .oil import LubricantParameters
 from .toml import FieldError, Table, entry, require
-from .units import COLDEST, HOTTEST, RPM
+from .units import COLDEST, HOTTEST, RPM, turns_of
 
 #: preload kind whose balls touch four flanks
 FOUR_POINT = "single_nut_oversize_ball"
 #: hot-pressed silicon nitride of bearing balls (ISO 26602): Young's modulus [Pa], Poisson's ratio
 NITRIDE_MODULUS, NITRIDE_POISSON = 310e9, 0.26
+#: ball centre circle minus root diameter, over ball, in tables of THK and of a gothic arch; deviation that is allowed
+ROOT_OF_BALL, ROOT_SPREAD = 1.022, 0.15
+#: radius of the ball centre circle [m] of the smallest screws that are made; of screws whose numbers may be inches
+SMALLEST, MAY_BE_INCHES = 0.75e-3, 3e-3
 
 
 def _loaded_balls(screw: dict[str, Any]) -> int:
@@ -31,22 +35,26 @@ def _loaded_balls(screw: dict[str, Any]) -> int:
 
 
 def _touching_balls(screw: dict[str, Any]) -> int:
-    """Largest number of touching balls in the turns, with spacer balls half of it."""
+    """Largest number of touching balls in the turns of all starts, with spacer balls half of it."""
     helix = screw["turns"] * 2.0 * math.pi * screw["nominal_radius"] / math.cos(screw["lead_angle"])
-    return int(helix / screw["ball_diameter"]) // (2 if screw["spacer_balls"] else 1)
+    return screw["starts"] * (int(helix / screw["ball_diameter"]) // (2 if screw["spacer_balls"] else 1))
 
 
 class ScrewParameters(Table):
     """Geometry and elasticity; section areas and spacer are not printed in Table 1: marked defaults.
 
     Turns and ball counts are of one set of balls that carries the preload: one nut of a double nut, one half of a
-    single nut with offset lead, the whole single nut with oversize balls. What the kinds mean: module `load`.
+    single nut with offset lead, the whole single nut with oversize balls. What the kinds mean: module `load`. The
+    starts of a thread lie side by side: turns are those of one start, ball counts of all of them.
     """
 
     preload_kind: Literal["double_nut", "single_nut_offset", "single_nut_oversize_ball"] = entry(
         "two nuts, one nut with offset lead, one nut with four-point balls", before="double_nut", default="double_nut"
     )  # fmt: skip
     nominal_radius: float = entry("radius of the ball centre helix", "length", gt=0, le=1)
+    root_diameter: float | None = entry(
+        "root of the thread; instead of ball_diameter", "length", in_map=False, default=None, gt=0, le=2
+    )
     ball_diameter: float = entry("diameter of a ball", "length", gt=0, le=0.5)
     contact_angle: float = entry(
         "contact angle without load", "angle", ge=math.radians(10.0), le=math.radians(80.0)
@@ -58,7 +66,9 @@ class ScrewParameters(Table):
         "lead angle at the nominal radius; default: by the lead", "angle", gt=0, lt=math.pi / 4, validate_default=True,
         default_factory=lambda screw: math.atan(screw["lead"] / (2.0 * math.pi * screw["nominal_radius"])),
     )  # fmt: skip
-    turns: float = entry("loaded turns of one nut; of a half with single_nut_offset", gt=0, le=100)
+    hand: Literal["right", "left"] = entry("left, or a negative lead", in_map=False, default="right")
+    starts: int = entry("starts of the thread", before=1, default=1, ge=1, le=12)
+    turns: float = entry('loaded turns of one start of a nut or half, as 5 or "2.5x2"', gt=0, le=100)
     spacer_balls: bool = entry(
         "every second ball is smaller and carries no load; ball_count is of the others",
         before=False,
@@ -68,7 +78,8 @@ class ScrewParameters(Table):
         "balls in the returns; instead of loaded_ball_count", in_map=False, default=None, ge=0, le=10000
     )
     ball_count: int = entry(
-        "balls of these turns in the friction sums, returns included; default: touching balls", ge=2, le=10000,
+        "balls of one nut, returns included, in the sums of the laws of the paper; default: touching balls",
+        ge=2, le=10000,
         default_factory=lambda screw: _touching_balls(screw) + (screw["return_ball_count"] or 0),
     )  # fmt: skip
     loaded_ball_count: int = entry(
@@ -78,6 +89,9 @@ class ScrewParameters(Table):
         "dynamic rating C_a of one nut by its catalogue; default: computed", "force", in_map=False,
         default=None, gt=0, le=1e8,
     )  # fmt: skip
+    static_rating: float | None = entry(
+        "static rating C_0a likewise", "force", in_map=False, default=None, gt=0, le=1e8
+    )
     youngs_modulus: float = entry("Young's modulus of screw and nut", "pressure", unit="GPa", ge=1e9, le=1e12)
     poisson_ratio: float = entry("Poisson's ratio of screw and nut", ge=0, lt=0.5)
     ball_material: Literal["steel", "silicon_nitride"] = entry(
@@ -111,31 +125,76 @@ class ScrewParameters(Table):
         "drag of the seals of all nuts", "torque", in_map=False, default=0.0, ge=0, le=1e3
     )
 
+    @property
+    def signed_lead(self) -> float:
+        """Lead [m], negative of a left-hand thread."""
+        return -self.lead if self.hand == "left" else self.lead
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_catalogues_state_it(cls, data: Any) -> Any:
+        """Turns x circuits, a negative lead of a left-hand thread, the root diameter in place of the ball."""
+        if not isinstance(data, dict):
+            return data
+        data = dict(data)
+        if isinstance(turns := data.get("turns"), str):
+            data["turns"] = turns_of(turns)
+        if isinstance(lead := data.get("lead"), float | int) and lead < 0:
+            allowed = "more than 0 with hand = right"
+            require(data.get("hand") != "right", "lead", allowed, "a negative lead is left-hand")
+            data |= {"lead": -lead, "hand": "left"}
+        radius, root = data.get("nominal_radius"), data.get("root_diameter")
+        if "ball_diameter" not in data and isinstance(radius, float) and isinstance(root, float):
+            data["ball_diameter"] = (2.0 * radius - root) / ROOT_OF_BALL
+        return data
+
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         radius = 0.5 * self.ball_diameter
         for field in ("screw_raceway_radius", "nut_raceway_radius"):
             wide = radius < getattr(self, field)
             require(wide, field, "more than the ball radius", "a groove must be wider than the ball")
-        small = radius < self.nominal_radius
-        require(small, "ball_diameter", "less than twice nominal_radius", "check both sizes")
+        self._can_be_made()
         tangent = self.lead / (2.0 * math.pi * self.nominal_radius)
         allowed = f"{math.degrees(math.atan(tangent)):.4g} deg within 2 % for this lead and radius"
         fits = abs(math.tan(self.lead_angle) / tangent - 1.0) <= 0.02
         require(fits, "lead_angle", allowed, "check all three")
-        largest, returns = min(self.ball_count, _touching_balls(self.__dict__)), self.return_ball_count
+        self._balls_fit()
+        return self
+
+    def _can_be_made(self) -> None:
+        """Raise FieldError for grooves that meet, a shaft thinner than its balls, a root that is of another ball."""
+        inches = ", or are all sizes in inches? 1 in = 25.4 mm" if self.nominal_radius < MAY_BE_INCHES else ""
+        ball, circle = self.ball_diameter, 2.0 * self.nominal_radius
+        allowed, thick = f"at least {1e3 * SMALLEST:g} mm", ball < self.nominal_radius
+        require(self.nominal_radius >= SMALLEST, "nominal_radius", allowed, f"no screw is smaller{inches}")
+        require(thick, "ball_diameter", "less than nominal_radius", f"check both{inches}")
+        pitch = self.lead / self.starts * math.cos(self.lead_angle)
+        allowed = f"less than {1e3 * pitch:.4g} mm, lead over starts across the groove"
+        require(ball < pitch, "ball_diameter", allowed, f"the grooves meet: check lead and starts{inches}")
+        if self.root_diameter is not None:
+            root, spread = circle - ROOT_OF_BALL * ball, ROOT_SPREAD * ball
+            allowed = f"{1e3 * (root - spread):.4g} to {1e3 * (root + spread):.4g} mm"
+            fits = abs(self.root_diameter - root) <= spread
+            require(fits, "root_diameter", allowed, "check nominal_radius and ball_diameter")
+
+    def _balls_fit(self) -> None:
+        """Raise FieldError for more balls than the turns and the returns hold."""
+        touching, returns = _touching_balls(self.__dict__), self.return_ball_count
+        largest = min(self.ball_count, touching)
         few = self.loaded_ball_count <= largest
         if returns is None:
             remedy = "more balls than fit the turns or than there are"
             require(few, "loaded_ball_count", f"at most {largest}", remedy)
-            return self
+            remedy = "more than fit the turns and returns as long as these"
+            require(self.ball_count <= 2 * touching, "ball_count", f"at most {2 * touching}", remedy)
+            return
         carrying = self.ball_count - returns
         require(carrying >= 2, "return_ball_count", f"at most {self.ball_count - 2}", "two balls must carry")
         remedy = "it follows from ball_count and return_ball_count"
         require(self.loaded_ball_count == carrying, "loaded_ball_count", f"{carrying}, or no entry", remedy)
         allowed = f"at least {self.ball_count - largest}"
         require(few, "return_ball_count", allowed, "more balls than fit the turns")
-        return self
 
 
 class SolidParameters(Table):
@@ -323,6 +382,12 @@ class Parameters(Table):
     friction: FrictionTable = FrictionTable()
     published_speeds: PublishedSpeeds | None = None
     map: MapParameters = MapParameters()
+
+    @property
+    def summed_balls(self) -> int:
+        """Balls of one nut in the friction sums: those that carry load; ball_count by the laws of the paper."""
+        paper = self.friction.kinematics == PUBLISHED
+        return self.screw.ball_count if paper else self.screw.loaded_ball_count
 
     @property
     def solids(self) -> tuple[SolidParameters, SolidParameters]:

@@ -1,19 +1,15 @@
 """A screw file to fill in: every key with its unit, meaning and range, values of the packaged example."""
 
-import math
 import textwrap
 from collections.abc import Collection
 from enum import EnumType
-from typing import Any, Literal, NamedTuple, get_args, get_origin
-
-from pydantic import ValidationError
+from typing import Any, Literal, get_args, get_origin
 
 from .file import (
     PACKAGED_DATA,
     TABLES,
     LubricantParameters,
     Parameters,
-    ScrewParameters,
     graded_oil,
     load_screw,
 )
@@ -60,63 +56,20 @@ _HEAD = """\
 """
 
 
-def example_parameters(oil: str = "viscosities", lubricant: str = "oil") -> Parameters:
+def example_parameters(oil: str = "viscosities", lubricant: str = "oil", iso_vg: int = 0) -> Parameters:
     """The packaged example that the template takes its values from.
 
     oil: "viscosities" = laws and numbers, "iso_vg" = grade and viscosity index; lubricant: "oil", or "grease" = its
-    base oil by grade, NLGI grade
+    base oil by grade, NLGI grade; iso_vg: another grade, 0 = none
     """
     example, (grade, index) = load_screw(PACKAGED_DATA / EXAMPLE), EXAMPLE_GRADE
+    if iso_vg:
+        oil, grade = "iso_vg", iso_vg
     if lubricant == "grease":
         name = f"grease NLGI 2, base oil ISO VG {grade}"
         base = LubricantParameters(name=name, iso_vg=grade, viscosity_index=index, nlgi="2")
         return example.model_copy(update={"lubricant": base})
     return example.model_copy(update={"lubricant": graded_oil(grade, index)}) if oil == "iso_vg" else example
-
-
-#: diameters of balls that are made [mm]
-BALLS = (
-    0.8, 1.0, 1.2, 1.588, 2.0, 2.381, 3.175, 3.969, 4.763, 5.556, 6.35, 7.144, 7.938, 9.525, 12.7, 15.875, 19.05,
-)  # fmt: skip
-#: ball over lead of one start and over nominal diameter, pitch circle beyond the latter over ball
-BALL_OF_LEAD, BALL_OF_DIAMETER, BEYOND = 0.635, 0.2, 0.27
-#: loaded turns of a nut with one start; of each start of several
-USUAL_TURNS, TURNS_OF_A_START = 3.0, 1.5
-USUAL_CONFORMITY = 0.53
-
-
-class CatalogueSizes(NamedTuple):
-    """What a catalogue page states of a screw [mm]; None: assumed."""
-
-    diameter_mm: float
-    lead_mm: float
-    ball_mm: float | None = None
-    turns: float | None = None
-    starts: int = 1
-
-
-def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Parameters, frozenset[str]]:
-    """A screw of these sizes, the rest as of another one, and names of its fields that are assumed."""
-    usual = min(BALL_OF_LEAD * sizes.lead_mm / sizes.starts, BALL_OF_DIAMETER * sizes.diameter_mm)
-    ball = sizes.ball_mm or min(BALLS, key=lambda d: abs(math.log(d / usual)))
-    turns = sizes.turns or (USUAL_TURNS if sizes.starts == 1 else TURNS_OF_A_START * sizes.starts)
-    groove = USUAL_CONFORMITY * ball
-    try:
-        screw = ScrewParameters(
-            preload_kind="double_nut", nominal_radius=0.5e-3 * (sizes.diameter_mm + BEYOND * ball),
-            ball_diameter=1e-3 * ball, contact_angle=math.radians(45.0), screw_raceway_radius=1e-3 * groove,
-            nut_raceway_radius=1e-3 * groove, lead=1e-3 * sizes.lead_mm, turns=turns,
-            youngs_modulus=like.screw.youngs_modulus, poisson_ratio=like.screw.poisson_ratio,
-        )  # fmt: skip
-    except ValidationError as error:
-        shown = ", ".join(f"{name} = {value:g}" for name, value in sizes._asdict().items() if value)
-        problem = error.errors()[0]
-        where = "".join(f"{part}: " for part in problem["loc"])
-        raise ValueError(f"{shown}: {where}{problem['msg']}: no screw has these sizes") from error
-    stated = {"lead": sizes.lead_mm, "ball_diameter": sizes.ball_mm, "turns": sizes.turns}
-    name = f"screw {sizes.diameter_mm:g}x{sizes.lead_mm:g}"
-    assumed = screw.model_fields_set - {field for field, value in stated.items() if value}
-    return like.model_copy(update={"name": name, "screw": screw}), frozenset(assumed)
 
 
 def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str:

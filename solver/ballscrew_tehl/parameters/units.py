@@ -1,6 +1,7 @@
 """Units of files and answers; inside the package all quantities are SI, radians and kelvin."""
 
 import math
+import re
 from typing import Any, NamedTuple
 
 RPM = math.pi / 30.0  # [rad/s] of one revolution per minute
@@ -47,6 +48,13 @@ def from_si(value: float, dimension: str | None, unit: str) -> float:
         return value
     factor, divisor, offset = UNITS[dimension][unit]
     return (value - offset) * divisor / factor
+
+
+def turns_of(text: str) -> float | str:
+    """Turns of a catalogue as a number: turns x circuits such as 2.5x2; another text unchanged."""
+    number = r"\s*(\d+\.?\d*|\.\d+)\s*"
+    product = re.fullmatch(f"{number}[xX*\u00d7]{number}", text)
+    return float(product[1]) * float(product[2]) if product else text
 
 
 class Shown(NamedTuple):

@@ -53,8 +53,9 @@ LOAD_NODES, NODES_PER_LN, EQUAL_LOADS = 3, 6.0, 1e-9
 
 
 def ball_pitch(screw: ScrewParameters, ball_count: int) -> float:
-    """Axial pitch dz of the balls [m]: touching balls on the helix, or the loaded turns shared out."""
-    return max(screw.ball_diameter * math.sin(screw.lead_angle), screw.turns * screw.lead / (ball_count - 1))
+    """Axial pitch dz of the balls of all starts [m]: touching balls on the helix, or the loaded turns shared out."""
+    touching = screw.ball_diameter * math.sin(screw.lead_angle) / screw.starts
+    return max(touching, screw.turns * screw.lead / (ball_count - 1))
 
 
 class BallChain:

@@ -18,20 +18,21 @@ def computed_dynamic_rating(screw: ScrewParameters) -> float:
     Source       ISO 3408-5, as recalled: C_s = f_c cos(a)^0.86 z^(2/3) D^1.8 tan(a) cos(phi)^1.3 of one turn [N, mm],
                  f_c = 93.2 (1 - sin(a)/3) (1/(1 - 1/(2 f_s)))^0.41 g^0.3 (1-g)^1.39/(1+g)^(1/3), g = D cos(a)/D_pw;
                  with the nut C_s (1 + (C_s/C_n)^(10/3))^-0.3, C_s/C_n = ((1-g)/(1+g))^1.723
-                 ((2 - 1/f_n)/(2 - 1/f_s))^0.41, times turns^0.86. No factors for hardness, accuracy, steel
+                 ((2 - 1/f_n)/(2 - 1/f_s))^0.41, times (turns of all starts)^0.86. No factors for hardness, accuracy
     """
     angle, lead = screw.contact_angle, screw.lead_angle
     ball, pitch = 1e3 * screw.ball_diameter, 2e3 * screw.nominal_radius
     f_s = screw.screw_raceway_radius / screw.ball_diameter
     f_n = screw.nut_raceway_radius / screw.ball_diameter
     g = ball * math.cos(angle) / pitch
-    per_turn = screw.loaded_ball_count / screw.turns
+    rows = screw.turns * screw.starts
+    per_turn = screw.loaded_ball_count / rows
     f_c = 93.2 * (1.0 - math.sin(angle) / 3.0) * (1.0 / (1.0 - 0.5 / f_s)) ** 0.41
     f_c *= g**0.3 * (1.0 - g) ** 1.39 / (1.0 + g) ** (1.0 / 3.0)
     c_s = f_c * math.cos(angle) ** 0.86 * per_turn ** (2.0 / 3.0) * ball**1.8
     c_s *= math.tan(angle) * math.cos(lead) ** 1.3
     over = ((1.0 - g) / (1.0 + g)) ** 1.723 * ((2.0 - 1.0 / f_n) / (2.0 - 1.0 / f_s)) ** 0.41
-    return c_s * (1.0 + over ** (10.0 / 3.0)) ** -0.3 * screw.turns**0.86
+    return c_s * (1.0 + over ** (10.0 / 3.0)) ** -0.3 * rows**0.86
 
 
 def dynamic_rating(screw: ScrewParameters) -> float:
@@ -40,6 +41,11 @@ def dynamic_rating(screw: ScrewParameters) -> float:
 
 
 def static_rating(screw: ScrewParameters) -> float:
+    """Static axial load rating C_0a of one nut [N]: that of the screw file, else computed."""
+    return computed_static_rating(screw) if screw.static_rating is None else screw.static_rating
+
+
+def computed_static_rating(screw: ScrewParameters) -> float:
     """Static axial load rating C_0a of one nut [N]: force at which its balls, equally loaded, reach STATIC_PRESSURE.
 
     Source       ISO 76 and ISO 3408-5, by the Hertz pressure that ISO 76 names for ball bearings; the closed formula of

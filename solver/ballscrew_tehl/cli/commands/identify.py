@@ -142,9 +142,9 @@ def _axis(args: Namespace) -> _Axis:
     if not with_map:
         return _Axis(args, lead)
     chosen = chosen_of(args)
-    own = chosen.parameters.screw.lead / (2.0 * math.pi)
-    if lead is not None and not math.isclose(abs(lead), own, rel_tol=1e-3):
-        allowed = f"that of the screw file, {2e3 * math.pi * own:.6g}"
+    own = chosen.parameters.screw.signed_lead / (2.0 * math.pi)
+    if lead is not None and not math.isclose(abs(lead), abs(own), rel_tol=1e-3):
+        allowed = f"that of the screw file, {2e3 * math.pi * own:.6g} (with either sign)"
         raise ValueError(f"--lead-mm = {args.lead_mm:g}; allowed: {allowed}")
     own = math.copysign(own, lead or own)
     # the lead alone is requested, unless the packaged map is that of the screw

@@ -4,14 +4,10 @@ from argparse import Namespace
 from typing import Any
 
 from ...mechanics import CATALOGUE_SHARE, efficiency, loaded_screw, screw_constants
-from ...parameters.template import (
-    CatalogueSizes,
-    catalogue_parameters,
-    example_parameters,
-    screw_template,
-)
+from ...parameters.template import example_parameters, screw_template
 from ...parameters.units import CELSIUS, RPM
-from ...physics.rating import STATIC_PRESSURE, computed_dynamic_rating, dynamic_rating
+from ...physics.catalogue import CatalogueSizes, catalogue_parameters, rating_ratios
+from ...physics.rating import STATIC_PRESSURE, dynamic_rating
 from ..shared.inputs import Chosen, chosen_of, key_of, read_points, say_outside
 from ..shared.output import Answer, check_output, filled, say, write_text
 from ..shared.quantities import AXIAL_LOAD, PRELOAD
@@ -23,7 +19,7 @@ CONDITIONS = (
 COLUMNS = ("preload_n", "axial_load_n", "catalogue_torque_nm", "friction_torque_nm", "efficiency", "in_range",
            "static_safety", "life_turns", "contact_pressure_max_pa")  # fmt: skip
 #: ratio of a computed rating to that of a catalogue within which they agree; catalogues differ so much themselves
-RATING_AGREES = (0.75, 1.33)
+RATING_AGREES = {"dynamic_rating": (0.75, 1.33), "static_rating": (0.75, 2.5)}
 
 
 def run_screw(args: Namespace) -> Answer:
@@ -32,13 +28,14 @@ def run_screw(args: Namespace) -> Answer:
     screw = chosen.parameters.screw
     if (args.speed_rpm is None) != (args.temperature_c is None):
         raise ValueError("--speed-rpm and --temperature-c: give both, for the efficiency, or none")
-    catalogue = PRELOAD._replace(default=CATALOGUE_SHARE * dynamic_rating(screw))
+    catalogue = PRELOAD._replace(default=CATALOGUE_SHARE[screw.preload_kind] * dynamic_rating(screw))
     points = read_points(args, (catalogue, AXIAL_LOAD))
     constants = screw_constants(screw)
-    stated, computed = screw.dynamic_rating, computed_dynamic_rating(screw)
-    if stated is not None and not RATING_AGREES[0] <= computed / stated <= RATING_AGREES[1]:
-        what = "check turns and balls (of one nut), ball_diameter and the nut it is of"
-        say(f"dynamic_rating {stated:.6g} N of the screw file; computed {computed:.4g} N: {what}")
+    for name, ratio in rating_ratios(screw).items():
+        stated, (low, high) = getattr(screw, name), RATING_AGREES[name]
+        if not low <= ratio <= high:
+            what = "check turns and balls (of one nut), ball_diameter and the nut it is of"
+            say(f"{name} {stated:.6g} N of the screw file; computed {ratio * stated:.4g} N: {what}")
     results: list[dict[str, Any]] = []
     for point in points:
         loaded = loaded_screw(screw, constants, *point.values())
@@ -80,22 +77,22 @@ def run_init(args: Namespace) -> Answer:
     path = check_output("FILE.toml", args.file, "a new file *.toml")
     if path.exists():
         raise ValueError(f"{path}: exists already; allowed: a new file; choose another name")
-    parameters, assumed = example_parameters(args.oil, args.lubricant), frozenset[str]()
+    parameters = example_parameters(args.oil, args.lubricant, args.oil_grade or 0)
+    assumed, ratios = frozenset[str](), dict[str, float]()
     sizes = {name: value for name in CatalogueSizes._fields if (value := getattr(args, name)) is not None}
     if sizes:
         if not {"diameter_mm", "lead_mm"} <= sizes.keys():
             raise ValueError("--diameter-mm, --lead-mm (missing); allowed: both together, or no size")
-        ball, pitch = sizes.get("ball_mm", 0.0), sizes["lead_mm"] / sizes.get("starts", 1)
-        if not ball < min(pitch, 0.5 * sizes["diameter_mm"]):
-            raise ValueError(
-                f"--ball-mm = {ball:g}; allowed: less than half of --diameter-mm, and than --lead-mm over --starts = "
-                f"{pitch:g} mm, or grooves meet"
-            )
         parameters, assumed = catalogue_parameters(CatalogueSizes(**sizes), parameters)
+        ratios = rating_ratios(parameters.screw)
     content = screw_template(parameters, assumed)
     write_text("FILE.toml", path, content)
     text = f"{path}: enter the values of your screw and oil; the first lines explain the next steps"
     if assumed:
         entries = [line.partition("#")[0].strip() for line in content.splitlines() if "# assumed: " in line]
         text = f"{path}: check the oil, and what is assumed: {'; '.join(entries)}"
-    return Answer([{"file": str(path)}], text=filled(text))
+    if ratios:
+        shown = (f"{name} {ratio:.2f}" for name, ratio in ratios.items())
+        text += f". Computed over stated: {', '.join(shown)}"
+    over_stated = {f"{name}_over_stated": ratio for name, ratio in ratios.items()}
+    return Answer([{"file": str(path)} | over_stated], text=filled(text))

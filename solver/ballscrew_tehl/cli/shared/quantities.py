@@ -5,7 +5,7 @@ import re
 from argparse import ArgumentTypeError
 from typing import NamedTuple
 
-from ...parameters.units import CELSIUS
+from ...parameters.units import CELSIUS, turns_of
 
 
 class RefusedError(ArgumentTypeError, ValueError):
@@ -62,6 +62,11 @@ class Quantity(NamedTuple):
         raise RefusedError(f"{where} = {text}; allowed: {self.allowed}{hint}")
 
 
+def turns(text: str) -> float:
+    """TURNS from a number or turns x circuits."""
+    return TURNS(str(turns_of(text)))
+
+
 #: beyond any axial load of a screw [N]; larger ones overflow where balls are loaded
 MAX_FORCE = 1e7
 PRELOAD = Quantity("preload_n", "preload of the nut [N]", 0.0)
@@ -75,6 +80,8 @@ TOLERANCE = Quantity(
 )
 AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", -MAX_FORCE, MAX_FORCE, 0.0)
 TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", 0.0)
+
+TURNS = Quantity("turns", "loaded turns of one start of one nut, also as 2.5x2", 0.0, 100.0, not_zero=True)
 
 TORQUE_POINT = (PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD)
 PRELOAD_POINT = (TORQUE, SPEED._replace(not_zero=True), TEMPERATURE)

@@ -1,0 +1,106 @@
+"""A screw from what a page of a catalogue states; what is not stated is assumed."""
+
+import math
+from typing import Any, NamedTuple
+
+from pydantic import ValidationError
+
+from ..parameters.file import Parameters, ScrewParameters
+from ..parameters.screw import ROOT_OF_BALL
+from .rating import computed_dynamic_rating, computed_static_rating
+
+#: diameters of balls that are made [mm]
+BALLS = (
+    0.8, 1.0, 1.2, 1.588, 2.0, 2.381, 3.175, 3.969, 4.763, 5.556, 6.35, 7.144, 7.938, 9.525, 12.7, 15.875, 19.05,
+)  # fmt: skip
+#: ball over lead of one start and over nominal diameter, pitch circle beyond the latter over ball
+BALL_OF_LEAD, BALL_OF_DIAMETER, BEYOND = 0.635, 0.2, 0.27
+#: nominal diameter minus root diameter, over ball; weight of BALL_OF_LEAD where the root diameter is stated
+ROOT_DEPTH, LEAD_WEIGHT = 0.82, 0.3
+#: loaded turns of a nut with one start; of each start of several
+USUAL_TURNS, TURNS_OF_A_START = 3.0, 1.5
+#: groove radius over ball, assumed; ends of what follows from a stated rating
+USUAL_CONFORMITY, CONFORMITIES = 0.53, (0.515, 0.57)
+
+
+class CatalogueSizes(NamedTuple):
+    """What a catalogue page states of a screw [mm, N]; None: assumed."""
+
+    diameter_mm: float
+    lead_mm: float  # negative: left-hand
+    ball_mm: float | None = None
+    turns: float | None = None
+    starts: int = 1
+    root_mm: float | None = None
+    rating_n: float | None = None
+    static_rating_n: float | None = None
+    nut_kind: str | None = None
+    hand: str | None = None
+
+
+def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Parameters, frozenset[str]]:
+    """A screw of these sizes, the rest as of another one, and names of its fields that are assumed.
+
+    With the root diameter ball and pitch circle follow from it. With C_a, turns, and ball or root the conformity of the
+    grooves follows: C_a goes with (1 - 1/(2 f))^-0.41 of the conformity f.
+    """
+    ball, root = _ball(sizes), sizes.root_mm
+    circle = sizes.diameter_mm + BEYOND * ball if root is None else root + ROOT_OF_BALL * ball
+    assumed = {
+        "preload_kind": "double_nut", "turns": USUAL_TURNS if sizes.starts == 1 else TURNS_OF_A_START,
+        "nominal_radius": 0.5e-3 * circle, "ball_diameter": 1e-3 * ball, "contact_angle": math.radians(45.0),
+        **like.screw.model_dump(include={"youngs_modulus", "poisson_ratio"}), **_grooves(USUAL_CONFORMITY, ball),
+    }  # fmt: skip
+    page = {
+        "preload_kind": sizes.nut_kind, "hand": sizes.hand, "lead": 1e-3 * sizes.lead_mm, "turns": sizes.turns,
+        "starts": sizes.starts if sizes.starts > 1 else None, "root_diameter": root and 1e-3 * root,
+        "ball_diameter": sizes.ball_mm and 1e-3 * ball,
+        "dynamic_rating": sizes.rating_n, "static_rating": sizes.static_rating_n,
+    }  # fmt: skip
+    stated: dict[str, Any] = {name: value for name, value in page.items() if value is not None}
+    try:
+        screw = ScrewParameters(**assumed | stated)
+        if root is not None and not abs(circle - sizes.diameter_mm) <= 0.5 * ball:
+            raise ValueError("the root diameter belongs to another nominal diameter or ball")
+        if sizes.rating_n and sizes.turns and (sizes.ball_mm or root):
+            excess = computed_dynamic_rating(screw) / sizes.rating_n
+            open_part = (1.0 - 0.5 / USUAL_CONFORMITY) * excess ** (1.0 / 0.41)
+            low, high = (1.0 - 0.5 / end for end in CONFORMITIES)
+            conformity = 0.5 / (1.0 - min(max(open_part, low), high))
+            screw = ScrewParameters(**assumed | stated | _grooves(conformity, ball))
+    except ValueError as error:
+        shown = ", ".join(f"{name} = {value}" for name, value in sizes._asdict().items() if value)
+        if isinstance(error, ValidationError):
+            problem = error.errors()[0]
+            error = ValueError(
+                " ".join((*map(str, problem["loc"]), problem["msg"])).removeprefix("Value error, ")
+            )
+        raise ValueError(f"no screw has {shown}: {error}") from error
+    name = f"screw {sizes.diameter_mm:g}x{abs(sizes.lead_mm):g}"
+    others = frozenset(screw.model_fields_set - stated.keys() - {"hand"})
+    return like.model_copy(update={"name": name, "screw": screw}), others
+
+
+def _grooves(conformity: float, ball: float) -> dict[str, Any]:
+    return dict.fromkeys(("screw_raceway_radius", "nut_raceway_radius"), 1e-3 * conformity * ball)
+
+
+def _ball(sizes: CatalogueSizes) -> float:
+    """Ball diameter [mm]: stated, or the one that is made nearest to what root diameter, lead and diameter leave."""
+    if sizes.ball_mm is not None:
+        return sizes.ball_mm
+    usual = min(BALL_OF_LEAD * abs(sizes.lead_mm) / sizes.starts, BALL_OF_DIAMETER * sizes.diameter_mm)
+    weight, depth = 1.0, usual
+    if sizes.root_mm is not None:
+        weight, depth = LEAD_WEIGHT, (sizes.diameter_mm - sizes.root_mm) / ROOT_DEPTH
+        if not depth > 0.0:
+            allowed = f"less than --diameter-mm = {sizes.diameter_mm:g}"
+            raise ValueError(f"--root-mm = {sizes.root_mm:g}; allowed: {allowed}")
+    return min(BALLS, key=lambda ball: abs(math.log(ball / depth)) + weight * abs(math.log(ball / usual)))
+
+
+def rating_ratios(screw: ScrewParameters) -> dict[str, float]:
+    """Computed over stated ratings, of those that the screw file states, by their fields."""
+    laws = {"dynamic_rating": computed_dynamic_rating, "static_rating": computed_static_rating}
+    stated = {name: getattr(screw, name) for name in laws}
+    return {name: laws[name](screw) / value for name, value in stated.items() if value is not None}
