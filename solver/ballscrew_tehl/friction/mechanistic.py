@@ -1,6 +1,7 @@
-"""Friction that follows the film: power balance of one nut from the solved contacts of its balls.
+"""Friction that follows the film: power balance of one nut from the contacts of its balls, by the atlas or solved.
 
-T w = sum over balls and raceways (P_roll + P_shear + P_hysteresis) + sum over balls P_ball_ball, every part >= 0.
+T w = sum over balls and raceways (P_roll + P_shear + P_hysteresis) + sum over balls (P_neighbour + P_ball_ball), every
+part >= 0. What is called powers of nuts below are torques: power over the speed of the screw (torque.NutTorques).
 
 P_roll        loss of the contact in pure rolling (contact.ContactResult.rolling_loss), times the factor of oil supply
 P_shear       spin, differential and helix slip with the shear stress of an Eyring oil limited at Lambda p, and of the

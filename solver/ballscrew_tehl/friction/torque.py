@@ -55,7 +55,7 @@ class FilmModel(Protocol):
 
 
 class TorqueParts(NamedTuple):
-    """Magnitudes [N.m], >= 0; mechanistic: rolling loss, hysteresis, shear of the contacts with ball on ball."""
+    """Magnitudes [N.m]; mechanistic: rolling loss and oil between balls, hysteresis, shear and ball on ball."""
 
     viscous: Any = 0.0
     hysteresis: Any = 0.0
@@ -70,7 +70,7 @@ class TorqueParts(NamedTuple):
 class NutTorques(NamedTuple):
     """Torque of one nut before fitted numbers enter [N.m]; floats, or arrays over speed and temperature."""
 
-    viscous_screw: Any  # of a raceway at ratio 1 and full share; mechanistic: rolling loss
+    viscous_screw: Any  # of a raceway at ratio 1 and full share; mechanistic: rolling loss, oil between balls
     viscous_nut: Any
     hysteresis: float
     sliding: float  # at coefficient 1; mechanistic: of ball on ball in a full film

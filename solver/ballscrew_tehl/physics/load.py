@@ -189,7 +189,7 @@ class FourPointChain(BallChain):
 
 
 class DoubleNutLoads(NamedTuple):
-    """Loads of all balls from left to right and axial forces [N].
+    """Loads of all balls from left to right and axial forces [N]; a load > 0 relieves A, but loads nut A of the FMUs.
 
     With oversize balls: of the same balls on the flanks that an axial load > 0 relieves and loads; no spacer.
     """

@@ -1,5 +1,6 @@
-/* Outputs of the friction FMU by name. Twin of runtime/outputs.py. Numbers: number.h. A new output is assigned here, in
-   torque_outputs or in named_parts.h, according to `needs` in its row of the table of variables. */
+/* Outputs of the friction FMU by name. Twin of runtime/outputs.py. Numbers: number.h. A new output of the
+   friction FMU alone is assigned in point_outputs of point.h; here, if the transmission has it too; in named_parts.h
+   (torques or films, as `needs` in its row of the table of variables says), if the axis has it too. */
 #ifndef BALLSCREW_FRICTION_LAW_H
 #define BALLSCREW_FRICTION_LAW_H
 
