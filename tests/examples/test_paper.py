@@ -30,11 +30,16 @@ def laws():
 def test_table_of_laws_and_tables_of_the_paper(laws):
     """README and docs/validation.md state these numbers."""
     text = measured_torques.main()
-    assert "| three_parameter | 3 | 0.96 % | 4.02 % | 7.17 % | 17.13 % | 1.70 % | 6.59 % | +17 to +27 % |" in text
+    assert (
+        "| three_parameter | 3 | 0.96 % | 4.02 % | 7.17 % | 17.13 % | 1.70 % | 6.59 % | +17 to +27 % |"
+        in text
+    )
     assert "| Jungnickel J + 0.31 mm F | 1 | 5.41 % | 11.73 % | 11.60 % | 7.70 % | 5.86 % | 12.07 % |" in text
     means = re.findall(r"\| mean deviation \|  \|  \| ([\d.]+) % \|", text)
     assert means == ["1.40", "1.02", "1.50", "2.58", "2.51", "2.73", "1.79", "5.89", "1.87"]
-    assert "| mechanistic | 1 | 4.15 % | 12.74 % | 2.10 % | 6.98 % | 4.42 % | 13.43 % | -19 to -12 % |" in text
+    assert (
+        "| mechanistic | 1 | 4.15 % | 12.74 % | 2.10 % | 6.98 % | 4.42 % | 13.43 % | -19 to -12 % |" in text
+    )
     assert "| mechanistic, not fitted (0.012) | 0 | 8.83 % | 14.09 % |" in text
     assert "| 25 C | 0.01029 | 9.06 % | 23.70 % | 0.285 | 9.70 % | 21.81 % | 0.454 | 25.99 % |" in text
     (table, *_) = validation_tables(lambda *at: float(laws[0].torque(*at)))
