@@ -14,9 +14,8 @@ from ballscrew_tehl.contact import ContactConditions, SolverOptions, solve, solv
 from ballscrew_tehl.contact import result as results
 from ballscrew_tehl.contact.coupled import solve_coupled
 from ballscrew_tehl.contact.film import reynolds
-from ballscrew_tehl.contact.integrals import contact_integrals
 from ballscrew_tehl.contact.problem import ContactProblem
-from ballscrew_tehl.contact.result import solution_of
+from ballscrew_tehl.contact.result import contact_integrals, solution_of
 from ballscrew_tehl.parameters.file import graded_oil
 from ballscrew_tehl.physics.film import nijenbanning_venner_moes
 

@@ -22,7 +22,6 @@ from .groups import (
     transition,
     unmodelled,
 )
-from .interpolation import cubic_basis, cubic_spline
 
 #: nodes over load (speed eta0)^-SLOPE, on which the transition of contacts depends, and over ln(speed eta0); nodes over
 #: temperature for each e-fold of the viscosity, for N changes by as much. Between them the atlas is read by cubic
@@ -148,3 +147,34 @@ class BallContacts:
             for name, values in found.items()
             for of in (np.broadcast_to(values, (nodes.size, *shape[1:])).reshape(nodes.size, -1),)
         }
+
+
+def cubic_basis(knots: Array, x: Array) -> tuple[NDArray[np.int64], Array]:
+    """First coefficient of the four cubic B-splines that live at points x (...), and their values (..., 4).
+
+    Source       de Boor, A Practical Guide to Splines, rev. ed. 2001, chapter X: recurrence of Cox and de Boor
+    """
+    cell = np.clip(np.searchsorted(knots, x, side="right") - 1, 3, len(knots) - 5)
+    values = np.ones((*np.shape(x), 1))
+    for degree in (1, 2, 3):
+        steps = np.arange(degree)
+        left, right = knots[cell[..., None] + 1 - degree + steps], knots[cell[..., None] + 1 + steps]
+        part = values / (right - left)
+        values = np.zeros((*np.shape(x), degree + 1))
+        values[..., :-1] = part * (right - x[..., None])
+        values[..., 1:] += part * (x[..., None] - left)
+    return cell - 3, values
+
+
+def cubic_spline(nodes: Array, values: Array, axis: int) -> tuple[Array, Array]:
+    """Knots of the cubic spline through values at four or more rising nodes along an axis, and its coefficients.
+
+    Not-a-knot ends; as many coefficients as nodes.
+    """
+    knots = np.concatenate([[nodes[0]] * 4, nodes[2:-2], [nodes[-1]] * 4])
+    first, weights = cubic_basis(knots, nodes)
+    collocation = np.zeros((nodes.size, nodes.size))
+    collocation[np.arange(nodes.size)[:, None], first[:, None] + np.arange(4)] = weights
+    rows = np.moveaxis(values, axis, 0)
+    solved = np.asarray(np.linalg.solve(collocation, rows.reshape(nodes.size, -1)), dtype=float)
+    return knots, np.moveaxis(solved.reshape(rows.shape), 0, axis)

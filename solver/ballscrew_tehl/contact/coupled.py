@@ -9,9 +9,8 @@ import numpy as np
 
 from .film import energy, reynolds
 from .film.reynolds import FLOOR_SHARE, HELD_ABOVE, NewtonHistory
-from .half_space.deflection import LineConvolution
-from .half_space.grid import TINY, Array
-from .half_space.walls import wall_operator
+from .grid import TINY, Array
+from .half_space import LineConvolution, wall_operator
 from .problem import ContactProblem, Iteration
 
 # Effects of the numbers below: tests/benchmarks/constant_effects.py. "16 contacts": of both kinematics, 5 to 98 N, 300

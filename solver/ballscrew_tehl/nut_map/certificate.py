@@ -1,8 +1,14 @@
-"""Errors of one map against direct per-ball solves, to check the certificate of the atlas."""
+"""Errors of one map against direct per-ball solves, to check the certificate of the atlas, and processes for them."""
 
 import math
+import multiprocessing
+import os
+import signal
+import threading
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from importlib import import_module
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +19,7 @@ from ..physics.film import MIN_FILM, film_formula
 from ..physics.hertz import RACEWAYS
 from ..physics.load import nut_loads
 from ..runtime.evaluate import NutMap
-from .built import Progress
+from .grid import Progress
 
 #: what the progress of a certificate is called
 STAGE = "certificate: points solved"
@@ -168,3 +174,47 @@ def error_totals(names: Sequence[str], errors: np.ndarray) -> dict[str, Any]:
                 result[f"{name}_error_{key}"] = float(np.quantile(known, share))
             result[f"{name}_error_max"] = float(known.max())
     return result
+
+
+def _leave_with_parent() -> None:
+    """Exit the worker when its parent process has died; Ctrl-C reaches the parent alone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        if (parent := multiprocessing.parent_process()) is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def _interrupt_ignored() -> Iterator[None]:
+    """Ctrl-C without effect on this process and on those that it starts; of the main thread."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def worker_pool(workers: int | None) -> Iterator[Executor]:
+    """Processes, None: one per core; ChildProcessError if one of them has died."""
+    count = workers or os.cpu_count() or 1
+    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _leave_with_parent)
+    try:
+        with _interrupt_ignored():
+            # all start here: Ctrl-C would kill them before _leave_with_parent, with a traceback. They import what
+            # they need while this process prepares the first contacts
+            for _ in range(count):
+                pool.submit(import_module, "ballscrew_tehl.refinement.direct")
+        yield pool
+    except BrokenExecutor as error:
+        raise ChildProcessError(
+            "a worker process has died, killed or out of memory: run the same command again"
+        ) from error
+    finally:
+        # a second Ctrl-C would leave the pool half shut down, and the command waiting for it without end
+        with _interrupt_ignored():
+            pool.shutdown(cancel_futures=True)

@@ -29,8 +29,7 @@ from ..runtime.packed import (
     sealed,
 )
 from ..whole_file import whole_file
-from .built import VISCOUS, BuiltMap, Progress
-from .grid import grid_of, screw_grid
+from .grid import VISCOUS, BuiltMap, Progress, grid_of, screw_grid
 from .interval import BAND, band, band_point
 
 FILE_FORMAT = 9

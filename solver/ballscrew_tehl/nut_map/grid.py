@@ -1,7 +1,7 @@
-"""Range and nodes of a map, from what the screw and its oil allow."""
+"""Range and nodes of a map, from what the screw and its oil allow; a map before it is stored."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,6 +16,10 @@ from ..physics.load import largest_preload, nut_loads
 from ..physics.lubricant import eta0
 from ..physics.rating import ball_pressure
 
+#: called with (finished, total, what) while a map is built
+Progress = Callable[[int, int, str], None]
+#: arrays of a map that depend on the film model, whose name follows
+VISCOUS = "viscous_coefficients_"
 LOAD_MARGIN = 0.02  # beyond the ball loads at the ends of the map; at 0 rounding puts them outside
 #: largest Hertz pressure of a map [Pa]: half of the 4.2 GPa that define the static rating C0a (ISO 76, ISO 3408-5), so
 #: the axial force of one nut goes to an eighth of C0a, above any catalogue preload
@@ -55,6 +59,15 @@ class MapGrid:
     temperature: tuple[float, float, int] = (283.15, 353.15, 21)
     preload: tuple[float, float, int] = (120.0, 12000.0, 13)
     share_nodes: int = 21
+
+
+@dataclass(frozen=True)
+class BuiltMap:
+    """A whole map before it is stored: header without friction defaults, spline arrays, parameters."""
+
+    header: dict[str, Any]
+    arrays: dict[str, Array]
+    parameters: Parameters
 
 
 def grid_of(axes: Mapping[str, Any]) -> MapGrid:

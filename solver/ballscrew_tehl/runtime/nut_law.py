@@ -1,7 +1,7 @@
-"""Laws of the double nut, written once for floats, arrays and numbers with a derivative (dual.py).
+"""Laws of the double nut, written once for floats, arrays and numbers with a derivative (preload.py).
 
-Every function takes its operations as `ops`: FLOATS, ARRAYS or dual.DUALS. Two friction laws differ in the torques of a
-nut only: film_shear, the law of the fitted sets, and mechanistic, the power balance of rolling loss, shear and
+Every function takes its operations as `ops`: FLOATS, ARRAYS or preload.DUALS. Two friction laws differ in the torques of
+a nut only: film_shear, the law of the fitted sets, and mechanistic, the power balance of rolling loss, shear and
 ball-on-ball friction. Both may rise towards breakaway at standstill (coulomb_rise).
 
 Assumptions: below the force axis the power laws of Hertz continue from its end, below the speed axis the standstill

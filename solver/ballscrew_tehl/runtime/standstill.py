@@ -1,4 +1,5 @@
-"""Friction at and near standstill: a regularised sign, or elasto-slip elements in parallel (presliding).
+"""Friction at and near standstill: a regularised sign, or elasto-slip elements in parallel (presliding); one step of
+BallScrewFriction with it.
 
 Rolling contacts remember the reversals of their motion (nonlocal memory). ELEMENTS springs, each with a slider in
 series, have this memory: all have the same stiffness K/ELEMENTS, and the yield travels are spread evenly,
@@ -13,17 +14,18 @@ stiffness would supply energy. It does so where no element holds a load or all s
 STIFFNESS_RATIO times as high or as low. It stays meanwhile: if it followed a preload that swings, an axis would creep
 under load.
 
-Plain floats and `math` only: this module travels inside the FMU.
 Source: Al-Bender & De Moerlooze, Adv. Tribol. 2008, 214894 (rolling contacts); Al-Bender & Swevers, IEEE Control Syst.
 Mag. 28 (2008) 64 (Maxwell-slip); Iwan, J. Appl. Mech. 33 (1966) 893; changed: shares of the Coulomb torque, and damping
 of the elements that stick.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from ballscrew_tehl.runtime.constants import DAMPING_TIME, ELEMENTS, LEAST_STIFFNESS, STIFFNESS_RATIO
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.nut_law import DoubleNutState
 
 States = tuple[float, ...]  # [rad at 1 N.m/rad] of the elements
 
@@ -224,3 +226,54 @@ def presliding_step(
     work = min(slid + stored + damped * travel, coulomb_torque * travel)
     torque = min(direction * root * sum(end) + damped, coulomb_torque)
     return PreslidingStep(tuple(end), direction * torque, 0.5 * lost + max(work - stored, slid))
+
+
+def friction_step(
+    nut_map: NutMap,
+    nut: DoubleNutState,
+    point: Sequence[float],
+    law: StandstillLaw,
+    step: float | None,
+    before: Elements | None,
+    heat: float,
+) -> tuple[dict[str, Any], CoulombFriction]:
+    """Outputs and Coulomb friction at the end of a step [s], None: at an instant.
+
+    nut : state with the seals at the point (packed.POINT, then packed.DEFAULTS)
+    before : elements at the start, None: of the simulation;  heat : dissipated before it [J]
+    """
+    preload, speed, temperature, axial_load, _, net, _, breakaway = point
+
+    def stiffness_of_screw() -> float:
+        present = nut_map.presliding_stiffness(preload, axial_load, net, breakaway)
+        return present + nut_map.seal_stiffness(nut.seal_torque)
+
+    coulomb = standstill_friction(nut.coulomb_torque, speed, step, before, law, stiffness_of_screw)
+    outputs = friction_outputs(nut, speed, coulomb, loads_a=axial_load >= 0.0)
+    outputs["range_margin"] = nut_map.range_margin(preload, speed, temperature, axial_load)
+    outputs["heat"] = heat + (step or 0.0) * outputs["power_loss"]
+    return outputs, coulomb
+
+
+def friction_outputs(
+    nut: DoubleNutState, speed: float, coulomb: CoulombFriction, loads_a: bool
+) -> dict[str, Any]:
+    """Outputs at a speed [rad/s]: fields of the state under their names, torques with the sign of the motion.
+
+    An output that is a field of DoubleNutState needs no line here. loads_a : whether nut A has the larger force.
+    """
+    viscous = math.copysign(nut.viscous_torque, speed)
+    hysteresis = coulomb.sign * nut.hysteresis_torque
+    sliding = coulomb.sign * nut.sliding_torque
+    outputs = nut._asdict()
+    seal = coulomb.sign * nut.seal_torque
+    outputs["friction_torque"] = viscous + hysteresis + sliding + seal
+    outputs["viscous_torque"] = viscous
+    outputs["hysteresis_torque"] = hysteresis
+    outputs["sliding_torque"] = sliding
+    relieved = math.copysign(nut.relieved_viscous_torque, speed) + coulomb.sign * nut.relieved_coulomb_torque
+    relieved += 0.5 * seal  # each nut has seals
+    each = (outputs["friction_torque"] - relieved, relieved)
+    outputs["friction_torque_nut_a"], outputs["friction_torque_nut_b"] = each if loads_a else each[::-1]
+    outputs["power_loss"] = nut.viscous_torque * abs(speed) + coulomb.power
+    return outputs

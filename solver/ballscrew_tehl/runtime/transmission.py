@@ -26,9 +26,8 @@ from typing import Any, NamedTuple
 
 from ballscrew_tehl.runtime.constants import FORCE_ROUNDING, TOO_LARGE
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters
-from ballscrew_tehl.runtime.standstill import Elements, standstill_friction
+from ballscrew_tehl.runtime.standstill import Elements, friction_outputs, standstill_friction
 
 CONTACT_DAMPING_TIME = (
     1e-5  # [s] start value of contact_damping_time, of rolling contacts: Kraemer 1993, see above

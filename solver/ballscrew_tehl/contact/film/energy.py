@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compiled import kernel
-from ..half_space.grid import TINY, Array
-from ..half_space.walls import LineConvolution
-from .flow import SWEEP_LIMIT, FilmFlow, trapezoid_weights
+from ..grid import TINY, Array
+from ..half_space import LineConvolution
+from .flow import SWEEP_LIMIT, FilmFlow, ln_viscosity, pressure_factor, trapezoid_weights
 from .fluxes import line_fluxes, outflow_across
-from .oil import ln_viscosity, pressure_factor
 
 #: right-hand sides of a column; a constant, so that the compiler unrolls the loops over them
 COLUMNS = 4

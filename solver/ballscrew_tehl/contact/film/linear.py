@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ...compiled import kernel
-from ..half_space.deflection import convolve
-from ..half_space.grid import TINY, Array
+from ..grid import TINY, Array
+from ..half_space import convolve
 from .flow import SWEEP_LIMIT, FilmFlow
 from .fluxes import Faces, Mesh, face_fluxes, lifted_gap, line_fluxes, net_flow, smaller
 from .geometry import TARGET_LOAD, ContactGeometry, ReynoldsState

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..half_space.grid import TINY, Array
+from ..grid import TINY, Array
 from .fluxes import settle_edge
 from .geometry import TARGET_LOAD, THICK_FILM, ContactGeometry, ReynoldsState
 from .linear import LEAST_PRESSURE, Film, Linearisation, LineFactors, factor_lines, gmres

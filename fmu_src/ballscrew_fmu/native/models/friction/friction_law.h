@@ -1,4 +1,4 @@
-/* Outputs of the friction FMU by name. Twin of runtime/outputs.py. Numbers: number.h. A new output is assigned here, in
+/* Outputs of the friction FMU by name. Twin of runtime/standstill.py. Numbers: number.h. A new output is assigned here, in
    torque_outputs or in named_parts.h, according to `needs` in its row of the table of variables. */
 #ifndef BALLSCREW_FRICTION_LAW_H
 #define BALLSCREW_FRICTION_LAW_H
