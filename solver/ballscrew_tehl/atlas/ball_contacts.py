@@ -28,10 +28,8 @@ from .groups import (
 #: splines for one screw: five screws, 6,000 points, 99 % within 0.3 % of film and rolling loss and 0.5 % of the core.
 #: With seven temperatures a screw down to -10 C missed hot losses by up to 5 %
 TABLE_NODES, SLOPE, OF_VISCOSITY = (49, 33), 0.75 - 0.45 * 0.25, 2.0
-#: fewest temperatures: cubic splines need four
-MIN_TEMPERATURES = 4
-#: ln of loads beyond their range at the corners of the table, which no ball has
-BEYOND = 0.7
+MIN_TEMPERATURES = 4  # fewest temperatures: cubic splines need four
+BEYOND = 0.7  # ln of loads beyond their range at the corners of the table, which no ball has
 
 
 class BallRange(NamedTuple):
@@ -128,10 +126,8 @@ class BallContacts:
         return self.atlas.inside(closed_forms(self.contacts(raceway, load, speed, temperature)).groups)
 
     def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
-        """Quantities (n, s, t) at the ball loads of a nut (n,), speeds (s, 1) and temperatures (t,).
-
-        The loads of one nut lie close together: over them by the polynomial through Chebyshev nodes.
-        """
+        """Quantities (n, s, t) at the ball loads of a nut (n,), speeds (s, 1) and temperatures (t,)."""
+        # the loads of one nut lie close together: over them by the polynomial through Chebyshev nodes
         nodes, weights = load_nodes(load)
         at = nodes[:, None, None], speed.reshape(-1, 1), temperature
         if self.table is None:
@@ -167,10 +163,7 @@ def cubic_basis(knots: Array, x: Array) -> tuple[NDArray[np.int64], Array]:
 
 
 def cubic_spline(nodes: Array, values: Array, axis: int) -> tuple[Array, Array]:
-    """Knots of the cubic spline through values at four or more rising nodes along an axis, and its coefficients.
-
-    Not-a-knot ends; as many coefficients as nodes.
-    """
+    """Knots and coefficients of the not-a-knot cubic spline through values at four or more nodes along an axis."""
     knots = np.concatenate([[nodes[0]] * 4, nodes[2:-2], [nodes[-1]] * 4])
     first, weights = cubic_basis(knots, nodes)
     collocation = np.zeros((nodes.size, nodes.size))

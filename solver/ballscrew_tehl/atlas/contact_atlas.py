@@ -33,8 +33,7 @@ OF_THE_SCREW = {
 }
 #: laws of the oil in the contacts of the atlas
 LAWS = {"pressure_law": "roelands", "density_law": "dowson_higginson"}
-#: relative distance beyond the contacts of the atlas that counts as inside
-ROUNDING = 1e-6
+ROUNDING = 1e-6  # relative distance beyond the contacts of the atlas that counts as inside
 SOLVE = "remedy: ballscrew torque --direct, which solves the contacts"
 #: points interpolated at a time: their correlations with thousands of others stay within the cache, and its memory is
 #: used again; with 16 they took seven times as long on a busy machine
@@ -66,10 +65,7 @@ class Interpolant(NamedTuple):
 
 
 def correlation(one: Array, two: Array, squares: Array | None = None) -> Array:
-    """Correlations (m, n) of order 5/2 between points (m, d) and (n, d) over the lengths.
-
-    squares : sums (n,) of those of the coordinates of the second, if they are known
-    """
+    """Correlations (m, n) of order 5/2 of points (m, d), (n, d) over the lengths; squares (n,): sums of the second."""
     s = one @ two.T
     s *= -2.0
     s += (one * one).sum(axis=1)[:, None]
@@ -90,15 +86,12 @@ def trend_terms(at: Array) -> Array:
 
 
 class ContactAtlas(NamedTuple):
-    """The atlas, read.
-
-    ends: smallest and largest groups of its contacts;  header: counts, certificate, version, hash of the content
-    """
+    """The atlas, read."""
 
     interpolant: Interpolant
     lengths: Array
-    ends: tuple[Groups, Groups]
-    header: Mapping[str, Any]
+    ends: tuple[Groups, Groups]  # smallest and largest of its contacts
+    header: Mapping[str, Any]  # counts, certificate, version, hash of the content
 
     @property
     def hash(self) -> str:

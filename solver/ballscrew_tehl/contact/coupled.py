@@ -23,8 +23,7 @@ UNDAMPED_STEP, DAMPED_STEP = 0.85, 0.5
 LEAST_STEP = 0.05
 #: relative change above which Aitken's rule only shortens steps, and Newton steps are no less exact
 LARGE_CHANGE = 0.1
-#: growth of the share from one iteration to the next
-GROWTH = 1.5
+GROWTH = 1.5  # growth of the share from one iteration to the next
 #: damping ends at a relative change of LARGE_CHANGE/RETURN; when the change has grown by RETURN, it goes on from the
 #: state where it ended, and then ends at the share 1/RETURN of that bound
 RETURN = 5.0

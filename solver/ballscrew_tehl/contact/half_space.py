@@ -19,16 +19,13 @@ from .grid import TINY, Array, Grid
 
 #: Gauss points of a panel; the primitive is a polynomial of this degree, written out in cell_integrals
 POINTS = 10
-#: length of a panel in units of its distance from the singular point
-SHARE = 0.4
-#: exponentials of less than -CUT are taken as zero
-CUT = 40.0
+SHARE = 0.4  # length of a panel in units of its distance from the singular point
+CUT = 40.0  # exponentials of less than -CUT are taken as zero
 #: rule for one piece of a strip
 STRIP_NODES, STRIP_WEIGHTS = (np.array(v) for v in legendre.leggauss(6))
 #: length of a piece in the exponent, and pieces per unit of t: error 1e-8 of the largest value of a line at its nodes
 PIECE_DECAY, PIECES_PER_T = 3.0, 0.7
-#: panels of a line's own strip begin at this share of the shortest distance
-INNERMOST = 1e-3
+INNERMOST = 1e-3  # panels of a line's own strip begin at this share of the shortest distance
 #: change of pressure [p_max] that ends iterations for p >= 0: of the dry contact and of the edge of cavitation
 PRESSURE_TOLERANCE = 1e-9
 
@@ -226,10 +223,8 @@ def dry_contact(
 
 @kernel
 def strips(s, y, beta, nodes, weights, out):
-    """out (s.size, y.size-1) = integral over y_d..y_d+1 of exp(beta (s - r))/r, r^2 = s^2 + y^2; s, beta, y >= 0.
-
-    With y = s sinh t, dy/r = dt: no singularity; in pieces short against the exponent and against the range of t.
-    """
+    """out (s.size, y.size-1) = integral over y_d..y_d+1 of exp(beta (s - r))/r, r^2 = s^2 + y^2; s, beta, y >= 0."""
+    # with y = s sinh t, dy/r = dt: no singularity; in pieces short against the exponent and against the range of t
     for n in range(s.size):
         decay = beta * s[n]
         t_1 = np.arcsinh(y[0] / s[n])

@@ -118,10 +118,7 @@ class ContactResult:
 def solution_of(
     problem: ContactProblem, it: Iteration, extrapolation: tuple[float, float], error: float = math.nan
 ) -> ContactResult:
-    """Result of the last iteration of a solve, without its time.
-
-    extrapolation: shares that central and minimum film gain; error: relative, NaN without a coarse grid
-    """
+    """Result of a solve without its time; extrapolation: shares that both films gain; error: NaN if not known."""
     grid, scales, p_max = problem.geometry.grid, problem.scales, problem.scales.hertz.p_max
     if not problem.options.thermal:
         problem.update_flow(it, problem.uniform_temperature())
@@ -185,10 +182,9 @@ def _implausible(problem: ContactProblem, h_c: float, h_m: float, integrals: Map
 
 
 def least_film(problem: ContactProblem, it: Iteration) -> tuple[float, int]:
-    """Minimum film of the grid [b^2/R_x] and the line that it lies on, counted from the axis.
+    """Minimum film of the grid [b^2/R_x] and its line, counted from the axis.
 
-    Over the lines whose contact edge holds a cell per inlet length: on a long ellipse under high load the outermost
-    lines have no meaningful film, and the minimum lies at the outlet of the central lines.
+    Over lines whose contact edge holds a cell per inlet length: under high load the outermost have no meaningful film.
     """
     x, y, gap = problem.geometry.grid.x, problem.geometry.grid.y, it.state.gap
     h_c = float(gap[0, np.argmin(np.abs(x))])
@@ -221,9 +217,8 @@ def _vertex(x: Array, values: Array) -> float:
 def pressure_core(x: Array, pressure: Array, area: Array) -> tuple[float, float]:
     """Largest pressure [Pa] and area [m2] of the Hertz-shaped pressure with the integrals of p^2 and p^3 of a pressure.
 
-    x (n_x,) [b]; pressure [Pa], area [m2] (n_y, n_x). The integrals leave out the slope in front of a thick film, and
-    are taken of the smoothed pressure: those of the spike depend on the nodes. Of p_0 sqrt(1 - r^2) over an ellipse of
-    area A they are p_0^2 A/2 and 2 p_0^3 A/5.
+    x (n_x,) [b]; pressure [Pa], area [m2] (n_y, n_x). Of the smoothed pressure: the spike depends on the nodes. Of
+    p_0 sqrt(1 - r^2) over an ellipse of area A they are p_0^2 A/2 and 2 p_0^3 A/5.
     """
     smooth = _means_over(x, pressure, SMOOTHED_OVER)
     square, cube = (
@@ -237,9 +232,8 @@ def pressure_core(x: Array, pressure: Array, area: Array) -> tuple[float, float]
 def resistance_of_cells(x: Array, pressure: Array, gap: Array, width: Array) -> Array:
     """Integral of h dp/dx dA [N] of each step along each line (n_y, n_x-1).
 
-    Lines of pressure [Pa], gap [m] (n_y, n_x) and width [m] (n_y,). With the gap of the wedge flux the sum is the
-    dissipation of the discrete pressure flow; by the trapezoid the loss of a circle at M = 6e4 is almost twice as large
-    on 129 nodes. Still 20 % from 129 to 257 nodes there, 1 % at M = 1e4.
+    Pressure [Pa], gap [m] (n_y, n_x), width of the lines [m] (n_y,). With the gap of the wedge flux the sum is the
+    dissipation of the discrete pressure flow: 20 % from 129 to 257 nodes at M = 6e4, where the trapezoid doubles it.
     """
     faces = wedge_flux(wedge_weights(x), gap)
     faces[:, 0] = 0.5 * (gap[:, 0] + gap[:, 1])
@@ -251,14 +245,12 @@ def resistance_beyond(
 ) -> float:
     """Integral of h dp/dx dA [N] between a flooded domain and a larger one, `times` as far away.
 
-    Far upstream the film of a point contact carries p = c |x|/h^2, h parabolic above any offset, which solves Reynolds'
-    equation with c = 12 eta u_e/(3 + 2 R_x/R_y); on a long ellipse dp/dx is the 12 eta u_e/h^2 of a line contact. The
-    integral over rays from the centre is closed, with the offset of the gap where a ray leaves the domain. It grows
-    with the logarithm of `times` without bound: a point contact in an endless bath has no finite rolling loss. Source:
-    derived (test: quadrature); Kapitza 1955 for the pressure of a half Sommerfeld solution.
-
-    x, y, gap (k,) [m]: nodes on the border of the domain upstream, x <= 0; shear: eta u_e [N/m] of the oil that enters;
-    times >= 1: float or (k,), distance of the border of the larger domain over that of this one.
+    Far upstream p = c |x|/h^2, h parabolic above any offset, solves Reynolds' equation with c = 12 eta u_e/(3 + 2
+    R_x/R_y); on a long ellipse dp/dx is the 12 eta u_e/h^2 of a line contact. The integral over rays from the centre is
+    closed, and grows with the logarithm of `times`: a point contact in an endless bath has no finite rolling loss.
+    Source: derived (test: quadrature); Kapitza 1955 for the pressure of a half Sommerfeld solution.
+    x, y, gap (k,) [m]: border of the domain upstream, x <= 0; shear: eta u_e [N/m] of the oil that enters; times >= 1:
+    float or (k,), distance of the border of the larger domain over that of this one.
     """
     c = 12.0 * shear / (3.0 + 2.0 * R_x / R_y)
     rise = 0.5 * (x * x / R_x + y * y / R_y)

@@ -35,8 +35,7 @@ from .interval import BAND, band, band_point
 FILE_FORMAT = 9
 #: the command that messages advise
 BUILD_MAP = "ballscrew map build --screw FILE.toml --output MAP.npz"
-#: name of the packaged map of the mechanistic set
-VG100 = "vg100"
+VG100 = "vg100"  # name of the packaged map of the mechanistic set
 #: arrays of a file beside those of VISCOUS and extreme_coefficients
 STORED = ("force_coefficients", "separation_coefficients", "sharing_coefficients")
 

@@ -29,21 +29,18 @@ PRESSURE_LIMIT = 2.1e9
 SPEED_FACTOR_LIMIT = 240.0 * RPM
 #: lowest over highest force of one nut, preload, speed
 FORCE_SPAN, PRELOAD_SPAN, SPEED_SPAN = 1e-3, 1e-2, 1.0 / 1200.0
-#: highest preload of a map over the largest_preload of oversize balls
-FREED = 0.9
+FREED = 0.9  # highest preload of a map over the largest_preload of oversize balls
 #: oil temperatures [K], and the viscosities at ambient pressure [Pa s] that narrow them
 COLDEST, HOTTEST = 10.0 + CELSIUS, 80.0 + CELSIUS
 THINNEST_OIL, THICKEST_OIL = 2e-3, 2.0
-#: least distance of the ends of the temperatures [K]
-MIN_SPAN = 10.0
+MIN_SPAN = 10.0  # least distance of the ends of the temperatures [K]
 #: force [N] between which the limit of pressure is sought
 MIN_FORCE, LARGEST_FORCE = 1.0, WIDEST_ENDS["preload"][1]
 #: viscosities at ambient pressure [Pa s] of any map: thinner oils do not thicken with pressure by the law of Roelands
 #: (ln eta0 > -9.67); largest pressure [Pa]: of the static rating
 WIDEST_VISCOSITY = 1e-4, 1e4
 MAX_PRESSURE = 2.0 * PRESSURE_LIMIT
-#: digits of the ends of a range
-DIGITS = 2
+DIGITS = 2  # digits of the ends of a range
 
 
 @dataclass(frozen=True)

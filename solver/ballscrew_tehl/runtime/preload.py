@@ -84,10 +84,6 @@ def _exp(x: Dual) -> Dual:
     return Dual(value, value * x.slope)
 
 
-def _where(condition: bool, yes: Dual, no: float) -> Dual:
-    return yes if condition else Dual(no, 0.0)
-
-
 def _place(axis: Axis, x: Dual) -> tuple[int, Dual]:
     """Cell of a value on an axis and position in it, constant beyond the axis."""
     cell, t = axis.place(x.value)
@@ -96,7 +92,7 @@ def _place(axis: Axis, x: Dual) -> tuple[int, Dual]:
     return cell, Dual(t, axis.scale * (x.slope / x.value if axis.logarithmic else x.slope))
 
 
-DUALS = Ops(_exp, min, max, _where, _place)
+DUALS = Ops(_exp, min, max, lambda condition, yes, no: yes if condition else Dual(no, 0.0), _place)
 
 
 class TorqueOverPreload(NamedTuple):
@@ -206,10 +202,9 @@ def estimate_preload(
 ) -> PreloadEstimate:
     """Preload at which the map gives a torque [N.m], positive against a positive speed, while the screw turns.
 
-    Clamped and flagged: a torque along the motion gives 0, a torque at or below that of an unloaded nut the preload at
-    which it is unloaded, a torque above that at the end of the map the end of the map. Below the preload axis the power
-    laws of the map are used, flagged. All arguments are finite, the speed not 0: the caller has checked them. By
-    Newton's method for ln(torque) over ln(preload), safeguarded by bisection.
+    Newton's method for ln(torque) over ln(preload), safeguarded by bisection; all finite, the speed not 0. Clamped and
+    flagged: a torque along the motion gives 0, one at or below that of an unloaded nut the preload at which it is
+    unloaded, one beyond the map its end; below the preload axis the power laws of the map hold.
     """
     axis, clamped = nut_map.force, nut_map.outside(speed, temperature)
     model = OverPreload(nut_map, speed, temperature, axial_load, friction, regularization_speed)

@@ -89,10 +89,7 @@ def element_limits(coulomb_torque: float, stiffness: float) -> States:
 
 
 def initial_elements(side: float, speed: float, coulomb_torque: float, stiffness: float) -> Elements:
-    """Elements at the start of a simulation: after a travel from rest without load.
-
-    side : share of the travel at which all slide, -1 to 1, values beyond count as these; 0: sign of the speed
-    """
+    """Elements after a travel from rest: side, -1 to 1, of that at which all slide; 0: sign of the speed."""
     if side == 0.0:
         side = math.copysign(1.0, speed) if speed else 0.0
     limits = element_limits(coulomb_torque, stiffness)
@@ -108,9 +105,8 @@ def _held(states: States, limits: States, stiffness: float) -> Elements:
 def regularised_sign(speed: float, regularization_speed: float) -> float:
     """tanh(speed/regularization_speed), both [rad/s]: the sign of the speed, which passes smoothly through zero.
 
-    Within 1e-9 of the sign above 11 regularization speeds; 0 gives the sign itself. It creeps under a load below the
-    Coulomb torque (at 0.42 of the regularization speed for 0.4 of the torque); explicit coupling with an inertia J is
-    free of ripple for steps below 2 J regularization_speed/torque only.
+    0 gives the sign itself. It creeps under a load below the Coulomb torque (0.42 of that speed at 0.4 of the torque);
+    explicit coupling with an inertia J is free of ripple for steps below 2 J regularization_speed/torque only.
     """
     if regularization_speed <= 0.0:
         return math.copysign(1.0, speed) if speed else 0.0
@@ -173,10 +169,7 @@ def presliding_friction(
 
 
 def presliding_power(states: States, speed: float, coulomb_torque: float, stiffness: float) -> float:
-    """Heat per time [W] of the elements at an instant, without damping; arguments as presliding_step.
-
-    Of the elements that slide, and of those above a level that has decreased while they spring back.
-    """
+    """Heat [W] at an instant of elements that slide, or spring back from above a level that fell; without damping."""
     direction, power = math.copysign(1.0, speed), 0.0
     for y, m in zip(states, element_limits(coulomb_torque, stiffness), strict=True):
         loaded = direction * y
@@ -199,10 +192,9 @@ def presliding_step(
     damping : of all elements [N.m.s/rad], >= 0, of those that stick their share; explicit coupling with an inertia J
     needs it: stiffness < (damping/step)(1 - step damping/J)
 
-    heat + change of the stored energy = work of the mean torque of the step. The torque is that at its end; it may
-    point along the motion while the elements spring back. Both are limited to the Coulomb torque: at a reversal with
-    1000 rad/s2 the damping alone would reach several times that. The work at the torque of the end is not less than at
-    the mean torque without damping, so that the limited law is passive at both.
+    heat + change of the stored energy = work of the mean torque of the step. Both that and the torque at the end are
+    limited to the Coulomb torque, of which damping would be several times at a reversal with 1000 rad/s2. The torque at
+    the end works no less than the mean one without damping, so that the limited law is passive at both.
     """
     root = math.sqrt(stiffness / ELEMENTS)
     direction, travel = math.copysign(1.0, speed), abs(speed) * step
@@ -258,19 +250,18 @@ def friction_step(
 def friction_outputs(
     nut: DoubleNutState, speed: float, coulomb: CoulombFriction, loads_a: bool
 ) -> dict[str, Any]:
-    """Outputs at a speed [rad/s]: fields of the state under their names, torques with the sign of the motion.
+    """Fields of the state under their names, torques with the sign of the motion at a speed [rad/s], and others.
 
-    An output that is a field of DoubleNutState needs no line here. loads_a : whether nut A has the larger force.
+    loads_a : whether nut A has the larger force
     """
     viscous = math.copysign(nut.viscous_torque, speed)
-    hysteresis = coulomb.sign * nut.hysteresis_torque
-    sliding = coulomb.sign * nut.sliding_torque
-    outputs = nut._asdict()
-    seal = coulomb.sign * nut.seal_torque
+    hysteresis, sliding, seal = (
+        coulomb.sign * part for part in (nut.hysteresis_torque, nut.sliding_torque, nut.seal_torque)
+    )
+    outputs = nut._replace(
+        viscous_torque=viscous, hysteresis_torque=hysteresis, sliding_torque=sliding
+    )._asdict()
     outputs["friction_torque"] = viscous + hysteresis + sliding + seal
-    outputs["viscous_torque"] = viscous
-    outputs["hysteresis_torque"] = hysteresis
-    outputs["sliding_torque"] = sliding
     relieved = math.copysign(nut.relieved_viscous_torque, speed) + coulomb.sign * nut.relieved_coulomb_torque
     relieved += 0.5 * seal  # each nut has seals
     each = (outputs["friction_torque"] - relieved, relieved)

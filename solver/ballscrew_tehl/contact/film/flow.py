@@ -19,8 +19,7 @@ from ..grid import Array
 
 #: table of ln eta0: below the inlet temperature, range, step [K]; linear interpolation is then accurate to 1e-5
 TABLE_BELOW, TABLE_SPAN, TABLE_STEP = 40.0, 640.0, 0.25
-#: fewest layers that the cubics of cumulative_matrix fit in
-LEAST_LAYERS = 4
+LEAST_LAYERS = 4  # fewest layers that the cubics of cumulative_matrix fit in
 #: bound of ln(eta) for stresses, which a Barus oil exceeds at high pressure: exp would overflow
 LARGEST_LN_ETA = 300.0
 #: largest change of temperature in one sweep and by a change of pressure between two energy solves [K]: the sources are

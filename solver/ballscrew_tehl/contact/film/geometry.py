@@ -15,8 +15,7 @@ from ..half_space import LineConvolution, deflection_operator, dry_contact
 from .fluxes import Mesh, wedge_weights
 
 TARGET_LOAD = 2.0 * np.pi / 3.0
-#: film [b^2/R_x] above which it is thicker than the flattening of the bodies
-THICK_FILM = 2.0
+THICK_FILM = 2.0  # film [b^2/R_x] above which it is thicker than the flattening of the bodies
 
 
 @dataclass(frozen=True)
