@@ -10,7 +10,7 @@ import numpy as np
 
 from ballscrew_tehl.atlas.groups import COLD, QUANTITIES, wall_group
 from ballscrew_tehl.contact import SolverOptions, scales_of, solve
-from ballscrew_tehl.nut_map.built import Progress
+from ballscrew_tehl.nut_map.grid import Progress
 from ballscrew_tehl.physics.film import thermal_load_parameter
 from ballscrew_tehl.refinement.direct import THICKEST, contact_quantities
 

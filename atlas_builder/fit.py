@@ -13,7 +13,13 @@ from scipy.linalg import cho_solve, cholesky, eigh, solve_triangular
 from scipy.optimize import minimize
 
 from ballscrew_tehl import __version__
-from ballscrew_tehl.atlas.contact_atlas import ATLAS_FORMAT, content_hash
+from ballscrew_tehl.atlas.contact_atlas import (
+    ATLAS_FORMAT,
+    Interpolant,
+    content_hash,
+    correlation,
+    trend_terms,
+)
 from ballscrew_tehl.atlas.groups import (
     QUANTITIES,
     Array,
@@ -23,7 +29,6 @@ from ballscrew_tehl.atlas.groups import (
     modelled,
     wall_group,
 )
-from ballscrew_tehl.atlas.interpolation import Interpolant, correlation, trend_terms
 from ballscrew_tehl.whole_file import whole_file
 
 from .screws import Contact

@@ -13,7 +13,7 @@ from typing import Any, TextIO
 
 from filelock import FileLock, Timeout
 
-from ballscrew_tehl.nut_map.built import Progress
+from ballscrew_tehl.nut_map.grid import Progress
 
 
 class Journal:

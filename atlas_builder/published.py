@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from ballscrew_tehl.atlas.ball_contacts import BallContacts, BallRange
+from ballscrew_tehl.atlas.contact_atlas import Interpolant
 from ballscrew_tehl.atlas.groups import Array
-from ballscrew_tehl.atlas.interpolation import Interpolant
 from ballscrew_tehl.contact import UnconvergedContactError, solve_ball
 from ballscrew_tehl.friction.torque import FilmModel, nut_sums
 from ballscrew_tehl.nut_map.build import (
@@ -24,8 +24,7 @@ from ballscrew_tehl.nut_map.build import (
     map_header,
     sharing_values,
 )
-from ballscrew_tehl.nut_map.built import VISCOUS, BuiltMap, Progress
-from ballscrew_tehl.nut_map.grid import MapGrid
+from ballscrew_tehl.nut_map.grid import VISCOUS, BuiltMap, MapGrid, Progress
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.physics.film import MIN_FILM, film_formula, moes_groups_of
 from ballscrew_tehl.physics.hertz import RACEWAYS

@@ -27,7 +27,7 @@ except ModuleNotFoundError as error:
 
 PACKAGE = Path(__file__).parent
 #: modules with kernels and with constants that kernels take from elsewhere, below the package
-SOURCES = "compiled.py", "contact/film", "contact/half_space", "parameters/oil.py"
+SOURCES = "compiled.py", "contact/film", "contact/grid.py", "contact/half_space.py", "parameters/oil.py"
 KEPT_DAYS = 30.0
 
 

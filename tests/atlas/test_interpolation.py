@@ -3,7 +3,7 @@
 import numpy as np
 
 from atlas_builder.fit import interpolant_of
-from ballscrew_tehl.atlas.interpolation import CHUNK, correlation, trend_terms
+from ballscrew_tehl.atlas.contact_atlas import CHUNK, correlation, trend_terms
 
 RNG = np.random.default_rng(2)
 LENGTHS, LEVEL = np.array([1.5, 4.0]), np.array([0.03, 0.1])

@@ -39,12 +39,13 @@ from ballscrew_tehl.nut_map.grid import ball_range, map_grid
 from ballscrew_tehl.parameters.file import load_screw
 
 #: units, physics, ranges that are refused, tables and quadratures: they steer nothing
-MODULES_ASIDE = ("moes", "film.oil", "half_space.walls")
+MODULES_ASIDE = ("moes",)
 NAMES_ASIDE = (
     "TINY", "INLET_SHAPE", "TARGET_LOAD", "FAR_POWER", "LARGEST_LN_ETA",
     "FASTEST", "FEWEST", "LEAST_LAYERS", "LEAST_NODES", "LEAST_LINES", "MOST_NODES", "BOUNDS",
     "RANGES", "THICKEST", "MOST_FILM", "LEAST_FILM", "CORE", "WARNED_ABOVE",
-    "SMOOTHED_OVER", "SMOOTHED_HERTZ", "POINTS", "SHARE", "CUT", "COLUMNS",
+    "SMOOTHED_OVER", "SMOOTHED_HERTZ", "POINTS", "SHARE", "CUT", "COLUMNS", "PIECE_DECAY", "PIECES_PER_T", "INNERMOST",
+    "TABLE_BELOW", "TABLE_SPAN", "TABLE_STEP",
 )  # fmt: skip
 #: points of robustness.py without and with heat: some at random, and those of 700 that took damping, pseudo time, held
 #: approaches, cold starts on the whole grid, doubled nodes, or most steps; contacts of random screws

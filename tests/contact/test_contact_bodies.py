@@ -8,9 +8,8 @@ from scipy.special import k0e
 
 from ballscrew_tehl.contact.coupled import wall_operators
 from ballscrew_tehl.contact.film.geometry import TARGET_LOAD, ContactGeometry
-from ballscrew_tehl.contact.half_space.deflection import dry_contact
-from ballscrew_tehl.contact.half_space.grid import Grid, GridChoice
-from ballscrew_tehl.contact.half_space.walls import wall_operator
+from ballscrew_tehl.contact.grid import Grid, GridChoice
+from ballscrew_tehl.contact.half_space import dry_contact, wall_operator
 from ballscrew_tehl.contact.problem import ContactProblem
 from ballscrew_tehl.parameters.screw import NITRIDE
 

@@ -1,4 +1,4 @@
-"""The film across: closed forms of flow, stress and heat; the oil of the film_oil."""
+"""The film across: closed forms of flow, stress and heat; the oil of the film."""
 
 import math
 
@@ -9,7 +9,6 @@ from contact_cases import OIL
 from ballscrew_tehl.contact import reference_oil
 from ballscrew_tehl.contact.film import energy
 from ballscrew_tehl.contact.film import flow as film_flow
-from ballscrew_tehl.contact.film import oil as film_oil
 from ballscrew_tehl.contact.film.transport import HeatTransport
 
 T_A, GAP, U_A, U_B, P_X = 300.0, 2e-6, 1.3, 0.6, 3e11
@@ -26,8 +25,8 @@ CLOSED |= {
 def exponential_oil():
     """ln eta = -2 (T - T_a)/100 K, any pressure, constant density."""
     constant = {"pressure_law": "barus", "density_law": "incompressible", "density_temperature": 0.0}
-    table = film_oil.oil_table(OIL.model_copy(update=constant), T_A)
-    t = table.table_start + film_oil.TABLE_STEP * np.arange(table.ln_eta0.size)
+    table = film_flow.oil_table(OIL.model_copy(update=constant), T_A)
+    t = table.table_start + film_flow.TABLE_STEP * np.arange(table.ln_eta0.size)
     return table._replace(ln_eta0=-0.02 * (t - T_A), alpha=0.0)
 
 
@@ -95,7 +94,9 @@ class Channel:
         self.flow = film_flow.FilmFlow.empty(3, n_x, n_z)
         self.flow.gradient_x[:], self.flow.power[:] = gradient, power
         speeds = film_flow.SurfaceSpeeds(u_a, u_b)
-        film_flow.film_flow(film_oil.oil_table(COOL, T_IN), x, 0.0 * plate, self.h, self.t, speeds, self.flow)
+        film_flow.film_flow(
+            film_flow.oil_table(COOL, T_IN), x, 0.0 * plate, self.h, self.t, speeds, self.flow
+        )
         ends = np.ones(3, dtype=np.int64), np.full(3, n_x - 1, dtype=np.int64)
         self.face = energy.FaceFlow.empty(*ends, n_x, n_z)
         flux = np.full((3, n_x - 1), COOL.density * 0.5 * (u_a + u_b) * 1e-6)

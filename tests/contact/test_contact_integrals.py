@@ -7,7 +7,7 @@ import pytest
 from contact_cases import conditions, solved
 from scipy.integrate import dblquad
 
-from ballscrew_tehl.contact.integrals import pressure_core, resistance_beyond, resistance_of_cells
+from ballscrew_tehl.contact.result import pressure_core, resistance_beyond, resistance_of_cells
 
 
 def test_rolling_resistance_of_a_linear_wedge_is_exact():

@@ -6,10 +6,10 @@ from contact_cases import OIL
 
 from ballscrew_tehl.contact.film import flow as film_flow
 from ballscrew_tehl.contact.film import transport
+from ballscrew_tehl.contact.film.flow import oil_table
 from ballscrew_tehl.contact.film.geometry import TARGET_LOAD, ContactGeometry, ReynoldsState
 from ballscrew_tehl.contact.film.linear import Film, Linearisation, times
-from ballscrew_tehl.contact.film.oil import oil_table
-from ballscrew_tehl.contact.half_space.grid import GridChoice
+from ballscrew_tehl.contact.grid import GridChoice
 
 GEOMETRIES = {
     "circle": (GridChoice(-3.0, 1.8, 1.6, 33, 7, 0.2), 1.0),

@@ -13,8 +13,7 @@ from ballscrew_tehl.friction.mechanistic import double_nut_parts, nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set, with_set
 from ballscrew_tehl.friction.torque import double_nut_torque, nut_forces
 from ballscrew_tehl.nut_map.build import build_map, sharing_values
-from ballscrew_tehl.nut_map.built import VISCOUS
-from ballscrew_tehl.nut_map.grid import screw_grid
+from ballscrew_tehl.nut_map.grid import VISCOUS, screw_grid
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_screw
 from ballscrew_tehl.physics.ball_law import contact_angle_at_ball_load
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii

@@ -5,8 +5,8 @@ import pytest
 from contact_cases import CIRCLE, LONG, conditions, moes, solved
 
 from ballscrew_tehl.contact.film import fluxes
-from ballscrew_tehl.contact.half_space.deflection import deflection_operator
-from ballscrew_tehl.contact.half_space.grid import Grid, GridChoice
+from ballscrew_tehl.contact.grid import Grid, GridChoice
+from ballscrew_tehl.contact.half_space import deflection_operator
 
 
 def fitted_order(sizes, errors):

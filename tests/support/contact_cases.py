@@ -12,7 +12,7 @@ from ballscrew_tehl.contact import (
     solve,
     solve_moes,
 )
-from ballscrew_tehl.contact.half_space.grid import Grid
+from ballscrew_tehl.contact.grid import Grid
 from ballscrew_tehl.physics.hertz import E_prime, reduced_radii
 
 OIL, STEEL = GD4008.lubricant, GD4008.solid

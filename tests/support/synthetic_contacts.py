@@ -14,8 +14,7 @@ from ballscrew_tehl.atlas.groups import QUANTITIES, closed_forms, unmodelled
 from ballscrew_tehl.friction.sets import with_set
 from ballscrew_tehl.nut_map import build, file
 from ballscrew_tehl.nut_map.build import build_map
-from ballscrew_tehl.nut_map.built import BuiltMap
-from ballscrew_tehl.nut_map.grid import MapGrid
+from ballscrew_tehl.nut_map.grid import BuiltMap, MapGrid
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.film import film_formula, thermal_load_parameter, wilson_sheu

@@ -14,7 +14,7 @@ from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION, FmuModel
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu
-from ballscrew_tehl.runtime import outputs
+from ballscrew_tehl.runtime import standstill
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
 from ballscrew_tehl.runtime.packed import DEFAULTS, POINT, FrictionParameters
@@ -97,7 +97,7 @@ def friction_step(
     point = [given[name] for name in (*POINT, *DEFAULTS)]
     nut = nut_map.evaluate(*point)._replace(seal_torque=given["seal_torque"])
     law = StandstillLaw(*(given[name] for name in StandstillLaw._fields))  # type: ignore[arg-type]
-    result, coulomb = outputs.friction_step(nut_map, nut, point, law, step, before, heat)
+    result, coulomb = standstill.friction_step(nut_map, nut, point, law, step, before, heat)
     return result, coulomb.elements
 
 

@@ -15,9 +15,8 @@ from ballscrew_fmu.python_fmu.solver_cache import SolverError, load_solver
 from ballscrew_fmu.variables.friction import fmu_variables
 from ballscrew_tehl.runtime.constants import DAMPING_TIME
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
-from ballscrew_tehl.runtime.outputs import friction_step
 from ballscrew_tehl.runtime.packed import DEFAULTS, POINT
-from ballscrew_tehl.runtime.standstill import RELAXED, Elements, StandstillLaw
+from ballscrew_tehl.runtime.standstill import RELAXED, Elements, StandstillLaw, friction_step
 
 
 class BallScrewFrictionBase(MapSlave):

@@ -22,17 +22,14 @@ from .groups import (
     transition,
     unmodelled,
 )
-from .interpolation import cubic_basis, cubic_spline
 
 #: nodes over load (speed eta0)^-SLOPE, on which the transition of contacts depends, and over ln(speed eta0); nodes over
 #: temperature for each e-fold of the viscosity, for N changes by as much. Between them the atlas is read by cubic
 #: splines for one screw: five screws, 6,000 points, 99 % within 0.3 % of film and rolling loss and 0.5 % of the core.
 #: With seven temperatures a screw down to -10 C missed hot losses by up to 5 %
 TABLE_NODES, SLOPE, OF_VISCOSITY = (49, 33), 0.75 - 0.45 * 0.25, 2.0
-#: fewest temperatures: cubic splines need four
-MIN_TEMPERATURES = 4
-#: ln of loads beyond their range at the corners of the table, which no ball has
-BEYOND = 0.7
+MIN_TEMPERATURES = 4  # fewest temperatures: cubic splines need four
+BEYOND = 0.7  # ln of loads beyond their range at the corners of the table, which no ball has
 
 
 class BallRange(NamedTuple):
@@ -129,10 +126,8 @@ class BallContacts:
         return self.atlas.inside(closed_forms(self.contacts(raceway, load, speed, temperature)).groups)
 
     def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
-        """Quantities (n, s, t) at the ball loads of a nut (n,), speeds (s, 1) and temperatures (t,).
-
-        The loads of one nut lie close together: over them by the polynomial through Chebyshev nodes.
-        """
+        """Quantities (n, s, t) at the ball loads of a nut (n,), speeds (s, 1) and temperatures (t,)."""
+        # the loads of one nut lie close together: over them by the polynomial through Chebyshev nodes
         nodes, weights = load_nodes(load)
         at = nodes[:, None, None], speed.reshape(-1, 1), temperature
         if self.table is None:
@@ -148,3 +143,31 @@ class BallContacts:
             for name, values in found.items()
             for of in (np.broadcast_to(values, (nodes.size, *shape[1:])).reshape(nodes.size, -1),)
         }
+
+
+def cubic_basis(knots: Array, x: Array) -> tuple[NDArray[np.int64], Array]:
+    """First coefficient of the four cubic B-splines that live at points x (...), and their values (..., 4).
+
+    Source       de Boor, A Practical Guide to Splines, rev. ed. 2001, chapter X: recurrence of Cox and de Boor
+    """
+    cell = np.clip(np.searchsorted(knots, x, side="right") - 1, 3, len(knots) - 5)
+    values = np.ones((*np.shape(x), 1))
+    for degree in (1, 2, 3):
+        steps = np.arange(degree)
+        left, right = knots[cell[..., None] + 1 - degree + steps], knots[cell[..., None] + 1 + steps]
+        part = values / (right - left)
+        values = np.zeros((*np.shape(x), degree + 1))
+        values[..., :-1] = part * (right - x[..., None])
+        values[..., 1:] += part * (x[..., None] - left)
+    return cell - 3, values
+
+
+def cubic_spline(nodes: Array, values: Array, axis: int) -> tuple[Array, Array]:
+    """Knots and coefficients of the not-a-knot cubic spline through values at four or more nodes along an axis."""
+    knots = np.concatenate([[nodes[0]] * 4, nodes[2:-2], [nodes[-1]] * 4])
+    first, weights = cubic_basis(knots, nodes)
+    collocation = np.zeros((nodes.size, nodes.size))
+    collocation[np.arange(nodes.size)[:, None], first[:, None] + np.arange(4)] = weights
+    rows = np.moveaxis(values, axis, 0)
+    solved = np.asarray(np.linalg.solve(collocation, rows.reshape(nodes.size, -1)), dtype=float)
+    return knots, np.moveaxis(solved.reshape(rows.shape), 0, axis)

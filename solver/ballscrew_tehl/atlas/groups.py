@@ -31,8 +31,7 @@ STEEL_EFFUSIVITY = (46.0 * 7800.0 * 460.0) ** 0.5
 #: transition from rigid to flattened contacts: at M (L/12)^0.45 (ratio/0.047)^0.5 = TURN, over WIDTH; the coordinate
 #: stretches it. 760 contacts that were left out: mean error of the film 1.1e-3, with a transition at M = 33 2.4e-3
 TURN, WIDTH, STRETCH = 25.0, 0.9, 2.7
-#: N below which heat changes nothing: the coordinate is ln(N + COLD)
-COLD = 1e-3
+COLD = 1e-3  # N below which heat changes nothing: the coordinate is ln(N + COLD)
 #: N above which heating is taken as there, twice the hottest contacts of the atlas: up to there it is extrapolated,
 #: eight solved losses and films within 7 % up to N = 126, since an end within the maps of cold screws would be a kink
 MAX_HEATING_N = 144.0

@@ -23,7 +23,7 @@ from ..friction.torque import (
     roughness_share,
     roughness_share_slope,
 )
-from ..nut_map.built import Progress
+from ..nut_map.grid import Progress
 from ..parameters.file import Parameters
 from ..physics.ball_law import Array
 from ..physics.load import nut_loads

@@ -24,7 +24,7 @@ from ..friction.sets import (
     without_overrides,
 )
 from ..friction.torque import double_nut_torque, nut_forces
-from ..nut_map.built import Progress
+from ..nut_map.grid import Progress
 from ..parameters.file import Law, Parameters
 from ..parameters.identity import parameters_hash
 from ..parameters.screw import ball_ball_coefficient

@@ -3,18 +3,18 @@
 `solve` is the one way to a result; `solve_ball`, `solve_for_map` and `solve_moes` only make its conditions and options.
 """
 
-from .ball_contact import (
+from .conditions import (
     MAP_NODES,
-    UnconvergedContactError,
+    ContactConditions,
+    Scales,
+    SolverOptions,
     ball_conditions,
     map_nodes,
-    solve_ball,
-    solve_for_map,
+    scales_of,
 )
-from .conditions import ContactConditions, Scales, SolverOptions, scales_of
 from .moes import MoesFilm, moes_conditions, reference_oil, solve_moes
 from .result import THICKEST, ContactResult, HeatBalance
-from .solver import announce_compilation, solve
+from .solver import UnconvergedContactError, announce_compilation, solve, solve_ball, solve_for_map
 
 __all__ = [
     "MAP_NODES", "THICKEST", "ContactConditions", "ContactResult", "HeatBalance", "MoesFilm", "Scales", "SolverOptions",

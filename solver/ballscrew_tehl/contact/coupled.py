@@ -9,9 +9,8 @@ import numpy as np
 
 from .film import energy, reynolds
 from .film.reynolds import FLOOR_SHARE, HELD_ABOVE, NewtonHistory
-from .half_space.deflection import LineConvolution
-from .half_space.grid import TINY, Array
-from .half_space.walls import wall_operator
+from .grid import TINY, Array
+from .half_space import LineConvolution, wall_operator
 from .problem import ContactProblem, Iteration
 
 # Effects of the numbers below: tests/benchmarks/constant_effects.py. "16 contacts": of both kinematics, 5 to 98 N, 300
@@ -24,8 +23,7 @@ UNDAMPED_STEP, DAMPED_STEP = 0.85, 0.5
 LEAST_STEP = 0.05
 #: relative change above which Aitken's rule only shortens steps, and Newton steps are no less exact
 LARGE_CHANGE = 0.1
-#: growth of the share from one iteration to the next
-GROWTH = 1.5
+GROWTH = 1.5  # growth of the share from one iteration to the next
 #: damping ends at a relative change of LARGE_CHANGE/RETURN; when the change has grown by RETURN, it goes on from the
 #: state where it ended, and then ends at the share 1/RETURN of that bound
 RETURN = 5.0

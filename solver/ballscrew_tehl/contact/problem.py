@@ -10,9 +10,8 @@ from .film import flow as film_flow
 from .film import reynolds
 from .film.geometry import ReynoldsState, contact_geometry
 from .film.linear import Film, Linearisation, LineFactors
-from .film.oil import oil_table
 from .film.transport import HeatTransport
-from .half_space.grid import Array, GridChoice
+from .grid import Array, GridChoice
 
 #: materials of body 1 (raceway) and body 2 (ball)
 Solids = tuple[SolidParameters, SolidParameters]
@@ -59,7 +58,7 @@ class ContactProblem:
         self.geometry = contact_geometry(self.choice, conditions.R_x / conditions.R_y)
         #: size of the film [b^2/R_x]: the expected one, then that of the iteration
         self.film_scale = self.scales.film_estimate
-        self.table = oil_table(oil, conditions.temperature)
+        self.table = film_flow.oil_table(oil, conditions.temperature)
         self.speeds = film_flow.SurfaceSpeeds(float(conditions.u_1), float(conditions.u_2))
 
     def central_film(self, it: Iteration) -> float:

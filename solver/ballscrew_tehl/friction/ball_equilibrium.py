@@ -29,15 +29,12 @@ QUICK_STEPS, MAX_STEPS = 12, 400
 #: an iteration ends where a further step would lower the potential by less than this share of the power; that with a
 #: wider smoothing by less than the second
 CONVERGED_AT, CONVERGED_FIRST = 1e-10, 1e-4
-#: or where a shortened one would by this share: rounding
-ROUNDING = 1e-14
+ROUNDING = 1e-14  # or where a shortened one would by this share: rounding
 #: slope of the potential at the end of a step over that at its begin, up to which it may rise again; else the step is
 #: shortened by a factor between these
 MAX_REVERSAL, SHORTENING = 0.5, (0.05, 0.7)
-#: contacts at a time: what is known of their nodes stays within the cache
-BLOCK = 96
-#: relative addition to the diagonal of the system, which keeps it regular
-MIN_DAMPING = 1e-12
+BLOCK = 96  # contacts at a time: what is known of their nodes stays within the cache
+MIN_DAMPING = 1e-12  # relative addition to the diagonal of the system, which keeps it regular
 
 
 class BallMotion(NamedTuple):

@@ -17,7 +17,7 @@ Fitted: kappa, as the one number 2 mu_b Lambda kappa that multiplies Q u_e (net_
 
 Assumptions: only the load-carrying balls cost power, not those in the returns; balls touch each other, or smaller ones
 between them roll on both and cost nothing (spacer_balls); seals, grease churning and the returns are not modelled. The
-shear stress acts on the core of the pressure (contact.integrals.pressure_core) with the central film and the mean
+shear stress acts on the core of the pressure (contact.result.pressure_core) with the central film and the mean
 temperature of the film. The shear of the mean ball stands for all, with the power 4/3 of the load, and so does its oil
 supply: the loads of one nut differ by some percent. Oversize balls: a ball has one motion between all its flanks, and
 of its shear those of one nut count.

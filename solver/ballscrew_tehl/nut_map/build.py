@@ -16,8 +16,7 @@ from ..physics.kinematics import ROLLING_FRAME
 from ..physics.load import double_nut_loads, nut_loads, separation_load
 from ..runtime.bspline import fit, map_arrays
 from ..runtime.packed import FORCE_CURVES, MECHANISTIC, TORQUE_CURVES
-from .built import VISCOUS, BuiltMap, Progress
-from .grid import MapGrid, ball_range, largest_pressure, map_grid
+from .grid import VISCOUS, BuiltMap, MapGrid, Progress, ball_range, largest_pressure, map_grid
 
 #: every third temperature, at which the shear of balls on two flanks is summed; its mean changes by 1.6e-3 at most
 SPARSE = slice(1, None, 3)

@@ -1,8 +1,14 @@
-"""Errors of one map against direct per-ball solves, to check the certificate of the atlas."""
+"""Errors of one map against direct per-ball solves, to check the certificate of the atlas, and processes for them."""
 
 import math
+import multiprocessing
+import os
+import signal
+import threading
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from importlib import import_module
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,10 +19,9 @@ from ..physics.film import MIN_FILM, film_formula
 from ..physics.hertz import RACEWAYS
 from ..physics.load import nut_loads
 from ..runtime.evaluate import NutMap
-from .built import Progress
+from .grid import Progress
 
-#: what the progress of a certificate is called
-STAGE = "certificate: points solved"
+STAGE = "certificate: points solved"  # what the progress of a certificate is called
 #: regions of a certificate; those of the whole, and one beyond it
 PRELOAD_ALONE, AXIAL_LOAD, BELOW_SPEED = "preload alone", "axial load", "below the lowest speed"
 WHOLE = (PRELOAD_ALONE, AXIAL_LOAD)
@@ -24,14 +29,12 @@ WHOLE = (PRELOAD_ALONE, AXIAL_LOAD)
 SLOW, PER_SLOW_POINT = 0.5, 20
 #: points drawn for each one of a certificate and at least in each region, of which some have too thin a film
 SPARE, LEAST_DRAWN = 4, 32
-#: seed of the points of a certificate
-SEED = 1
+SEED = 1  # seed of the points of a certificate
 #: rise [K] below which an error is relative to this one: 5 % of it is half a kelvin
 LEAST_RISE = 10.0
 #: quantiles of a certificate by the ends of their keys
 QUANTILES = {0.5: "50", 0.99: "99", 0.999: "999"}
-#: how sure a claim is
-CONFIDENCE = 0.95
+CONFIDENCE = 0.95  # how sure a claim is
 
 
 #: preload [N], speed [rad/s], temperature [K], axial load [N]
@@ -49,19 +52,13 @@ class Deviation(NamedTuple):
 NOT_SOLVED = Deviation(math.nan, math.nan, math.nan)
 
 
-def points_of(count: int) -> int:
-    """Points that a certificate of so many solves: further ones below the lowest speed."""
-    return count + math.ceil(count / PER_SLOW_POINT)
-
-
 def region_points(nut_map: NutMap, parameters: Parameters, count: int) -> dict[str, np.ndarray]:
     """Operating points (n, 4) of a certificate by region: preload [N], speed [rad/s], temperature [K], axial load [N].
 
-    Half of count without axial load; half with one up to 1.5 times the preload either way, both nuts within the map;
-    and further ones without below the lowest speed of the map, down to SLOW of it. Films of balls under the preload
-    above MIN_FILM. Random, fewer points are the first ones of more.
+    Half of count without axial load; half with one up to 1.5 times the preload either way; further ones without, from
+    SLOW of the lowest speed on. Films under the preload above MIN_FILM. Fewer points are the first ones of more.
     """
-    sizes = count - count // 2, count // 2, points_of(count) - count
+    sizes = count - count // 2, count // 2, math.ceil(count / PER_SLOW_POINT)
     axes, points = nut_map.header["axes"], {}
     lowest, highest = max(axes["force"][0], axes["preload"][0]), min(axes["force"][1], axes["preload"][1])
     cold, hot = axes["temperature"][:2]
@@ -168,3 +165,47 @@ def error_totals(names: Sequence[str], errors: np.ndarray) -> dict[str, Any]:
                 result[f"{name}_error_{key}"] = float(np.quantile(known, share))
             result[f"{name}_error_max"] = float(known.max())
     return result
+
+
+def _leave_with_parent() -> None:
+    """Exit the worker when its parent process has died; Ctrl-C reaches the parent alone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        if (parent := multiprocessing.parent_process()) is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+@contextmanager
+def _interrupt_ignored() -> Iterator[None]:
+    """Ctrl-C without effect on this process and on those that it starts; of the main thread."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def worker_pool(workers: int | None) -> Iterator[Executor]:
+    """Processes, None: one per core; ChildProcessError if one of them has died."""
+    count = workers or os.cpu_count() or 1
+    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), _leave_with_parent)
+    try:
+        with _interrupt_ignored():
+            # all start here: Ctrl-C would kill them before _leave_with_parent, with a traceback. They import what
+            # they need while this process prepares the first contacts
+            for _ in range(count):
+                pool.submit(import_module, "ballscrew_tehl.refinement.direct")
+        yield pool
+    except BrokenExecutor as error:
+        raise ChildProcessError(
+            "a worker process has died, killed or out of memory: run the same command again"
+        ) from error
+    finally:
+        # a second Ctrl-C would leave the pool half shut down, and the command waiting for it without end
+        with _interrupt_ignored():
+            pool.shutdown(cancel_futures=True)

@@ -29,15 +29,13 @@ from ..runtime.packed import (
     sealed,
 )
 from ..whole_file import whole_file
-from .built import VISCOUS, BuiltMap, Progress
-from .grid import grid_of, screw_grid
+from .grid import VISCOUS, BuiltMap, Progress, grid_of, screw_grid
 from .interval import BAND, band, band_point
 
 FILE_FORMAT = 9
 #: the command that messages advise
 BUILD_MAP = "ballscrew map build --screw FILE.toml --output MAP.npz"
-#: name of the packaged map of the mechanistic set
-VG100 = "vg100"
+VG100 = "vg100"  # name of the packaged map of the mechanistic set
 #: arrays of a file beside those of VISCOUS and extreme_coefficients
 STORED = ("force_coefficients", "separation_coefficients", "sharing_coefficients")
 

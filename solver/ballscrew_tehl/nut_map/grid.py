@@ -1,7 +1,7 @@
-"""Range and nodes of a map, from what the screw and its oil allow."""
+"""Range and nodes of a map, from what the screw and its oil allow; a map before it is stored."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,6 +16,10 @@ from ..physics.load import largest_preload, nut_loads
 from ..physics.lubricant import eta0
 from ..physics.rating import ball_pressure
 
+#: called with (finished, total, what) while a map is built
+Progress = Callable[[int, int, str], None]
+#: arrays of a map that depend on the film model, whose name follows
+VISCOUS = "viscous_coefficients_"
 LOAD_MARGIN = 0.02  # beyond the ball loads at the ends of the map; at 0 rounding puts them outside
 #: largest Hertz pressure of a map [Pa]: half of the 4.2 GPa that define the static rating C0a (ISO 76, ISO 3408-5), so
 #: the axial force of one nut goes to an eighth of C0a, above any catalogue preload
@@ -25,21 +29,18 @@ PRESSURE_LIMIT = 2.1e9
 SPEED_FACTOR_LIMIT = 240.0 * RPM
 #: lowest over highest force of one nut, preload, speed
 FORCE_SPAN, PRELOAD_SPAN, SPEED_SPAN = 1e-3, 1e-2, 1.0 / 1200.0
-#: highest preload of a map over the largest_preload of oversize balls
-FREED = 0.9
+FREED = 0.9  # highest preload of a map over the largest_preload of oversize balls
 #: oil temperatures [K], and the viscosities at ambient pressure [Pa s] that narrow them
 COLDEST, HOTTEST = 10.0 + CELSIUS, 80.0 + CELSIUS
 THINNEST_OIL, THICKEST_OIL = 2e-3, 2.0
-#: least distance of the ends of the temperatures [K]
-MIN_SPAN = 10.0
+MIN_SPAN = 10.0  # least distance of the ends of the temperatures [K]
 #: force [N] between which the limit of pressure is sought
 MIN_FORCE, LARGEST_FORCE = 1.0, WIDEST_ENDS["preload"][1]
 #: viscosities at ambient pressure [Pa s] of any map: thinner oils do not thicken with pressure by the law of Roelands
 #: (ln eta0 > -9.67); largest pressure [Pa]: of the static rating
 WIDEST_VISCOSITY = 1e-4, 1e4
 MAX_PRESSURE = 2.0 * PRESSURE_LIMIT
-#: digits of the ends of a range
-DIGITS = 2
+DIGITS = 2  # digits of the ends of a range
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,15 @@ class MapGrid:
     temperature: tuple[float, float, int] = (283.15, 353.15, 21)
     preload: tuple[float, float, int] = (120.0, 12000.0, 13)
     share_nodes: int = 21
+
+
+@dataclass(frozen=True)
+class BuiltMap:
+    """A whole map before it is stored: header without friction defaults, spline arrays, parameters."""
+
+    header: dict[str, Any]
+    arrays: dict[str, Array]
+    parameters: Parameters
 
 
 def grid_of(axes: Mapping[str, Any]) -> MapGrid:

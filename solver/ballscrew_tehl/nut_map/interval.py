@@ -19,8 +19,7 @@ from ..runtime.bspline import fit as coefficients_of
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import POINT
 
-#: key of a header
-BAND = "mechanistic_interval"
+BAND = "mechanistic_interval"  # key of a header
 #: temperature [K] nearest to which the band of a map is stated; relative accuracy of the ends of a preload
 BAND_TEMPERATURE, PRELOAD_ACCURACY = 303.15, 1e-3
 #: nodes of interval_table: ends of the interval without axial load, two maps, 768 points: off by 0.15 % in the mean,
@@ -60,10 +59,7 @@ def _calibrated_within(axes: Mapping[str, Any], friction_set: FrictionSet) -> Fr
 
 
 def interval_table(parameters: Parameters, axes: Mapping[str, Any], friction_set: FrictionSet) -> Array:
-    """Interval without axial load as B-spline coefficients, for readers that solve no ball.
-
-    (force, speed, temperature, 2): ln of low and high end over the torque, on the axes of the map with TABLE_NODES
-    """
+    """B-splines (force, speed, temperature, 2) on TABLE_NODES: ln of both ends over the torque, without axial load."""
     (light, heavy), (slow, fast), (cold, hot) = (axes[name][:2] for name in ("force", "speed", "temperature"))
     forces, speeds = np.geomspace(light, heavy, TABLE_NODES[0]), np.geomspace(slow, fast, TABLE_NODES[1])
     temperatures = np.linspace(cold, hot, TABLE_NODES[2])
@@ -79,10 +75,7 @@ def relative_intervals(
     speeds: Array,
     temperatures: Array,
 ) -> Array:
-    """Low and high end of the interval over the torque (p, s, t, 2) without axial load, on a grid within a map.
-
-    preloads (p,) [N] > 0, speeds (s,) [rad/s], temperatures (t,) [K]
-    """
+    """Ends of the interval over the torque (p, s, t, 2) without axial load, on a grid [N, rad/s, K] within a map."""
     contacts, friction_set = BallContacts(parameters), _calibrated_within(axes, friction_set)
     return np.stack(
         interval_ends(parameters, preloads, contacts, speeds, temperatures, friction_set), axis=-1
@@ -90,15 +83,12 @@ def relative_intervals(
 
 
 class PreloadInterval(NamedTuple):
-    """Preloads [N] whose intervals of the torque end at a measured torque.
-
-    meaning : of the interval of the torque at the preload itself;  at_edge : ends that the map cuts off
-    """
+    """Preloads [N] whose intervals of the torque end at a measured torque."""
 
     low: float
     high: float
-    meaning: str
-    at_edge: tuple[str, ...]
+    meaning: str  # of the interval of the torque at the preload itself
+    at_edge: tuple[str, ...]  # ends that the map cuts off
 
 
 def preload_interval(
@@ -110,11 +100,7 @@ def preload_interval(
     speed: float,
     temperature: float,
 ) -> PreloadInterval:
-    """Interval of the preload [N] found behind a measured torque [N.m] >= 0.
-
-    low, whose interval of the torque has the measured one as its high end, and high, as its low end; where the map does
-    not reach so far, its end
-    """
+    """Preloads [N] at which a measured torque [N.m] >= 0 is the high and low end of its interval, within the map."""
     axes, at = nut_map.header["axes"], (speed, temperature)
     lowest, highest = axes["preload"][0], min(axes["force"][1], axes["preload"][1])
 

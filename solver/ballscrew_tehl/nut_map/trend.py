@@ -15,8 +15,7 @@ from ..parameters.file import FOUR_POINT, Parameters
 from ..physics.film import MIN_FILM, THICKEST_FILM
 from ..runtime.evaluate import NutMap
 
-#: film ratio above which a film counts as thick
-THICK = 3.0
+THICK = 3.0  # film ratio above which a film counts as thick
 #: steps of the differences, temperature [K] and ln speed, and smallest relative change that counts
 STEP_K, STEP_LN, MIN_CHANGE = 1.0, 0.02, 1e-4
 #: force of the relieved over that of the loaded set of flanks below which oversize balls begin to slip on it
@@ -47,10 +46,7 @@ class Trend(NamedTuple):
 def unphysical_trend(
     nut_map: NutMap, preload: Any, speed: Any, temperature: Any, axial_load: Any = 0.0
 ) -> Trend:
-    """Trends at operating points, arguments of NutMap.evaluate, as booleans or arrays of them.
-
-    False everywhere below the lowest speed of the map and outside the map
-    """
+    """Trends at operating points, arguments of NutMap.evaluate; False outside the map and below its lowest speed."""
     point = preload, speed, temperature, axial_load
     preload, speed, temperature, axial_load = (np.asarray(a, dtype=float) for a in point)
     speed = np.abs(speed)
@@ -77,12 +73,9 @@ def unphysical_trend(
 def unlike_flanks(parameters: Parameters, preload: float, axial_load: float, torque: float) -> str:
     """One line if an axial load nearly frees oversize balls of two flanks, which a map follows in closed form; else "".
 
-    Between held by all four flanks and free on two, the ball slips on the relieved ones (runtime.nut_law.freed_shear).
-    torque : [N m] with the motion of the ball between unlike flanks
-
-    Source       ten example screws over the range of their maps, contacts in closed form: torque of the map off by
-                 0.2 % from MIN_FORCE_RATIO on (2.6 % at most), below by 2 % in the mean, 9 % for 95 % of the points and
-                 21 % at most; free of two flanks by 0.5 % (2.2 % at most)
+    The ball then slips on the relieved ones (runtime.nut_law.freed_shear). torque : [N m] by its motion. Ten example
+    screws over their maps: the map is off by 0.2 % from MIN_FORCE_RATIO on (2.6 % at most), below by 2 % in the mean,
+    9 % for 95 % of the points and 21 % at most; free of two flanks by 0.5 % (2.2 % at most)
     """
     if parameters.screw.preload_kind != FOUR_POINT or not preload > 0.0 or axial_load == 0.0:
         return ""

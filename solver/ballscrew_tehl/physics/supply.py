@@ -34,7 +34,7 @@ def missing_loss(length: float, u_e: Any, eta0: Any, film: Any, b: Any, R_x: Any
     """Loss [W] of the oil that a flooded contact has between R_x and the supply length [b] before it, without heat.
 
     Source       derived: with the pressure p = c |x|/h^2 of a wide inlet, c = 12 eta0 u_e/(3 + 2 R_x/R_y)
-                 (contact.integrals.resistance_beyond), u_e int h dp/dx dA over X < -x < R_x, |y| < R_x. Gap h:
+                 (contact.result.resistance_beyond), u_e int h dp/dx dA over X < -x < R_x, |y| < R_x. Gap h:
                  parabolas above the flattened bodies at X
     """
     (t, along), (s, across) = ALONG, ACROSS

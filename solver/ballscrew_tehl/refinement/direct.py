@@ -25,8 +25,7 @@ from ..physics.kinematics import ROLLING_FRAME
 from ..physics.load import EQUAL_LOADS, load_nodes, nut_loads
 from ..runtime.packed import MECHANISTIC
 
-#: nodes per unit of ln(load) of a nut, each of which is a solve
-NODES_PER_LN = 4.0
+NODES_PER_LN = 4.0  # nodes per unit of ln(load) of a nut, each of which is a solve
 
 
 def rolling_parameters(parameters: Parameters) -> Parameters:
@@ -48,10 +47,7 @@ def contact_quantities(found: ContactResult) -> dict[str, float]:
 def solved_contact(
     parameters: Parameters, raceway: str, load: float, speed: float, temperature: float
 ) -> dict[str, float]:
-    """QUANTITIES of a ball by a thermal solve, or by the closed forms where these give a film above THICKEST of R_x.
-
-    Hot films are thicker than the closed form: one whose oil ends before it loses anything has that of the closed form.
-    """
+    """QUANTITIES of a ball by a thermal solve, or by the closed forms where these give a film above THICKEST of R_x."""
     if parameters.friction.kinematics != ROLLING_FRAME:
         return contact_quantities(solve_ball(parameters, raceway, load, speed, temperature, thermal=True))
     contact = rolling_contacts(parameters, raceway, np.array([load]), speed, temperature)
@@ -60,17 +56,13 @@ def solved_contact(
     if closed["central_film"] > THICKEST * float(contact.R_x[0]):
         return closed
     values = contact_quantities(solve_ball(parameters, raceway, load, speed, temperature, thermal=True))
-    if math.isnan(values["rolling_loss"]):
+    if math.isnan(values["rolling_loss"]):  # hot films are thicker than the closed form
         values["rolling_loss"] = closed["rolling_loss"]
     return values
 
 
 class DirectFilm:
-    """Film model that solves the contacts at each call: thermal ("solved_thermal") or isothermal ("solved").
-
-    The loads of the balls of a nut form a narrow range; the film is solved at Chebyshev nodes of ln(load) over it and
-    interpolated by the polynomial through them, more nodes where the range is wide. Solutions are cached.
-    """
+    """Film model "solved_thermal" or "solved": contacts solved at Chebyshev nodes over ln(load) of a nut, cached."""
 
     def __init__(self, parameters: Parameters, thermal: bool) -> None:
         self.name = "solved_thermal" if thermal else "solved"
@@ -128,12 +120,11 @@ def solved_nut(
     temperature: float,
     slope: float,
 ) -> Array:
-    """Solve the mean ball of one raceway of a nut and sum over the balls.
+    """Solve the mean ball of one raceway of a nut, sum over the balls by a film with this exponent of load.
 
-    film : film model of the friction;  slope : exponent of load from the film of the mean ball to that of the others
+    film : film model of the friction
     Returns (5,): viscous torque at viscosity ratio 1 and full viscous share, mechanistic: rolling torque [N m];
-    effective film for that share at a roughness height, mechanistic: of the mean ball [m]; thermal minimum and central
-    film [m] and rise [K] of the mean ball
+    effective film for that share, mechanistic: of the mean ball [m]; its thermal minimum, central film [m], rise [K]
     """
     loads = ball_loads(parameters.screw, force, film == MECHANISTIC)
     load = mean_load(loads)
@@ -183,10 +174,9 @@ class DirectState(NamedTuple):
 
 @dataclass
 class MeanBallContacts:
-    """Contacts of the mechanistic law from those of mean balls (mechanistic.ContactValues).
+    """ContactValues of the mechanistic law from mean balls, of several the nearest one, other losses by closed form.
 
-    solved : by raceway, loads [N] with QUANTITIES of their contacts; of several the one nearest to the mean load.
-    The rolling loss of the others by its closed form; the law takes nothing else of them.
+    solved : by raceway, loads [N] with QUANTITIES of their contacts
     """
 
     parameters: Parameters
@@ -241,13 +231,12 @@ def mean_ball_state(
     axial_load: float = 0.0,
     films: Parameters | None = None,
 ) -> DirectState:
-    """Torque and extremes from one ball per raceway and nut, the mean one.
+    """Torque and extremes from the mean ball per raceway and nut, which gives the friction of all (see mean_load).
 
-    It gives the friction of all (see mean_load). The film of the others by the closed formula, which leaves an error of
-    second order in the torque; the rise is that of the mean ball, below the load of the heaviest by 3 to 13 %. Where
-    that was solved as well, films differed by 0.05 % in the mean and 0.25 % at most, rises by 0.9 and 13 %, as much as
-    the solves themselves scatter: two screws, 30 points each, whose certificates stated film errors of 0.15 and 0.10 %
-    by it, 0.14 and 0.12 % without. films: of the balls whose films and rise are shown; None = the parameters
+    Films of the others by the closed formula: an error of second order in the torque. Where the heaviest was solved as
+    well, its load 3 to 13 % higher, films differed by 0.05 % in the mean and 0.25 % at most, rises by 0.9 and 13 %, as
+    much as solves scatter: two screws, 30 points each.
+    films: of the balls whose films and rise are shown; None = the parameters
     """
     screw, at = parameters.screw, (speed, temperature)
     mechanistic, thermal = friction_set.film_model == MECHANISTIC, friction_set.film_model != "solved"

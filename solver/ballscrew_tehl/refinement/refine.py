@@ -50,19 +50,15 @@ EXPECTED, MIN_EXPECTED = 0.02, 1e-4
 SURE = 2.0
 #: change of ln(force) over which the slopes of the map are taken: a small part of a cell
 SLOPE_STEP = 0.1
-#: evaluations of a point at most: two nuts with two raceways
-MAX_SOLVES = 4
+MAX_SOLVES = 4  # evaluations of a point at most: two nuts with two raceways
 #: scatter of solved films between neighbouring points, relative, and its correlation length [cells]: grids change in
 #: steps. Without it contacts are solved again and again where neighbours scatter
 SCATTER, SCATTER_LENGTH = 1.5e-3, 0.05
-#: keeps the matrix of points that nearly coincide invertible
-JITTER = 1e-9
+JITTER = 1e-9  # keeps the matrix of points that nearly coincide invertible
 #: distance [cells] from a contact without a solution within which none is tried again
 UNSOLVABLE_RADIUS = 0.1
-#: correlation with a point above which a look-up counts as its use
-USED_ABOVE = 0.5
-#: iterations between the deviation and the share of scatter in it
-DEVIATION_STEPS = 4
+USED_ABOVE = 0.5  # correlation with a point above which a look-up counts as its use
+DEVIATION_STEPS = 4  # iterations between the deviation and the share of scatter in it
 
 
 class Known(NamedTuple):
@@ -135,13 +131,9 @@ class CorrectionStore:
 
     def state(self) -> dict[str, Any]:
         """Content for JSON."""
-        arrays = {
-            "points": self._points,
-            "values": self._values,
-            "used": self._used,
-            "unsolvable": self._unsolvable,
-        }
-        return {"clock": self._clock} | {name: array.tolist() for name, array in arrays.items()}
+        arrays = self._points, self._values, self._used, self._unsolvable
+        names = "points", "values", "used", "unsolvable"
+        return {"clock": self._clock} | {n: array.tolist() for n, array in zip(names, arrays, strict=True)}
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Content from state()."""
@@ -193,12 +185,11 @@ class Refinement:
     tolerance : relative error of the friction torque, > 0;  report : called with every Solve, None = logging, a failure
     as a warning;  solves : the last of them
 
-    Valid within the axes of the map. Beyond them, where values are clamped, known corrections apply and nothing is
-    solved; below the lowest speed and force the correction is that of the end of the axis. Torque follows direct
-    per-ball solves within the tolerance (in 95 of 100 cases, the rest up to three times as much); films and temperature
-    rise are corrected as for the mean ball, without a bound, but not those that are shown of another kinematics. Share
-    of force between the nuts, hysteresis and sliding torque stay those of the map; of the mechanistic law only the
-    rolling part, which is nearly all that follows the film, is corrected
+    Nothing is solved beyond the axes of the map, where known corrections apply; below the lowest speed and force the
+    correction is that of the end of the axis. Torque follows direct per-ball solves within the tolerance (in 95 of 100
+    cases, the rest up to three times as much); films and rise are corrected as for the mean ball, without a bound, but
+    not those that are shown of another kinematics. Forces of the nuts, hysteresis and sliding torque stay those of the
+    map; of the mechanistic law the rolling part alone, nearly all that follows the film, is corrected
     """
 
     def __init__(

@@ -18,8 +18,7 @@ from ..parameters.units import CELSIUS, RPM
 from ..physics.ball_law import Array
 from .data import CATALOGUE_SPEED, Lines, ReportData
 
-#: width [in], height [in]
-SIZE = (4.2, 4.2)
+SIZE = (4.2, 4.2)  # [in]
 #: letters of 9 pt are 8 pt on a phone of 390 px; the same figure gives the same bytes
 STYLE: Any = {
     "font.size": 9.0, "axes.titlesize": 9.0, "legend.fontsize": 9.0, "legend.title_fontsize": 9.0,
@@ -27,8 +26,7 @@ STYLE: Any = {
 }  # fmt: skip
 #: colour maps of preloads and of temperatures, and colours of the parts of the torque (Okabe & Ito): colour-blind safe
 PRELOADS, TEMPERATURES, PARTS = "cividis", "plasma", ("#D55E00", "#009E73", "#0072B2")
-#: film ratios between which asperities carry a part of the load
-MIXED = (1.0, THICK)
+MIXED = (1.0, THICK)  # film ratios between which asperities carry a part of the load
 
 
 def drawn(draw: Callable[..., None]) -> Callable[[ReportData], str]:

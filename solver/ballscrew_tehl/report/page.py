@@ -1,4 +1,4 @@
-"""Elements of the pages from templates/page.html, escaped unless they are Html, and the whole page."""
+"""Elements of the pages from templates/page.html, escaped unless they are Html, the whole page, and that of a screw."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -6,7 +6,9 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup as Html
 
+from .._version import __version__
 from ..nut_map.certificate import claim
+from .data import ReportData
 
 #: errors of a certificate by name, and their mean and quantiles by the ends of their keys, with their headings
 ERRORS = {"torque": "friction torque", "film": "central film", "temperature_rise": "temperature rise"}
@@ -66,3 +68,22 @@ def certificate_table(certificate: Mapping[str, Any]) -> Html:
         caption += f"; {certificate['points_not_solved']} more were not solved"
     caption += f". {claim(certificate['points'])}"
     return table("certificate", caption, ["", *COLUMNS.values()], rows)
+
+
+def report_page(data: ReportData, live: Html | None = None) -> str:
+    """The report on one screw; live: fragment that computes the torque in the browser, shown first."""
+    from . import figures
+    from . import report_tables as tables
+
+    certificate = certificate_table(data.nut_map.header["certificate"])
+    sections = [] if live is None else [("live", "Live", section("live", "Torque of this screw, live", live))]
+    for name, link, title, content in (
+        ("screw", "Screw", "The screw and its oil", MACROS.screw(data, tables)),
+        ("torque", "Torque", "Torque over speed, temperature and preload", MACROS.torque(data, tables, figures)),
+        ("film", "Film", "Film thickness and lambda", MACROS.film(data, tables, figures)),
+        ("limits", "Limits", "What is not included, range and accuracy", MACROS.limits(data, tables, certificate)),
+    ):  # fmt: skip
+        sections.append((name, link, section(name, title, content)))
+    title = f"Friction of the ball screw {data.parameters.name}"
+    footer = Html("<span>ballscrew_tehl {}</span>").format(__version__)
+    return page(title, [MACROS.intro(data, tables)], sections, footer)

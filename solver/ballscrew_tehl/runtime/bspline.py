@@ -1,8 +1,7 @@
 """Uniform cubic B-splines through values on a uniform grid: axes, weights of a point, fit.
 
 n nodes take n + 2 coefficients; the spline is exact for cubic polynomials (not-a-knot ends).
-Source: C. de Boor, A Practical Guide to Splines, rev. ed. 2001, chapters IX and XIII (cardinal B-splines,
-not-a-knot).
+Source: C. de Boor, A Practical Guide to Splines, rev. ed. 2001, chapters IX, XIII (cardinal B-splines, not-a-knot).
 """
 
 import math
@@ -75,7 +74,7 @@ def fit(values: NDArray[np.float64], axes: Sequence[int]) -> NDArray[np.float64]
     coefficients = np.asarray(values, dtype=np.float64)
     if not np.isfinite(coefficients).all():
         raise ValueError(
-            "spline through values that are not finite; every node needs a finite value, a logarithm one > 0"
+            "spline through values that are not finite; every node needs one, a logarithm one > 0"
         )
     for axis in axes:
         nodes = coefficients.shape[axis]
@@ -107,10 +106,9 @@ def map_arrays(
 ) -> dict[str, NDArray[np.float64]]:
     """Coefficient arrays of a nut map from physical values at its nodes; ValueError: one that must be > 0 is not.
 
-    values : (n_force, n_speed, n_temperature, 10), > 0, columns: packed.SURFACES of its law
-    force_values : (n_force, 5), > 0, columns: packed.FORCE_CURVES
-    separation_ratio : (n_preload, 2), > 0: separation load over preload, axial load > 0 and < 0
-    relieved_share : (n_preload, n_share, 2): (force of relieved nut over preload)^(2/3), 1 .. 0
+    values (force, speed, temperature, 10): packed.SURFACES; force_values (force, 5): packed.FORCE_CURVES;
+    separation_ratio (preload, 2): separation load over preload, axial load > 0 and < 0, all > 0
+    relieved_share (preload, share, 2): (force of relieved nut over preload)^(2/3), 1 to 0
     """
     with np.errstate(divide="ignore", invalid="ignore"):  # fit refuses the logarithm of what is not positive
         return {

@@ -21,9 +21,7 @@ ELEMENTS = 6  # elasto-slip; a loop loses energy as amplitude^2.81 to 2.94, with
 STIFFNESS_RATIO = 4.0  # of stiffness held and that of the loads; beyond it the elements follow the loads
 # model exchange
 LEVEL_MARGIN = 0.05  # of a state above a level that falls while the element sticks: then an event
-FOLLOW_TIME = (
-    2e-3  # [s] least, in which a sliding element follows its level: explicit steps of 1 ms are stable
-)
+FOLLOW_TIME = 2e-3  # [s] at least, of a sliding element to its level: explicit steps of 1 ms are stable
 DAMPING_TIME = 4e-3  # [s] damping over stiffness by default; explicit coupling needs steps below it
 AXIS_DAMPING_TIME = 1e-3  # [s] the same of BallScrewAxis, stable without: assumed, brings it to rest
 LEAST_STIFFNESS = 1e-6  # [N.m/rad] of the elements; a smaller one that is set counts as 0, from the screw

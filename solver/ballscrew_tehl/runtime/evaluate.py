@@ -163,10 +163,7 @@ class NutMap:
         clamped: Sequence[str] = (),
         correction: Correction | None = None,
     ) -> DoubleNutState:
-        """State of both nuts at given forces, relieved <= loaded <= end of the axis [N], checked by the caller.
-
-        clamped : names of all inputs beyond the map
-        """
+        """State at forces relieved <= loaded <= end of the axis [N], checked; clamped: inputs beyond the map."""
         j, k, weights, s = self.placed(speed, temperature)
         block, nuts = self.blocks[j : j + 4, k : k + 4], []
         for force in (relieved,) if loaded == relieved else (relieved, loaded):
@@ -186,24 +183,21 @@ class NutMap:
         return double_nut(nuts[0], nuts[-1], roughness, not clamped, tuple(clamped), FLOATS)
 
     def placed(self, speed: float, temperature: float) -> tuple[int, int, Array, float]:
-        """Cells of a speed, sign free, and temperature; weights of their 16 neighbours; speed over the lowest, up to 1.
-
-        Below the lowest speed a second row has the weights of the slope over ln speed.
-        """
+        """Cells of a speed, sign free, and temperature; weights of 16 neighbours; speed over the lowest, up to 1."""
         axis, speed = self.speed, abs(speed)
         (j, tj), (k, tk) = axis.place(speed), self.temperature.place(temperature)
         w_k = cubic_weights(tk)
         rows = [[a * b for a in cubic_weights(tj) for b in w_k]]
         s = speed / axis.lo if speed < axis.lo else 1.0
-        if s < 1.0:
+        if s < 1.0:  # weights of the slope over ln speed
             rows.append([axis.scale * a * b for a in cubic_slopes(tj) for b in w_k])
         return j, k, np.array(rows), s
 
     def presliding_stiffness(self, preload: float, axial_load: float, net: float, breakaway: float) -> float:
         """Sum over both nuts of Coulomb torque at standstill over presliding_angle [N.m/rad of the screw].
 
-        It depends on the loads [N] alone, so that no energy arises while speed or temperature change: by the
-        mechanistic law the shear of the raceway contacts is left out (3 to 9 % of the Coulomb torque of the GD4008-3).
+        Of the loads [N] alone, so that no energy arises while speed or temperature change: by the mechanistic law
+        without the shear of the raceway contacts (3 to 9 % of the Coulomb torque of the GD4008-3).
         """
         relieved, loaded = self._forces_point(preload, axial_load)
         return self.stiffness_at_forces(relieved, min(loaded, self.force.hi), net, breakaway)
@@ -226,10 +220,7 @@ class NutMap:
         return total
 
     def range_margin(self, preload: float, speed: float, temperature: float, axial_load: float) -> float:
-        """Least distance from the limits of preload, speed, temperature and force of the loaded nut.
-
-        Each as a share of the length of its axis, negative outside; arguments checked as for evaluate_point.
-        """
+        """Least distance from the limits of preload, speed, temperature, loaded force over their axes, < 0 outside."""
         highest, hottest, fastest = self.force.hi, self.temperature.hi, self.speed.hi
         margin = min(
             min(preload - self.preload.lo, highest - preload) / (highest - self.preload.lo),
@@ -250,10 +241,7 @@ class NutMap:
         return float(relieved), float(loaded)
 
     def forces_over(self, preload: Any, load: Any, side: Any, ops: Ops) -> tuple[Any, Any]:
-        """Forces of the relieved and of the loaded nut [N] at a preload > 0 and a magnitude of the axial load [N].
-
-        side : 0 where the axial load is > 0, else 1
-        """
+        """Forces of relieved and loaded nut [N] at a preload > 0 and a load >= 0; side: 0 of a positive axial load."""
         separation, sharing = self.load_arrays if ops is ARRAYS else self.load_lists
         (p, t), shares = ops.place(self.preload, preload), self.share.last + 4
         w_p = cubic_weights(t)

@@ -44,10 +44,7 @@ class MonitorStep(NamedTuple):
 def monitor_step(
     nut_map: NutMap, inputs: MonitorInputs, parameters: MonitorParameters, held: float | None
 ) -> MonitorStep:
-    """Preload, its interval and sensitivity, film over roughness height, and whether they are in range.
-
-    held : preload of the last step that was in range [N], None before the first. All are finite: the caller checks.
-    """
+    """Outputs from finite inputs; held: preload of the last step that was in range [N], None before the first."""
     given, speed, slowest = parameters, inputs.speed, parameters.speed_min
     friction = FrictionParameters(*(getattr(given, name) for name in DEFAULTS))
     point, highest = (inputs.temperature, inputs.axial_load, friction), nut_map.force.hi

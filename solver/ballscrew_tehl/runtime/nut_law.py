@@ -1,7 +1,7 @@
-"""Laws of the double nut, written once for floats, arrays and numbers with a derivative (dual.py).
+"""Laws of the double nut, written once for floats, arrays and numbers with a derivative (preload.py).
 
-Every function takes its operations as `ops`: FLOATS, ARRAYS or dual.DUALS. Two friction laws differ in the torques of a
-nut only: film_shear, the law of the fitted sets, and mechanistic, the power balance of rolling loss, shear and
+Every function takes its operations as `ops`: FLOATS, ARRAYS or preload.DUALS. Two friction laws differ in the torques
+of a nut only: film_shear, the law of the fitted sets, and mechanistic, the power balance of rolling loss, shear and
 ball-on-ball friction. Both may rise towards breakaway at standstill (coulomb_rise).
 
 Assumptions: below the force axis the power laws of Hertz continue from its end, below the speed axis the standstill
@@ -98,14 +98,11 @@ def nut_torques(
     friction: FrictionParameters,
     ops: Ops,
 ) -> NutTorques:
-    """Torques of one nut by a friction law.
+    """Torques of one nut from logarithms, columns packed.SURFACES and FORCE_CURVES, at least those of torque.
 
     Of the mechanistic law the viscous part is the rolling loss, the sliding part the shear of the raceway contacts and
     the friction of balls on each other; its surfaces hold the asperities, so that the roughness height has no effect.
-
-    surfaces, curves : logarithms, columns as packed.SURFACES and FORCE_CURVES, at least those of torque
-    slopes : of the surfaces over ln speed, None: s is 1 everywhere
-    f, s : force and speed over the low ends of their axes, at most 1
+    slopes: of the surfaces over ln speed, None: s is 1; f, s: force and speed over the low ends of their axes, up to 1.
     """
     exp, third, viscous = ops.exp, f ** (1.0 / 3.0), 0.0
     hysteresis, sliding, free = curves[:TORQUE_CURVES]
@@ -136,10 +133,9 @@ def nut_torques(
 def freed_shear(relieved: NutTorques, loaded: NutTorques, ops: Ops) -> Any:
     """Sliding torque [N.m] by which oversize balls lose less than two sets of flanks alone; 0 without such balls, <= 0.
 
-    Held by all four flanks, a ball costs the shear of both sets. Where the relieved set cannot hold it, it rolls on the
-    loaded diagonal and slides on the other. It takes the motion that costs less. Against the solved equilibrium of
-    balls of ten screws over load, speed and temperature: 0.9 % of the torque in the mean; 9 % for 95 % of the points
-    where the relieved set has 2 to 5 % of the other's force.
+    Held by all four flanks, a ball costs the shear of both sets; where the relieved set cannot hold it, it rolls on the
+    loaded diagonal and slides on the other: the motion that costs less. Against the equilibrium solved for ten screws:
+    0.9 % of the torque in the mean, 9 % for 95 % of points where the relieved set has 2 to 5 % of the other's force.
     """
     held = relieved.shear + loaded.shear
     free = loaded.free * loaded.shear + FREE_PUSH * relieved.push
@@ -150,10 +146,7 @@ def freed_shear(relieved: NutTorques, loaded: NutTorques, ops: Ops) -> Any:
 
 
 def _slow_share(slope: Any, s: Any, ops: Ops) -> Any:
-    """Torque below the slowest node over that there: odd in speed, linear at rest, monotone.
-
-    slope : exponent of speed at the node, continued below SPEED_EXPONENT_MAX;  s : speed over that of the node
-    """
+    """Torque below the slowest node over that there, odd, monotone; slope: exponent of speed, s: speed over it."""
     c = 0.5 * (ops.least(ops.most(slope, 0.0), SPEED_EXPONENT_MAX) - 1.0)
     return s * (1.0 - c + c * s * s)
 
@@ -161,13 +154,10 @@ def _slow_share(slope: Any, s: Any, ops: Ops) -> Any:
 def coulomb_rise(s: Any, factor: Any, slope: Any, breakaway: Any, ops: Ops) -> Any:
     """Coulomb part below the slowest node over that there: even in speed, rises monotonically to standstill.
 
-    A film thins with a power of the speed and asperities take over slowly: from the slowest node on the part follows
-    its own slope, and reaches breakaway at standstill only. 1 at s = 1, breakaway/factor at standstill; the slope at
-    s = 1 is that of the factor, between LEAST_HALF and BREAKAWAY_EXPONENT_MAX times the rise, downwards.
-
-    s : speed over that of the node, at most 1
-    factor, slope : Coulomb part at the node over that in a full film, >= 1, and of its logarithm over ln speed there
-    breakaway : the factor at standstill; at or below that of the node nothing rises
+    1 at s = 1, with the slope of the factor, from LEAST_HALF to BREAKAWAY_EXPONENT_MAX times the rise, downwards;
+    breakaway/factor at standstill: asperities take over slowly. s: speed over that of the node, at most 1; factor,
+    slope: Coulomb part at the node over that in a full film, >= 1, and of its logarithm over ln speed; breakaway: the
+    factor at standstill, at or below that of the node nothing rises.
     """
     rise = ops.most(ops.most(breakaway, 1.0) / factor - 1.0, 0.0)
     q = ops.least(ops.most(0.0 - slope / ops.most(rise, LEAST_RISE), 0.0), BREAKAWAY_EXPONENT_MAX)

@@ -1,6 +1,6 @@
 """Preload of the double nut from a measured friction torque: the nut map followed over the preload.
 
-Twin: native/models/monitor/search.c. The search uses the derivative of the map, by numbers that carry it (dual.py), and
+Twin: native/models/monitor/search.c. The search uses the derivative of the map, by numbers that carry it (Dual), and
 needs a few evaluations; friction.torque.preload_from_torque brackets any model.
 
 Torque rises with the preload while both nuts are loaded. Where an axial load unloads one nut, the torque is that of
@@ -8,9 +8,9 @@ the other nut and does not depend on the preload: such a point is not in range.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from ballscrew_tehl.runtime.bspline import Weights, cubic_slopes, cubic_weights, weighted
+from ballscrew_tehl.runtime.bspline import Axis, Weights, cubic_slopes, cubic_weights, weighted
 from ballscrew_tehl.runtime.constants import (
     ACCURACY,
     JUMP,
@@ -20,11 +20,79 @@ from ballscrew_tehl.runtime.constants import (
     ROUNDING,
     SEPARATION_STEPS,
 )
-from ballscrew_tehl.runtime.dual import DUALS, Dual
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.nut_law import NutTorques, freed_shear, nut_torques
+from ballscrew_tehl.runtime.nut_law import NutTorques, Ops, freed_shear, nut_torques
 from ballscrew_tehl.runtime.packed import TORQUE_CURVES, TORQUE_SURFACES, FrictionParameters
 from ballscrew_tehl.runtime.standstill import regularised_sign
+
+
+class Dual:
+    """Value and derivative over one variable; the other operand may be a float."""
+
+    __slots__ = ("slope", "value")
+
+    def __init__(self, value: float, slope: float) -> None:
+        self.value = value
+        self.slope = slope
+
+    def __add__(self, other: Any) -> "Dual":
+        if other.__class__ is Dual:
+            return Dual(self.value + other.value, self.slope + other.slope)
+        return Dual(self.value + other, self.slope)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> "Dual":
+        if other.__class__ is Dual:
+            return Dual(self.value - other.value, self.slope - other.slope)
+        return Dual(self.value - other, self.slope)
+
+    def __rsub__(self, other: float) -> "Dual":
+        return Dual(other - self.value, -self.slope)
+
+    def __mul__(self, other: Any) -> "Dual":
+        if other.__class__ is Dual:
+            return Dual(self.value * other.value, self.slope * other.value + self.value * other.slope)
+        return Dual(self.value * other, self.slope * other)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> "Dual":
+        if other.__class__ is Dual:
+            ratio = self.value / other.value
+            return Dual(ratio, (self.slope - ratio * other.slope) / other.value)
+        return Dual(self.value / other, self.slope / other)
+
+    def __rtruediv__(self, other: float) -> "Dual":
+        ratio = other / self.value
+        return Dual(ratio, -ratio * self.slope / self.value)
+
+    def __pow__(self, exponent: float) -> "Dual":
+        """value >= 0 or a whole exponent; at 0 the derivative counts as 0."""
+        power = self.value**exponent
+        return Dual(power, exponent * power / self.value * self.slope if self.value else 0.0)
+
+    def __lt__(self, other: Any) -> bool:
+        return bool(self.value < (other.value if other.__class__ is Dual else other))
+
+    def __gt__(self, other: Any) -> bool:
+        return bool(self.value > (other.value if other.__class__ is Dual else other))
+
+
+def _exp(x: Dual) -> Dual:
+    value = math.exp(x.value)
+    return Dual(value, value * x.slope)
+
+
+def _place(axis: Axis, x: Dual) -> tuple[int, Dual]:
+    """Cell of a value on an axis and position in it, constant beyond the axis."""
+    cell, t = axis.place(x.value)
+    if not axis.lo < x.value < axis.hi:
+        return cell, Dual(t, 0.0)
+    return cell, Dual(t, axis.scale * (x.slope / x.value if axis.logarithmic else x.slope))
+
+
+DUALS = Ops(_exp, min, max, lambda condition, yes, no: yes if condition else Dual(no, 0.0), _place)
 
 
 class TorqueOverPreload(NamedTuple):
@@ -134,10 +202,9 @@ def estimate_preload(
 ) -> PreloadEstimate:
     """Preload at which the map gives a torque [N.m], positive against a positive speed, while the screw turns.
 
-    Clamped and flagged: a torque along the motion gives 0, a torque at or below that of an unloaded nut the preload at
-    which it is unloaded, a torque above that at the end of the map the end of the map. Below the preload axis the power
-    laws of the map are used, flagged. All arguments are finite, the speed not 0: the caller has checked them. By
-    Newton's method for ln(torque) over ln(preload), safeguarded by bisection.
+    Newton's method for ln(torque) over ln(preload), safeguarded by bisection; all finite, the speed not 0. Clamped and
+    flagged: a torque along the motion gives 0, one at or below that of an unloaded nut the preload at which it is
+    unloaded, one beyond the map its end; below the preload axis the power laws of the map hold.
     """
     axis, clamped = nut_map.force, nut_map.outside(speed, temperature)
     model = OverPreload(nut_map, speed, temperature, axial_load, friction, regularization_speed)

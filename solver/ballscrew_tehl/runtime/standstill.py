@@ -1,4 +1,5 @@
-"""Friction at and near standstill: a regularised sign, or elasto-slip elements in parallel (presliding).
+"""Friction at and near standstill: a regularised sign, or elasto-slip elements in parallel (presliding); one step of
+BallScrewFriction with it.
 
 Rolling contacts remember the reversals of their motion (nonlocal memory). ELEMENTS springs, each with a slider in
 series, have this memory: all have the same stiffness K/ELEMENTS, and the yield travels are spread evenly,
@@ -13,17 +14,18 @@ stiffness would supply energy. It does so where no element holds a load or all s
 STIFFNESS_RATIO times as high or as low. It stays meanwhile: if it followed a preload that swings, an axis would creep
 under load.
 
-Plain floats and `math` only: this module travels inside the FMU.
 Source: Al-Bender & De Moerlooze, Adv. Tribol. 2008, 214894 (rolling contacts); Al-Bender & Swevers, IEEE Control Syst.
 Mag. 28 (2008) 64 (Maxwell-slip); Iwan, J. Appl. Mech. 33 (1966) 893; changed: shares of the Coulomb torque, and damping
 of the elements that stick.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from ballscrew_tehl.runtime.constants import DAMPING_TIME, ELEMENTS, LEAST_STIFFNESS, STIFFNESS_RATIO
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.nut_law import DoubleNutState
 
 States = tuple[float, ...]  # [rad at 1 N.m/rad] of the elements
 
@@ -87,10 +89,7 @@ def element_limits(coulomb_torque: float, stiffness: float) -> States:
 
 
 def initial_elements(side: float, speed: float, coulomb_torque: float, stiffness: float) -> Elements:
-    """Elements at the start of a simulation: after a travel from rest without load.
-
-    side : share of the travel at which all slide, -1 to 1, values beyond count as these; 0: sign of the speed
-    """
+    """Elements after a travel from rest: side, -1 to 1, of that at which all slide; 0: sign of the speed."""
     if side == 0.0:
         side = math.copysign(1.0, speed) if speed else 0.0
     limits = element_limits(coulomb_torque, stiffness)
@@ -106,9 +105,8 @@ def _held(states: States, limits: States, stiffness: float) -> Elements:
 def regularised_sign(speed: float, regularization_speed: float) -> float:
     """tanh(speed/regularization_speed), both [rad/s]: the sign of the speed, which passes smoothly through zero.
 
-    Within 1e-9 of the sign above 11 regularization speeds; 0 gives the sign itself. It creeps under a load below the
-    Coulomb torque (at 0.42 of the regularization speed for 0.4 of the torque); explicit coupling with an inertia J is
-    free of ripple for steps below 2 J regularization_speed/torque only.
+    0 gives the sign itself. It creeps under a load below the Coulomb torque (0.42 of that speed at 0.4 of the torque);
+    explicit coupling with an inertia J is free of ripple for steps below 2 J regularization_speed/torque only.
     """
     if regularization_speed <= 0.0:
         return math.copysign(1.0, speed) if speed else 0.0
@@ -171,10 +169,7 @@ def presliding_friction(
 
 
 def presliding_power(states: States, speed: float, coulomb_torque: float, stiffness: float) -> float:
-    """Heat per time [W] of the elements at an instant, without damping; arguments as presliding_step.
-
-    Of the elements that slide, and of those above a level that has decreased while they spring back.
-    """
+    """Heat [W] at an instant of elements that slide, or spring back from above a level that fell; without damping."""
     direction, power = math.copysign(1.0, speed), 0.0
     for y, m in zip(states, element_limits(coulomb_torque, stiffness), strict=True):
         loaded = direction * y
@@ -197,10 +192,9 @@ def presliding_step(
     damping : of all elements [N.m.s/rad], >= 0, of those that stick their share; explicit coupling with an inertia J
     needs it: stiffness < (damping/step)(1 - step damping/J)
 
-    heat + change of the stored energy = work of the mean torque of the step. The torque is that at its end; it may
-    point along the motion while the elements spring back. Both are limited to the Coulomb torque: at a reversal with
-    1000 rad/s2 the damping alone would reach several times that. The work at the torque of the end is not less than at
-    the mean torque without damping, so that the limited law is passive at both.
+    heat + change of the stored energy = work of the mean torque of the step. Both that and the torque at the end are
+    limited to the Coulomb torque, of which damping would be several times at a reversal with 1000 rad/s2. The torque at
+    the end works no less than the mean one without damping, so that the limited law is passive at both.
     """
     root = math.sqrt(stiffness / ELEMENTS)
     direction, travel = math.copysign(1.0, speed), abs(speed) * step
@@ -224,3 +218,53 @@ def presliding_step(
     work = min(slid + stored + damped * travel, coulomb_torque * travel)
     torque = min(direction * root * sum(end) + damped, coulomb_torque)
     return PreslidingStep(tuple(end), direction * torque, 0.5 * lost + max(work - stored, slid))
+
+
+def friction_step(
+    nut_map: NutMap,
+    nut: DoubleNutState,
+    point: Sequence[float],
+    law: StandstillLaw,
+    step: float | None,
+    before: Elements | None,
+    heat: float,
+) -> tuple[dict[str, Any], CoulombFriction]:
+    """Outputs and Coulomb friction at the end of a step [s], None: at an instant.
+
+    nut : state with the seals at the point (packed.POINT, then packed.DEFAULTS)
+    before : elements at the start, None: of the simulation;  heat : dissipated before it [J]
+    """
+    preload, speed, temperature, axial_load, _, net, _, breakaway = point
+
+    def stiffness_of_screw() -> float:
+        present = nut_map.presliding_stiffness(preload, axial_load, net, breakaway)
+        return present + nut_map.seal_stiffness(nut.seal_torque)
+
+    coulomb = standstill_friction(nut.coulomb_torque, speed, step, before, law, stiffness_of_screw)
+    outputs = friction_outputs(nut, speed, coulomb, loads_a=axial_load >= 0.0)
+    outputs["range_margin"] = nut_map.range_margin(preload, speed, temperature, axial_load)
+    outputs["heat"] = heat + (step or 0.0) * outputs["power_loss"]
+    return outputs, coulomb
+
+
+def friction_outputs(
+    nut: DoubleNutState, speed: float, coulomb: CoulombFriction, loads_a: bool
+) -> dict[str, Any]:
+    """Fields of the state under their names, torques with the sign of the motion at a speed [rad/s], and others.
+
+    loads_a : whether nut A has the larger force
+    """
+    viscous = math.copysign(nut.viscous_torque, speed)
+    hysteresis, sliding, seal = (
+        coulomb.sign * part for part in (nut.hysteresis_torque, nut.sliding_torque, nut.seal_torque)
+    )
+    outputs = nut._replace(
+        viscous_torque=viscous, hysteresis_torque=hysteresis, sliding_torque=sliding
+    )._asdict()
+    outputs["friction_torque"] = viscous + hysteresis + sliding + seal
+    relieved = math.copysign(nut.relieved_viscous_torque, speed) + coulomb.sign * nut.relieved_coulomb_torque
+    relieved += 0.5 * seal  # each nut has seals
+    each = (outputs["friction_torque"] - relieved, relieved)
+    outputs["friction_torque_nut_a"], outputs["friction_torque_nut_b"] = each if loads_a else each[::-1]
+    outputs["power_loss"] = nut.viscous_torque * abs(speed) + coulomb.power
+    return outputs

@@ -26,13 +26,10 @@ from typing import Any, NamedTuple
 
 from ballscrew_tehl.runtime.constants import FORCE_ROUNDING, TOO_LARGE
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.outputs import friction_outputs
 from ballscrew_tehl.runtime.packed import DEFAULTS, FrictionParameters
-from ballscrew_tehl.runtime.standstill import Elements, standstill_friction
+from ballscrew_tehl.runtime.standstill import Elements, friction_outputs, standstill_friction
 
-CONTACT_DAMPING_TIME = (
-    1e-5  # [s] start value of contact_damping_time, of rolling contacts: Kraemer 1993, see above
-)
+CONTACT_DAMPING_TIME = 1e-5  # [s] start value of contact_damping_time: Kraemer 1993, see above
 
 
 class TransmissionInputs(NamedTuple):
@@ -75,10 +72,7 @@ class TransmissionStep(NamedTuple):
 
 
 def contact_stiffness(nut_stiffness: float, stiffness_preload: float) -> float:
-    """k [N/m^1.5] of one nut from the stiffness of both at a preload, 3 k^(2/3) preload^(1/3); 0 without one.
-
-    0 where it is so small, and limited where it is so large, that a force would not be finite.
-    """
+    """k [N/m^1.5] of one nut from that of both at a preload, 3 k^(2/3) preload^(1/3); 0 to TOO_LARGE: forces finite."""
     if not (nut_stiffness > 0.0 and stiffness_preload > 0.0):
         return 0.0
     one = nut_stiffness / 3.0
@@ -95,12 +89,10 @@ def contact_law(stiffness: float, approach: float) -> tuple[float, float]:
 
 
 def mean_contact_force(stiffness: float, first: float, last: float) -> float:
-    """Mean force [N] of one nut while its approach moves from first to last [m]: its work over its way, exactly.
-
-    Integral of k d^(3/2); the quotient of fifth powers of roots is divided out, so that a short way loses no digits.
-    """
+    """Mean force [N] of one nut while its approach moves from first to last [m]: integral of k d^(3/2) over the way."""
     if first == last:
         return contact_law(stiffness, last)[0]
+    # the quotient of fifth powers of roots is divided out: a short way loses no digits
     a, b = math.sqrt(max(first, 0.0)), math.sqrt(max(last, 0.0))
     aa, bb, ab = a * a, b * b, a * b
     if a > 0.0 and b > 0.0:
@@ -192,10 +184,9 @@ def transmission_step(
 
 
 def efficiency(ideal_torque: float, friction_torque: float, speed: float) -> float:
-    """Share of the power that arrives in steady motion, 0 to 1; 0 where friction holds.
+    """Share of the power that arrives in steady motion, 0 to 1; 0 where friction (magnitude at motion [N.m]) holds.
 
-    ideal_torque : lead/(2 pi) times the nut force [N.m], signed: with the sign of the speed the screw drives the nut,
-    against it the nut the screw;  friction_torque : magnitude at motion [N.m]
+    ideal_torque : lead/(2 pi) times the nut force [N.m]; with the sign of the speed the screw drives the nut
     """
     ideal = abs(ideal_torque)
     if ideal == 0.0:

@@ -72,10 +72,10 @@ def test_a_replay_that_differs_or_is_not_a_number_is_found(tmp_path, capsys):
     """Another map by 1e-8, an output not a number, an output of few steps: real FMUs with such code."""
     whole = 'outputs["friction_torque"] = '
     sources = runtime_sources()
-    assert whole in sources["runtime_outputs"]
+    assert whole in sources["runtime_standstill"]
     for name, text in (("nan", 'float("nan") + '), ("late", "(1e-3 if speed < -200.0 else 0.0) + ")):
-        code = sources["runtime_outputs"].replace(whole, whole + text)
-        fmu = build_fmu(make_map(), tmp_path / f"{name}.fmu", sources | {"runtime_outputs": code}).path
+        code = sources["runtime_standstill"].replace(whole, whole + text)
+        fmu = build_fmu(make_map(), tmp_path / f"{name}.fmu", sources | {"runtime_standstill": code}).path
         with pytest.raises(CheckError, match=r"replay step \d+: friction_torque\w* = "):
             checks.check(fmu, reference_of(make_map()))
         assert "friction_torque" in one_line(capsys, 1, "check", fmu)

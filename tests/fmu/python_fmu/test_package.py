@@ -129,9 +129,9 @@ def test_copies_versions_and_maps_in_one_process(tmp_path, built):
     (tmp_path / "monitor.fmu").write_bytes(built(MONITOR).read_bytes())
     build_fmu(make_map(viscous_scale=3.0), tmp_path / "map.fmu")
     sources, whole = runtime_sources(), "= viscous + hysteresis + sliding"
-    changed = sources["runtime_outputs"].replace(whole, "= 2.0 * (viscous + hysteresis + sliding)")
-    assert changed != sources["runtime_outputs"]
-    build_fmu(make_map(), tmp_path / "doubled.fmu", sources | {"runtime_outputs": changed})
+    changed = sources["runtime_standstill"].replace(whole, "= 2.0 * (viscous + hysteresis + sliding)")
+    assert changed != sources["runtime_standstill"]
+    build_fmu(make_map(), tmp_path / "doubled.fmu", sources | {"runtime_standstill": changed})
     found = json.loads(output("-c", SCENARIO, tmp_path).splitlines()[-1])
 
     def torque(preload=2000.0, scale=1.0):

@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ...nut_map.build import build_map
-from ...nut_map.certificate import claim, deviation_from_direct
+from ...nut_map.certificate import claim, deviation_from_direct, worker_pool
 from ...nut_map.file import is_map_file, load_map, save_map
 from ...nut_map.grid import MapGrid, largest_pressure, screw_grid
-from ...nut_map.workers import worker_pool
 from ...parameters.file import Parameters
 from ...parameters.units import SHOWN
 from ...runtime.packed import certificate_totals

@@ -24,7 +24,7 @@ def run_report(args: Namespace, live: Callable[..., Any] = lambda chosen, nut_ma
     # a missing one is noticed before a map is made
     importlib.import_module("matplotlib")
     from ...report.data import report_data
-    from ...report.report import report_page
+    from ...report.page import report_page
 
     nut_map = chosen.nut_map(args)
     data = report_data(chosen.parameters, chosen.friction_set, nut_map, user)

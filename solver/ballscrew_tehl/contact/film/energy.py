@@ -14,18 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compiled import kernel
-from ..half_space.grid import TINY, Array
-from ..half_space.walls import LineConvolution
-from .flow import SWEEP_LIMIT, FilmFlow, trapezoid_weights
+from ..grid import TINY, Array
+from ..half_space import LineConvolution
+from .flow import SWEEP_LIMIT, FilmFlow, ln_viscosity, pressure_factor, trapezoid_weights
 from .fluxes import line_fluxes, outflow_across
-from .oil import ln_viscosity, pressure_factor
 
 #: right-hand sides of a column; a constant, so that the compiler unrolls the loops over them
 COLUMNS = 4
 #: flow, over that of the cell upstream, up to which the slope of the latter counts in full
 REVERSAL = 4.0
-#: relative residual at which the iteration of the wall temperatures ends
-WALL_TOLERANCE = 1e-2
+WALL_TOLERANCE = 1e-2  # relative residual at which the iteration of the wall temperatures ends
 
 
 class EnergyMesh(NamedTuple):
@@ -108,8 +106,7 @@ def bernoulli(x):
 def along(x, width, flow_x, j, i, k):
     """Weights [W/(m2 K) per unit z/h] of the own temperature (negated), one and two columns upstream, and downstream.
 
-    Of the heat that the faces before and behind a cell bring in. A face takes the temperature upstream of it, continued
-    with the slope; where the flow reverses, that counts with REVERSAL times the flow it comes from: nothing jumps.
+    A face takes the temperature upstream, continued with the slope, which counts with REVERSAL times its flow at most.
     """
     w, e = flow_x[j, i - 1, k] / width[i], flow_x[j, i, k] / width[i]
     own = up_1 = up_2 = down = 0.0
@@ -299,11 +296,10 @@ def sweep_line(mesh, h, flow, face, t_at, damped, j, columns, t, heat, response)
 def sweep(mesh, h, flow, face, t_at, damped, forward, whole, t, heat, response):
     """One Gauss-Seidel sweep along x (forward or backward) over all columns, each solved across the film; walls held.
 
-    h (n_y, n_x) [m]; t_at: temperatures that flow belongs to; damped: dissipation as if hotter oil sheared with
-    less heat everywhere, which converges slowly from far away. Else it is linearised at the sliding and the flux of
-    the column: hotter oil at the same stress shears faster, and the stress falls. Fills heat, the factors by which
-    temperatures follow the pressure, and response (n_y, n_x, 4): of the levels next to both walls to wall a, wall b,
-    wall a, wall b. Backward, and forward unless whole, only columns with reverse flow are visited.
+    h (n_y, n_x) [m]; t_at: temperatures that flow belongs to; damped: dissipation as if hotter oil sheared with less
+    heat everywhere, slow but from far away; else linearised at the sliding and the flux of the column. Fills heat, the
+    factors by which temperatures follow the pressure, and response (n_y, n_x, 4) of the levels next to both walls to
+    wall a, b, a, b. Backward, and forward unless whole, only columns with reverse flow are visited.
     """
     for j in range(h.shape[0] - 1):
         start = face.start[j] if forward else min(face.reverse[j], face.end[j] - 1)

@@ -1,4 +1,4 @@
-"""Cross-film integrals of the generalised Reynolds equation, and the shear stress and velocity that follow from them.
+"""The oil in the film; cross-film integrals of the generalised Reynolds equation, and stress and velocity from them.
 
 The film is cut into n_z layers of equal thickness between surface a (z = 0) and b (z = h); integrals over the nodes are
 of fourth order, exact for a uniform film. Newtonian oil. Source: Yang & Wen 1990 in the form of the model notes,
@@ -11,16 +11,84 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from ...compiled import kernel
-from ..half_space.grid import Array
-from .oil import ln_viscosity, pressure_density, pressure_factor
+from ...parameters.file import LubricantParameters
+from ...parameters.oil import ROELANDS_LN
+from ...parameters.units import COLDEST
+from ...physics import lubricant as lubricant_laws
+from ..grid import Array
 
-#: fewest layers that the cubics of cumulative_matrix fit in
-LEAST_LAYERS = 4
+#: table of ln eta0: below the inlet temperature, range, step [K]; linear interpolation is then accurate to 1e-5
+TABLE_BELOW, TABLE_SPAN, TABLE_STEP = 40.0, 640.0, 0.25
+LEAST_LAYERS = 4  # fewest layers that the cubics of cumulative_matrix fit in
 #: bound of ln(eta) for stresses, which a Barus oil exceeds at high pressure: exp would overflow
 LARGEST_LN_ETA = 300.0
 #: largest change of temperature in one sweep and by a change of pressure between two energy solves [K]: the sources are
 #: exponential in temperature, longer steps overshoot
 SWEEP_LIMIT = 30.0
+
+
+class OilTable(NamedTuple):
+    """Numbers of one oil at one inlet temperature.
+
+    table_start [K], ln_eta0 (n,) of Pa s, roelands (else Barus), z, p_r [Pa], alpha [1/Pa],
+    rise, fade: A, B of the density law [1/Pa], beta_t: thermal expansion [1/K], t_ref [K], density [kg/m3].
+    """
+
+    table_start: float
+    ln_eta0: Array
+    roelands: bool
+    z: float
+    p_r: float
+    alpha: float
+    rise: float
+    fade: float
+    beta_t: float
+    t_ref: float
+    density: float
+
+
+def oil_table(oil: LubricantParameters, temperature: float) -> OilTable:
+    """Tabulate the oil's ambient viscosity from 40 K below to 600 K above the inlet temperature [K]."""
+    start = max(temperature - TABLE_BELOW, COLDEST)
+    t = start + TABLE_STEP * np.arange(int(TABLE_SPAN / TABLE_STEP) + 1)
+    # bounded where the Roelands pressure term changes its sign, 6.3e-5 Pa s: below the viscosity of any oil film
+    ln_eta0 = np.maximum(np.log(lubricant_laws.eta0(oil, t)), -ROELANDS_LN)
+    rise, fade = lubricant_laws.DENSITY_LAWS[oil.density_law]
+    return OilTable(
+        start, ln_eta0, oil.pressure_law == "roelands", oil.z_roelands, oil.roelands_pressure,
+        oil.pressure_viscosity, rise, fade, oil.density_temperature,
+        oil.reference_temperature, oil.density,
+    )  # fmt: skip
+
+
+@kernel
+def pressure_factor(oil, p):
+    """Pressure part of the viscosity law and its derivative [1/Pa]: (1+p/p_r)^Z - 1 (Roelands), alpha p (Barus)."""
+    if oil.roelands:
+        power = (1.0 + p / oil.p_r) ** oil.z
+        return power - 1.0, oil.z * power / (oil.p_r + p)
+    return oil.alpha * p, oil.alpha
+
+
+@kernel
+def ln_viscosity(oil, factor, t):
+    """ln eta(p, T), d ln eta/dT [1/K] and d ln eta/d factor, from the pressure factor and the temperature [K]."""
+    s, last = (t - oil.table_start) / TABLE_STEP, oil.ln_eta0.size - 2
+    k = int(np.fmin(np.fmax(s, 0.0), last))
+    slope = (oil.ln_eta0[k + 1] - oil.ln_eta0[k]) / TABLE_STEP
+    base = oil.ln_eta0[k] + min(max(s - k, 0.0), 1.0) * TABLE_STEP * slope
+    if not 0.0 < s < last + 1:
+        slope = 0.0  # constant beyond the table
+    if oil.roelands:
+        return base + (base + ROELANDS_LN) * factor, slope * (1.0 + factor), base + ROELANDS_LN
+    return base + factor, slope, 1.0
+
+
+@kernel
+def pressure_density(oil, p):
+    """Density over pressure relative to ambient (Dowson & Higginson 1966), and its derivative [1/Pa]."""
+    d = 1.0 + oil.fade * p
+    return 1.0 + oil.rise * p / d, oil.rise / (d * d)
 
 
 class SurfaceSpeeds(NamedTuple):

@@ -13,13 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...compiled import kernel
-from ..half_space.deflection import PRESSURE_TOLERANCE
-from ..half_space.grid import Array
+from ..grid import Array
+from ..half_space import PRESSURE_TOLERANCE
 
 #: power of the gap with which pressure falls beyond the last line: 3/2 on a long ellipse, 2 on a circle
 FAR_POWER = 1.75
-#: over-relaxation of settle_edge
-EDGE_RELAXATION = 1.5
+EDGE_RELAXATION = 1.5  # over-relaxation of settle_edge
 
 
 class Mesh(NamedTuple):

@@ -10,13 +10,12 @@ import numpy as np
 from scipy.special import elliprd
 
 from ...physics.hertz import ratio_of_axes
-from ..half_space.deflection import LineConvolution, deflection_operator, dry_contact
-from ..half_space.grid import Array, GridChoice
+from ..grid import Array, GridChoice
+from ..half_space import LineConvolution, deflection_operator, dry_contact
 from .fluxes import Mesh, wedge_weights
 
 TARGET_LOAD = 2.0 * np.pi / 3.0
-#: film [b^2/R_x] above which it is thicker than the flattening of the bodies
-THICK_FILM = 2.0
+THICK_FILM = 2.0  # film [b^2/R_x] above which it is thicker than the flattening of the bodies
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from ...compiled import kernel
-from ..half_space.deflection import convolve
-from ..half_space.grid import TINY, Array
+from ..grid import TINY, Array
+from ..half_space import convolve
 from .flow import SWEEP_LIMIT, FilmFlow
 from .fluxes import Faces, Mesh, face_fluxes, lifted_gap, line_fluxes, net_flow, smaller
 from .geometry import TARGET_LOAD, ContactGeometry, ReynoldsState
@@ -22,10 +22,8 @@ from .transport import HeatTransport, follow, line_response
 #: deepest pressure of an iterate, as a share of its largest: bounds the negative load of cavitated nodes; the penalty
 #: that holds them is stiff in inverse proportion
 LEAST_PRESSURE = 1e-6
-#: factor of the penalty over the wedge flux and the conductance of a cavitated node
-PENALTY = 10.0
-#: smallest share of its fluidity that a node keeps in one Newton step
-LEAST_FLUIDITY = 0.05
+PENALTY = 10.0  # factor of the penalty over the wedge flux and the conductance of a cavitated node
+LEAST_FLUIDITY = 0.05  # smallest share of its fluidity that a node keeps in one Newton step
 
 
 class Film:
@@ -58,9 +56,7 @@ class Film:
         """Temperatures after a change of pressure [p_max] and gap [b^2/R_x]."""
         if self.warm:
             change = np.empty_like(self.temperature)
-            follow(
-                self.heat, linear.g, linear.dg, linear.by_t, self.unit, self.unit_h, d_p, d_h, change
-            )  # fmt: skip
+            follow(self.heat, linear.g, linear.dg, linear.by_t, self.unit, self.unit_h, d_p, d_h, change)
             self.temperature += np.clip(change, -SWEEP_LIMIT, SWEEP_LIMIT)
 
 
@@ -149,11 +145,10 @@ class Linearisation:
         """Fill gradients and power of flow, pull and push of heat from the fluxes of the faces; zero where cavitated.
 
         Gradients, per unit of x and y: the smaller of the one that drives the mean flux of the faces and of that of the
-        neighbours; beside a pressure spike, where viscosity changes by decades from node to node, either may be far too
-        large. Power: flux times pressure drop, half of it to either node of a face, per area. While iterating, the flux
-        along x is bounded by that of continuity, which temperatures do not change. Pull and push: changes of power
-        with the pressure drops, and with the wedge fluxes that continuity asks the pressure to carry: on faces where
-        pressure flow dominates over the deflection, by their share.
+        neighbours; near a pressure spike, where viscosity changes by decades from node to node, either may be far too
+        large. Power: flux, along x bounded by that of continuity, times pressure drop, half of it to either node, per
+        area. Pull and push: changes of power with the pressure drops, and with the wedge fluxes that the pressure must
+        carry, by the share of pressure flow over deflection.
         """
         faces, mesh, inner = self.faces, self.geometry.mesh, self.geometry.grid.inner
         p, dx = np.maximum(self.p, 0.0), np.diff(mesh.x)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..half_space.grid import TINY, Array
+from ..grid import TINY, Array
 from .fluxes import settle_edge
 from .geometry import TARGET_LOAD, THICK_FILM, ContactGeometry, ReynoldsState
 from .linear import LEAST_PRESSURE, Film, Linearisation, LineFactors, factor_lines, gmres
@@ -39,15 +39,12 @@ EDGE_PRESSURE, EDGE_FLOW_SHARE = 0.02, 0.9
 #: share of the expected film below which the flow is that of a lifted gap while iterating; the gap of the energy
 #: equation is at least half of that
 FLOOR_SHARE = 0.2
-#: Newton steps after which a patient solve goes over to pseudo time
-NEWTON_STEPS = 30
+NEWTON_STEPS = 30  # Newton steps after which a patient solve goes over to pseudo time
 #: first step of pseudo time [b/u_e], which aims at changes of the pressure of STEP_LIMIT; beyond the inverse of it a
 #: solution is steady
 FIRST_PSEUDO_STEP = 0.1
-#: film [b^2/R_x] above which the approach is held and corrected with the load
-HELD_ABOVE = 50.0
-#: load error, relative, that a converged solution may have
-LOAD_TOLERANCE = 1e-4
+HELD_ABOVE = 50.0  # film [b^2/R_x] above which the approach is held and corrected with the load
+LOAD_TOLERANCE = 1e-4  # load error, relative, that a converged solution may have
 #: relative change of the central gap in the last step of a converged solution. Far beyond the film, every step takes a
 #: third of the gap and leaves pressure and load as they are: bodies 36 mm apart counted as a solution
 GAP_TOLERANCE = 0.02

@@ -9,7 +9,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from ...compiled import kernel
-from ..half_space.grid import Array
+from ..grid import Array
 
 
 class HeatTransport(NamedTuple):

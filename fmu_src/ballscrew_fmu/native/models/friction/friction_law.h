@@ -1,4 +1,4 @@
-/* Outputs of the friction FMU by name. Twin of runtime/outputs.py. Numbers: number.h. A new output of the
+/* Outputs of the friction FMU by name. Twin of runtime/standstill.py. Numbers: number.h. A new output of the
    friction FMU alone is assigned in point_outputs of point.h; here, if the transmission has it too; in named_parts.h
    (torques or films, as `needs` in its row of the table of variables says), if the axis has it too. */
 #ifndef BALLSCREW_FRICTION_LAW_H

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-#: keeps a divisor from zero where everything else in it vanishes
-TINY = 1e-300
+TINY = 1e-300  # keeps a divisor from zero where everything else in it vanishes
 #: film over the gap at unit distance outside the edge of a Hertz line [b^2/R_x]: (2 sqrt(2)/3) s^(3/2)
 INLET_SHAPE = 1.06
 #: fewest nodes along rolling and lines of a grid; one of half the nodes has at least twice as many cells
@@ -18,15 +17,11 @@ LEAST_NODES, LEAST_LINES = 17, 5
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Tensor grid; lines along X at every Y, pressure zero on the outer edges.
+    """Tensor grid; lines along X at every Y, pressure zero on the outer edges."""
 
-    x : (nx,) nodes along rolling [b], graded; y : (ny,) nodes across [a], uniform from 0. open_side: the film goes on
-    beyond the last lines, else P = 0 there.
-    """
-
-    x: Array
-    y: Array
-    open_side: bool = False
+    x: Array  # (nx,) nodes along rolling [b], graded
+    y: Array  # (ny,) nodes across [a], uniform from 0
+    open_side: bool = False  # the film goes on beyond the last lines, else P = 0 there
 
     @property
     def inner(self) -> tuple[slice, slice]:
@@ -87,18 +82,15 @@ def _bump(x: Array, centre: float, half_width: float) -> Array:
 
 @dataclass(frozen=True)
 class GridChoice:
-    """Numbers that define a grid: domain in Hertz half-widths, nodes, lines over Y >= 0, length of the inlet [b].
-
-    open_side: the film goes on beyond the last line.
-    """
+    """Numbers that define a grid: domain in Hertz half-widths, nodes along x, lines over Y >= 0."""
 
     x_in: float
     x_out: float
     y_max: float
     n_x: int
     n_y: int
-    inlet: float
-    open_side: bool = False
+    inlet: float  # length [b]
+    open_side: bool = False  # as of Grid
 
     def halved(self) -> "GridChoice | None":
         """Every other node of the same grid, None where too few are left."""
