@@ -46,7 +46,6 @@ VELOCITY = _units({"m/s": 1.0, "mm/s": 1e-3, "m/min": 1.0 / 60.0, "mm/min": 1e-3
 TEMPERATURE = {"degC": (1.0, CELSIUS), "C": (1.0, CELSIUS), "K": (1.0, 0.0), "degF": (5.0 / 9.0, 459.67)}
 TORQUE = _units({"N.m": 1.0, "N.cm cN.m": 1e-2, "N.mm mN.m": 1e-3,
                  "kgf.cm": 9.80665e-2, "lbf.in lb.in in.lbf in.lb in.lbs lbs.in": POUND * INCH,
-                 "lbf.ft lb.ft ft.lbf ft.lb ft.lbs": POUND * 12.0 * INCH,
                  "ozf.in oz.in in.oz in.ozf": POUND * INCH / 16.0})  # fmt: skip
 LENGTH = _units({"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "cm": 1e-2, "in inch": INCH})
 ANGLE = _units({"rad": 1.0, "deg Grad degree degrees": math.pi / 180.0, "rev r turns turn rot U": 2.0 * math.pi,
