@@ -1,7 +1,6 @@
 """Log of a drive: the signals that are needed, in SI, without a few damaged rows; file: `tables`."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -83,8 +82,8 @@ def _selected(table: Table, stated: Mapping[str, str], wanted: Sequence[str]) ->
         # the time of a channel is left of it
         places = [used[name].place for name in (motion, effort)]
         first, second = (max([clock for clock in clocks if clock <= place] or clocks[:1]) for place in places)
-        rows = [row for _, row in islice(table.rows(table.start), MIN_ROWS)]
-        if any(row[first] != row[second] for row in rows if len(row) == len(table.headings)):
+        rows = (row for _, row in table.rows(table.start) if len(row) == len(table.headings))
+        if any(row[first] != row[second] for row in rows if row[first] and row[second]):
             raise ValueError(f"{motion} and {effort} have unlike times; allowed: one sample time")
         used["time"] = used["time"]._replace(place=first)
     return used
@@ -96,10 +95,10 @@ def _in_time(signals: dict[str, Array], left_out: dict[str, int], notes: list[st
     step = np.diff(time)
     back = np.flatnonzero(step < 0.0)
     usual = float(np.median(np.abs(step)))
-    if back.size and np.all(np.abs(time[back + 1] - time[0]) <= usual):
+    if back.size and np.all(time[back + 1] - time.min() <= usual):
         # blocks of a trigger, apart by a gap
         block = np.cumsum(np.r_[False, step < 0.0])
-        notes.append(f"time begins again at {time[0]:.6g} s {back.size} times: blocks that are apart")
+        notes.append(f"time begins again at {time.min():.6g} s {back.size} times: blocks that are apart")
         return _in_time(signals | {"time": time + block * (np.ptp(time) + 10.0 * usual)}, left_out, notes)
     if back.size:
         row = int(back[0])

@@ -110,7 +110,20 @@ EFFORT = ("force", "screw_torque", "torque", "current", "voltage")
 #: log of a drive; a speed is one of the motor or along the axis by its unit, `screw` is behind a gear
 LOG = Kind(
     {
-        "time": Quantity(("time", "t", "timestamp", "zeit", "zeitstempel"), TIME),
+        "time": Quantity(
+            (
+                "time",
+                "t",
+                "timestamp",
+                "time_stamp",
+                "datetime",
+                "date_time",
+                "zeit",
+                "zeitstempel",
+                "uhrzeit",
+            ),
+            TIME,
+        ),
         "position": Quantity(_of_the_motor("position", "angle", "lage", "weg", "winkel"), LENGTH | ANGLE),
         "screw_position": Quantity(("screw_position", "screw_angle"), ANGLE),
         "speed": Quantity(
