@@ -50,7 +50,7 @@ REFUSED = [
     (HEAD + "1.000,5;60;0,4\n1000,5;60;0,4\n", "preload [N] = '1.000,5'; allowed in a file with decimal"),
     (
         HEAD.replace(";", ",") + '1,60,"0,4"\n',
-        "numbers with decimal commas need semicolons between the fields",
+        "numbers with commas, decimal or of thousands, need semicolons between the fields",
     ),
     (
         HEAD.replace(";", ",") + "1,60,4\n1,0,60,0,4\n",

@@ -73,19 +73,19 @@ def _selected(table: Table, stated: Mapping[str, str], wanted: Sequence[str]) ->
     names = ["time", motion, effort, *(name for name in SLOW if name in table.columns)]
     remedy = 'one, or --column "{}=HEADING [UNIT]"'
     times = table.columns["time"]
-    # one of each channel under the same heading
-    clocks = [time.place for time in times if {time.heading for time in times} == {time.heading}]
-    one = table.columns | {"time": times[:1] if len(clocks) > 1 else times}
+    alike = len({column.heading for column in times}) == 1
+    one = table.columns | ({"time": times[:1]} if alike else {})
     used = {name: one_column(one, name, remedy.format(name)) for name in names}
-    clocks += [place for place, heading in enumerate(table.headings) if heading == SCOPE]
-    if len(clocks) > 1:
+    clocks = [column.place for column in times]
+    scopes = [place for place, heading in enumerate(table.headings) if heading == SCOPE]
+    if scopes and scopes[0] > 0:
         # the time of a channel is left of it
         places = [used[name].place for name in (motion, effort)]
-        first, second = (max([clock for clock in clocks if clock <= place] or clocks[:1]) for place in places)
-        rows = (row for _, row in table.rows(table.start) if len(row) == len(table.headings))
-        if any(row[first] != row[second] for row in rows if row[first] and row[second]):
-            raise ValueError(f"{motion} and {effort} have unlike times; allowed: one sample time")
-        used["time"] = used["time"]._replace(place=first)
+        clocks = [max(clock for clock in (0, *scopes) if clock <= place) for place in places]
+        used["time"] = used["time"]._replace(place=clocks[0])
+    rows = (row for _, row in table.rows(table.start) if len(row) == len(table.headings))
+    if len(set(clocks)) > 1 and any(len({row[clock] for clock in clocks} - {""}) > 1 for row in rows):
+        raise ValueError(f"{motion} and {effort} have unlike times; allowed: one sample time")
     return used
 
 

@@ -20,9 +20,9 @@ JUMP, USUAL = 8.0, 0.999
 #: slowest and fastest sampling [1/s];  steps of time that differ by more than this share are uneven;  shortest section
 #: [samples]
 MIN_RATE, MAX_RATE, UNEVEN, MIN_SECTION = 20.0, 2e5, 1e-3, 100
-#: rows over which a slow channel repeats its value, at least (two are smooth behind the filter); fraction of its
-#: changes that are in phase, of those that follow each other so
-MIN_HELD, SAME_PHASE, MIN_HELD_FRACTION = 3, 0.99, 0.5
+#: rows over which a slow channel repeats its value, at least (two are smooth behind the filter); changes of it,
+#: fraction of them that are in phase, of those that follow each other so
+MIN_HELD, MIN_CHANGES, SAME_PHASE, MIN_HELD_FRACTION = 3, 20, 0.99, 0.5
 
 
 class Drive(NamedTuple):
@@ -152,7 +152,7 @@ def _without_repeats(log: Log, names: list[str]) -> Log:
     for name in names:
         changes = np.flatnonzero(np.diff(log.signals[name])) + 1
         apart = np.diff(changes)
-        if len(apart) >= MIN_SECTION:
+        if len(apart) >= MIN_CHANGES:
             rows = int(np.median(apart))
             first = int(np.bincount(changes % rows).argmax())
             in_phase, follow = np.mean(changes % rows == first), np.mean(apart == rows)

@@ -39,7 +39,7 @@ STAMP = re.compile(
 SCOPE = "Name"
 #: table whose columns are all texts
 ANY = Kind({}, {}, "")
-COMMAS = "numbers with decimal commas need semicolons between the fields"
+COMMAS = "numbers with commas, decimal or of thousands, need semicolons between the fields"
 
 
 @contextmanager
@@ -351,7 +351,7 @@ def _check_marks(table: Table, columns: Mapping[str, Sequence[str]], lines: Sequ
     marked = {mark: [key for key, number in first.items() if mark in number] for mark in _NAMES}
     problems = []
     if comma:
-        problems += [(key, f"; {COMMAS}, thousands no mark") for key in marked[","]]
+        problems += [(key, f"; {COMMAS}") for key in marked[","]]
     if marked["."] and marked[","]:
         decimal, other = (".", ",") if "." in forms and "," not in forms else (",", ".")
         problem = (

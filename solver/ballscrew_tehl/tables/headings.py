@@ -184,7 +184,7 @@ def quantity_of(heading: str, kind: Kind, below: str = "") -> tuple[str, str] | 
             if result := quantity_of(f"{stem} [{below}]", kind):
                 return result
         except HeadingError as error:
-            if unit is not None or not error.unknown_unit:
+            if unit is not None or not error.unknown_unit or _relative(below):
                 raise
     stem = re.sub("[ -]", "_", stem.lower())
     if stem in kind.texts:
@@ -202,6 +202,11 @@ def quantity_of(heading: str, kind: Kind, below: str = "") -> tuple[str, str] | 
         message = f"column {heading!r} unknown; is {near[0]} meant? allowed: {kind.example}"
         raise HeadingError(keys.get(near[0], near[0]), message)
     return None
+
+
+def _relative(unit: str) -> str:
+    """Why a unit of RELATIVE is none, "" of others."""
+    return "".join(f" {why}" for pattern, why in RELATIVE.items() if re.fullmatch(pattern, unit.lower()))
 
 
 def _unit_of(heading: str, behind: str, unit: str | None, name: str, key: str, kind: Kind) -> str:
@@ -223,9 +228,7 @@ def _unit_of(heading: str, behind: str, unit: str | None, name: str, key: str, k
         if spelled(known).lower() == spelled(written).lower() and not spelled(written).startswith("MN"):
             return known
     problem = f"unit {written!r}" if written else "unit missing"
-    problem += "".join(
-        f" {why}" for pattern, why in RELATIVE.items() if re.fullmatch(pattern, written.lower())
-    )
+    problem += _relative(written)
     remedy = f"write {name} [UNIT] with one of" if unit is None else "allowed:"
     text = f"column {heading!r}: {problem}; {remedy} {', '.join(k for k in units if k not in ALIASES) or 'no unit'}"
     raise HeadingError(key, text, unknown_unit=unit is not None)
