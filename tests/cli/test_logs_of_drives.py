@@ -62,7 +62,7 @@ REFUSED = {
     "s of a speed": ("time [ms],speed [rad/s],current [A]", "tvi", SAME, (), 'likely time in s, 1000 times: --column'),
     "epoch": (axes("ms", "deg", "A"), "nxi", SAME, (), 'likely time in ns: --column "time=time [ns]"'),
     "times": ("time [s],time [s],position [deg],current [A]", "ttxi", (1, 2, 1, 1), (), "have unlike times; allowed"),
-    "no time": ("Sample,position [deg],current [A]", "txi", SAME, (), "the number of the row times the sample time"),
+    "no time": ("Sample,position [deg],current [A]", "txi", SAME, (), "number of the row times the sample time"),
     "magnitude": (PLAIN, "txq", SAME, ("--inertia-kgm2", str(INERTIA)), "torque never changes its sign: a magnitude"),
     "speed": ("time [s],speed [rad/s],current [A]", "tsi", SAME, (), "the speed never changes its sign: a magnitude"),
     "per cent": ("time [s],position [deg],torque [0.1 %]", "txi", SAME, (), "is a part of the rated value"),

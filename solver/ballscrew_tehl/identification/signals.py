@@ -17,8 +17,7 @@ from .log_file import SLOW, Log
 GAP, SAME_WRAP, NO_WRAPS = 4.5, 0.02, 0.1
 #: a jump is this many times the largest usual step;  steps that count as usual
 JUMP, USUAL = 8.0, 0.999
-#: slowest and fastest sampling [1/s];  steps of time that differ by more than this share are uneven;  shortest section
-#: [samples]
+#: slowest and fastest sampling [1/s];  share by which uneven steps of time differ;  shortest section [samples]
 MIN_RATE, MAX_RATE, UNEVEN, MIN_SECTION = 20.0, 2e5, 1e-3, 100
 #: rows over which a slow channel repeats its value, at least (two are smooth behind the filter); changes of it,
 #: fraction of them that are in phase, of those that follow each other so

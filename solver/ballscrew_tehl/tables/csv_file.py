@@ -195,9 +195,8 @@ def _heading(
             heading, needed = number, places
         elif heading >= 0 and max(needed) < len(row := _split(lines[number], _separator(lines[heading]))):
             time, *others = (row[place] for place in needed)
-            if (_is_number(time) or STAMP.fullmatch(time)) and all(
-                _is_number(text) or text.lower() in MISSING for text in others
-            ):
+            usable = all(_is_number(text) or text.lower() in MISSING for text in others)
+            if usable and (_is_number(time) or STAMP.fullmatch(time)):
                 return heading, number
     if heading >= 0:
         return heading, heading + 1
@@ -206,11 +205,8 @@ def _heading(
         heading, numeric, *_ = *rows, -1, -1
         return heading, numeric
     above = [k for k in rows if k < numeric]
-    names = [
-        *takewhile(
-            lambda k: len(rows[k]) == len(rows[numeric]) and not any(map(_is_number, rows[k])), above[::-1]
-        )
-    ]
+    alike = {k for k in above if len(rows[k]) == len(rows[numeric]) and not any(map(_is_number, rows[k]))}
+    names = [*takewhile(alike.__contains__, above[::-1])]
     return (names[-1:] or above[-1:] or [numeric])[0], numeric
 
 
@@ -230,11 +226,12 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
         for key, column in columns.items():
             texts[key].append(row[column.place] if column.place < len(row) else "")
     marks = {column.heading: texts[key] for key, column in columns.items() if key in kind.quantities}
-    if stamped := any(map(STAMP.fullmatch, texts.get("time", []))):
+    time = texts["time"] if "time" in kind.quantities and "time" in columns else []
+    if stamped := any(map(STAMP.fullmatch, time)):
         del marks[columns["time"].heading]
     notes = _without_thousands(marks)
-    if "time" in kind.quantities and "time" in texts:
-        texts["time"] = _seconds(texts["time"])
+    if time:
+        texts["time"] = _seconds(time)
     numbers = {key: _numbers(texts[key]) for key in columns if key in kind.quantities}
     for key, (_, is_text) in numbers.items():
         for k in () if strict else np.flatnonzero(is_text):
@@ -269,13 +266,12 @@ def read_rows(path: Path | str) -> list[dict[str, str]]:
 
 
 def _seconds(texts: list[str]) -> list[str]:
-    """Fields of times of day, which may pass midnight, as seconds; long whole numbers less the first, as they round."""
+    """Times of day, which may pass midnight, as seconds; whole numbers that a float would round less the first."""
     stamps = [(row, stamp.groups()) for row, text in enumerate(texts) if (stamp := STAMP.fullmatch(text))]
     if not stamps:
         first = next((int(text) for text in texts if text.isdigit()), 0)
-        return (
-            [str(int(text) - first) if text.isdigit() else text for text in texts] if first > 2**53 else texts
-        )
+        first = first if first > 2**53 else 0
+        return [str(int(text) - first) if first and text.isdigit() else text for text in texts]
     results, days, before = list(texts), 0, 0.0
     for row, (_, hour, minute, second, half) in stamps:
         hours = int(hour or 0) if half is None else int(hour or 0) % 12 + 12 * (half.lower() == "pm")
@@ -292,19 +288,15 @@ def _without_thousands(columns: dict[str, list[str]]) -> list[str]:
     joined = {heading: "\n".join(["", *texts, ""]) for heading, texts in columns.items()}
     notes = []
     for mark, point in ((r"\.", ","), (",", r"\."), ("[ '\u2019\u00a0\u202f]", "[.,]")):
-        group, two = (
-            rf"[+-]?[1-9]\d{{0,2}}(?:{mark}\d{{3}})",
-            rf"[+-]?(?![1-9]\d{{0,2}}{point}\d{{3}}\n)\d*{point}\d*",
-        )
+        group = rf"[+-]?[1-9]\d{{0,2}}(?:{mark}\d{{3}})"
+        decimal = rf"\n[+-]?(?![1-9]\d{{0,2}}{point}\d{{3}}\n)\d*{point}\d*\n"
         marked = {heading: text for heading, text in joined.items() if re.search(mark, text)}
         if any(re.search(rf"\n(?!{group}+(?:{point}\d*)?\n)[^\n]*{mark}", text) for text in marked.values()):
             continue  # it is a decimal mark
         # 1.234.567 or 1.234,5
-        sure = {
-            heading for heading, text in marked.items() if re.search(rf"\n{group}(?:{mark}|{point})", text)
-        }
-        sure |= marked.keys() if mark[0] == "[" else set()
-        others = sure or any(re.search(rf"\n{two}\n", joined[key]) for key in joined.keys() - marked.keys())
+        two = rf"\n{group}(?:{mark}|{point})"
+        sure = {key for key, text in marked.items() if mark[0] == "[" or re.search(two, text)}
+        others = sure or any(re.search(decimal, joined[key]) for key in joined.keys() - marked.keys())
         for heading, text in marked.items():
             # whole numbers below 1000 without a mark, no larger ones
             whole = others and re.search(r"\n[+-]?[1-9]\d\d\n", text) and not re.search(point, text)

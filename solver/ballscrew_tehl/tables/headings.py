@@ -107,23 +107,11 @@ TORQUES = Kind(
 #: signals of the motion, the position first, and of the drive; the first that a log has is used
 MOTION = ("position", "screw_position", "speed", "screw_speed")
 EFFORT = ("force", "screw_torque", "torque", "current", "voltage")
+_TIMES = "time", "t", "timestamp", "time_stamp", "datetime", "date_time", "zeit", "zeitstempel", "uhrzeit"
 #: log of a drive; a speed is one of the motor or along the axis by its unit, `screw` is behind a gear
 LOG = Kind(
     {
-        "time": Quantity(
-            (
-                "time",
-                "t",
-                "timestamp",
-                "time_stamp",
-                "datetime",
-                "date_time",
-                "zeit",
-                "zeitstempel",
-                "uhrzeit",
-            ),
-            TIME,
-        ),
+        "time": Quantity(_TIMES, TIME),
         "position": Quantity(_of_the_motor("position", "angle", "lage", "weg", "winkel"), LENGTH | ANGLE),
         "screw_position": Quantity(("screw_position", "screw_angle"), ANGLE),
         "speed": Quantity(
@@ -286,12 +274,9 @@ def columns_of(
             for problem in problems:
                 if problem.key in keys:
                     raise problem
-            of_time = (
-                what == "time" and "; without one: add the number of the row times the sample time, time [s]"
-            )
-            raise ValueError(
-                f"column {what} missing ({those}); allowed: headings with units: {kind.example}{of_time or ''}"
-            )
+            allowed = f"headings with units: {kind.example}"
+            allowed += ", or of the number of the row times the sample time: time [s]" * (what == "time")
+            raise ValueError(f"column {what} missing ({those}); allowed: {allowed}")
     return columns, problems
 
 
