@@ -21,7 +21,7 @@ Units = dict[str, tuple[float, float]]
 Value = TypeVar("Value", float, NDArray[np.float64])
 #: fraction of the torque; no factor of a unit
 PERCENT = "%"
-POUND, INCH = 4.4482216152605, 0.0254
+INCH = 0.0254
 #: units of drives that need a number of the motor or its encoder, and how
 RELATIVE = {
     r"(0[.,]?1)? *%.*|\u2030.*|.*per ?(cent|mil).*|pro(zent|mille)|pct": "is a part of the rated value: multiply by it",
@@ -38,15 +38,15 @@ def _units(factors: Mapping[str, float]) -> Units:
     return {unit: (factor, 0.0) for names, factor in factors.items() for unit in names.split()}
 
 
-FORCE = _units({"N": 1.0, "kN": 1e3, "daN": 10.0, "kgf": 9.80665, "lbf": POUND})
+FORCE = _units({"N": 1.0, "kN": 1e3, "daN": 10.0, "kgf": 9.80665, "lbf": 4.4482216152605})
 SPEED = _units({"r/min rpm rev/min U/min 1/min min-1 turn/min turns/min rot/min Umdr/min": RPM, "rad/s": 1.0,
                 "deg/s": math.pi / 180.0, "r/s rev/s turn/s turns/s rps U/s rot/s": 2.0 * math.pi})  # fmt: skip
 VELOCITY = _units({"m/s": 1.0, "mm/s": 1e-3, "m/min": 1.0 / 60.0, "mm/min": 1e-3 / 60.0, "um/s": 1e-6,
                    "in/s inch/s": INCH, "in/min inch/min ipm": INCH / 60.0})  # fmt: skip
 TEMPERATURE = {"degC": (1.0, CELSIUS), "C": (1.0, CELSIUS), "K": (1.0, 0.0), "degF": (5.0 / 9.0, 459.67)}
 TORQUE = _units({"N.m": 1.0, "N.cm cN.m": 1e-2, "N.mm mN.m": 1e-3,
-                 "kgf.cm": 9.80665e-2, "lbf.in lb.in in.lbf in.lb in.lbs lbs.in": POUND * INCH,
-                 "ozf.in oz.in in.oz in.ozf": POUND * INCH / 16.0})  # fmt: skip
+                 "kgf.cm": 9.80665e-2, "lbf.in lb.in in.lbf in.lb in.lbs lbs.in": 0.1129848290276167,
+                 "ozf.in oz.in in.oz in.ozf": 0.00706155181422604})  # fmt: skip
 LENGTH = _units({"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "cm": 1e-2, "in inch": INCH})
 ANGLE = _units({"rad": 1.0, "deg Grad degree degrees": math.pi / 180.0, "rev r turns turn rot U": 2.0 * math.pi,
                 "mrad": 1e-3, "mdeg": 1e-3 * math.pi / 180.0})  # fmt: skip
