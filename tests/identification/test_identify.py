@@ -165,7 +165,7 @@ def test_a_channel_that_is_too_slow_is_named(emps, tmp_path):
     time, position, voltage = emps
     held = position[np.arange(len(time)) // 100 * 100]
     log = read_log(write_log(tmp_path / "log.csv", EMPS, time, held, voltage))
-    with pytest.raises(ValueError, match=r"= 0.1 s; allowed: <= 0.05 s: position repeats each value in 100 rows"):
+    with pytest.raises(ValueError, match=r"= 0.1 s; allowed: .* position repeats each value in 100 rows"):
         signals_of(log, Drive(gain=GAIN))
 
 
