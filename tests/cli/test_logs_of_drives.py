@@ -40,6 +40,12 @@ READ = {
     "scope": (SCOPE, "txti", (1e3, 1, 1e3, 1e3 * CONSTANT), SCOPE_AXIS, ""),
     "savetxt": (f"# run 3\n# {PLAIN}", "txi", SAME, (), ""),
     "stated": (axes("ms", "deg", "mA"), "txi", SAME, (*CONFIRMED, AXIS[0], "800"), ""),
+    "time of day": ("Timestamp,position [deg],current [A]", "cxi", SAME, (), ""),
+    "date": ("Zeit;Winkel [Grad];Strom [A]", "dxi", SAME, (), ""),
+    "nanoseconds": (axes("ns", "deg", "Arms"), "nxi", SAME, (), "the torque constant has to be one per Arms"),
+    "blocks": (axes("s", "deg", "A"), "bxi", SAME, (), "time begins again at 0 s 2 times: blocks that are apart"),
+    "time of each": ("time [s],position [deg],time [s],current [A]", "txti", (1, 1, 1, 1), (), ""),
+    "pull one way": ("time [s],position [Degrees],Moment [in-lbs]", "txg", (1, 1, CONSTANT / 0.11298483), (), ""),
 }  # fmt: skip
 #: and what the line says
 REFUSED = {
@@ -52,6 +58,17 @@ REFUSED = {
     "no signal": (PLAIN, "txi", SAME, column("M=M [Nm]"), "--column = M=M [Nm]; allowed: QUANTITY="),
     "unit": ("time [s],position [deg],Moment (Nx)", "txi", SAME, (), "'Moment (Nx)': unit 'Nx'; allowed: N.m, N.cm"),
     "left-hand": (PLAIN, "txi", (1, -1, 1), (), "check both signs; a left-hand thread has a negative --lead-mm"),
+    "s for ms": (axes("s", "deg", "A"), "txi", (1e3, 1, 1), (), 'likely time in ms: --column "time=time [ms]"'),
+    "s of a speed": ("time [ms],speed [rad/s],current [A]", "tvi", SAME, (), 'likely time in s, 1000 times: --column'),
+    "epoch": (axes("ms", "deg", "A"), "nxi", SAME, (), 'likely time in ns: --column "time=time [ns]"'),
+    "times": ("time [s],time [s],position [deg],current [A]", "ttxi", (1, 2, 1, 1), (), "have unlike times; allowed"),
+    "no time": ("Sample,position [deg],current [A]", "txi", SAME, (), "number of the row times the sample time"),
+    "magnitude": (PLAIN, "txq", SAME, ("--inertia-kgm2", str(INERTIA)), "torque never changes its sign: a magnitude"),
+    "speed": ("time [s],speed [rad/s],current [A]", "tsi", SAME, (), "the speed never changes its sign: a magnitude"),
+    "per cent": ("time [s],position [deg],torque [0.1 %]", "txi", SAME, (), "is a part of the rated value"),
+    "row": ("Time;Position;Moment\n[s];[deg];[%]", "txi", SAME, (), "unit '%' is a part of the rated value"),
+    "counts": ("time [s],position [INC],torque [Nm]", "txi", SAME, (), "depends on the encoder: divide by its counts"),
+    "twice": ("time [s],position [deg],current [A],current [A]", "txii", (1, 1, 1, 2), (), "allowed: one: rename the"),
     "two": ("time [s],Weg [deg],Lage [deg],Strom [A]", "txxi", (1, 1, 1, 1), (), "both are position; allowed: one, or"),
     "damaged": (PLAIN, "txi", SAME, (), "line 2: 5 fields under 3 headings; allowed: "),
     "unlike times": (SCOPE, "txti", (1e3, 1, 2e3, 1e3), SCOPE_AXIS, "position and torque have unlike times"),
@@ -62,14 +79,23 @@ REFUSED = {
 def signals():
     nut_map = load_map(packaged_map(VG100), load_screw(PACKAGED_VG100))
     time, angle, current = screw_log(nut_map, 1800.0, 1, speeds=(150, 600, 1500))
-    return {"t": time, "x": np.degrees(angle), "i": current}
+    speed, start = np.gradient(angle, time), np.datetime64("2026-12-31T23:59:58")
+    stamps = [str(start + np.timedelta64(round(1e6 * t), "us")) for t in time]
+    block = len(time) // 3 + 1
+    return {
+        "t": time, "x": np.degrees(angle), "i": current, "v": speed, "s": np.abs(speed), "q": np.abs(current),
+        "g": current + 10.0, "b": time[np.arange(len(time)) % block], "c": [f"{text[11:]}Z" for text in stamps],
+        "d": [f"31.12.2026 {text[11:].replace('.', ',')}" for text in stamps],
+        "n": [f"{1798761600 + t:.6f}000".replace(".", "") for t in time],
+    }  # fmt: skip
 
 
 def write(path, columns, head, damaged, encoding="utf-8"):
-    """Decimal commas unless commas are between the fields."""
+    """Decimal commas unless commas are between the fields; texts as they are."""
     mark = next((mark for mark in "\t;" if mark in head), ",")
-    rows = [mark.join(f"{number:.9g}" for number in row) for row in zip(*columns, strict=True)]
-    rows = rows if mark == "," else [row.replace(".", ",") for row in rows]
+    point = "." if mark == "," else ","
+    texts = [x if isinstance(x[0], str) else [f"{y:.9g}".replace(".", point) for y in x] for x in columns]
+    rows = [mark.join(row) for row in zip(*texts, strict=True)]
     for row in damaged:
         rows[row] += f"{mark}1{mark}2"
     path.write_text("\n".join([head, *rows, "EOF"]), encoding=encoding)

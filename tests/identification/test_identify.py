@@ -161,6 +161,14 @@ def test_units_wraps_gaps_missing_samples_and_jumps(emps, tmp_path, headings, ch
     assert note in "\n".join(found.notes)
 
 
+def test_a_channel_that_is_too_slow_is_named(emps, tmp_path):
+    time, position, voltage = emps
+    held = position[np.arange(len(time)) // 100 * 100]
+    log = read_log(write_log(tmp_path / "log.csv", EMPS, time, held, voltage))
+    with pytest.raises(ValueError, match=r"= 0.1 s; allowed: .* position repeats each value in 100 rows"):
+        signals_of(log, Drive(gain=GAIN))
+
+
 def of_signals(motion, effort, units, drive):
     signals = dict(zip(("time", "position", "current"), motion + effort, strict=True))
     columns = {name: Column(k, "", unit) for k, (name, unit) in enumerate(zip(signals, units, strict=True))}

@@ -37,15 +37,20 @@ REFUSED = [
     (HEAD + "1.500;100;1.250\n", "preload [N] = '1.500' can be read in two ways, 1.500 or 1500"),
     # whole numbers below 1000 in the column: the marks are those of thousands, though 0.4 has a point
     (HEAD + "1.500;100;0.4\n800;100;0.4\n", "line 2: preload [N] = '1.500' can be read in two ways"),
-    (HEAD + "1 500;100;0.4\n", "'1 500'; allowed: a number without marks of thousands"),
     (
         HEAD + "1;2;3\n" * 3 + "2,5;-;3\n1;1;0.5\n",
         "line 6: torque [Nm] = '0.5'; allowed in a file with decimal commas",
     ),
-    (HEAD + "1.000,5;60;0,4\n", "preload [N] = '1.000,5'; allowed in a file with decimal"),
+    # decimal commas that begin late, thousands marked in a part of the numbers
+    (
+        HEAD + "1.5;100;0.123\n" * 50 + "1,234;100;0,123\n",
+        "line 2: preload [N] = '1.5'; allowed in a file with decimal",
+    ),
+    (HEAD + "1.234;100;4\n" * 50 + "1,234;100;4\n", "no point (thousands or decimal?), 1.234 or 1234"),
+    (HEAD + "1.000,5;60;0,4\n1000,5;60;0,4\n", "preload [N] = '1.000,5'; allowed in a file with decimal"),
     (
         HEAD.replace(";", ",") + '1,60,"0,4"\n',
-        "numbers with decimal commas need semicolons between the fields",
+        "numbers with commas, decimal or of thousands, need semicolons between the fields",
     ),
     (
         HEAD.replace(";", ",") + "1,60,4\n1,0,60,0,4\n",
@@ -64,6 +69,25 @@ def test_numbers_that_can_be_read_in_two_ways_are_refused(tmp_path):
             table = open_table(path, TORQUES)
             read_columns(table, table.single_columns(), TORQUES)
         assert message in str(caught.value)
+
+
+#: head, first field, the number
+THOUSANDS = [
+    (HEAD, ("1 500;100;0.4", "800;100;0.4"), 1500.0),
+    (HEAD, ("1.000,5;60;0,4",), 1000.5),
+    (HEAD, ("1'234'567.5;60;0.4",), 1234567.5),
+    (HEAD, ("1.234.567;60;4", "2.500;60;4", "800;60;4"), 1234567.0),
+    (HEAD, ("1.500;60;0,4", "800;60;0,4"), 1500.0),
+    (HEAD.replace(";", ","), ('"1,500",60,0.4', "800,60,0.4"), 1500.0),
+]
+
+
+def test_thousands_that_the_file_shows_are_read_and_said(tmp_path):
+    for head, rows, value in THOUSANDS:
+        table = open_table(write(tmp_path / "x.csv", head + "\n".join(rows)), TORQUES)
+        found = read_columns(table, table.single_columns(), TORQUES)
+        assert found.values["preload"][0] == value
+        assert found.notes[0].startswith("thousands are marked: preload [N] = '1")
 
 
 def test_a_first_row_that_is_no_measurement_is_a_row(tmp_path):

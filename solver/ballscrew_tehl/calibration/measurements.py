@@ -200,7 +200,7 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
             value["preload"], abs(value["speed"]), value.get("temperature", temperature), torque,
             (name,) if name else (), value.get("weight", 1.0), value.get("axial_load", 0.0), uncertainty, (number,),
         ))  # fmt: skip
-    notes = list(filter(None, [table.unused(columns)]))
+    notes = [*filter(None, [table.unused(columns)]), *rows.notes]
     if assumed:
         which = "all rows" if len(assumed) == len(rows.lines) else named_rows(assumed)
         notes.append(f"{which}: no oil temperature given, {temperature:g} K assumed")

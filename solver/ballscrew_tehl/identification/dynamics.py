@@ -55,6 +55,9 @@ SIGN = (
     "a force, torque or current is positive where it drives towards positive positions: check both signs; a left-hand "
     "thread has a negative --lead-mm, a drive that counts the other way a negative --ratio or torque constant"
 )
+MAGNITUDE = "a magnitude without its sign? export it with its sign"
+#: inertia of one direction over that of the other, at least, where a load pulls one way
+ALIKE = 0.3
 #: largest standard error of the inertia over its value;  fraction of samples with friction along the motion
 VAGUE, MAX_ALONG = 0.2, 0.25
 
@@ -208,6 +211,24 @@ class Identified:
         return directions.bidirectional_friction(self.friction, self.offset_error or 0.0)
 
 
+def one_sign(pieces: list[Array]) -> bool:
+    """Whether a signal is never negative, or never positive."""
+    return min(float(x.min()) for x in pieces) >= 0.0 or max(float(x.max()) for x in pieces) <= 0.0
+
+
+def check_sign(signals: Signals, fit: Fit) -> None:
+    """Refuse an effort that is a magnitude: its inertia has another sign in each direction."""
+    if one_sign([section.effort for section in signals.sections]):
+        sides = [fit.samples.speed > 0.0, fit.samples.speed < 0.0]
+        one, other = (float(fit.acceleration[side] @ fit.effort[side]) for side in sides)
+        if not one * other >= ALIKE * max(one**2, other**2):
+            units = UNITS[signals.rotary]
+            raise ValueError(
+                f"the {units.names[2]} never changes its sign: {MAGNITUDE}; where a load pulls one way: "
+                f"{option(units.offset)} with its {units.names[2]}"
+            )
+
+
 def estimated_delay(samples: Samples) -> tuple[float, bool]:
     """Delay of the effort behind the motion [s] with the least residual; whether it is inside the range."""
     bins = bins_of(samples)[1](samples.speed)
@@ -248,12 +269,14 @@ def identify(
     chosen, variance = chosen_cutoff(signals)
     cutoff = chosen if cutoff is None else cutoff
     samples = filtered(signals, travel, cutoff, variance)
+    magnitude = signals.of_speed and one_sign([section.motion for section in signals.sections])
+    remedy = f"the speed never changes its sign: {MAGNITUDE}" if magnitude else "longer strokes both ways"
     for sign, name in ((1.0, "positive"), (-1.0, "negative")):
         usable = int((samples.speed * sign > 0.0).sum()) * samples.each
         if usable < MIN_BINS * MIN_SAMPLES:
             raise ValueError(
-                f"samples with {name} speed away from reversals = {usable}; allowed: at least {MIN_BINS * MIN_SAMPLES} "
-                "in each direction; remedy: longer strokes both ways, values with their signs"
+                f"samples with {name} speed away from reversals = {usable}, {1.0 / signals.step:.4g} a second; "
+                f"allowed: at least {MIN_BINS * MIN_SAMPLES} in each direction; remedy: {remedy}"
             )
     notes = list(signals.notes)
     free = [name for name, value in (("inertia", inertia), ("delay", delay)) if value is None]
@@ -279,6 +302,8 @@ def identify(
         few = f"no bin of speed with {MIN_SAMPLES} samples in both directions"
         raise ValueError(f"{few}; allowed: a longer log, or fewer bins (--bins)")
     fit = fit_of(samples.where(use), delay, np.cumsum(enough)[place[use]] - 1, int(enough.sum()), inertia)
+    if offset is None:
+        check_sign(signals, fit)
     smeared = SMEAR * np.nan_to_num(changed[0].total[enough] - fit.total)
     return _result(signals._replace(left_out=left_out, notes=notes), fit, changed, smeared, offset, free)
 
@@ -337,8 +362,6 @@ def _check(
     """Refuse a log that does not determine the values; half: of the inertia's interval, along: bins of wrong sign."""
     units, value = UNITS[signals.rotary], fit.inertia
     what, unit = units.names[0], units.shown[0]
-    never = all(float(section.effort.min()) >= 0.0 for section in signals.sections)
-    magnitude = "; the effort is never negative: a magnitude without its sign?" * never
     if not explained >= 0.0:
         shown = "" if free else f"; the log shows about {fit.seen:.3g} {unit}"
         raise ValueError(
@@ -350,12 +373,12 @@ def _check(
     if free and not half <= usual * VAGUE * value:
         raise ValueError(
             f"{what} = {value:.4g} {unit} +- {half:.2g}: too little acceleration, or noise or delay beyond it; "
-            f"remedy: {option(units.inertia)} with the known value, or a log with ramps{magnitude}"
+            f"remedy: {option(units.inertia)} with the known value, or a log with ramps"
         )
     wrong = float(np.sum(fit.number * along) / fit.number.sum())
     if wrong > MAX_ALONG:
         along_it = f"friction along the motion in {wrong:.0%} of the samples"
-        raise ValueError(f"{along_it}; allowed: at most {MAX_ALONG:.0%}: {SIGN}{magnitude}")
+        raise ValueError(f"{along_it}; allowed: at most {MAX_ALONG:.0%}: {SIGN}")
 
 
 def _notes(result: Identified, noise: float) -> list[str]:

@@ -1,7 +1,6 @@
 """Log of a drive: the signals that are needed, in SI, without a few damaged rows; file: `tables`."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,7 +8,7 @@ import numpy as np
 
 from ..physics.ball_law import Array
 from ..tables.csv_file import SCOPE, Table, naming, open_table, read_columns
-from ..tables.headings import EFFORT, LOG, MOTION, Column, one_column
+from ..tables.headings import EFFORT, LOG, MOTION, OF_CONSTANT, Column, one_column
 
 #: may be logged more slowly
 SLOW = ("temperature", "preload")
@@ -34,12 +33,15 @@ def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, 
     with naming(path):
         table = open_table(path, LOG, stated)
         columns = _selected(table, stated, wanted)
-        signals, (damaged, first) = read_columns(table, columns, LOG, MAX_DAMAGED)[2:]
+        signals, (damaged, first), marks = read_columns(table, columns, LOG, MAX_DAMAGED)[2:]
         for name, values in signals.items():
-            values[np.abs(values) > MAX_VALUE] = np.nan
+            if name != "time":
+                values[np.abs(values) > MAX_VALUE] = np.nan
             if not np.isfinite(values).any():
                 raise ValueError(f"column {columns[name].heading!r} has no numbers; allowed: one in each row")
-        notes = list(filter(None, [table.unused(columns)]))
+        notes = [*filter(None, [table.unused(columns)]), *marks]
+        if "current" in columns and (unit := columns["current"].unit) in OF_CONSTANT:
+            notes.append(f"current in {unit}: the torque constant has to be one per {unit}")
         if damaged:
             notes.append(f"{damaged} damaged row{'s' * (damaged > 1)} left out, the first: {first}")
         good = np.all([np.isfinite(values) for name, values in signals.items() if name not in SLOW], axis=0)
@@ -70,16 +72,20 @@ def _selected(table: Table, stated: Mapping[str, str], wanted: Sequence[str]) ->
     effort = next(name for name in (*stated, *wanted, *EFFORT) if name in table.columns and name in EFFORT)
     names = ["time", motion, effort, *(name for name in SLOW if name in table.columns)]
     remedy = 'one, or --column "{}=HEADING [UNIT]"'
-    used = {name: one_column(table.columns, name, remedy.format(name)) for name in names}
-    clocks = [place for place, heading in enumerate(table.headings) if heading == SCOPE]
-    if clocks and clocks[0] > 0:
+    times = table.columns["time"]
+    alike = len({column.heading for column in times}) == 1
+    one = table.columns | ({"time": times[:1]} if alike else {})
+    used = {name: one_column(one, name, remedy.format(name)) for name in names}
+    clocks = [column.place for column in times]
+    scopes = [place for place, heading in enumerate(table.headings) if heading == SCOPE]
+    if scopes and scopes[0] > 0:
         # the time of a channel is left of it
         places = [used[name].place for name in (motion, effort)]
-        first, second = (max(clock for clock in (0, *clocks) if clock <= place) for place in places)
-        rows = [row for _, row in islice(table.rows(table.start), MIN_ROWS)]
-        if any(row[first] != row[second] for row in rows if len(row) == len(table.headings)):
-            raise ValueError(f"{motion} and {effort} have unlike times; allowed: one sample time")
-        used["time"] = used["time"]._replace(place=first)
+        clocks = [max(clock for clock in (0, *scopes) if clock <= place) for place in places]
+        used["time"] = used["time"]._replace(place=clocks[0])
+    rows = (row for _, row in table.rows(table.start) if len(row) == len(table.headings))
+    if len(set(clocks)) > 1 and any(len({row[clock] for clock in clocks} - {""}) > 1 for row in rows):
+        raise ValueError(f"{motion} and {effort} have unlike times; allowed: one sample time")
     return used
 
 
@@ -88,6 +94,12 @@ def _in_time(signals: dict[str, Array], left_out: dict[str, int], notes: list[st
     time = signals["time"]
     step = np.diff(time)
     back = np.flatnonzero(step < 0.0)
+    usual = float(np.median(np.abs(step)))
+    if back.size and np.all(time[back + 1] - time.min() <= usual):
+        # blocks of a trigger, apart by a gap
+        block = np.cumsum(np.r_[False, step < 0.0])
+        notes.append(f"time begins again at {time.min():.6g} s {back.size} times: blocks that are apart")
+        return _in_time(signals | {"time": time + block * (np.ptp(time) + 10.0 * usual)}, left_out, notes)
     if back.size:
         row = int(back[0])
         where = f"first from {time[row]:.9g} to {time[row + 1]:.9g} s after row {row + 1}"

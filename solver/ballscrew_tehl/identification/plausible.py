@@ -9,13 +9,13 @@ from ..physics.ball_law import Array
 from ..runtime.evaluate import NutMap
 from ..tables.headings import ANGLE, EFFORT, LENGTH, LOG, MOTION, SPEED, VELOCITY, parted
 from .log_file import Log
-from .signals import Signals
+from .signals import MAX_RATE, MIN_RATE, Signals
 
 #: limits of the largest speed and acceleration [m/s], [m/s2];  of a screw [rad/s], [rad/s2]
 LINEAR = (1e-3, 10.0), (5e-3, 200.0)
 ROTARY = (1.0 * RPM, 3e4 * RPM), (1.0, 2e5)
-#: of the time between samples [s];  of the largest current [A], voltage [V], torque [N.m], force [N]
-STEP = 5e-6, 0.05
+#: of the time between samples and the whole log [s];  of the largest current [A], voltage [V], torque [N.m], force [N]
+STEP, DURATION = (1.0 / MAX_RATE, 1.0 / MIN_RATE), (0.2, 1e6)
 DRIVE = {"current": (0.02, 1e3), "voltage": (0.02, 1e3), "torque": (1e-3, 1e3), "force": (0.5, 2e5)}
 #: with a map: largest speed over its range;  largest torque over the least friction of the map, over the largest
 MAP_SPEED, MAP_TORQUE = 3.0, (0.1, 20.0)
@@ -61,9 +61,10 @@ def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> No
         torques = MAP_TORQUE[0] * float(np.min(friction)), MAP_TORQUE[1] * float(np.max(friction))
         torque = _usual([section.effort for section in signals.sections])
         drive.append(Value("torque at the screw up to", torque, torques, "N.m", {effort: 1}))
-    of_time = int(signals.of_speed)
+    of_time, samples = int(signals.of_speed), sum(len(section.motion) for section in signals.sections)
     _check(log, ("time", motion), [
         Value("time between samples", signals.step, STEP, "s", {"time": 1}),
+        Value("length of the log", signals.step * samples, DURATION, "s", {"time": 1}),
         Value("speed up to", speed, speeds, shown[0], {motion: 1, "time": of_time - 1}, one),
         Value("acceleration up to", acceleration, accelerations, shown[1], {motion: 1, "time": of_time - 2}),
     ])  # fmt: skip

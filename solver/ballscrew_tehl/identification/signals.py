@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
 from ..physics.ball_law import Array
-from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED
+from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED, TIME, parted
 from .log_file import SLOW, Log
 
 #: a step of time longer than this many usual ones is a gap; jumps of a position that are whole periods within this
@@ -17,11 +17,11 @@ from .log_file import SLOW, Log
 GAP, SAME_WRAP, NO_WRAPS = 4.5, 0.02, 0.1
 #: a jump is this many times the largest usual step;  steps that count as usual
 JUMP, USUAL = 8.0, 0.999
-#: slowest sampling [1/s];  steps of time that differ by more than this share are uneven;  shortest section [samples]
-MIN_RATE, UNEVEN, MIN_SECTION = 20.0, 1e-3, 100
-#: rows over which a slow channel repeats its value, at least (two are smooth behind the filter); fraction of its
-#: changes that are in phase, of those that follow each other so
-MIN_HELD, SAME_PHASE, MIN_HELD_FRACTION = 3, 0.99, 0.5
+#: slowest and fastest sampling [1/s];  share by which uneven steps of time differ;  shortest section [samples]
+MIN_RATE, MAX_RATE, UNEVEN, MIN_SECTION = 20.0, 2e5, 1e-3, 100
+#: rows over which a slow channel repeats its value, at least (two are smooth behind the filter); changes of it,
+#: fraction of them that are in phase, of those that follow each other so
+MIN_HELD, MIN_CHANGES, SAME_PHASE, MIN_HELD_FRACTION = 3, 20, 0.99, 0.5
 
 
 class Drive(NamedTuple):
@@ -67,7 +67,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         values = log.signals[name]
         if not np.ptp(values) > 0.0:
             raise ValueError(f"{name} is constant, {values[0]:.6g} SI; allowed: an axis that moves both ways")
-    log = _without_repeats(log, names)
+    whole, log = log, _without_repeats(log, names)
     time, left_out, notes = log.signals["time"], dict(log.left_out), list(log.notes)
     steps = np.diff(time)
     step, differences = float(np.median(steps)), np.diff(np.unique(steps))
@@ -75,7 +75,11 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     seen = differences[differences > 4.0 * np.spacing(np.abs(time).max())]
     resolution = float(seen.min()) if seen.size else 0.0
     if not step * MIN_RATE <= 1.0:
-        remedy = f"check the unit of time ({log.columns['time'].unit}), or log faster"
+        column, remedy = log.columns["time"], "log faster" if log is whole else log.notes[-1]
+        for unit, (factor, _) in TIME.items() if log is whole else ():
+            if MIN_RATE <= TIME[column.unit][0] / (step * factor) <= MAX_RATE:
+                remedy = f'likely time in {unit}: --column "time={parted(column.heading)[0]} [{unit}]"'
+                break
         raise ValueError(f"time between samples = {step:.4g} s; allowed: <= {1.0 / MIN_RATE:g} s: {remedy}")
     motion, effort = (log.signals[name] for name in names)
     jumps = np.empty(0, dtype=int)
@@ -147,7 +151,7 @@ def _without_repeats(log: Log, names: list[str]) -> Log:
     for name in names:
         changes = np.flatnonzero(np.diff(log.signals[name])) + 1
         apart = np.diff(changes)
-        if len(apart) >= MIN_SECTION:
+        if len(apart) >= MIN_CHANGES:
             rows = int(np.median(apart))
             first = int(np.bincount(changes % rows).argmax())
             in_phase, follow = np.mean(changes % rows == first), np.mean(apart == rows)

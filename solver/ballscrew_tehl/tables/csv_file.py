@@ -6,21 +6,22 @@ with # and Excel's first line `sep=;` are skipped; if no other line has headings
 is taken for them, as np.savetxt writes it. Lines above the headings are skipped, a row of units may be below them.
 
 Numbers have a decimal point, or a decimal comma where semicolons or tabs separate the fields, the same in the whole
-file, and no marks of thousands: a file whose numbers can be read in two ways is refused.
+file. Marks of thousands are removed where the file shows them, as 1.234.567, 1.234,5, or 1.234 beside 999 in a file
+with decimal commas; a file whose numbers can be read in two ways is refused. A time may be one of the day, with a date.
 """
 
 import csv
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from itertools import islice
+from itertools import islice, takewhile
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .headings import Column, HeadingError, Kind, columns_of, named_places, one_column, si
+from .headings import CLOCK, Column, HeadingError, Kind, columns_of, named_places, one_column, parted, si
 
 SEPARATORS = (";", "\t", ",")
 #: lines looked at for headings and first row;  lines without comments that headings are searched in
@@ -28,11 +29,17 @@ HEAD, MAX_LINES = 2000, 100
 #: what stands for a missing value, in lower case; EOF: last line of exports
 MISSING = frozenset(["", "nan", "null", "-", "n/a", "inf", "+inf", "-inf", "1.#qnan", "-1.#ind", "eof"])
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+#: time of day in parts of 60 and a fraction, behind a date, before AM or PM and a time zone
+STAMP = re.compile(
+    r"(?:\d{1,4}([-./])\d\d?\1\d{1,4}[T ]\s*)?(?:(\d\d?):)?(\d\d?):(\d\d(?:[.,]\d+|[:;]\d{3})?)"
+    r"\s*([ap]m)?(?:z|utc|[+-]\d\d:?\d\d)?",
+    re.IGNORECASE,
+)
 #: TwinCAT Scope heads each channel with a column of time [ms] of this name
 SCOPE = "Name"
 #: table whose columns are all texts
 ANY = Kind({}, {}, "")
-COMMAS = "numbers with decimal commas need semicolons between the fields"
+COMMAS = "numbers with commas, decimal or of thousands, need semicolons between the fields"
 
 
 @contextmanager
@@ -86,12 +93,13 @@ class Table(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Lines in the file, from 1; fields and values [SI] by quantity, the latter without damaged rows, their number."""
+    """Lines in the file, from 1; fields and values [SI] by quantity, the latter without damaged rows; these; notes."""
 
     lines: list[int]
     texts: dict[str, list[str]]
     values: dict[str, NDArray[np.float64]]
     damaged: tuple[int, str]
+    notes: list[str]
 
 
 def _split(line: str, separator: str) -> list[str]:
@@ -142,7 +150,7 @@ def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> 
         comments = [number for number, line in enumerate(lines[:HEAD]) if line.lstrip().startswith("#")]
         content = [number for number, line in enumerate(lines[:HEAD]) if not _is_comment(line)]
         fields = {k: _head_fields(lines[k]) for k in (*comments, *content)}
-        heading, first = _heading({k: fields[k] for k in content[:MAX_LINES]}, kind, stated)
+        heading, first = _heading({k: fields[k] for k in content[:MAX_LINES]}, lines, kind, stated)
         if heading in content and _numeric(fields[heading]):
             # rows without headings, unless a comment has them
             alike = [k for k in comments if k < heading and len(fields[k]) == len(fields[heading])]
@@ -153,6 +161,10 @@ def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> 
             heading, first = alike[-1], heading
         if not 0 <= heading < first < len(lines):
             raise ValueError("no rows; allowed: a line of headings and one line per point")
+        separator = _separator(lines[heading])
+        for place, text in enumerate(_split(lines[first], separator)[: len(fields[heading])]):
+            if "time" in kind.quantities and STAMP.fullmatch(text):
+                fields[heading][place] = f"{parted(fields[heading][place])[0]} [{CLOCK}]"
         # a row of units may be below the headings
         units = [k for k in content if heading < k < first and not any(map(_is_number, fields[k]))]
         results, errors = [], []
@@ -162,28 +174,29 @@ def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> 
             except ValueError as error:
                 errors.append(error)
         if not results:
-            raise errors[0]
+            raise errors[-1]
         below, columns, problems = min(results, key=lambda result: len(result[2]))
-        separator = _separator(lines[heading].lstrip("\ufeff# "))
         return Table(path, fields[heading], separator, lines, below, first, columns, problems)
 
 
 def _head_fields(line: str) -> list[str]:
     """Fields of a line that may be one of headings, also in a comment."""
-    line = line.lstrip("\ufeff# ")
-    texts = _split(line, _separator(line))
+    texts = _split(line.lstrip("\ufeff# "), _separator(line))
     return ["time [ms]", *texts[1:]] if texts.count(SCOPE) > 1 and texts[0] == SCOPE else texts
 
 
-def _heading(rows: Mapping[int, list[str]], kind: Kind, stated: Mapping[str, str]) -> tuple[int, int]:
+def _heading(
+    rows: Mapping[int, list[str]], lines: Sequence[str], kind: Kind, stated: Mapping[str, str]
+) -> tuple[int, int]:
     """The last line with the needed headings above its first row, and that, -1: none; else where they would be."""
     heading, needed = -1, [0]
     for number, texts in rows.items():
         if places := named_places(texts, kind, stated):
             heading, needed = number, places
-        elif heading >= 0 and max(needed) < len(texts):
-            time, *others = (texts[place] for place in needed)
-            if _is_number(time) and all(_is_number(text) or text.lower() in MISSING for text in others):
+        elif heading >= 0 and max(needed) < len(row := _split(lines[number], _separator(lines[heading]))):
+            time, *others = (row[place] for place in needed)
+            usable = all(_is_number(text) or text.lower() in MISSING for text in others)
+            if usable and (_is_number(time) or STAMP.fullmatch(time)):
                 return heading, number
     if heading >= 0:
         return heading, heading + 1
@@ -192,8 +205,9 @@ def _heading(rows: Mapping[int, list[str]], kind: Kind, stated: Mapping[str, str
         heading, numeric, *_ = *rows, -1, -1
         return heading, numeric
     above = [k for k in rows if k < numeric]
-    names = [k for k in above if len(rows[k]) == len(rows[numeric]) and not any(map(_is_number, rows[k]))]
-    return (names or above[-1:] or [numeric])[0], numeric
+    alike = {k for k in above if len(rows[k]) == len(rows[numeric]) and not any(map(_is_number, rows[k]))}
+    names = [*takewhile(alike.__contains__, above[::-1])]
+    return (names[-1:] or above[-1:] or [numeric])[0], numeric
 
 
 def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_damaged: float = 0.0) -> Rows:
@@ -211,6 +225,13 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
         lines.append(line)
         for key, column in columns.items():
             texts[key].append(row[column.place] if column.place < len(row) else "")
+    marks = {column.heading: texts[key] for key, column in columns.items() if key in kind.quantities}
+    time = texts["time"] if "time" in kind.quantities and "time" in columns else []
+    if stamped := any(map(STAMP.fullmatch, time)):
+        del marks[columns["time"].heading]
+    notes = _without_thousands(marks)
+    if time:
+        texts["time"] = _seconds(time)
     numbers = {key: _numbers(texts[key]) for key in columns if key in kind.quantities}
     for key, (_, is_text) in numbers.items():
         for k in () if strict else np.flatnonzero(is_text):
@@ -223,10 +244,11 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
             few = f" ({len(damaged)} of {len(lines)} rows are damaged, at most {100.0 * max_damaged:g} % are left out)"
             end = few * (not strict) + f"; {COMMAS}" * (table.separator == "," and "fields under" in first)
             raise ValueError(f"{first}; allowed: a number, or an empty field, under each heading{end}")
-        _check_marks(table, {columns[key].heading: texts[key] for key in numbers}, lines)
+        _check_marks(table, marks, lines)
     kept = np.delete(np.arange(len(lines)), list(damaged))
-    values = {k: si(x[kept], kind.quantities[k], columns[k].unit) for k, (x, _) in numbers.items()}
-    return Rows(lines, texts, values, (len(damaged), first))
+    units = {key: column.unit for key, column in columns.items()} | ({"time": CLOCK} if stamped else {})
+    values = {k: si(x[kept], kind.quantities[k], units[k]) for k, (x, _) in numbers.items()}
+    return Rows(lines, texts, values, (len(damaged), first), notes)
 
 
 def read_rows(path: Path | str) -> list[dict[str, str]]:
@@ -241,6 +263,48 @@ def read_rows(path: Path | str) -> list[dict[str, str]]:
         _check_marks(table, numbers, lines)
     texts |= {key: [text.replace(",", ".") for text in fields] for key, fields in numbers.items()}
     return [dict(zip(texts, row, strict=True)) for row in zip(*texts.values(), strict=True)]
+
+
+def _seconds(texts: list[str]) -> list[str]:
+    """Times of day, which may pass midnight, as seconds; whole numbers that a float would round less the first."""
+    stamps = [(row, stamp.groups()) for row, text in enumerate(texts) if (stamp := STAMP.fullmatch(text))]
+    if not stamps:
+        first = next((int(text) for text in texts if text.isdigit()), 0)
+        first = first if first > 2**53 else 0
+        return [str(int(text) - first) if first and text.isdigit() else text for text in texts]
+    results, days, before = list(texts), 0, 0.0
+    for row, (_, hour, minute, second, half) in stamps:
+        hours = int(hour or 0) if half is None else int(hour or 0) % 12 + 12 * (half.lower() == "pm")
+        time = 3600 * hours + 60 * int(minute) + float(re.sub("[,:;]", ".", second))
+        # without hours it begins again each hour
+        period = 3600.0 if hour is None else 86400.0
+        days, before = days + (time < before - 0.5 * period), time
+        results[row] = f"{time + days * period:.9f}"
+    return results
+
+
+def _without_thousands(columns: dict[str, list[str]]) -> list[str]:
+    """Remove the marks of thousands in columns, by heading, that can only be read so; notes on them."""
+    joined = {heading: "\n".join(["", *texts, ""]) for heading, texts in columns.items()}
+    notes = []
+    for mark, point in ((r"\.", ","), (",", r"\."), ("[ '\u2019\u00a0\u202f]", "[.,]")):
+        group = rf"[+-]?[1-9]\d{{0,2}}(?:{mark}\d{{3}})"
+        decimal = rf"\n[+-]?(?![1-9]\d{{0,2}}{point}\d{{3}}\n)\d*{point}\d*\n"
+        marked = {heading: text for heading, text in joined.items() if re.search(mark, text)}
+        if any(re.search(rf"\n(?!{group}+(?:{point}\d*)?\n)[^\n]*{mark}", text) for text in marked.values()):
+            continue  # it is a decimal mark
+        # 1.234.567 or 1.234,5
+        two = rf"\n{group}(?:{mark}|{point})"
+        sure = {key for key, text in marked.items() if mark[0] == "[" or re.search(two, text)}
+        others = sure or any(re.search(decimal, joined[key]) for key in joined.keys() - marked.keys())
+        for heading, text in marked.items():
+            # whole numbers below 1000 without a mark, no larger ones
+            whole = others and re.search(r"\n[+-]?[1-9]\d\d\n", text) and not re.search(point, text)
+            if (heading in sure or whole) and not re.search(rf"\n[+-]?\d{{4,}}(?:\n|{point})", text):
+                first = next(number for number in columns[heading] if re.search(mark, number))
+                columns[heading][:] = [re.sub(mark, "", number) for number in columns[heading]]
+                notes.append(f"thousands are marked: {heading} = '{first}' is {re.sub(mark, '', first)}")
+    return notes
 
 
 def _numbers(texts: Sequence[str]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
@@ -279,7 +343,7 @@ def _check_marks(table: Table, columns: Mapping[str, Sequence[str]], lines: Sequ
     marked = {mark: [key for key, number in first.items() if mark in number] for mark in _NAMES}
     problems = []
     if comma:
-        problems += [(key, f"; {COMMAS}, thousands no mark") for key in marked[","]]
+        problems += [(key, f"; {COMMAS}") for key in marked[","]]
     if marked["."] and marked[","]:
         decimal, other = (".", ",") if "." in forms and "," not in forms else (",", ".")
         problem = (

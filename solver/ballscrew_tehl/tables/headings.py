@@ -21,24 +21,42 @@ Units = dict[str, tuple[float, float]]
 Value = TypeVar("Value", float, NDArray[np.float64])
 #: fraction of the torque; no factor of a unit
 PERCENT = "%"
+INCH = 0.0254
+#: units of drives that need a number of the motor or its encoder, and how
+RELATIVE = {
+    r"(0[.,]?1)? *%.*|\u2030.*|.*per ?(cent|mil).*|pro(zent|mille)|pct": "is a part of the rated value: multiply by it",
+    "(counts?|inc.*|pulses?|ticks?)(/.*)?|cts|ink.*|lu|lsb": "depends on the encoder: divide by its counts per turn",
+}
+
+
+ALIASES: set[str] = set()
 
 
 def _units(factors: Mapping[str, float]) -> Units:
-    """Units without an offset; spellings of one unit are separated by spaces."""
+    """Units without an offset; spellings of one unit are separated by spaces, messages have the first."""
+    ALIASES.update(name for names in factors for name in names.split()[1:])
     return {unit: (factor, 0.0) for names, factor in factors.items() for unit in names.split()}
 
 
 FORCE = _units({"N": 1.0, "kN": 1e3, "daN": 10.0, "kgf": 9.80665, "lbf": 4.4482216152605})
-SPEED = _units({"r/min rpm rev/min U/min 1/min min-1": RPM, "rad/s": 1.0, "deg/s": math.pi / 180.0,
-                "r/s rev/s turn/s turns/s": 2.0 * math.pi})  # fmt: skip
-VELOCITY = _units({"m/s": 1.0, "mm/s": 1e-3, "m/min": 1.0 / 60.0, "mm/min": 1e-3 / 60.0})
+SPEED = _units({"r/min rpm rev/min U/min 1/min min-1 turn/min turns/min rot/min Umdr/min": RPM, "rad/s": 1.0,
+                "deg/s": math.pi / 180.0, "r/s rev/s turn/s turns/s rps U/s rot/s": 2.0 * math.pi})  # fmt: skip
+VELOCITY = _units({"m/s": 1.0, "mm/s": 1e-3, "m/min": 1.0 / 60.0, "mm/min": 1e-3 / 60.0, "um/s": 1e-6,
+                   "in/s inch/s": INCH, "in/min inch/min ipm": INCH / 60.0})  # fmt: skip
 TEMPERATURE = {"degC": (1.0, CELSIUS), "C": (1.0, CELSIUS), "K": (1.0, 0.0), "degF": (5.0 / 9.0, 459.67)}
-TORQUE = _units({"N.m": 1.0, "N.cm cN.m": 1e-2, "N.mm mN.m": 1e-3, "kgf.cm": 0.0980665,
-                 "lbf.in lb.in": 0.1129848290276167})  # fmt: skip
-LENGTH = _units({"m": 1.0, "mm": 1e-3, "um": 1e-6})
-ANGLE = _units({"rad": 1.0, "deg Grad": math.pi / 180.0, "rev r turns": 2.0 * math.pi})
-TIME = _units({"s": 1.0, "ms": 1e-3, "us": 1e-6})
-CURRENT = _units({"A": 1.0, "mA": 1e-3})
+TORQUE = _units({"N.m": 1.0, "N.cm cN.m": 1e-2, "N.mm mN.m": 1e-3,
+                 "kgf.cm": 9.80665e-2, "lbf.in lb.in in.lbf in.lb in.lbs lbs.in": 0.1129848290276167,
+                 "ozf.in oz.in in.oz in.ozf": 0.00706155181422604})  # fmt: skip
+LENGTH = _units({"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "cm": 1e-2, "in inch": INCH})
+ANGLE = _units({"rad": 1.0, "deg Grad degree degrees": math.pi / 180.0, "rev r turns turn rot U": 2.0 * math.pi,
+                "mrad": 1e-3, "mdeg": 1e-3 * math.pi / 180.0})  # fmt: skip
+#: time of day, a date before it
+CLOCK = "HH:MM:SS"
+TIME = _units({"s sec seconds": 1.0, "ms msec": 1e-3, "us usec": 1e-6, "ns": 1e-9, "100ns": 1e-7, "min": 60.0,
+               "h": 3600.0, "d days": 86400.0}) | {CLOCK: (1.0, 0.0)}  # fmt: skip
+#: effective or peak: as that of the torque constant
+OF_CONSTANT = ("Arms", "Aeff", "Apk", "Apeak")
+CURRENT = _units({"A": 1.0, "mA": 1e-3, " ".join(OF_CONSTANT): 1.0})
 VOLTAGE = _units({"V": 1.0, "mV": 1e-3})
 
 
@@ -89,10 +107,11 @@ TORQUES = Kind(
 #: signals of the motion, the position first, and of the drive; the first that a log has is used
 MOTION = ("position", "screw_position", "speed", "screw_speed")
 EFFORT = ("force", "screw_torque", "torque", "current", "voltage")
+_TIMES = "time", "t", "timestamp", "time_stamp", "datetime", "date_time", "zeit", "zeitstempel", "uhrzeit"
 #: log of a drive; a speed is one of the motor or along the axis by its unit, `screw` is behind a gear
 LOG = Kind(
     {
-        "time": Quantity(("time", "t", "timestamp", "zeit", "zeitstempel"), TIME),
+        "time": Quantity(_TIMES, TIME),
         "position": Quantity(_of_the_motor("position", "angle", "lage", "weg", "winkel"), LENGTH | ANGLE),
         "screw_position": Quantity(("screw_position", "screw_angle"), ANGLE),
         "speed": Quantity(
@@ -153,7 +172,7 @@ def quantity_of(heading: str, kind: Kind, below: str = "") -> tuple[str, str] | 
             if result := quantity_of(f"{stem} [{below}]", kind):
                 return result
         except HeadingError as error:
-            if unit is not None or not error.unknown_unit:
+            if unit is not None or not error.unknown_unit or _relative(below):
                 raise
     stem = re.sub("[ -]", "_", stem.lower())
     if stem in kind.texts:
@@ -173,6 +192,11 @@ def quantity_of(heading: str, kind: Kind, below: str = "") -> tuple[str, str] | 
     return None
 
 
+def _relative(unit: str) -> str:
+    """Why a unit of RELATIVE is none, "" of others."""
+    return "".join(f" {why}" for pattern, why in RELATIVE.items() if re.fullmatch(pattern, unit.lower()))
+
+
 def _unit_of(heading: str, behind: str, unit: str | None, name: str, key: str, kind: Kind) -> str:
     """Unit of a quantity as the tables have it, of one in brackets or behind the name: rad_s, rpm, nm, degc."""
 
@@ -180,15 +204,21 @@ def _unit_of(heading: str, behind: str, unit: str | None, name: str, key: str, k
         if unit is None:
             return re.sub("[^a-z0-9]", "", text.lower())
         # case matters, what may stand between the letters does not
-        return re.sub("[\\s.*^\u00b7\u22c5-]", "", text).replace("\u00b0", "deg")
+        text = text.replace("\u00b0", "deg").replace("\u207b\u00b9", "1")
+        return re.sub("[\\s.*^_\u00b7\u22c5-]", "", text)
 
     written, units = behind if unit is None else unit, kind.quantities[key].units
     for known in units:
         if (spelled(written) or not known) and spelled(known) == spelled(written):
             return known
+    for known in units:
+        # not mega for milli
+        if spelled(known).lower() == spelled(written).lower() and not spelled(written).startswith("MN"):
+            return known
     problem = f"unit {written!r}" if written else "unit missing"
+    problem += _relative(written)
     remedy = f"write {name} [UNIT] with one of" if unit is None else "allowed:"
-    text = f"column {heading!r}: {problem}; {remedy} {', '.join(units) or 'no unit'}"
+    text = f"column {heading!r}: {problem}; {remedy} {', '.join(k for k in units if k not in ALIASES) or 'no unit'}"
     raise HeadingError(key, text, unknown_unit=unit is not None)
 
 
@@ -224,7 +254,7 @@ def columns_of(
         places = _places_of(text, headings)
         if len(places) != 1:
             raise ValueError(
-                f"--column {key}={text}: {len(places) or 'no'} such columns ({those}); allowed: one"
+                f"--column {key}={text}: {len(places) or 'no'} such columns ({those}); allowed: one, rename others"
             )
         (place,), own = places, parted(text)[1]
         unit = own or parted(headings[place])[1] or units[place]
@@ -244,7 +274,9 @@ def columns_of(
             for problem in problems:
                 if problem.key in keys:
                     raise problem
-            raise ValueError(f"column {what} missing ({those}); allowed: headings with units: {kind.example}")
+            allowed = f"headings with units: {kind.example}"
+            allowed += ", or of the number of the row times the sample time: time [s]" * (what == "time")
+            raise ValueError(f"column {what} missing ({those}); allowed: {allowed}")
     return columns, problems
 
 
@@ -253,7 +285,8 @@ def one_column(columns: Mapping[str, Iterable[Column]], key: str, remedy: str = 
     first, *others = columns[key]
     if others:
         both = f"columns {first.heading!r} and {others[0].heading!r}"
-        raise ValueError(f"{both} both are {key}; allowed: {remedy}")
+        alike = first.heading == others[0].heading
+        raise ValueError(f"{both} both are {key}; allowed: {'one: rename the other' if alike else remedy}")
     return first
 
 

@@ -163,6 +163,7 @@ def test_fields_and_files_take_commas_and_refuse_other_texts(opened, pages, tmp_
     assert page.evaluate("live.state.points[0].torque") == pytest.approx(0.6271)
     for bad, line in (
         ("preload [N], speed [r/min]\n1,2", "no column torque"), (f"{GOOD}3;x;1;1", "line 4: speed = 'x'"),
+        ("# preload [N];speed [RPM];Moment in NM\n1.500;100;0.4\n800;100;0.3", "can be read in two ways, 1.500 or"),
     ):  # fmt: skip
         file.write_text(bad)
         page.set_input_files("#file", file)

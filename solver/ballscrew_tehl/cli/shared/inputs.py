@@ -125,9 +125,10 @@ def _rows(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[str, str
     kind = Kind(headings, {"of the point": tuple(headings)}, example)
     table = open_table(args.points, kind)
     used = table.single_columns([q.axis for q in quantities if getattr(args, q.name) is not None])
-    if unused := table.unused(used):
-        say(f"{args.points}: {unused}")
     rows, fields = read_columns(table, used, kind), {}
+    for note in (table.unused(used), *rows.notes):
+        if note:
+            say(f"{args.points}: {note}")
     for name, axis in ((quantity.name, quantity.axis) for quantity in quantities if quantity.axis in used):
         # a field that is no number is refused by its text; digits: without those of the units
         fields[name] = [
