@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from ballscrew_fmu.variables.axis import axis_variables
+from ballscrew_fmu.variables.axis import STEEL_DENSITY, axis_variables
 from ballscrew_tehl.runtime.constants import AXIS_DAMPING_TIME
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import FrictionParameters
@@ -17,7 +17,6 @@ from ballscrew_tehl.runtime.standstill import RELAXED, held_stiffness, preslidin
 from ballscrew_tehl.runtime.transmission import contact_law, contact_stiffness, preload_approach
 
 PARTS = 25  # of a communication step
-STEEL_DENSITY = 7850.0  # [kg/m3]
 
 
 def axis_motion(
