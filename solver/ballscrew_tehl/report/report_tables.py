@@ -1,6 +1,7 @@
 """Tables and notes of the report on one screw."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -28,17 +29,26 @@ def words(name: str) -> str:
     return name.replace("_", " ")
 
 
+def three_digits(value: Any) -> str:
+    """A torque of any screw."""
+    return f"{float(value):#.3g}"
+
+
 def key_numbers(data: ReportData) -> list[tuple[str, str]]:
     """The numbers that are asked for first, each with what it is."""
     point, interval, case = data.point, data.interval, data.cases[0].screw
     state = data.nut_map.evaluate(*point)
     slow = data.nut_map.evaluate(*point._replace(speed=CATALOGUE_SPEED))
-    computed = f"{float(slow.friction_torque):.3f} N m" if slow.in_range else "outside the map"
-    low_high = "" if interval is None else f", interval {interval.low:.3f} to {interval.high:.3f}"
+    computed = f"{three_digits(slow.friction_torque)} N m" if slow.in_range else "outside the map"
+    low_high, seals = "", data.nut_map.seal_torque
+    if interval is not None:
+        ends = (seals + end * (float(state.friction_torque) - seals) for end in interval.relative)
+        low_high = ", interval " + " to ".join(map(three_digits, ends))
     return [
-        (f"{float(state.friction_torque):.3f} N m", f"friction torque at {point.text}{low_high}"),
-        (f"{case.catalogue_torque:.3f} N m", f"catalogue torque at {point.preload:.0f} N (JIS B 1192: 100 r/min, "
-         f"oil ISO VG 68, no seals); computed at 100 r/min and {point.temperature - CELSIUS:.1f} C: {computed}"),
+        (f"{three_digits(state.friction_torque)} N m", f"friction torque at {point.text}{low_high}"),
+        (f"{three_digits(case.catalogue_torque)} N m",
+         f"catalogue torque at {point.preload:.0f} N (JIS B 1192: 100 r/min, oil ISO VG 68, no seals); "
+         f"computed at 100 r/min and {point.temperature - CELSIUS:.1f} C: {computed}"),
         (f"{float(state.lambda_ratio):.2f}", "lambda, least film over roughness, at the same point"),
         (f"{1e-6 * case.axial_stiffness:.0f} N/um", "axial stiffness of the contacts, bodies rigid, at this preload"),
         (f"{case.separation_load:.0f} N", f"axial load that unloads one {data.words.side} (elastic bodies)"),
@@ -101,9 +111,10 @@ def torques(data: ReportData) -> Html:
     """Torque with its interval at the preloads and speeds of the lines, and the catalogue torque."""
     catalogue, rows = nsk_torque(data.parameters.screw, data.preloads), []
     shown = data.at_temperature[:, np.isin(data.interval_speeds, data.speeds)]
-    text = "{:.3f} ({:.3f} to {:.3f})" if data.mechanistic else "{:.3f}"
+    text = "{} ({} to {})" if data.mechanistic else "{}"
     for preload, other, by_speed in zip(data.preloads, catalogue, shown, strict=True):
-        rows.append([f"{preload:.0f}", f"{other:.3f}", *(text.format(*values) for values in by_speed)])
+        cells = (text.format(*map(three_digits, values)) for values in by_speed)
+        rows.append([f"{preload:.0f}", three_digits(other), *cells])
     what = "Friction torque (interval) [N m]" if data.mechanistic else "Friction torque [N m]"
     return table(
         "torques",
