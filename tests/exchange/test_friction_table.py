@@ -34,6 +34,19 @@ def test_points_have_the_least_largest_error():
     assert few_points(x, 2.0 * x, 3).error == pytest.approx(0.0, abs=1e-12)
 
 
+def test_points_do_not_follow_noisy_bins():
+    rng, x = np.random.default_rng(3), np.linspace(0.1, 3.0, 40)
+    smooth, errors = 1.0 + 0.3 * x, np.where(np.arange(40) % 10 < 8, 1e-3, 2e-2)
+    found = few_points(x, smooth + errors * rng.standard_normal(40), 19, errors)
+    assert len(found.x) < 8
+    assert np.max(np.abs(np.interp(x, found.x, found.y) - smooth)) < 0.01 < 0.4 * found.error
+    # errors below the bend: no fewer points than without them
+    bent = 1.0 - np.exp(-8.0 * x)
+    assert few_points(x, bent, 9, np.full(40, 1e-9)).error == pytest.approx(
+        few_points(x, bent, 9).error, rel=0.05
+    )
+
+
 def test_csv_and_json_are_read_back():
     lines = [line for line in csv_text(TABLE).splitlines() if not line.startswith("#")]
     rows = np.array([numbers(line) for line in lines[1:]])

@@ -16,11 +16,13 @@ from ballscrew_tehl.runtime.packed import FrictionParameters
 from ballscrew_tehl.runtime.standstill import RELAXED, held_stiffness, presliding_friction
 from ballscrew_tehl.runtime.transmission import contact_law, contact_stiffness, preload_approach
 
-PARTS = 25  # of a communication step
+PART_ANGLE = (
+    0.084  # [rad] of the vibration of table and motor over the nut in one part: 25 parts of 1 ms with a 40x8
+)
 
 
 def axis_motion(
-    nut_map: NutMap, inputs: Sequence[Mapping[str, float]], step: float, parts: int = PARTS
+    nut_map: NutMap, inputs: Sequence[Mapping[str, float]], step: float
 ) -> Iterator[dict[str, Any]]:
     """angle, speed, position, velocity and nut_force after each step, with the start values of the parameters."""
     p = {v.name: float(v.start or 0.0) for v in axis_variables(nut_map.header) if v.causality == "parameter"}
@@ -32,6 +34,8 @@ def axis_motion(
     contact = contact_stiffness(p["nut_stiffness"], p["stiffness_preload"])
     seals = nut_map.seal_stiffness(p["seal_torque"])
     guide_stiffness = p["guide_coulomb"] / p["guide_presliding_travel"]
+    vibration = math.sqrt(p["nut_stiffness"] * (1.0 / p["table_mass"] + ratio**2 / inertia))
+    parts = math.ceil(step * vibration / PART_ANGLE)
     h = step / parts
     angle = speed = position = velocity = 0.0
     turned = moved = 0.0  # accelerations of screw and table in the part before
