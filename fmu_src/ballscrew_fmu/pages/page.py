@@ -10,7 +10,7 @@ from jinja2 import ChoiceLoader, PackageLoader
 
 from ballscrew_fmu.description.model_description import licence_text
 from ballscrew_fmu.models import FmuModel
-from ballscrew_fmu.variables.friction import TIME, Variable, band_text, law_name
+from ballscrew_fmu.variables.friction import TIME, Variable, band_text, law_name, origin_text
 from ballscrew_tehl.report.data import PRELOAD_WORDS
 from ballscrew_tehl.report.page import TEMPLATES as ELEMENTS
 from ballscrew_tehl.report.page import Html, certificate_table, page, section
@@ -22,6 +22,7 @@ TEMPLATES = ELEMENTS.overlay(
 )
 TEMPLATES.globals = ELEMENTS.globals | {
     "band_text": band_text, "certificate_table": certificate_table, "law_name": law_name, "map_hash": map_hash,
+    "origin_text": origin_text,
     **{name: value for name, value in vars(constants).items() if name.isupper()},
 }  # fmt: skip
 
