@@ -1,7 +1,7 @@
-"""Width of the interval of a torque, and torque over catalogue torque, of a folder of screw files.
+"""Torque over catalogue torque (100 r/min, 30 C), and width of the interval, high over low end, of a folder of screws.
 
-Without a calibration, at the preload that catalogues state torques for, without axial load. Width: high end over low
-end. Default folder: the ten example screws of the source tree, 8x2 to 80x20.
+Without calibration and axial load, at the preload of catalogues; width: least and largest over speeds and temperatures.
+Default folder: ten example screws, 8x2 to 80x20.
 """
 
 import sys
@@ -9,46 +9,40 @@ from pathlib import Path
 
 import numpy as np
 
-from ballscrew_tehl.friction.baselines import nsk_torque
 from ballscrew_tehl.friction.sets import default_friction_set
-from ballscrew_tehl.mechanics import catalogue_preload
+from ballscrew_tehl.mechanics import catalogue_preload, loaded_screw, screw_constants
 from ballscrew_tehl.nut_map.grid import map_grid
-from ballscrew_tehl.nut_map.interval import map_interval
-from ballscrew_tehl.parameters.file import Parameters, load_screw
+from ballscrew_tehl.nut_map.interval import map_interval, nearest
+from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 
 SCREWS = Path(__file__).parents[1] / "tests/data/screws"
-#: r/min of catalogue torques, and speeds over the largest one of a screw; degC
-CATALOGUE_RPM, SPEEDS, TEMPERATURES = 100.0, (0.1, 0.5, 1.0), (10.0, 30.0, 60.0)
+SLOW, SPEEDS, TEMPERATURES = 100.0 * RPM, (0.1, 0.5, 1.0), (10.0, 30.0, 60.0)  # over the largest speed; degC
 
 
-def row(parameters: Parameters) -> list[float]:
-    """Torque over catalogue torque at 100 r/min and 30 C; least and largest width, at 100 r/min and SPEEDS."""
-    grid, preload = map_grid(parameters), catalogue_preload(parameters.screw)
-    given = parameters, vars(grid), default_friction_set(parameters), preload
-    slow = CATALOGUE_RPM * RPM
-    ratio = map_interval(*given, slow, 30.0 + CELSIUS).torque / float(nsk_torque(parameters.screw, preload))
-    widths = []
-    for speed in (slow, *(part * grid.speed[1] for part in SPEEDS)):
-        for temperature in np.clip(np.array(TEMPERATURES) + CELSIUS, *grid.temperature[:2]):
-            low, high = map_interval(*given, speed, float(temperature)).relative
-            widths.append(high / low)
-    return [ratio, min(widths), max(widths)]
-
-
-def main(folder: Path | str = SCREWS) -> dict[str, list[float]]:
-    """Row of each screw by the name of its file."""
-    return {path.stem: row(load_screw(path)) for path in sorted(Path(folder).glob("*.toml"))}
-
-
-def table(rows: dict[str, list[float]]) -> str:
-    """The rows, and the range over them."""
-    columns = np.array(list(rows.values()))
-    lines = [f"{'screw':<16}{'over catalogue':>16}{'least width':>14}{'largest width':>15}"]
-    for name, values in {**rows, "least": columns.min(axis=0), "largest": columns.max(axis=0)}.items():
-        lines.append("{:<16}{:>16.2f}{:>14.2f}{:>15.2f}".format(name, *values))
-    return "\n".join(lines)
+def main(folder: Path | str = SCREWS) -> dict[str, tuple[float, float, float]]:
+    """Torque over catalogue torque, least and largest width, by the name of the file."""
+    rows = {}
+    for path in sorted(Path(folder).glob("*.toml")):
+        parameters = load_screw(path)
+        screw, axes = parameters.screw, vars(map_grid(parameters))
+        law = parameters, axes, default_friction_set(parameters), catalogue_preload(screw)
+        intervals = [
+            map_interval(*law, speed, nearest(axes, "temperature", celsius + CELSIUS))
+            for speed in (SLOW, *(part * axes["speed"][1] for part in SPEEDS))
+            for celsius in TEMPERATURES
+        ]
+        catalogue = loaded_screw(screw, screw_constants(screw), law[3], 0.0).catalogue_torque
+        widths = [high / low for low, high in (one.relative for one in intervals)]
+        rows[path.stem] = intervals[1].torque / catalogue, min(widths), max(widths)
+    return rows
 
 
 if __name__ == "__main__":
-    print(table(main(*sys.argv[1:2])))
+    table = main(*sys.argv[1:2])
+    for name, row in {
+        **table,
+        "least": np.min([*table.values()], 0),
+        "largest": np.max([*table.values()], 0),
+    }.items():
+        print("{:<16}{:>8.2f}{:>8.2f}{:>8.2f}".format(name, *row))

@@ -36,15 +36,12 @@ class PreloadWords(NamedTuple):
 
     screw: str
     side: str
-    sides: str
 
 
 PRELOAD_WORDS = {
-    "double_nut": PreloadWords("double-nut ball screw", "nut", "nuts"),
-    "single_nut_offset": PreloadWords("single-nut ball screw with offset lead", "half", "halves"),
-    "single_nut_oversize_ball": PreloadWords(
-        "single-nut ball screw with oversize balls", "set of flanks", "sets of flanks"
-    ),
+    "double_nut": PreloadWords("double-nut ball screw", "nut"),
+    "single_nut_offset": PreloadWords("single-nut ball screw with offset lead", "half"),
+    "single_nut_oversize_ball": PreloadWords("single-nut ball screw with oversize balls", "set of flanks"),
 }
 
 

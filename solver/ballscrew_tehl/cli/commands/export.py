@@ -10,7 +10,7 @@ import numpy as np
 
 from ...exchange.formats import FORMATS, point_text, twincat_text
 from ...exchange.friction_table import Array, FrictionTable, curve_speeds, friction_table, read_identified
-from ...exchange.piecewise import Points, few_points
+from ...exchange.piecewise import Points, few_points, weighted_points
 from ...mechanics import catalogue_preload
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
@@ -85,8 +85,10 @@ def _lists(output: Path, export: _Export, max_points: int) -> tuple[dict[Path, s
     for curve in export.lists:
         # the entry at rest is one of them
         points = Points(curve.speed, curve.torque, 0.0, 0.0)
-        if curve.errors is not None or len(curve.speed) >= max_points:
-            points = few_points(curve.speed, curve.torque, max_points - 1, curve.errors)
+        if curve.errors is not None:
+            points = weighted_points(curve.speed, curve.torque, curve.errors, max_points - 1)
+        elif len(curve.speed) >= max_points:
+            points = few_points(curve.speed, curve.torque, max_points - 1)
         path = output.with_name(f"{output.stem}{curve.suffix}{output.suffix}")
         files[path] = twincat_text(export.table, export.lead, points, *export.current, curve.where)
         answers.append({
@@ -179,7 +181,7 @@ def _of_log(args: Namespace, max_points: int) -> _Export:
         differs = float(np.max(np.abs(both.difference)))
         where = (
             f"mean of both directions, for a list has none; each differs from it by up to "
-            f"{differs * current[0]:.3g} A = {differs:.3g} N.m; no more points than the 95 % limits of the bins ask for"
+            f"{differs * current[0]:.3g} A = {differs:.3g} N.m; bins by their errors"
         )
         errors = np.maximum(both.error, MIN_ERROR * both.mean.max())
         lists = [_List("", where, both.speed, both.mean, {"direction_difference_nm": differs}, errors)]
