@@ -16,9 +16,7 @@ from ballscrew_tehl.runtime.packed import FrictionParameters
 from ballscrew_tehl.runtime.standstill import RELAXED, held_stiffness, presliding_friction
 from ballscrew_tehl.runtime.transmission import contact_law, contact_stiffness, preload_approach
 
-PART_ANGLE = (
-    0.084  # [rad] of the vibration of table and motor over the nut in one part: 25 parts of 1 ms with a 40x8
-)
+PART_ANGLE = 0.03  # [rad] of the vibration of table and motor over the nut in one part
 
 
 def axis_motion(

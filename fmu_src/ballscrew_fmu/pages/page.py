@@ -74,9 +74,7 @@ def _page(model: FmuModel, header: Mapping[str, Any], live_page: str, native: tu
     if native:
         name, variables = model.native_name, model.native_variables(header)
         variables += (TIME,) if fmi_version == 3 else ()
-    kind = (
-        json.loads(header["parameters_json"]).get("screw", {}).get("preload_kind", "double_nut")
-    )  # the default
+    kind = json.loads(header["parameters_json"]).get("screw", {}).get("preload_kind", "double_nut")
     outside = ("input", "output")
     intro = TEMPLATES.get_template("model.html").render(
         part=part, words=PRELOAD_WORDS[kind], model=model, header=header, native=native,

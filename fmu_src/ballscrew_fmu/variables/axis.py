@@ -243,24 +243,16 @@ LOCALS: tuple[Variable | Shared, ...] = (
 )  # fmt: skip
 
 
-#: of the start values: length of the screw over its diameter, inertia of motor over screw, table over start preload
-#: [kg/N], whose weight is below the load that unloads a nut; Coulomb friction of the guide over the mass, 0.017 of the
-#: weight [N/kg], and viscous [1/s]; density of the screw [kg/m3]
-_LENGTH, _MOTOR, _TABLE, _GUIDE_FRICTION, _GUIDE_DAMPING = 25.0, 1.5, 0.23, 1.0 / 6.0, 4.0 / 3.0
-STEEL_DENSITY = 7850.0
+STEEL_DENSITY = 7850.0  # [kg/m3]
 
 
 def _starts(header: Header) -> dict[str, dict[str, float]]:
-    """Start values of an axis that suits the screw, in two digits."""
-    diameter, preload = (float(header["screw"][name]) for name in ("diameter", "stiffness_preload"))
-    length, mass = _LENGTH * diameter, _TABLE * preload
+    """Start values of an axis that suits the screw, in two digits: docs/axis.md."""
+    diameter, mass = float(header["screw"]["diameter"]), 0.23 * float(header["screw"]["stiffness_preload"])
     values = {
-        "screw_length": length,
-        "motor_inertia": _MOTOR * math.pi / 32.0 * STEEL_DENSITY * diameter**4 * length,
-        "table_mass": mass,
-        "guide_coulomb": _GUIDE_FRICTION * mass,
-        "guide_viscous": _GUIDE_DAMPING * mass,
-    }
+        "screw_length": 25.0 * diameter, "table_mass": mass, "guide_coulomb": mass / 6.0, "guide_viscous": mass / 0.75,
+        "motor_inertia": 1.5 * math.pi / 32.0 * STEEL_DENSITY * 25.0 * diameter**5,
+    }  # fmt: skip
     return {name: {"start": float(f"{value:.2g}")} for name, value in values.items()}
 
 

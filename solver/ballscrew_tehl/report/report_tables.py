@@ -1,7 +1,6 @@
 """Tables and notes of the report on one screw."""
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -29,24 +28,20 @@ def words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def three_digits(value: Any) -> str:
-    """A torque of any screw."""
-    return f"{float(value):#.3g}"
-
-
 def key_numbers(data: ReportData) -> list[tuple[str, str]]:
     """The numbers that are asked for first, each with what it is."""
     point, interval, case = data.point, data.interval, data.cases[0].screw
     state = data.nut_map.evaluate(*point)
     slow = data.nut_map.evaluate(*point._replace(speed=CATALOGUE_SPEED))
-    computed = f"{three_digits(slow.friction_torque)} N m" if slow.in_range else "outside the map"
-    low_high, seals = "", data.nut_map.seal_torque
+    computed = f"{float(slow.friction_torque):#.3g} N m" if slow.in_range else "outside the map"
+    torque, seals, low_high = float(state.friction_torque), data.nut_map.seal_torque, ""
     if interval is not None:
-        ends = (seals + end * (float(state.friction_torque) - seals) for end in interval.relative)
-        low_high = ", interval " + " to ".join(map(three_digits, ends))
+        low_high = ", interval {:#.3g} to {:#.3g}".format(
+            *(seals + end * (torque - seals) for end in interval.relative)
+        )
     return [
-        (f"{three_digits(state.friction_torque)} N m", f"friction torque at {point.text}{low_high}"),
-        (f"{three_digits(case.catalogue_torque)} N m",
+        (f"{torque:#.3g} N m", f"friction torque at {point.text}{low_high}"),
+        (f"{case.catalogue_torque:#.3g} N m",
          f"catalogue torque at {point.preload:.0f} N (JIS B 1192: 100 r/min, oil ISO VG 68, no seals); "
          f"computed at 100 r/min and {point.temperature - CELSIUS:.1f} C: {computed}"),
         (f"{float(state.lambda_ratio):.2f}", "lambda, least film over roughness, at the same point"),
@@ -111,10 +106,9 @@ def torques(data: ReportData) -> Html:
     """Torque with its interval at the preloads and speeds of the lines, and the catalogue torque."""
     catalogue, rows = nsk_torque(data.parameters.screw, data.preloads), []
     shown = data.at_temperature[:, np.isin(data.interval_speeds, data.speeds)]
-    text = "{} ({} to {})" if data.mechanistic else "{}"
+    text = "{:#.3g} ({:#.3g} to {:#.3g})" if data.mechanistic else "{:#.3g}"
     for preload, other, by_speed in zip(data.preloads, catalogue, shown, strict=True):
-        cells = (text.format(*map(three_digits, values)) for values in by_speed)
-        rows.append([f"{preload:.0f}", three_digits(other), *cells])
+        rows.append([f"{preload:.0f}", f"{other:#.3g}", *(text.format(*values) for values in by_speed)])
     what = "Friction torque (interval) [N m]" if data.mechanistic else "Friction torque [N m]"
     return table(
         "torques",

@@ -9,7 +9,6 @@ from scipy.integrate import LSODA
 from synthetic_map import SCREW, closed_form
 
 from ballscrew_fmu.models import AXIS
-from ballscrew_fmu.variables.axis import axis_variables
 
 NUT_MAP = closed_form()
 TABLE = AXIS.native_variables(NUT_MAP.header)
@@ -78,21 +77,6 @@ def test_small_vibrations_have_the_frequencies_of_the_linear_axis(support):
     scale = np.abs(root @ np.abs(modes) @ (np.abs(a) + np.abs(b) * np.minimum(1.0 / omega, t)))
     assert np.abs(found - expected).max() / scale.max() <= 1e-4
     assert imbalance(one) <= 1e-12
-
-
-def test_start_values_scale_with_the_screw():
-    header = closed_form().header
-    small = SCREW | {
-        "diameter": 0.5 * SCREW["diameter"],
-        "stiffness_preload": 0.25 * SCREW["stiffness_preload"],
-    }
-    whole, own = (
-        {v.name: v.start for v in axis_variables(header | {"screw": screw})} for screw in (SCREW, small)
-    )
-    powers = {"screw_length": 1, "motor_inertia": 5, "table_mass": 2, "guide_coulomb": 2, "guide_viscous": 2}
-    assert {name: whole[name] / own[name] for name in powers} == pytest.approx(
-        {name: 2.0**power for name, power in powers.items()}, rel=0.05
-    )
 
 
 def test_a_left_hand_thread_mirrors_the_rotation():

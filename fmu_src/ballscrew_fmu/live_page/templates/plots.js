@@ -60,11 +60,8 @@ const axis = (label, more) => ({
 });
 
 // Round places of a logarithmic axis, and which of them have room for a number: 1 of each decade, 1 and 3, or 1, 2, 5.
-const roundPlaces = (_, __, lo, hi) => {
-  const places = [];
-  for (let k = Math.floor(Math.log10(lo)); 10 ** k <= hi; k++) for (let m = 1; m < 10; m++) places.push(Number(`${m}e${k}`));
-  return places.filter((x) => x >= lo && x <= hi);
-};
+const ROUND = Array.from({ length: 90 }, (_, n) => Number(`${1 + n % 9}e${Math.floor(n / 9) - 3}`));
+const roundPlaces = (_, __, lo, hi) => ROUND.filter((x) => x >= lo && x <= hi);
 const withRoom = (u, places) => {
   const { min, max } = u.scales.x, decade = u.bbox.width / devicePixelRatio / Math.log10(max / min);
   const firsts = decade > 180 ? "125" : decade > 90 ? "13" : "1";
