@@ -104,6 +104,6 @@ def weighted_points(x: Array, y: Array, errors: Array, count: int) -> Points:
         values = np.linalg.lstsq(hats / errors[:, None], y / errors, rcond=None)[0]
         distance = np.abs(hats @ values - y)
         if np.mean((distance / errors) ** 2) <= ENOUGH or len(places) >= min(count, len(x)):
-            return Points(places, values, float(distance.max()), 0.0)
+            return Points(places, np.asarray(values, dtype=float), float(distance.max()), 0.0)
         new = np.where(np.isin(x, places), 0.0, distance / errors)
         places = np.union1d(places, x[np.argmax(new)])
