@@ -130,7 +130,7 @@ TRANSMISSION = FmuModel(
 )
 AXIS = FmuModel(
     "BallScrewAxis",
-    "Ball screw axis: motor inertia, preloaded double nut with stiffness and friction, table and guide",
+    "Ball screw axis: motor inertia, preloaded nut with stiffness and friction, table and guide",
     axis_variables,
     axis_variables,
     "axis",

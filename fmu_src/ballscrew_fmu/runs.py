@@ -87,8 +87,7 @@ def run_build(args: Namespace) -> Answer:
         lines.append(
             f"friction: {friction['set']}, {friction['loss'] or 'not fitted'}; {friction['provenance']}"
         )
-    for path, (fmu, _) in fmus.items():
-        lines += [f"{path}  {fmu.size / 1024:.0f} kB", f"sha256 {fmu.sha256}"]
+    lines += [f"{path}  {fmu.size / 1024:.0f} kB" for path, (fmu, _) in fmus.items()]
     result = {"fmus": files, "friction": friction, "map_hash": map_hash(inputs.nut_map.header)}
     return Answer([result], text="\n".join(lines))
 
@@ -140,7 +139,7 @@ def run_page(args: Namespace) -> Answer:
     with written("--output", output):
         write_whole(output, content)
     result = {"file": str(output), "bytes": len(content), "map_hash": map_hash(inputs.nut_map.header)}
-    return Answer([result], text="{file}  {bytes} bytes, map {map_hash}".format(**result))
+    return Answer([result], text="{file}  {bytes} bytes".format(**result))
 
 
 def run_report(args: Namespace) -> Answer:

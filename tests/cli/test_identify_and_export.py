@@ -49,13 +49,18 @@ def test_from_a_log_to_preload_change_and_calibration(capsys, logs, tmp_path):
     _, text, _ = run(capsys, "identify", logs / "now.csv", *words)
     # the answer before the table
     assert [line.split()[0] for line in text.splitlines()[:4]] == ["preload", "shape", "inertia", "offset"]
+    assert ("some of" in text, "too high" in text, len(text.splitlines()) < 24) == (True, False, True)
+    _, text, _ = run(capsys, "identify", logs / "now.csv", *AXIS[:2], *MAP)
+    assert "too high by the friction of guides" in text.splitlines()[0]
+    assert "note: the friction is that" not in text
     again = json.loads((tmp_path / "now.json").read_text())
     assert again["preload_low_n"] < 1800.0 < again["preload_high_n"]
     assert again["preload_high_n"] - again["preload_low_n"] < found["preload_high_n"] - found["preload_low_n"]
     # the friction of the whole axis as a list of the drive
     written = "--identified", tmp_path / "now.json", "--format", "twincat", "--speed-rpm", "100", "1200"
     (entry,), _ = answer(capsys, "export", *written, "--output", tmp_path / "now.lis")
-    assert entry["largest_error_share"] <= 2e-3
+    assert entry["entries"] <= 8
+    assert entry["largest_error_share"] <= 0.03  # of a bin of few samples
     velocity, current = (
         np.array(re.findall(rf"\[\d+\]\.{key} +(\S+)", (tmp_path / "now.lis").read_text()), float)
         for key in ("in", "out")

@@ -8,7 +8,7 @@ import pytest
 
 from ballscrew_tehl.exchange.formats import csv_text, json_text, matlab_text, modelica_text, twincat_text
 from ballscrew_tehl.exchange.friction_table import FrictionTable, read_identified
-from ballscrew_tehl.exchange.piecewise import few_points
+from ballscrew_tehl.exchange.piecewise import few_points, weighted_points
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 
 SPEED = np.geomspace(1.0, 200.0, 7)
@@ -32,6 +32,14 @@ def test_points_have_the_least_largest_error():
     assert found.bound <= found.error <= 1.6 * found.bound
     assert found.error < 0.7 * np.max(np.abs(np.interp(x, x[::36], bent[::36]) - bent))
     assert few_points(x, 2.0 * x, 3).error == pytest.approx(0.0, abs=1e-12)
+
+
+def test_points_do_not_follow_noisy_bins():
+    rng, x = np.random.default_rng(3), np.linspace(0.1, 3.0, 40)
+    errors = np.where(np.arange(40) % 10 < 8, 1e-3, 2e-2)
+    found = weighted_points(x, 1.0 + 0.3 * x + errors * rng.standard_normal(40), errors, 19)
+    assert len(found.x) < 8
+    assert np.max(np.abs(np.interp(x, found.x, found.y) - 1.0 - 0.3 * x)) < 0.01 < 0.4 * found.error
 
 
 def test_csv_and_json_are_read_back():

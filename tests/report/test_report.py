@@ -43,11 +43,11 @@ def test_headline_is_that_of_the_commands(of_own, own_words, capsys):
     numbers, texts = zip(*re.findall(r"<b>(.*?)</b><span>(.*?)</span>", of_own.text), strict=True)
     release = f"{screw['separation_load_n']:.0f}"
     assert numbers == (
-        f"{said['friction_torque_nm']:.3f} N m", f"{said['catalogue_torque_nm']:.3f} N m",
+        f"{said['friction_torque_nm']:#.3g} N m", f"{said['catalogue_torque_nm']:#.3g} N m",
         f"{said['lambda_ratio']:.2f}", f"{1e-6 * screw['axial_stiffness_n_per_m']:.0f} N/um", f"{release} N",
     )  # fmt: skip
-    assert f"interval {said['torque_low_nm']:.3f} to {said['torque_high_nm']:.3f}" in texts[0]
-    assert texts[1].endswith(f"computed at 100 r/min and 35.0 C: {slow['friction_torque_nm']:.3f} N m")
+    assert f"interval {said['torque_low_nm']:#.3g} to {said['torque_high_nm']:#.3g}" in texts[0]
+    assert texts[1].endswith(f"computed at 100 r/min and 35.0 C: {slow['friction_torque_nm']:#.3g} N m")
     assert of_own.page.tables["loads"][3][0] == release
 
 
@@ -62,10 +62,10 @@ def test_tables_are_those_of_the_commands(of_own, own_words, capsys):
     for preload, catalogue, *cells in tables["torques"][1:]:
         said = [at("torque", preload, "--speed-rpm", rpm, *warm) for rpm in (100, 500, 800, 1000, 2500)]
         assert cells == [
-            f"{one['friction_torque_nm']:.3f} ({one['torque_low_nm']:.3f} to {one['torque_high_nm']:.3f})"
+            f"{one['friction_torque_nm']:#.3g} ({one['torque_low_nm']:#.3g} to {one['torque_high_nm']:#.3g})"
             for one in said
         ]
-        assert catalogue == f"{said[0]['catalogue_torque_nm']:.3f}"
+        assert catalogue == f"{said[0]['catalogue_torque_nm']:#.3g}"
     keys = (
         ("axial_load_n", 1.0), ("ball_load_max_n", 1.0), ("contact_pressure_max_pa", 1e-9), ("static_safety", 1.0),
         ("life_turns", 1e-6), ("axial_stiffness_n_per_m", 1e-6), ("efficiency", 1e2), ("efficiency_backdriving", 1e2),

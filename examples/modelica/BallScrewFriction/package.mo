@@ -1,8 +1,8 @@
 within ;
-package BallScrewFriction "Friction of a preloaded double-nut ball screw at a rotational flange"
+package BallScrewFriction "Friction of a preloaded ball screw at a rotational flange"
   import SI = Modelica.Units.SI;
 
-  model ScrewFriction "Friction torque of the double nut, from the map of thermal elastohydrodynamic solves"
+  model ScrewFriction "Friction torque of the nut, from the map of thermal elastohydrodynamic solves"
     extends Interfaces.PartialScrewFriction(
       preslidingStiffness=Map.preslidingStiffness(map, stiffnessPreload, netSlidingCoefficient, breakawayFactor));
     parameter SI.Force stiffnessPreload(min=0) = 2000 "Preload that preslidingStiffness belongs to";
@@ -60,7 +60,7 @@ functions, same law at standstill.</p></html>"));
     Modelica.Mechanics.Rotational.Interfaces.Flange_a flange_a "Left flange of the screw";
     Modelica.Mechanics.Translational.Interfaces.Flange_b nut "The nut, which moves along the screw";
     Modelica.Thermal.HeatTransfer.Interfaces.HeatPort_a heatPort "Oil at the inlet; takes all heat";
-    Modelica.Blocks.Interfaces.RealInput preload(unit="N") "Preload of the double nut without axial load";
+    Modelica.Blocks.Interfaces.RealInput preload(unit="N") "Preload of the nut without axial load";
     Modelica.Mechanics.Rotational.Sources.Torque load(useSupport=false) "Of the nut force on the shaft";
     Modelica.Mechanics.Translational.Sources.Force push(useSupport=false) "Of the screw on the nut";
     Interfaces.HeatSource damped "Heat of the damping";
@@ -102,7 +102,7 @@ contacts, friction of each nut at its own force.</p></html>"));
       Modelica.Mechanics.Rotational.Interfaces.Flange_a flange_a "Left flange of the screw";
       Modelica.Mechanics.Rotational.Interfaces.Flange_b flange_b "Right flange of the screw";
       Modelica.Thermal.HeatTransfer.Interfaces.HeatPort_a heatPort "Oil at the inlet; takes the heat of friction";
-      Modelica.Blocks.Interfaces.RealInput preload(unit="N") "Preload of the double nut";
+      Modelica.Blocks.Interfaces.RealInput preload(unit="N") "Preload of the nut";
       Modelica.Blocks.Interfaces.RealInput axialLoad(unit="N")
         "On the nut body; positive loads the nut at whose flange it acts";
       SI.AngularVelocity w "Speed of the screw relative to the nut";

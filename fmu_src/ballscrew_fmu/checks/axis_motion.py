@@ -9,19 +9,18 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from ballscrew_fmu.variables.axis import axis_variables
+from ballscrew_fmu.variables.axis import STEEL_DENSITY, axis_variables
 from ballscrew_tehl.runtime.constants import AXIS_DAMPING_TIME
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import FrictionParameters
 from ballscrew_tehl.runtime.standstill import RELAXED, held_stiffness, presliding_friction
 from ballscrew_tehl.runtime.transmission import contact_law, contact_stiffness, preload_approach
 
-PARTS = 25  # of a communication step
-STEEL_DENSITY = 7850.0  # [kg/m3]
+PART_ANGLE = 0.03  # [rad] of the vibration of table and motor over the nut in one part
 
 
 def axis_motion(
-    nut_map: NutMap, inputs: Sequence[Mapping[str, float]], step: float, parts: int = PARTS
+    nut_map: NutMap, inputs: Sequence[Mapping[str, float]], step: float
 ) -> Iterator[dict[str, Any]]:
     """angle, speed, position, velocity and nut_force after each step, with the start values of the parameters."""
     p = {v.name: float(v.start or 0.0) for v in axis_variables(nut_map.header) if v.causality == "parameter"}
@@ -33,6 +32,8 @@ def axis_motion(
     contact = contact_stiffness(p["nut_stiffness"], p["stiffness_preload"])
     seals = nut_map.seal_stiffness(p["seal_torque"])
     guide_stiffness = p["guide_coulomb"] / p["guide_presliding_travel"]
+    vibration = math.sqrt(p["nut_stiffness"] * (1.0 / p["table_mass"] + ratio**2 / inertia))
+    parts = math.ceil(step * vibration / PART_ANGLE)
     h = step / parts
     angle = speed = position = velocity = 0.0
     turned = moved = 0.0  # accelerations of screw and table in the part before

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ballscrew_fmu.native_fmu.compile import WASM
 from ballscrew_fmu.native_fmu.libraries import contents, page_library
 from ballscrew_fmu.native_fmu.resource_files import map_bytes
-from ballscrew_fmu.variables.friction import law_name, start_preload
+from ballscrew_fmu.variables.friction import law_name, origin_text, start_preload
 from ballscrew_tehl import __version__
 from ballscrew_tehl.calibration.measured_screw import ASSUMED_TEMPERATURE, packaged_measurements
 from ballscrew_tehl.cli.shared.quantities import TORQUE_POINT
@@ -59,12 +59,13 @@ def live_page(
     """The page of a screw in HTML, the same for the same input and compiler; BuildError, SourceError: not compiled.
 
     ends : interval_table of its law with TABLE_NODES nodes; None: without interval
-    start : operating point shown first; None: that of the FMU
+    start : operating point shown first, of the report that has the page in it; None: that of the FMU
     """
     header, law = nut_map.header, nut_map.law
     friction = header.get("friction") or {"set": "", "provenance": "", "carried_over": "", "errors": {}}
     kind = parameters.screw.preload_kind
     published, words, mean = _published(parameters), PRELOAD_WORDS[kind], friction["errors"].get("mean")
+    caution = "" if start else origin_text(header, "")
     fitted = "" if mean is None else f"; mean deviation from the torques of its fit {100.0 * mean:.1f} %"
     packed = {"wasm": _packed(contents(page_library(header))[WASM]), "map": packed_map(nut_map)}
     if ends is not None:
@@ -97,6 +98,7 @@ def live_page(
         oil=parameters.lubricant.name,
         law=law_name(header),
         friction=friction,
+        caution=caution,
         roughness=f"{1e9 * header['defaults']['roughness_height']:.3g} nm",
         inputs=[(name, entry["label"], entry["unit"]) for name, entry in about["inputs"].items()],
         published=bool(published),

@@ -1,6 +1,7 @@
 """Documentation inside the FMUs, from the templates of this room: index.html, licences, requirements, icon."""
 
 import importlib.resources
+import json
 from collections.abc import Callable, Mapping
 from importlib.metadata import distribution
 from typing import Any
@@ -9,7 +10,8 @@ from jinja2 import ChoiceLoader, PackageLoader
 
 from ballscrew_fmu.description.model_description import licence_text
 from ballscrew_fmu.models import FmuModel
-from ballscrew_fmu.variables.friction import TIME, Variable, band_text, law_name
+from ballscrew_fmu.variables.friction import TIME, Variable, band_text, law_name, origin_text
+from ballscrew_tehl.report.data import PRELOAD_WORDS
 from ballscrew_tehl.report.page import TEMPLATES as ELEMENTS
 from ballscrew_tehl.report.page import Html, certificate_table, page, section
 from ballscrew_tehl.runtime import constants
@@ -20,6 +22,7 @@ TEMPLATES = ELEMENTS.overlay(
 )
 TEMPLATES.globals = ELEMENTS.globals | {
     "band_text": band_text, "certificate_table": certificate_table, "law_name": law_name, "map_hash": map_hash,
+    "origin_text": origin_text,
     **{name: value for name, value in vars(constants).items() if name.isupper()},
 }  # fmt: skip
 
@@ -71,9 +74,11 @@ def _page(model: FmuModel, header: Mapping[str, Any], live_page: str, native: tu
     if native:
         name, variables = model.native_name, model.native_variables(header)
         variables += (TIME,) if fmi_version == 3 else ()
+    kind = json.loads(header["parameters_json"]).get("screw", {}).get("preload_kind", "double_nut")
     outside = ("input", "output")
     intro = TEMPLATES.get_template("model.html").render(
-        part=part, model=model, header=header, native=native, fmi_version=fmi_version, platforms=platforms,
+        part=part, words=PRELOAD_WORDS[kind], model=model, header=header, native=native,
+        fmi_version=fmi_version, platforms=platforms,
         connections=[_row(v) for v in variables if v.causality in outside],
         others=[_row(v) for v in variables if v.causality not in outside],
     )  # fmt: skip

@@ -13,7 +13,7 @@ from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, mon
 
 
 class BallScrewPreloadMonitorBase(MapSlave):
-    """Preload of a double-nut ball screw from its friction torque."""
+    """Preload of a ball screw from its friction torque."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(monitor_variables, **kwargs)

@@ -20,7 +20,7 @@ from ballscrew_tehl.runtime.standstill import RELAXED, Elements, StandstillLaw, 
 
 
 class BallScrewFrictionBase(MapSlave):
-    """Friction torque of a preloaded double-nut ball screw."""
+    """Friction torque of a preloaded ball screw."""
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(fmu_variables, **kwargs)

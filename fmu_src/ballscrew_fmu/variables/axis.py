@@ -162,16 +162,16 @@ ROWS: tuple[Variable | Shared, ...] = (
         "the friction",
     ),
     _shared("range_margin", _FRICTION, _ELASTIC),
-    _parameter("motor_inertia", "Inertia of motor and coupling", "kg.m2", 3e-3, 1e-3),
+    _parameter("motor_inertia", "Inertia of motor and coupling (assumed)", "kg.m2", nominal=1e-3),
     _parameter("screw_inertia", "Inertia of the screw. 0: of a cylinder of steel", "kg.m2", 0.0, 1e-3),
     _parameter(
         "screw_mass", "Mass of the screw, used with a support. 0: of a cylinder of steel", "kg", 0.0, 10.0,
     ),
     _parameter("screw_diameter", "Diameter of the screw, for inertia and mass", "m", nominal=0.01),
-    _parameter("screw_length", "Length of the screw, for inertia and mass", "m", 1.0),
-    _parameter("table_mass", "Mass of the table with its load", "kg", 300.0, 100.0),
-    _parameter("guide_viscous", "Viscous friction of the guide", "N.s/m", 400.0, 100.0),
-    _parameter("guide_coulomb", "Coulomb friction of the guide (assumed)", "N", 50.0, 100.0),
+    _parameter("screw_length", "Length of the screw, for inertia and mass (assumed)", "m"),
+    _parameter("table_mass", "Mass of the table with its load (assumed)", "kg", nominal=100.0),
+    _parameter("guide_viscous", "Viscous friction of the guide (assumed)", "N.s/m", nominal=100.0),
+    _parameter("guide_coulomb", "Coulomb friction of the guide (assumed)", "N", nominal=100.0),
     _parameter(
         "guide_presliding_travel", "Elastic travel of the guide before it slides (assumed)", "m", 1e-5, 1e-5,
         display_unit="um",
@@ -243,6 +243,19 @@ LOCALS: tuple[Variable | Shared, ...] = (
 )  # fmt: skip
 
 
+STEEL_DENSITY = 7850.0  # [kg/m3]
+
+
+def _starts(header: Header) -> dict[str, dict[str, float]]:
+    """Start values of an axis that suits the screw, in two digits: docs/axis.md."""
+    diameter, mass = float(header["screw"]["diameter"]), 0.23 * float(header["screw"]["stiffness_preload"])
+    values = {
+        "screw_length": 25.0 * diameter, "table_mass": mass, "guide_coulomb": mass / 6.0, "guide_viscous": mass / 0.75,
+        "motor_inertia": 1.5 * math.pi / 32.0 * STEEL_DENSITY * 25.0 * diameter**5,
+    }  # fmt: skip
+    return {name: {"start": float(f"{value:.2g}")} for name, value in values.items()}
+
+
 def _once(v: Variable) -> Variable:
     return v._replace(
         depends_on=tuple(dict.fromkeys(v.depends_on)),
@@ -257,5 +270,5 @@ def axis_variables(header: Header) -> tuple[Variable, ...]:
         f"Damping of the elasto-slip elements. 0: stiffness times {1e3 * AXIS_DAMPING_TIME:g} ms (assumed)"
     )
     changes: dict[str, dict[str, Any]] = {"presliding_damping": {"description": damping}}
-    changes |= of_screw(header, screw_diameter="diameter")
+    changes |= of_screw(header, screw_diameter="diameter") | _starts(header)
     return tuple(map(_once, table_of((*ROWS, *LOCALS), others, changes)))

@@ -134,14 +134,15 @@ def band_half_width(header: Header) -> float:
     return 0.0 if band is None else 0.5 * float(band["high"] - band["low"])
 
 
-def origin_text(header: Header) -> str:
-    """What an instance says once: that its friction numbers are those of another screw; "" if they are not."""
+def origin_text(header: Header, band: str | None = None) -> str:
+    """What is said once: that the friction numbers are those of another screw; "" if they are not; band: interval."""
     found = header.get("friction", {})
     if not found.get("carried_over"):
         return ""
     catalogue = found["catalogue"]
     at = f"catalogue torque {catalogue['torque']:.3g} N.m at {catalogue['preload']:.0f} N"
-    return "; ".join(text for text in (found["carried_over"], at, band_text(header)) if text)
+    band = band_text(header) if band is None else band
+    return "; ".join(text for text in (found["carried_over"], at, band) if text)
 
 
 def start_preload(header: Header) -> float:

@@ -67,10 +67,9 @@ VERSION = switch("--version", argparse.SUPPRESS, "version", version=f"ballscrew-
 JSON = switch("--json", "JSON on stdout, logs on stderr")
 SCREW = option("--screw", "screw file; default: that in the map, or the packaged GD4008-3", "FILE.toml")
 SCREW_ALONE = option("--screw", "screw file; default: the packaged GD4008-3", "FILE.toml")
-KINEMATIC = option("--kinematics", "published or rolling_frame: speeds and law; default: by the screw", "LAW",
-                   choices=KINEMATICS)
+KINEMATIC = option("--kinematics", argparse.SUPPRESS, "LAW", choices=KINEMATICS)  # of the paper: docs/theory.md
 MAP_FILE = option("--map", "map file, which holds its screw; default: packaged or made in memory", "FILE.npz")
-FRICTION = option("--friction", "two_parameter, three_parameter, mechanistic, or a file of calibrate", "NAME|FILE")
+FRICTION = option("--friction", "a file of calibrate, or the name of a packaged set", "NAME|FILE")
 INPUTS = (SCREW, MAP_FILE, FRICTION, KINEMATIC, *numbers(q.TOLERANCE))
 OF_SCREW, OF_MAP = (SCREW, KINEMATIC, JSON), (*INPUTS, JSON)
 OUTPUT = "file to write"

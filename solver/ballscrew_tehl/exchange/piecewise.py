@@ -16,6 +16,8 @@ from ..physics.ball_law import Array
 
 #: relative accuracy of the error;  slopes tried at once, rounds;  rounds of the weights
 ACCURACY, SLOPES, ROUNDS, WEIGHTS = 1e-3, 33, 6, 60
+#: mean square of deviations over standard errors up to which points are enough: 1 by chance alone
+ENOUGH = 1.5
 
 
 class Points(NamedTuple):
@@ -92,3 +94,16 @@ def _values(x: Array, y: Array, places: Array) -> tuple[Array, float]:
         weight = weight * np.maximum(distance / distance.max(), 1e-3)
         weight = weight / weight.sum()
     return best, error
+
+
+def weighted_points(x: Array, y: Array, errors: Array, count: int) -> Points:
+    """Points at samples, added where these are farthest off until all is near by their errors, at most `count`."""
+    places = x[[0, -1]]
+    while True:
+        hats = np.column_stack([np.interp(x, places, row) for row in np.eye(len(places))])
+        values = np.linalg.lstsq(hats / errors[:, None], y / errors, rcond=None)[0]
+        distance = np.abs(hats @ values - y)
+        if np.mean((distance / errors) ** 2) <= ENOUGH or len(places) >= min(count, len(x)):
+            return Points(places, np.asarray(values, dtype=float), float(distance.max()), 0.0)
+        new = np.where(np.isin(x, places), 0.0, distance / errors)
+        places = np.union1d(places, x[np.argmax(new)])

@@ -19,11 +19,17 @@ CONTAINS = (
 )
 HEAD = """# friction torque of the nut from a log, mean of both directions; torque error: one standard error
 preload [N],speed [r/min],temperature [degC],torque [N.m],torque error [N.m]"""
-#: most rows of a file of measurements
-MAX_ROWS = 12
+#: most rows of a file of measurements, about those of the text in each direction
+MAX_ROWS, TEXT_ROWS = 12, 6
+#: of a preload whose torque contains more than that of the nut
+TOO_HIGH = (
+    ", too high by the friction of guides, seals and bearings, which counts as the nut's without --guide-force-n, "
+    "--seal-torque-nm or --without-nut LOG.csv"
+)
 #: lines of the text on the preload, by a key that they need
 PRELOAD_LINES = {
-    "preload_n": "preload   {preload_n:.5g} N, {preload_low_n:.5g} to {preload_high_n:.5g} N ({preload_interval})\n"
+    "preload_n": "preload   {preload_n:.5g} N{too_high}, {preload_low_n:.5g} to {preload_high_n:.5g} N "
+    "({preload_interval})\n"
     "shape     over speed: law {fits} within the errors, deviation {shape_deviation:.2%}, exponent of speed "
     "{shape_exponent_difference:+.2g}",
     "preload_ratio": "change    preload over that of the log before {preload_ratio:.4f}, {preload_ratio_low:.4f} to "
@@ -91,7 +97,9 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
             of_offset += f"; friction's own (f+ - f-)/2 {own:+.3g} +- {half:.2g} {effort} in the mean"
     of_delay = f" of the {units.names[2]} behind the motion, with friction that still rises behind reversals"
     fits = "fits" if data.get("shape_fits") else "does not fit"
-    lines = [text.format(fits=fits, **data) for key, text in PRELOAD_LINES.items() if key in data]
+    said = {"fits": fits, "too_high": TOO_HIGH if "contains" in data else ""}
+    lines = [text.format(**said, **data) for key, text in PRELOAD_LINES.items() if key in data]
+    contains = [] if lines else filter(None, [data.get("contains")])
     for name, key, factor, unit, remark in (
         (units.names[0], units.inertia, 1.0, inertia, ""),
         ("offset", units.offset, 1.0, effort, of_offset),
@@ -112,10 +120,15 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
     columns = friction.speed / units.one, friction.value, half, friction.samples
     cells = ["{:>12.5g}{:>14.4g}{:>10.2g}{:>10}".format(*row) for row in zip(*columns, strict=True)]
     back = int(np.sum(friction.speed < 0.0))
-    sides = zip_longest([head, *cells[back:]], [head, *cells[:back][::-1]], fillvalue="")
-    lines += ["", *(f"{ahead:<46}  |{behind}" for ahead, behind in sides), ""]
+    few = [side[:: max(len(side) // TEXT_ROWS, 1)] for side in (cells[back:], cells[:back][::-1])]
+    sides = zip_longest(*([head, *side] for side in few), fillvalue="")
+    lines += ["", *(f"{ahead:<46}  |{behind}" for ahead, behind in sides)]
+    lines += [
+        f"{'':>12}some of {len(cells)} bins; all: --json, --output" * (sum(map(len, few)) < len(cells)),
+        "",
+    ]
     lines.append(f"samples used: {result.samples}; left out: {left_out}")
-    lines += [f"note: {note}" for note in [*result.notes, *filter(None, [data.get("contains")])]]
+    lines += [f"note: {note}" for note in [*result.notes, *contains]]
     return "\n".join(lines)
 
 

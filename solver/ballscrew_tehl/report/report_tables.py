@@ -33,12 +33,17 @@ def key_numbers(data: ReportData) -> list[tuple[str, str]]:
     point, interval, case = data.point, data.interval, data.cases[0].screw
     state = data.nut_map.evaluate(*point)
     slow = data.nut_map.evaluate(*point._replace(speed=CATALOGUE_SPEED))
-    computed = f"{float(slow.friction_torque):.3f} N m" if slow.in_range else "outside the map"
-    low_high = "" if interval is None else f", interval {interval.low:.3f} to {interval.high:.3f}"
+    computed = f"{float(slow.friction_torque):#.3g} N m" if slow.in_range else "outside the map"
+    torque, seals, low_high = float(state.friction_torque), data.nut_map.seal_torque, ""
+    if interval is not None:
+        low_high = ", interval {:#.3g} to {:#.3g}".format(
+            *(seals + end * (torque - seals) for end in interval.relative)
+        )
     return [
-        (f"{float(state.friction_torque):.3f} N m", f"friction torque at {point.text}{low_high}"),
-        (f"{case.catalogue_torque:.3f} N m", f"catalogue torque at {point.preload:.0f} N (JIS B 1192: 100 r/min, "
-         f"oil ISO VG 68, no seals); computed at 100 r/min and {point.temperature - CELSIUS:.1f} C: {computed}"),
+        (f"{torque:#.3g} N m", f"friction torque at {point.text}{low_high}"),
+        (f"{case.catalogue_torque:#.3g} N m",
+         f"catalogue torque at {point.preload:.0f} N (JIS B 1192: 100 r/min, oil ISO VG 68, no seals); "
+         f"computed at 100 r/min and {point.temperature - CELSIUS:.1f} C: {computed}"),
         (f"{float(state.lambda_ratio):.2f}", "lambda, least film over roughness, at the same point"),
         (f"{1e-6 * case.axial_stiffness:.0f} N/um", "axial stiffness of the contacts, bodies rigid, at this preload"),
         (f"{case.separation_load:.0f} N", f"axial load that unloads one {data.words.side} (elastic bodies)"),
@@ -102,9 +107,9 @@ def torques(data: ReportData) -> Html:
     """Torque with its interval at the preloads and speeds of the lines, and the catalogue torque."""
     catalogue, rows = nsk_torque(data.parameters.screw, data.preloads), []
     shown = data.at_temperature[:, np.isin(data.interval_speeds, data.speeds)]
-    text = "{:.3f} ({:.3f} to {:.3f})" if data.mechanistic else "{:.3f}"
+    text = "{:#.3g} ({:#.3g} to {:#.3g})" if data.mechanistic else "{:#.3g}"
     for preload, other, by_speed in zip(data.preloads, catalogue, shown, strict=True):
-        rows.append([f"{preload:.0f}", f"{other:.3f}", *(text.format(*values) for values in by_speed)])
+        rows.append([f"{preload:.0f}", f"{other:#.3g}", *(text.format(*values) for values in by_speed)])
     what = "Friction torque (interval) [N m]" if data.mechanistic else "Friction torque [N m]"
     return table(
         "torques",

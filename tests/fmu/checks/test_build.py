@@ -1,6 +1,5 @@
 """build_fmu.py and `ballscrew_fmu build`: what is delivered, what stops the build, bad input."""
 
-import hashlib
 import importlib.util
 import json
 import math
@@ -79,11 +78,11 @@ def test_all_fmus_with_own_friction_parameters_are_checked_and_documented(
     assert sorted(path.name for path in folder.iterdir()) == sorted(PYTHON + NATIVE)
     printed = capsys.readouterr().out
     assert f"friction: three_parameter, least_squares; {FITTED_HERE.provenance}\n" in printed
+    assert not re.search(r"[0-9a-f]{64}", printed)
     for fmu in folder.iterdir():
         line = rf"{fmu.name}: fmpy: no finding; replay .*"
         assert re.search(line, printed)
         assert f"{fmu}  " in printed
-        assert hashlib.sha256(fmu.read_bytes()).hexdigest() in printed
         starts = {v.name: v.start for v in read_model_description(str(fmu)).modelVariables}
         assert float(starts["apparent_viscosity_ratio"]) == 5.5
         assert float(starts["net_sliding_coefficient"]) == 0.0061

@@ -248,8 +248,10 @@ async function takeFile(file) {
       if (key) throw new Error(`point ${n + 1}: ${label.toLowerCase()} ${format(point[key])} ${unit}; allowed: ${least ?? "any"} to ${most ?? "any"} ${unit}`);
     });
     element("bad-file").hidden = true;
-    change({ points: shown, source: file.name });
+    const first = shown.some((point) => near(point, state)) ? {} : Object.fromEntries(INPUTS.map((key) => [key, shown[0][key]]));
+    change({ ...first, points: shown, source: file.name });
     if (points[0].assumed) element("deviation").textContent += ` No column temperature: ${format(state.temperature)} degC taken.`;
+    if ("speed" in first) element("deviation").textContent += " Operating point: that of the first point.";
   } catch (error) {
     const kept = state.points.length ? ` The points shown are the earlier ones, of ${state.source}.` : "";
     element("bad-file").textContent = `${file.name} not taken: ${error.message}.${kept}`;

@@ -59,6 +59,15 @@ const axis = (label, more) => ({
   ticks: { stroke: () => colour("--line"), width: 1, size: 4 }, values: (_, splits) => splits.map((x) => (x === null ? "" : format(x))), ...more,
 });
 
+// Round places of a logarithmic axis, and which of them have room for a number: 1 of each decade, 1 and 3, or 1, 2, 5.
+const ROUND = Array.from({ length: 90 }, (_, n) => Number(`${1 + n % 9}e${Math.floor(n / 9) - 3}`));
+const roundPlaces = (_, __, lo, hi) => ROUND.filter((x) => x >= lo && x <= hi);
+const withRoom = (u, places) => {
+  const { min, max } = u.scales.x, decade = u.bbox.width / devicePixelRatio / Math.log10(max / min);
+  const firsts = decade > 180 ? "125" : decade > 90 ? "13" : "1";
+  return places.map((x) => (firsts.includes(x.toExponential()[0]) ? x : null));
+};
+
 function makePlot({ id, over, y, right, range, measured, lines, marks }, state) {
   const place = document.getElementById(id), { label, unit, min, max } = about.inputs[over];
   const log = over === "speed" && state.log;
@@ -69,7 +78,9 @@ function makePlot({ id, over, y, right, range, measured, lines, marks }, state) 
   const made = new uPlot({
     ...size(),
     axes: [
-      axis(`${label.toLowerCase()} [${unit}]`, { size: 32, space: over === "axial_load" ? 70 : 45 }), axis(y),
+      axis(`${label.toLowerCase()} [${unit}]`, {
+        size: 32, space: over === "axial_load" ? 70 : 45, ...(log ? { splits: roundPlaces, filter: withRoom } : {}),
+      }), axis(y),
       ...(right ? [axis(right, { scale: right, side: 1, grid: { show: false } })] : []),
     ],
     series: [

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...exchange.formats import FORMATS, point_text, twincat_text
 from ...exchange.friction_table import Array, FrictionTable, curve_speeds, friction_table, read_identified
-from ...exchange.piecewise import Points, few_points
+from ...exchange.piecewise import Points, few_points, weighted_points
 from ...mechanics import catalogue_preload
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
@@ -24,6 +24,8 @@ KINDS = {"twincat": "a file *.lis, *.txt", "csv": "a file *.csv", "modelica": "a
 COLUMNS = ("file", "preload_n", "temperature_c", "entries", "largest_error_nm", "error_bound_nm")
 #: speeds of a table, points of a compensation list and the speeds that it is fitted to
 SPEEDS, MAX_POINTS, CURVE = 40, 20, 400
+#: least standard error of a bin over the largest friction: fits of some logs have none
+MIN_ERROR = 1e-6
 
 
 class _List(NamedTuple):
@@ -34,6 +36,7 @@ class _List(NamedTuple):
     speed: Array  # [rad/s]
     torque: Array  # [N.m]
     about: dict[str, float]  # keys of its answer
+    errors: Array | None = None  # standard errors of a log's bins [N.m]
 
 
 class _Export(NamedTuple):
@@ -82,7 +85,9 @@ def _lists(output: Path, export: _Export, max_points: int) -> tuple[dict[Path, s
     for curve in export.lists:
         # the entry at rest is one of them
         points = Points(curve.speed, curve.torque, 0.0, 0.0)
-        if len(curve.speed) >= max_points:
+        if curve.errors is not None:
+            points = weighted_points(curve.speed, curve.torque, curve.errors, max_points - 1)
+        elif len(curve.speed) >= max_points:
             points = few_points(curve.speed, curve.torque, max_points - 1)
         path = output.with_name(f"{output.stem}{curve.suffix}{output.suffix}")
         files[path] = twincat_text(export.table, export.lead, points, *export.current, curve.where)
@@ -176,7 +181,8 @@ def _of_log(args: Namespace, max_points: int) -> _Export:
         differs = float(np.max(np.abs(both.difference)))
         where = (
             f"mean of both directions, for a list has none; each differs from it by up to "
-            f"{differs * current[0]:.3g} A = {differs:.3g} N.m"
+            f"{differs * current[0]:.3g} A = {differs:.3g} N.m; bins by their errors"
         )
-        lists = [_List("", where, both.speed, both.mean, {"direction_difference_nm": differs})]
+        errors = np.maximum(both.error, MIN_ERROR * both.mean.max())
+        lists = [_List("", where, both.speed, both.mean, {"direction_difference_nm": differs}, errors)]
     return _Export(axis.table, lists, axis.lead, current, {"log": axis.about["log"]})

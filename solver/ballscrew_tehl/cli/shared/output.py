@@ -37,6 +37,10 @@ class CommandError(Exception):
     """A check or a build that failed, on input that is allowed: one line, exit code 1."""
 
 
+#: keys that JSON and CSV have and a listing only with another value than this; None: never
+NOT_LISTED = {"map_hash": None, "kinematics": "rolling_frame", "film_kinematics": "rolling_frame"}
+
+
 class Answer(NamedTuple):
     """What a command returns, to be printed by `show`."""
 
@@ -79,7 +83,8 @@ def show(answer: Answer, as_json: bool) -> int:
     if as_json:
         print(json.dumps(to_builtin(rows if many else rows[0]), allow_nan=False))
     elif text is not None or not many:
-        print(listing(rows[0]) if text is None else text)
+        shown = {k: v for k, v in rows[0].items() if k not in NOT_LISTED or NOT_LISTED[k] not in (None, v)}
+        print(listing(shown) if text is None else text)
     return code
 
 
