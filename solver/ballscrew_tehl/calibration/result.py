@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from ..friction.interval import implied_thrust
-from ..friction.sets import FITTED, FrictionSet
+from ..friction.sets import FITTED, SUPPLY, FrictionSet
 from ..parameters.file import Parameters
 from ..parameters.units import RPM
 from ..runtime.packed import MECHANISTIC
-from .fit import Fit, TorqueBasis
+from .fit import HEIGHT, MAX_INVERSE, Fit, TorqueBasis
 from .measurements import RowProblem, repeat_scatter
 
 #: a parameter counts as identified if half its 95 % interval is at most this fraction of its value
@@ -33,6 +33,7 @@ class Calibration:
     friction_set  with limits and what is not identified;  basis, fit: the points of the fit and its statistics
     dropped       rows left out of the fit, with the reason;  notes  assumptions and warnings, one sentence each
     level         of a single torque, by key of --json: the law there without friction between balls, its interval
+    parameters, film: screw, oil and contacts of the fit
     """
 
     friction_set: FrictionSet
@@ -41,6 +42,8 @@ class Calibration:
     dropped: list[RowProblem]
     notes: list[str]
     level: dict[str, float]
+    parameters: Parameters
+    film: Any
 
 
 def number_notes(entry: FrictionSet, parameters: Parameters) -> list[str]:
@@ -61,6 +64,21 @@ def number_notes(entry: FrictionSet, parameters: Parameters) -> list[str]:
     return notes
 
 
+def supply_notes(basis: TorqueBasis, found: Fit, parameters: Parameters) -> list[str]:
+    """Which numbers of the mechanistic law are fitted, and why."""
+    if found.supply is None:
+        return []
+    (low, high), default = found.supply.length, parameters.friction.supply_length
+    limits = f"{SUPPLY} is {low:.3g} to {high:.3g} half-widths at 95 %"
+    if FITTED[HEIGHT] not in basis.names:
+        return [f"level fitted, not the shape: {limits}, the default {default:g} is inside and kept"]
+    if FITTED[1] in basis.names:
+        return [f"level and shape fitted: {limits}, the default {default:g} is outside"]
+    return [
+        f"shape fitted, not the level: {limits}; the limits of {FITTED[1]} span its bounds, its default is kept"
+    ]
+
+
 def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
     """Parameters, or SPLIT, that the data do not determine to PRECISION and SPLIT_WIDTH -> their intervals."""
     reasons = {}
@@ -73,6 +91,10 @@ def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
                 for number in (*found.limits[name].values(), value)
             )
             reasons[name] = f"95 % interval {low} to {high} around {middle}"
+    if found.supply is not None and FITTED[HEIGHT] not in basis.names:
+        low, high = found.supply.length
+        if 1.0 / low - 1.0 / high > 0.5 * MAX_INVERSE:
+            reasons[SUPPLY] = f"95 % interval {low:.3g} to {high:.3g} half-widths"
     per_net = float(np.mean(basis.sliding / basis.measured))
     low_share, high_share = (min(per_net * bound, 1.0) for bound in found.limits[FITTED[1]].values())
     if not high_share - low_share <= SPLIT_WIDTH:
