@@ -3,7 +3,7 @@
 Minimised is the sum of r^2, r = w (T/T_measured - 1) the relative error with the weight w of a measurement. The torque
 is linear in the apparent viscosity ratio and in the net sliding coefficient, and no film changes during a fit: each
 operating point is evaluated once. Only the roughness height of the set three_parameter is searched for, and with the
-mechanistic law, in its place among the values, one over the supply length: the contacts are solved once for all lengths.
+mechanistic law, in its place among the values, one over the supply length: all lengths take the same contacts.
 """
 
 import math
@@ -42,8 +42,6 @@ HEIGHT = 2
 HEIGHTS = np.r_[0.0, np.geomspace(0.03, 30.0, 50)]
 #: deviation of a torque below which it is no outlier: drag torques of one screw do not repeat more closely
 MIN_OUTLIER = 0.03
-#: measured torques from which on the supply length may be fitted
-MIN_POINTS = 3
 #: a relative error that counts beside those of the fit, for three points may agree by chance. 100 to 1200 sets of 3, 5
 #: and 11 torques with 3 % noise: 0 gives intervals that hold 79 % of the truths where two numbers are fitted to three
 KNOWN_ERROR = 0.02
@@ -165,7 +163,7 @@ def torque_basis(
     """Both nuts at every operating point by a FilmModel, or by ContactValues of the mechanistic law."""
     mechanistic, nuts = film_model.name == MECHANISTIC, list[Any]()
     what, variants = f"operating points with {film_model.name}", [parameters]
-    if len(measurements) >= MIN_POINTS and SUPPLY not in parameters.friction.model_fields_set:
+    if len(measurements) > 2 and SUPPLY not in parameters.friction.model_fields_set:
         # the first of finite length, too: beyond R_x none changes anything
         variants += [with_constants(parameters, {SUPPLY: 1.0 / max(each, 1e-6)}) for each in INVERSES]
     screw = parameters.screw
@@ -228,9 +226,9 @@ def _linear_values(basis: TorqueBasis, height: float) -> Array:
 class Supply(NamedTuple):
     """95 % limits of both numbers of the mechanistic law, of each whatever the other is within its bounds."""
 
-    inverse: tuple[float, float]  # 1/length [1]
-    coefficient: tuple[float, float]
-    refitted: tuple[float, float, float]  # coefficients at both ends of inverse; half-width at a known length
+    inverse: tuple[float, ...]  # 1/length [1]
+    coefficient: tuple[float, ...]
+    refitted: tuple[float, ...]  # coefficients at both ends of inverse; half-width at a known length
 
     @property
     def length(self) -> tuple[float, float]:
@@ -239,8 +237,8 @@ class Supply(NamedTuple):
         return 1.0 / high, 1.0 / low if low > 0.0 else math.inf
 
 
-def supply_limits(basis: TorqueBasis, inverse: float) -> Supply:
-    """Limits from all points; inverse: 1/length of the half-width at a known length.
+def supply_limits(basis: TorqueBasis) -> Supply:
+    """Limits from all points.
 
     Validity     exact for normal errors of equal relative size, lengths uniform in 1/length between their bounds,
                  coefficients uniform from 0; so also where the data say little of the length, after any choice by them
@@ -269,10 +267,12 @@ def supply_limits(basis: TorqueBasis, inverse: float) -> Supply:
 
     top = float(np.max(np.maximum(fitted, 0.0) + 1e3 * scale))
     ends = [brentq(lambda k, part=part: below(k) - part, 0.0, top) for part in (0.025, 0.975)]
-    low, high = float(inside.min()), float(inside.max())
-    at = np.interp([low, high], DENSE, np.maximum(fitted, 0.0))
-    half = float(student_t.ppf(0.975, freedom) * np.interp(inverse, DENSE, scale))
-    return Supply((low, high), (ends[0], ends[1]), (float(at[0]), float(at[1]), half))
+    inverse = np.clip([inside.min() - DENSE[1], inside.max() + DENSE[1]], 0.0, MAX_INVERSE)
+    refitted = (
+        *np.interp(inverse, DENSE, np.maximum(fitted, 0.0)),
+        student_t.ppf(0.975, freedom) * (density @ scale),
+    )
+    return Supply(*(tuple(map(float, numbers)) for numbers in (inverse, ends, refitted)))
 
 
 class Fit(NamedTuple):
@@ -281,7 +281,7 @@ class Fit(NamedTuple):
     deviation: model/measured - 1;  left_out: the same by the fit without the point and its repeats, NaN if a parameter
     depends on those;  leverage: hat value, share of the point in its own fitted value;  studentised: deleted
     studentised residual, NaN if not determined;  limit: its bound for one false alarm in 20 fits;  half_width: of the
-    95 % interval by parameter, inf if not determined;  supply: limits of the mechanistic law, None if its length is known
+    95 % interval by parameter, inf if not determined;  supply: of the mechanistic law, None if its length is known
     """
 
     values: Array
@@ -364,15 +364,13 @@ def fit_law(
     if basis.rolling is None:
         return basis, fit(basis, groups)
     default = 1.0 / parameters.friction.supply_length
-    supply, bound = supply_limits(basis, default), BOUNDED["ball_thrust"]
+    supply, bound = supply_limits(basis), BOUNDED["ball_thrust"]
     low, high = (ball_ball_coefficient(parameters.friction, thrust) for thrust in (bound.low, bound.high))
     if not supply.inverse[0] <= default <= supply.inverse[1]:
         level = not (supply.coefficient[0] <= low and high <= supply.coefficient[1])
         names = FITTED[1:] if level else FITTED[HEIGHT:]
         basis = replace(basis, names=names, fixed=(1.0, coefficient, 0.0))
     found = fit(basis, groups)
-    if FITTED[HEIGHT] in basis.names:
-        supply = supply_limits(basis, found.values[HEIGHT])
     k = float(found.values[1])
     ends = min(supply.coefficient[0], k), max(supply.coefficient[1], k)
     half_width = {FITTED[1]: 0.5 * (ends[1] - ends[0])}

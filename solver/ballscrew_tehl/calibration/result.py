@@ -68,15 +68,13 @@ def supply_notes(basis: TorqueBasis, found: Fit, parameters: Parameters) -> list
     """Which numbers of the mechanistic law are fitted, and why."""
     if found.supply is None:
         return []
-    (low, high), default = found.supply.length, parameters.friction.supply_length
-    limits = f"{SUPPLY} is {low:.3g} to {high:.3g} half-widths at 95 %"
-    if FITTED[HEIGHT] not in basis.names:
-        return [f"level fitted, not the shape: {limits}, the default {default:g} is inside and kept"]
-    if FITTED[1] in basis.names:
-        return [f"level and shape fitted: {limits}, the default {default:g} is outside"]
-    return [
-        f"shape fitted, not the level: {limits}; the limits of {FITTED[1]} span its bounds, its default is kept"
-    ]
+    low, high = found.supply.length
+    what = {
+        FITTED[1:]: "level and shape fitted",
+        FITTED[HEIGHT:]: f"shape fitted, not the level: limits of {FITTED[1]} span its bounds",
+    }.get(basis.names, "level fitted, not the shape")
+    default = parameters.friction.supply_length
+    return [f"{what}: {SUPPLY} is {low:.3g} to {high:.3g} half-widths at 95 %, default {default:g}"]
 
 
 def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:

@@ -100,9 +100,7 @@ class FrictionSet:
         good = set(refitted) in (set(), set(REFITTED)) and (SUPPLY in self.limits) == bool(refitted)
         good &= all(0.0 <= value < math.inf for value in refitted.values())
         checks.append((good, "refitted", dict(refitted), f"{', '.join(REFITTED)}, with limits of {SUPPLY}"))
-        length = self.supply_length
-        good = length is None or (self.law is Law.MECHANISTIC and length >= 2.0)
-        checks.append((good, SUPPLY, length, f">= 2, with the law {Law.MECHANISTIC}"))
+        checks.append(((self.supply_length or 2.0) >= 2.0, SUPPLY, self.supply_length, ">= 2"))
         good = set(at) in (set(), set(CALIBRATED_AT)) and all(0.0 < value < math.inf for value in at.values())
         checks.append((good, "calibrated_at", dict(at), f"{', '.join(CALIBRATED_AT)}, each > 0"))
         for good, what, value, allowed in checks:
@@ -189,10 +187,8 @@ def overridable(law: Law) -> tuple[str, ...]:
 def check_usable(entry: FrictionSet, parameters: Parameters, where: str, remedy: str) -> None:
     """Refuse numbers that a screw file may not have: ValueError."""
     try:
-        with_supply(
-            changed(parameters, friction={name: getattr(entry, name) for name in overridable(entry.law)}),
-            entry,
-        )
+        numbers = {name: getattr(entry, name) for name in overridable(entry.law)}
+        changed(with_supply(parameters, entry), friction=numbers)
     except ValidationError as err:
         first = err.errors()[0]
         allowed = first["msg"].replace("Input should be", "allowed:")

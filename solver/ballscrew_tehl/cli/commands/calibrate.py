@@ -8,14 +8,7 @@ from ...calibration.measured import calibrate
 from ...calibration.measurements import Measurement, spread_advice
 from ...calibration.plot import calibration_figure, save_figure
 from ...calibration.result import Calibration, calibration_data
-from ...friction.sets import (
-    SETS,
-    SUPPLY,
-    check_usable,
-    friction_set_lines,
-    refuse_other_fit,
-    write_friction_sets,
-)
+from ...friction.sets import SETS, check_usable, friction_set_lines, refuse_other_fit, write_friction_sets
 from ...parameters.file import PACKAGED_VG100
 from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
@@ -62,7 +55,7 @@ def run_calibrate(args: Namespace) -> Answer:
     else:
         keys = {name: name.replace("height", "height_m") for name in SETS[friction.name]}
         if friction.supply_length is not None:
-            keys[SUPPLY] = SUPPLY
+            keys |= {"supply_length": "supply_length"}
         numbers = (f"{key} = {getattr(friction, name):.6g}" for name, key in keys.items())
         text = "\n".join([text, "For the screw file:", "[friction]", f'law = "{friction.name}"', *numbers])
     entry = friction.entries | {"calibration": data}
