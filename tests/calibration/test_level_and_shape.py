@@ -48,7 +48,7 @@ def test_both_numbers_come_back_and_the_default_is_kept_where_it_agrees():
 
 def test_limits_hold_95_percent_of_truths_after_any_choice():
     rng, held, chosen = np.random.default_rng(4), [], []
-    for _ in range(300):
+    for _ in range(200):
         k, inverse = rng.uniform(0.0041, 0.018), rng.uniform(0.0, MAX_INVERSE)
         limits = supply_limits(measured(BASIS, k, inverse, 0.03 * rng.normal(size=len(POINTS))))
         held.append(

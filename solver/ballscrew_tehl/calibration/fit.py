@@ -47,7 +47,7 @@ MIN_OUTLIER = 0.03
 KNOWN_ERROR = 0.02
 #: largest 1/length [1], lengths of which the rolling part is computed, and to which it is interpolated
 MAX_INVERSE = 1.0 / BOUNDED[SUPPLY].low
-INVERSES, DENSE = np.linspace(0.0, MAX_INVERSE, 25), np.linspace(0.0, MAX_INVERSE, 601)
+INVERSES, DENSE = np.linspace(0.0, MAX_INVERSE, 25), np.linspace(0.0, MAX_INVERSE, 301)
 
 
 @dataclass(frozen=True)
@@ -245,7 +245,6 @@ def supply_limits(basis: TorqueBasis) -> Supply:
     Source       Box & Tiao, Bayesian Inference in Statistical Analysis (1973), section 2.7: coefficient and size of the
                  errors integrated out of the posterior. Highest density for the length, equal tails for the coefficient
     """
-    from scipy.optimize import brentq
     from scipy.stats import t as student_t
 
     n, rolling = len(basis), np.asarray(basis.rolling)
@@ -255,23 +254,20 @@ def supply_limits(basis: TorqueBasis) -> Supply:
     squares = np.sum((rest + fitted[:, None] * column) ** 2, axis=1) + KNOWN_ERROR**2
     freedom = n  # with the error that is known, without the coefficient
     scale = np.sqrt(squares / (freedom * (column @ column)))
-    positive = student_t.cdf(fitted / scale, freedom)
+    positive = np.maximum(student_t.cdf(fitted / scale, freedom), 1e-300)
     density = (squares / squares.min()) ** (-0.5 * freedom) * positive
     density /= density.sum()
     ordered = np.argsort(-density)
     inside = DENSE[ordered[: int(np.searchsorted(np.cumsum(density[ordered]), 0.95)) + 1]]
 
-    def below(coefficient: float) -> float:
-        under = student_t.cdf((fitted - coefficient) / scale, freedom)
-        return float(density @ (1.0 - under / positive))
-
-    top = float(np.max(np.maximum(fitted, 0.0) + 1e3 * scale))
-    ends = [brentq(lambda k, part=part: below(k) - part, 0.0, top) for part in (0.025, 0.975)]
+    upper = positive[:, None] * (np.arange(100.0) + 0.5) / 100.0
+    samples = np.maximum(fitted[:, None] - scale[:, None] * student_t.ppf(upper, freedom), 0.0)
+    order = np.argsort(samples, axis=None)
+    weights = np.cumsum(np.repeat(density, upper.shape[1])[order]) / upper.shape[1]
+    ends = np.ravel(samples)[order][np.searchsorted(weights, (0.025, 0.975))]
     inverse = np.clip([inside.min() - DENSE[1], inside.max() + DENSE[1]], 0.0, MAX_INVERSE)
-    refitted = (
-        *np.interp(inverse, DENSE, np.maximum(fitted, 0.0)),
-        student_t.ppf(0.975, freedom) * (density @ scale),
-    )
+    half = student_t.ppf(0.975, freedom) * (density @ scale)
+    refitted = *np.interp(inverse, DENSE, np.maximum(fitted, 0.0)), half
     return Supply(*(tuple(map(float, numbers)) for numbers in (inverse, ends, refitted)))
 
 

@@ -90,9 +90,8 @@ def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
             )
             reasons[name] = f"95 % interval {low} to {high} around {middle}"
     if found.supply is not None and FITTED[HEIGHT] not in basis.names:
-        low, high = found.supply.length
-        if 1.0 / low - 1.0 / high > 0.5 * MAX_INVERSE:
-            reasons[SUPPLY] = f"95 % interval {low:.3g} to {high:.3g} half-widths"
+        if np.ptp(found.supply.inverse) > 0.5 * MAX_INVERSE:
+            reasons[SUPPLY] = "95 % interval {:.3g} to {:.3g} half-widths".format(*found.supply.length)
     per_net = float(np.mean(basis.sliding / basis.measured))
     low_share, high_share = (min(per_net * bound, 1.0) for bound in found.limits[FITTED[1]].values())
     if not high_share - low_share <= SPLIT_WIDTH:

@@ -100,7 +100,8 @@ class FrictionSet:
         good = set(refitted) in (set(), set(REFITTED)) and (SUPPLY in self.limits) == bool(refitted)
         good &= all(0.0 <= value < math.inf for value in refitted.values())
         checks.append((good, "refitted", dict(refitted), f"{', '.join(REFITTED)}, with limits of {SUPPLY}"))
-        checks.append(((self.supply_length or 2.0) >= 2.0, SUPPLY, self.supply_length, ">= 2"))
+        length = self.supply_length
+        checks.append((length is None or length >= 2.0, SUPPLY, length, ">= 2"))
         good = set(at) in (set(), set(CALIBRATED_AT)) and all(0.0 < value < math.inf for value in at.values())
         checks.append((good, "calibrated_at", dict(at), f"{', '.join(CALIBRATED_AT)}, each > 0"))
         for good, what, value, allowed in checks:
