@@ -1,7 +1,6 @@
 """Coefficient and supply length from three and more torques: recovered, covered by limits, taken by map and torque."""
 
 import json
-import math
 from dataclasses import replace
 
 import command_line
@@ -84,8 +83,10 @@ def test_file_carries_the_length_to_torque_map_and_interval(capsys, tmp_path):
         VG100, *place, FrictionSet(**(vars(entry) | {"supply_length": None, "refitted": {}, "limits": {}}))
     )
     assert found.torque == pytest.approx(m.torque, rel=1e-3)
-    # at a point of the fit a length and its coefficient make up for each other
     assert found.shares["supply_length"] < 0.1 < bare.shares["supply_length"]
+    # at a point of the fit a length and its coefficient make up for each other: 1.2 %, with one coefficient 3.6 %
+    middle = place[:2] + (POINTS[2].speed, PLACE[1])
+    low, high = torque_interval(with_supply(VG100, entry), *middle, entry).ends["supply_length"]
+    assert abs(high / low - 1.0) < 0.02
     with pytest.raises(ValueError, match=r"supply_length = 1\.0; allowed: >= 2"):
         replace(entry, supply_length=1.0)
-    assert math.isfinite(found.high)

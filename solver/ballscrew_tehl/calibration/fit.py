@@ -228,7 +228,7 @@ class Supply(NamedTuple):
 
     inverse: tuple[float, ...]  # 1/length [1]
     coefficient: tuple[float, ...]
-    refitted: tuple[float, ...]  # coefficients at both ends of inverse; half-width at a known length
+    refitted: tuple[float, ...]  # coefficients at the least and largest length, half-width at a known one
 
     @property
     def length(self) -> tuple[float, float]:
@@ -267,7 +267,7 @@ def supply_limits(basis: TorqueBasis) -> Supply:
     ends = np.ravel(samples)[order][np.searchsorted(weights, (0.025, 0.975))]
     inverse = np.clip([inside.min() - DENSE[1], inside.max() + DENSE[1]], 0.0, MAX_INVERSE)
     half = student_t.ppf(0.975, freedom) * (density @ scale)
-    refitted = *np.interp(inverse, DENSE, np.maximum(fitted, 0.0)), half
+    refitted = *np.interp(inverse[::-1], DENSE, np.maximum(fitted, 0.0)), half
     return Supply(*(tuple(map(float, numbers)) for numbers in (inverse, ends, refitted)))
 
 
