@@ -58,7 +58,7 @@ def test_limits_hold_95_percent_of_truths_after_any_choice():
         )
         chosen.append(not limits.inverse[0] <= 1.0 / 6.0 <= limits.inverse[1])
     for rate in (np.mean(held, axis=0), np.mean(np.array(held)[chosen], axis=0)):
-        assert np.all((rate > 0.91) & (rate < 0.985)), rate
+        assert np.all((rate > 0.89) & (rate < 0.99)), rate
 
 
 def test_file_carries_the_length_to_torque_map_and_interval(capsys, tmp_path):
@@ -85,7 +85,7 @@ def test_file_carries_the_length_to_torque_map_and_interval(capsys, tmp_path):
     assert found.torque == pytest.approx(m.torque, rel=1e-3)
     assert found.shares["supply_length"] < 0.1 < bare.shares["supply_length"]
     # at a point of the fit a length and its coefficient make up for each other: 1.2 %, with one coefficient 3.6 %
-    middle = place[:2] + (POINTS[2].speed, PLACE[1])
+    middle = (*place[:2], POINTS[2].speed, PLACE[1])
     low, high = torque_interval(with_supply(VG100, entry), *middle, entry).ends["supply_length"]
     assert abs(high / low - 1.0) < 0.02
     with pytest.raises(ValueError, match=r"supply_length = 1\.0; allowed: >= 2"):

@@ -89,9 +89,9 @@ def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
                 for number in (*found.limits[name].values(), value)
             )
             reasons[name] = f"95 % interval {low} to {high} around {middle}"
-    if found.supply is not None and FITTED[HEIGHT] not in basis.names:
-        if np.ptp(found.supply.inverse) > 0.5 * MAX_INVERSE:
-            reasons[SUPPLY] = "95 % interval {:.3g} to {:.3g} half-widths".format(*found.supply.length)
+    supply = found.supply
+    if supply and FITTED[HEIGHT] not in basis.names and np.ptp(supply.inverse) > 0.5 * MAX_INVERSE:
+        reasons[SUPPLY] = "95 % interval {:.3g} to {:.3g} half-widths".format(*supply.length)
     per_net = float(np.mean(basis.sliding / basis.measured))
     low_share, high_share = (min(per_net * bound, 1.0) for bound in found.limits[FITTED[1]].values())
     if not high_share - low_share <= SPLIT_WIDTH:
