@@ -17,7 +17,10 @@ from ..friction.sets import (
     CALIBRATED_AT,
     CATALOGUE,
     CATALOGUE_DIFFERS,
+    FITTED,
+    REFITTED,
     SETS,
+    SUPPLY,
     FrictionSet,
     default_friction_set,
     with_set,
@@ -35,7 +38,7 @@ from ..physics.load import nut_loads
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import MECHANISTIC
 from ..tables.headings import TORQUE
-from .fit import Fit, TorqueBasis, fit, torque_basis
+from .fit import HEIGHT, Fit, TorqueBasis, fit_law, torque_basis
 from .measurements import (
     Measurement,
     MeasurementFile,
@@ -45,7 +48,7 @@ from .measurements import (
     read_measurement_file,
     repeats_of,
 )
-from .result import SPLIT, Calibration, not_identified, number_notes
+from .result import SPLIT, Calibration, not_identified, number_notes, supply_notes
 
 #: kinds of rows that --drop leaves out of a fit
 DROPS = ("impossible", "outside", "outliers")
@@ -121,7 +124,8 @@ def _calibration(
     points, dropped = _usable(file, kinds, drop)
     notes = file.notes + ([] if single else _check_count(points, name))
     basis = replace(torque_basis(parameters, film, points, progress), names=SETS[name])
-    found = fit(basis, repeats_of(points))
+    defaults = parameters, default_friction_set(with_set(parameters, name)).net_sliding_coefficient
+    fitted, found = fit_law(basis, repeats_of(points), *defaults)
     if "outliers" in drop and found.outliers:
         # one pass; outliers of the remaining points are reported and kept
         for i, text in _outliers(points, found).items():
@@ -129,7 +133,8 @@ def _calibration(
         kept = [i for i in range(len(basis)) if i not in found.outliers]
         points, basis = [points[i] for i in kept], basis.subset(kept)
         notes += _check_count(points, name)
-        found = fit(basis, repeats_of(points))
+        fitted, found = fit_law(basis, repeats_of(points), *defaults)
+    basis = fitted
     level: dict[str, float] = {}
     if single:
         (m,), rest = points, float(basis.torque((1.0, 0.0, 0.0))[0])
@@ -155,9 +160,15 @@ def _calibration(
         notes += [f"{points[i].point}: {text}; to leave it out: --drop outliers" for i, text in outliers]
     statistics["provenance"] += f", ballscrew_tehl {__version__}"
     statistics |= {"screw": parameters.name, "parameters_hash": parameters_hash(parameters)}
-    friction_set = FrictionSet(Law(name), *found.values.tolist(), **statistics)
+    ratio, net, height = found.values.tolist()
+    if found.supply is not None:
+        statistics["refitted"] = dict(zip(REFITTED, found.supply.refitted, strict=True))
+        if FITTED[HEIGHT] in basis.names:
+            statistics[SUPPLY], height = 1.0 / height if height > 0.0 else math.inf, 0.0
+    friction_set = FrictionSet(Law(name), ratio, net, height, **statistics)
     notes += number_notes(friction_set, parameters)
-    return Calibration(friction_set, basis, found, dropped, notes, level)
+    notes += supply_notes(basis, found, parameters)
+    return Calibration(friction_set, basis, found, dropped, notes, level, parameters, film)
 
 
 def _typical_law(

@@ -1,49 +1,85 @@
-"""Figure of a calibration: computed over measured torque, and deviations over speed."""
+"""Figure of a calibration: torque over speed with its interval, measured points and residuals."""
 
 import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.figure import Figure
 
-from ..parameters.units import RPM
+from ..atlas.ball_contacts import BallContacts
+from ..friction.interval import interval_ends
+from ..friction.mechanistic import nuts_powers, torque_line
+from ..friction.sets import with_supply
+from ..friction.torque import nut_forces
+from ..parameters.units import CELSIUS, RPM
+from ..physics.ball_law import Array
 from ..whole_file import whole_file
 from .result import Calibration
 
 #: colour-blind safe: lightness rises with the preload; outliers in a colour of Okabe & Ito
-PRELOAD_COLOURS, CAUTION = "viridis", "#D55E00"
+COLOURS, CAUTION = "viridis", "#D55E00"
 
 
 def calibration_figure(result: Calibration) -> Figure:
-    """Left: computed over measured torque with the 1:1 line. Right: deviations over speed, also of left-out points."""
-    entry, basis, fit = result.friction_set, result.basis, result.fit
-    measured, computed, outliers = basis.measured, basis.torque(fit.values), fit.outliers
-    speed, preload = np.array([(m.speed / RPM, 1e-3 * m.preload) for m in basis.measurements]).T
-    deviation, left_out = 100.0 * fit.deviation, 100.0 * fit.left_out
-    figure = Figure(figsize=(11.0, 5.0), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    top = 1.06 * max(measured.max(), computed.max())
-    left.plot([0.0, top], [0.0, top], color="0.4", linewidth=1.0, zorder=1, label="computed = measured")
-    left.set(xlabel="measured friction torque [N m]", ylabel="computed friction torque [N m]")
-    right.axhline(0.0, color="0.4", linewidth=1.0)
-    right.vlines(speed, deviation, left_out, color="0.75", linewidth=1.0, zorder=1)
-    right.scatter(speed, left_out, marker="_", color="0.35", s=60, zorder=2, label="fitted without the point")
-    right.set(xlabel="screw speed [r/min]", ylabel="model/measured - 1 [%]", xscale="log")
-    right.xaxis.set_major_formatter("{x:g}")
-    style: Any = {"cmap": PRELOAD_COLOURS, "edgecolors": "black", "linewidths": 0.5, "s": 42, "zorder": 3}
+    """Above: torque over speed with its interval, one colour a preload, and measured points. Below: their residuals."""
+    fit, points, groups = result.fit, result.basis.measurements, dict[str, list[int]]()
+    for i in sorted(range(len(points)), key=lambda i: (points[i].preload, points[i].speed)):
+        kelvin, load = (
+            points[i].temperature,
+            f", load {points[i].axial_load:.3g} N" * bool(points[i].axial_load),
+        )
+        groups.setdefault(f"{points[i].preload:.3g} N{load}, {kelvin - CELSIUS:.0f} °C", []).append(i)
+    speed = np.array([m.speed / RPM for m in points])
+    shown = [result.basis.measured, 100.0 * fit.deviation]
+    figure = Figure(figsize=(9.0, 7.0), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
+    for k, (name, rows) in enumerate(groups.items()):
+        colour = colormaps[COLOURS](0.85 * k / max(len(groups) - 1, 1))
+        x, y, low, high = _curve(result, rows, speed)
+        above.fill_between(x, low, high, color=colour, alpha=0.18, linewidth=0.0)
+        above.plot(x, y, color=colour, linewidth=1.4, label=name)
+        for axes, values in zip((above, below), shown, strict=True):
+            axes.scatter(
+                speed[rows], values[rows], color=colour, edgecolors="black", linewidths=0.5, s=40, zorder=3
+            )
+    left_out = 100.0 * fit.left_out
+    below.vlines(speed, shown[1], left_out, color="0.75", linewidth=1.0, zorder=1)
+    below.scatter(speed, left_out, marker="_", color="0.35", s=60, zorder=2, label="fitted without the point")
+    below.axhline(0.0, color="0.4", linewidth=1.0)
     ring: Any = {"facecolors": "none", "edgecolors": CAUTION, "linewidths": 2.0, "s": 170, "zorder": 4}
-    for axes, x, y in (left, measured, computed), (right, speed, deviation):
-        points = axes.scatter(x, y, c=preload, label="fitted to all points", **style)
-        if outliers:
-            axes.scatter(x[outliers], y[outliers], label="outlier", **ring)
+    for axes, values in zip((above, below), shown, strict=True):
+        if rows := fit.outliers:
+            axes.scatter(speed[rows], values[rows], label="outlier", **ring)
         axes.grid(alpha=0.3)
-        axes.legend(loc="best", fontsize="small")
-    figure.colorbar(points, ax=left, label="preload [kN]", shrink=0.85)
+        axes.legend(fontsize="small", ncols=2)
+    above.set(ylabel="friction torque [N m]", ylim=(0.0, None))
+    above.set_title("line: law; band: about 80 %; circles: measured", fontsize="small")
+    below.set(xlabel="screw speed [r/min]", ylabel="model/measured - 1 [%]", xscale="log")
+    below.xaxis.set_major_formatter("{x:g}")
+    entry = result.friction_set
     mean, unseen = (100.0 * entry.errors.get(key, math.nan) for key in ("mean", "leave_one_out_mean"))
-    title = f"{len(basis)} points ({entry.kinematics}, {entry.name}, film {entry.film_model})"
-    figure.suptitle(f"{title}: mean {mean:.2f} %, left out {unseen:.2f} %", fontsize="medium")
+    title = f"{result.parameters.name}, {len(points)} points ({entry.kinematics}, {entry.name})"
+    figure.suptitle(f"{title}: mean error {mean:.2f} %, left out {unseen:.2f} %", fontsize="medium")
     return figure
+
+
+def _curve(result: Calibration, rows: list[int], speed: Array) -> list[Array]:
+    """Speeds [r/min], torque and its interval [N.m]; at the points alone if their contacts are not of the atlas."""
+    points, entry, film = [result.basis.measurements[i] for i in rows], result.friction_set, result.film
+    if not isinstance(film, BallContacts):
+        return [speed[rows], *3 * [result.basis.torque(result.fit.values)[rows]]]
+    parameters, m = with_supply(result.parameters, entry), points[0]
+    speeds = np.geomspace(speed.min(), speed.max(), 40)
+    at, temperature = speeds * RPM, np.array([m.temperature])
+    forces = nut_forces(parameters, m.preload, m.axial_load)
+    rest, slope = torque_line(nuts_powers(parameters, forces, film, at[:, None], temperature))
+    torque = np.ravel(rest + entry.net_sliding_coefficient * slope)
+    ends: Any = 1.0, 1.0  # under axial load there is none
+    if m.axial_load == 0.0:
+        ends = interval_ends(parameters, np.array([m.preload]), film, at, temperature, entry)
+    return [speeds, torque, *(torque * np.ravel(end) for end in ends)]
 
 
 def save_figure(figure: Figure, path: Path) -> None:

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from ..friction.interval import implied_thrust
-from ..friction.sets import FITTED, FrictionSet
+from ..friction.sets import FITTED, SUPPLY, FrictionSet
 from ..parameters.file import Parameters
 from ..parameters.units import RPM
 from ..runtime.packed import MECHANISTIC
-from .fit import Fit, TorqueBasis
+from .fit import HEIGHT, MAX_INVERSE, Fit, TorqueBasis
 from .measurements import RowProblem, repeat_scatter
 
 #: a parameter counts as identified if half its 95 % interval is at most this fraction of its value
@@ -33,6 +33,7 @@ class Calibration:
     friction_set  with limits and what is not identified;  basis, fit: the points of the fit and its statistics
     dropped       rows left out of the fit, with the reason;  notes  assumptions and warnings, one sentence each
     level         of a single torque, by key of --json: the law there without friction between balls, its interval
+    parameters, film: screw, oil and contacts of the fit
     """
 
     friction_set: FrictionSet
@@ -41,6 +42,8 @@ class Calibration:
     dropped: list[RowProblem]
     notes: list[str]
     level: dict[str, float]
+    parameters: Parameters
+    film: Any
 
 
 def number_notes(entry: FrictionSet, parameters: Parameters) -> list[str]:
@@ -61,6 +64,19 @@ def number_notes(entry: FrictionSet, parameters: Parameters) -> list[str]:
     return notes
 
 
+def supply_notes(basis: TorqueBasis, found: Fit, parameters: Parameters) -> list[str]:
+    """Which numbers of the mechanistic law are fitted, and why."""
+    if found.supply is None:
+        return []
+    low, high = found.supply.length
+    what = {
+        FITTED[1:]: "level and shape fitted",
+        FITTED[HEIGHT:]: f"shape fitted, not the level: limits of {FITTED[1]} span its bounds",
+    }.get(basis.names, "level fitted, not the shape")
+    default = parameters.friction.supply_length
+    return [f"{what}: {SUPPLY} is {low:.3g} to {high:.3g} half-widths at 95 %, default {default:g}"]
+
+
 def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
     """Parameters, or SPLIT, that the data do not determine to PRECISION and SPLIT_WIDTH -> their intervals."""
     reasons = {}
@@ -73,6 +89,9 @@ def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
                 for number in (*found.limits[name].values(), value)
             )
             reasons[name] = f"95 % interval {low} to {high} around {middle}"
+    supply = found.supply
+    if supply and FITTED[HEIGHT] not in basis.names and np.ptp(supply.inverse) > 0.5 * MAX_INVERSE:
+        reasons[SUPPLY] = "95 % interval {:.3g} to {:.3g} half-widths".format(*supply.length)
     per_net = float(np.mean(basis.sliding / basis.measured))
     low_share, high_share = (min(per_net * bound, 1.0) for bound in found.limits[FITTED[1]].values())
     if not high_share - low_share <= SPLIT_WIDTH:

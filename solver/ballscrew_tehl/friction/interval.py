@@ -12,7 +12,8 @@ with VG 100, 303 K: 1 kN at 100 and 2500 r/min, 6 kN at 2500 r/min).
 Zero fitted: kappa of the ball-ball part is one of the constants. Fitted: the coefficient k has the 95 % interval of its
 fit, mu_b, Lambda and kappa do not count as far as they enter through k, and the mean error of a point left out of the
 fit counts as the scatter of a normal quantity. Calibrated on one torque: with every constant moved, the coefficient is
-fitted again to the torque at that point; the scatter is that of the packaged fit.
+fitted again to the torque at that point; the scatter is that of the packaged fit. Fitted to three and more torques: the
+supply length has the 95 % limits of the fit, with the coefficient fitted again at both.
 
 A constant that the screw file states counts as known. The supply of the oil counts by the length of its inlet, from 3
 half-widths to flooded, uniform in 1/length. The temperature of the oil counts with the tolerance of the screw file, its
@@ -36,7 +37,7 @@ from ..parameters.units import COLDEST, HOTTEST
 from ..physics.ball_law import Array
 from ..physics.lubricant import eta0
 from .mechanistic import ContactValues, Nut, law_constants, loaded_nuts, powers_of_nuts, torque_line
-from .sets import CALIBRATED_AT, FrictionSet, load_friction_sets
+from .sets import CALIBRATED_AT, SUPPLY, FrictionSet, load_friction_sets
 
 #: standard deviations of a normal quantity to the ends of the interval that holds 80 % of it
 DEVIATIONS = 1.2816
@@ -152,6 +153,9 @@ def fit_of(friction_set: FrictionSet, parameters: Parameters) -> Fit | None:
     if ours and law_constants(parameters) != law_constants(load_screw(PACKAGED_VG100)):
         return None
     limits, half = friction_set.limits.get(FITTED_COEFFICIENT), friction_set.intervals.get(FITTED_COEFFICIENT)
+    if refitted := friction_set.refitted:
+        # at a known supply length, which counts by itself
+        limits, half = None, refitted["half_width"]
     if limits is not None and math.isfinite(limits["high"]):
         return Fit(limits["low"], limits["high"], left_out)
     return None if half is None else Fit(max(value - half, 0.0), value + half, left_out)
@@ -212,7 +216,12 @@ def _effects(
     """Torque; by constant: torques at its ends; mean and variance of ln(torque); (points, ...), of the nuts of each."""
     fit, coefficient = fit_of(friction_set, parameters), friction_set.net_sliding_coefficient
     names = [name for name in unknown_constants(parameters) if fit is None or name != "ball_thrust"]
-    values = [{}, *({name: end} for name in names for end in (BOUNDED[name].low, BOUNDED[name].high))]
+    bounds = {name: (BOUNDED[name].low, BOUNDED[name].high) for name in names}
+    refitted = friction_set.refitted if fit is not None else {}
+    if refitted and (SUPPLY in names or friction_set.supply_length is not None):
+        bounds[SUPPLY] = friction_set.limits[SUPPLY]["low"], friction_set.limits[SUPPLY]["high"]
+    names = list(bounds)
+    values = [{}, *({name: end} for name, pair in bounds.items() for end in pair)]
     variants = [with_constants(parameters, value) for value in values]
     kappa, ratio = implied_thrust(coefficient, parameters), friction_set.apparent_viscosity_ratio
     coefficients = [coefficient] * len(variants)
@@ -229,6 +238,9 @@ def _effects(
             ball_ball_coefficient(changed.friction, value.get("ball_thrust", kappa))
             for changed, value in zip(variants, values, strict=True)
         ]
+    if refitted and SUPPLY in names:
+        first = 1 + 2 * names.index(SUPPLY)
+        coefficients[first : first + 2] = refitted["low"], refitted["high"]
     lines = _lines(variants, points, at, ratio)
     lines += _oil_lines(parameters, points, at, ratio, lines[0][0].shape)
     coefficients += [coefficient] * (len(lines) - len(coefficients))
@@ -240,6 +252,8 @@ def _effects(
         known = BOUNDED.get(name)
         place = known.place(kappa if name == "ball_thrust" else known.value) if known else 0.5
         moments[name] = uniform_moments(np.log(low / middle), np.log(high / middle), place)
+    if refitted and SUPPLY in ends:
+        moments[SUPPLY] = 0.0, (np.log(ends[SUPPLY][1] / ends[SUPPLY][0]) / FIT_DEVIATIONS) ** 2
     if fit is not None:
         rest, slope = lines[0]
         low, high = ends[FITTED_COEFFICIENT] = rest + fit.low * slope, rest + fit.high * slope

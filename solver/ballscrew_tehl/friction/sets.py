@@ -30,6 +30,8 @@ SETS: dict[str, tuple[str, ...]] = {
 }
 #: operating point of a calibration on one torque: preload [N], screw speed [rad/s], oil temperature [K]
 CALIBRATED_AT = ("preload", "speed", "temperature")
+#: length of the oil supply;  entries of FrictionSet.refitted
+SUPPLY, REFITTED = "supply_length", ("low", "high", "half_width")
 #: names of the keys of the file that carry a unit
 _KEYS = {
     "roughness_height": "roughness_height_m",
@@ -81,6 +83,10 @@ class FrictionSet:
     parameters_hash: str = ""  # of all that the films of the fit depend on; "": not known
     #: of a calibration on one torque: its point, names CALIBRATED_AT; the set gives that torque
     calibrated_at: Mapping[str, float] = field(default_factory=dict)
+    #: mechanistic: fitted length of the oil supply [b], in place of that of the screw file; None: not fitted
+    supply_length: float | None = None
+    #: coefficient fitted at the limits of the supply length, half-width of its 95 % interval at a known length
+    refitted: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "law", Law(self.law))
@@ -90,7 +96,12 @@ class FrictionSet:
         for key, ends in self.limits.items():
             good = 0.0 <= ends.get("low", math.nan) <= ends.get("high", math.nan) and ends["low"] < math.inf
             checks.append((good, f"limits of {key}", dict(ends), "0 <= low <= high, low finite"))
-        at = self.calibrated_at
+        at, refitted = self.calibrated_at, self.refitted
+        good = set(refitted) in (set(), set(REFITTED)) and (SUPPLY in self.limits) == bool(refitted)
+        good &= all(0.0 <= value < math.inf for value in refitted.values())
+        checks.append((good, "refitted", dict(refitted), f"{', '.join(REFITTED)}, with limits of {SUPPLY}"))
+        length = self.supply_length
+        checks.append((length is None or length >= 2.0, SUPPLY, length, ">= 2"))
         good = set(at) in (set(), set(CALIBRATED_AT)) and all(0.0 < value < math.inf for value in at.values())
         checks.append((good, "calibrated_at", dict(at), f"{', '.join(CALIBRATED_AT)}, each > 0"))
         for good, what, value, allowed in checks:
@@ -177,7 +188,8 @@ def overridable(law: Law) -> tuple[str, ...]:
 def check_usable(entry: FrictionSet, parameters: Parameters, where: str, remedy: str) -> None:
     """Refuse numbers that a screw file may not have: ValueError."""
     try:
-        changed(parameters, friction={name: getattr(entry, name) for name in overridable(entry.law)})
+        numbers = {name: getattr(entry, name) for name in overridable(entry.law)}
+        changed(with_supply(parameters, entry), friction=numbers)
     except ValidationError as err:
         first = err.errors()[0]
         allowed = first["msg"].replace("Input should be", "allowed:")
@@ -250,6 +262,9 @@ def friction_set_lines(entry: FrictionSet) -> list[str]:
         scale, unit = (1e9, " nm") if key == "roughness_height" else (1.0, "")
         known = "" if half is None else f" +- {scale * half:.2g}{unit}"
         lines.append(f"    {key:<26}{scale * value:.4g}{unit}{known}")
+    if (length := entry.supply_length) is not None:
+        low, high = entry.limits[SUPPLY].values() if SUPPLY in entry.limits else (math.nan, math.nan)
+        lines.append(f"    {SUPPLY:<26}{length:.3g} half-widths, 95 % interval {low:.3g} to {high:.3g}")
     if entry.errors:
         wanted = ("table2", "table4", "mean", "leave_one_out_mean", "leave_one_out_max")
         parts = [f"{key} {100.0 * entry.errors[key]:.2f} %" for key in wanted if key in entry.errors]
@@ -293,6 +308,12 @@ def without_overrides(parameters: Parameters, name: str) -> Parameters:
     """Parameters without the fitted numbers of a law that the screw file states."""
     stated = set(overridable(Law(name))) & parameters.friction.model_fields_set
     return changed(parameters, friction=dict.fromkeys(stated)) if stated else parameters
+
+
+def with_supply(parameters: Parameters, entry: FrictionSet | None) -> Parameters:
+    """Parameters with the length of the oil supply that a set was fitted with, if it was fitted."""
+    length = None if entry is None else entry.supply_length
+    return parameters if length is None else changed(parameters, friction={SUPPLY: length})
 
 
 def refuse_other_fit(friction: FrictionSet, parameters: Parameters) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from ..friction.baselines import nsk_torque
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.presliding import presliding_angle
-from ..friction.sets import FrictionSet, carried_over, default_friction_set, refuse_other_fit
+from ..friction.sets import FrictionSet, carried_over, default_friction_set, refuse_other_fit, with_supply
 from ..parameters import identity
 from ..parameters.file import PACKAGED_DATA, Parameters, ScrewParameters, load_screw
 from ..physics.axial_stiffness import axial_stiffness, nut_stiffness_constant
@@ -159,7 +159,7 @@ def load_map(
     """
     if path is not None and Path(path).suffix == ".toml":
         path, parameters = None, load_screw(path) if parameters is None else parameters
-    parameters = parameters_for(path, parameters)
+    parameters = with_supply(parameters_for(path, parameters), friction_set)
     if path is not None:
         header, variables = _read(Path(path))
         if other := identity.differences(header["parameters_json"], identity.map_parameters_json(parameters)):

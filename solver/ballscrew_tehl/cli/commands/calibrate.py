@@ -54,6 +54,8 @@ def run_calibrate(args: Namespace) -> Answer:
         say(f"written: {args.output}; next: ballscrew page ... --friction {args.output}")
     else:
         keys = {name: name.replace("height", "height_m") for name in SETS[friction.name]}
+        if friction.supply_length is not None:
+            keys |= {"supply_length": "supply_length"}
         numbers = (f"{key} = {getattr(friction, name):.6g}" for name, key in keys.items())
         text = "\n".join([text, "For the screw file:", "[friction]", f'law = "{friction.name}"', *numbers])
     entry = friction.entries | {"calibration": data}

@@ -14,6 +14,7 @@ from ...friction.sets import (
     load_friction_sets,
     refuse_other_fit,
     with_set,
+    with_supply,
     without_overrides,
 )
 from ...parameters.file import PACKAGED_VG100, Parameters, changed, load_screw
@@ -92,7 +93,7 @@ def chosen_of(args: Namespace) -> Chosen:
     parameters = screw_of(args, PACKAGED_VG100 if only_law else None)
     of_file = friction_set_of_file(name, parameters)
     refuse_other_fit(of_file, parameters)
-    return Chosen(without_overrides(parameters, of_file.name), of_file, of_file)
+    return Chosen(with_supply(without_overrides(parameters, of_file.name), of_file), of_file, of_file)
 
 
 def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[str, float]]:
