@@ -94,7 +94,7 @@ REFUSALS = {
         (("log.csv", "--offset-nm", "1+-x"), "--offset-nm: standard error = x; allowed: 0 to 1e+07"),
         (("log.csv", "--before", "log.csv"), "allowed: with both, which turn friction into preload"),
         (("text.csv", "--gain-n-v", "1"), "text.csv: line 4: position [m] = 'x'; allowed: a number"),
-        (("back.csv", "--gain-n-v", "1"), "time runs backwards 1 times, first from 0.002 to 0 s after row 3"),
+        (("back.csv", "--gain-n-v", "1"), "time runs backwards 1 times, first from 0.008 to 0.005 s after row 9"),
     ],
     "export": [
         ((*EXPORT, "twincat", "--output", "x.lis"), "--torque-constant-nm-a; needed with --format twincat"),
@@ -128,7 +128,7 @@ def folder(tmp_path, monkeypatch):
     for name, heading, rows in (
         ("log", "time [s],position [m],current [A]", [f"{t},{t},1" for t in time]),
         ("text", "time [s],position [m],voltage [V]", [f"{t},{'x' if 0.001 < t < 0.007 else t},{t}" for t in time]),
-        ("back", "time [s],position [m],voltage [V]", [f"{t},{t},{t}" for t in time[:3] + time]),
+        ("back", "time [s],position [m],voltage [V]", [f"{t},{t},{t}" for t in time[:9] + time[5:]]),
     ):  # fmt: skip
         (tmp_path / f"{name}.csv").write_text("\n".join([heading, *rows]))
     (tmp_path / "text.npz").write_text("notes")

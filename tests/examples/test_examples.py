@@ -254,6 +254,6 @@ def test_ranges_in_the_documents_are_those_of_the_table():
     for name, texts in {
         "README.md": (f"a factor of {width} from",),
         "docs/adapt_to_your_screw.md": (f"is {width} times", f"is {over} times"),
-        "docs/validation.md": (f"low end {width}, torque over", f"30 °C) {over}."),
+        "docs/validation.md": (f"low end {width}, torque over", f"30 \N{DEGREE SIGN}C) {over}."),
     }.items():  # fmt: skip
         assert all(text in (ROOT / name).read_text(encoding="utf-8") for text in texts), name

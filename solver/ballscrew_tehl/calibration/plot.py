@@ -30,7 +30,7 @@ def calibration_figure(result: Calibration) -> Figure:
             points[i].temperature,
             f", load {points[i].axial_load:.3g} N" * bool(points[i].axial_load),
         )
-        groups.setdefault(f"{points[i].preload:.3g} N{load}, {kelvin - CELSIUS:.0f} °C", []).append(i)
+        groups.setdefault(f"{points[i].preload:.3g} N{load}, {kelvin - CELSIUS:.0f} C", []).append(i)
     speed = np.array([m.speed / RPM for m in points])
     shown = [result.basis.measured, 100.0 * fit.deviation]
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")
