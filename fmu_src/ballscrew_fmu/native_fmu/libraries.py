@@ -153,6 +153,11 @@ def prepare(
         if platform in platforms and not (PREBUILT / library.file(platform)).is_file()
     ]
 
+    # of these the compiler first makes their C library, half of all time, and others of them would wait for it
+    costly = "x86_64-windows", WASM
+    first = list({one[1]: one for one in reversed(needed) if one[1] in costly}.values())
+    needed = first + sorted((one for one in needed if one not in first), key=lambda one: one[1] in costly)
+
     def compiled(library: Library, platform: str) -> None:
         if not _kept(library, platform, find_compiler()).is_file():
             advance(f"compiling {library.name} for {platform}", 0)
