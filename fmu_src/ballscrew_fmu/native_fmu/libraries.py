@@ -15,6 +15,7 @@ import re
 import shutil
 import sys
 import tempfile
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -158,9 +159,12 @@ def prepare(
     first = list({one[1]: one for one in reversed(needed) if one[1] in costly}.values())
     needed = first + sorted((one for one in needed if one not in first), key=lambda one: one[1] in costly)
 
+    one_line = threading.Lock()
+
     def compiled(library: Library, platform: str) -> None:
         if not _kept(library, platform, find_compiler()).is_file():
-            advance(f"compiling {library.name} for {platform}", 0)
+            with one_line:
+                advance(f"compiling {library.name} for {platform}", 0)
             _content(library, platform)
 
     two_at_a_time([functools.partial(compiled, *one) for one in needed])
