@@ -30,11 +30,8 @@ SKF_TORQUE = "skf_torque.csv"
 BOUNDARY, FULL_FILM = 0.12, 0.05
 #: f_0 of Palmgren by kind and lubrication
 PALMGREN_F0 = {
-    ("angular", "mist"): 1.7,
-    ("angular", "bath"): 3.3,
-    ("thrust", "mist"): 0.8,
-    ("thrust", "bath"): 1.5,
-}
+    ("angular", "mist"): 1.7, ("angular", "bath"): 3.3, ("thrust", "mist"): 0.8, ("thrust", "bath"): 1.5,
+}  # fmt: skip
 #: z and y of Palmgren's f_1 = z (P_0/C_0)^y
 PALMGREN_F1 = {"angular": (0.001, 0.33), "thrust": (0.0008, 0.33)}
 

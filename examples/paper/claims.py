@@ -234,13 +234,8 @@ def main() -> str:
             f"{row['statement']} ({row['where']})", f"{row['value'].replace('..', ' to ')} {unit}".strip() or "-",
             *ours, claim.measured.text if claim.measured else "-", f"{row['remark']} Rule: {row['rule']}.",
         ])  # fmt: skip
-    head = [
-        "statement",
-        "printed",
-        *(law.entry.name for law in laws),
-        "measured torques alone",
-        "computation",
-    ]
+    names = [law.entry.name for law in laws]
+    head = ["statement", "printed", *names, "measured torques alone", "computation"]
     return table("Statements in the text of the paper", head, rows, "---")
 
 

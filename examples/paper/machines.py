@@ -213,13 +213,10 @@ def groove_text(points: pd.DataFrame) -> str:
 def screw_text(points: pd.DataFrame) -> str:
     """The two screws of the rig."""
     low, high = (points.low / points.torque).median(), (points.high / points.torque).median()
-    measured = [
-        [
-            f"{name}: {torque:.4f} N.m",
-            f"{points.low.le(torque).mul(points.high.ge(torque)).sum()} of {len(points)}",
-        ]
-        for name, torque in rig_torques().items()
-    ]
+    measured = []
+    for name, torque in rig_torques().items():
+        inside = points.low.le(torque).mul(points.high.ge(torque)).sum()
+        measured.append([f"{name}: {torque:.4f} N.m", f"{inside} of {len(points)}"])
     return table(
         f"New screws of a rig, lead {RIG_LEAD_MM:g} mm, {RIG_PRELOAD:g} N, {RIG_SPEED:g} r/min: law of {len(points)} "
         f"double nuts that they could be {points.torque.min():.3f} to {points.torque.max():.3f}, median "

@@ -128,8 +128,7 @@ def temperature_rows() -> list[list[str]]:
             fitted_row("{0:.3g}", F, np.array(J)),
             fitted_row("{0:.3g}", F, np.zeros(len(F))),
         )
-        cells = (cell for law in laws for cell in (law.name, *law.cells()[2:4]))
-        rows.append([f"{celsius:g} C", *cells])
+        rows.append([f"{celsius:g} C", *(cell for law in laws for cell in (law.name, *law.cells()[2:4]))])
     return rows
 
 
@@ -187,14 +186,10 @@ def compared_laws(laws: list[Law]) -> list[LawRow]:
 def paper_table(shown: ValidationTable) -> str:
     """One table of the paper."""
     digits = 3 if shown.unit == "N.m" else 0
-    rows = [
-        [
-            f"{row.preload:.0f}",
-            f"{row.speed / RPM:.0f}",
-            *(f"{x:.{digits}f}" for x in (row.measured, *row.models)),
-        ]
-        for row in shown.rows
-    ]
+    rows = []
+    for row in shown.rows:
+        torques = (f"{x:.{digits}f}" for x in (row.measured, *row.models))
+        rows.append([f"{row.preload:.0f}", f"{row.speed / RPM:.0f}", *torques])
     rows.append(["mean deviation", "", "", *map(percent, shown.deviations)])
     title = f"{shown.title} [{shown.unit.replace('.', ' ')}]"
     return table(title, ["preload [N]", "speed [r/min]", "measured", *MODELS], rows)
