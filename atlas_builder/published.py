@@ -16,7 +16,7 @@ from ballscrew_tehl.atlas.ball_contacts import BallContacts, BallRange
 from ballscrew_tehl.atlas.contact_atlas import Interpolant
 from ballscrew_tehl.atlas.groups import Array
 from ballscrew_tehl.contact import UnconvergedContactError, solve_ball
-from ballscrew_tehl.friction.torque import FilmModel, nut_sums
+from ballscrew_tehl.friction.torque import FilmModel, load_torques, nut_sums
 from ballscrew_tehl.nut_map.build import (
     atlas_fraction,
     extreme_values,
@@ -150,7 +150,10 @@ def published_map(
     """
     rolling = rolling_parameters(parameters)
     extremes, sharing = extreme_values(rolling, contacts, grid), sharing_values(parameters, grid)
-    arrays = dict(map_arrays(extremes, force_values(parameters, grid), *sharing))
+    forces, count = np.geomspace(*grid.force), parameters.summed_balls
+    loads = [nut_loads(parameters.screw, float(force), count) for force in forces]
+    alone = np.array([(*load_torques(parameters, each), 1.0) for each in loads])
+    arrays = dict(map_arrays(extremes, force_values(parameters, grid, alone), *sharing))
     arrays["extreme_coefficients"] = arrays.pop("coefficients")
     for name, film in films.items():
         arrays[f"{VISCOUS}{name}"] = fit(np.log(viscous_values(parameters, film, grid)), (0, 1, 2))

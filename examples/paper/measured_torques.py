@@ -27,8 +27,8 @@ from ballscrew_tehl.calibration.measured_screw import (
 )
 from ballscrew_tehl.calibration.measurements import Measurement
 from ballscrew_tehl.friction.baselines import jungnickel_torque, nsk_torque, zhou_torque
-from ballscrew_tehl.friction.sets import SETS, FrictionSet, default_friction_set, with_set
-from ballscrew_tehl.parameters.file import PACKAGED_VG100, Parameters
+from ballscrew_tehl.friction.sets import SETS, SUPPLY, FrictionSet, default_friction_set, with_set
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, Parameters, changed
 from ballscrew_tehl.parameters.screw import ball_ball_coefficient
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
@@ -40,6 +40,8 @@ TWELFTH_LEAST = 3.50
 TABLES = ("table2", "table4")
 #: oil temperatures [C] that a screw may have after ten minutes of idling, as section 4.1 has it
 OIL_TEMPERATURES = (20.0, 25.0, 30.0, 35.0)
+#: the law, without oil between the balls, and with the replenishment of an oil bath on top
+VARIANTS: tuple[dict[str, float], ...] = ({}, {"neighbour_oil": 0.0}, {"replenishment_constant": 3e-8})
 
 
 class Law(NamedTuple):
@@ -117,18 +119,18 @@ def set_row(entry: FrictionSet, evaluate: Evaluate) -> LawRow:
 
 def temperature_rows() -> list[list[str]]:
     """Mean and largest deviation by oil temperature, which is not printed, one number of each law fitted anew."""
-    parameters, rows = load_screw(PACKAGED_VG100), []
+    variants, rows = (
+        [changed(load_screw(PACKAGED_VG100), friction={SUPPLY: 6.0} | other) for other in VARIANTS],
+        [],
+    )
     for celsius in OIL_TEMPERATURES:
         points = [replace(m, temperature=celsius + CELSIUS) for m in law_points()]
-        basis = torque_basis(parameters, BallContacts(parameters), points)
-        J = [jungnickel_torque(parameters, m.preload, m.speed, m.temperature) for m in points]
+        bases = [torque_basis(each, BallContacts(each), points) for each in variants]
+        law, *others = (fitted_row("{0:.4g}", b.sliding[:, None], b.torque((1.0, 0.0, 0.0))) for b in bases)
+        J = np.array([jungnickel_torque(variants[0], m.preload, m.speed, m.temperature) for m in points])
         F = 1e-3 * np.array([[m.preload] for m in points])
-        laws = (
-            fitted_row("{0:.4g}", basis.sliding[:, None], basis.torque((1.0, 0.0, 0.0))),
-            fitted_row("{0:.3g}", F, np.array(J)),
-            fitted_row("{0:.3g}", F, np.zeros(len(F))),
-        )
-        rows.append([f"{celsius:g} C", *(cell for law in laws for cell in (law.name, *law.cells()[2:4]))])
+        laws = law, *(fitted_row("{0:.3g}", F, fixed) for fixed in (J, np.zeros(len(F)))), *others
+        rows.append([f"{celsius:g} C", *(cell for row in laws for cell in (row.name, *row.cells()[2:4]))])
     return rows
 
 
@@ -204,9 +206,8 @@ def main() -> str:
     parts = ["## Friction laws compared", table("Deviation from the measured torques", head, rows)]
     head = ["oil at", "law: coefficient", "mean", "largest", "Jungnickel: [mm]", "mean", "largest"]
     head += ["proportional to preload, as Zhou and NSK: [mm]", "mean", "largest"]
-    title = (
-        "Deviation by the oil temperature, which is not printed; ISO VG 100, one number of each fitted anew"
-    )
+    head += ["law without oil between balls", "mean", "largest", "law in an oil bath", "mean", "largest"]
+    title = "Deviation by the oil temperature, not printed; ISO VG 100, one number of each fitted anew"
     parts.append(table(title, head, temperature_rows()))
     parts.append("## Tables of the paper")
     for entry, parameters, nut_map in laws:

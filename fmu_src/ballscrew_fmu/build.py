@@ -47,21 +47,11 @@ class Inputs(NamedTuple):
         return live_page(self.parameters, self.nut_map, ends, start)
 
 
-def read_inputs(
-    screw: str | None,
-    map_file: str | None,
-    kinematics: str | None,
-    friction: str | None = None,
-    tolerance: float | None = None,
-) -> Inputs:
-    """Parameters and their nut map. Its header has start values and provenance of the friction parameters.
+def read_inputs(args: Namespace) -> Inputs:
+    """Parameters and nut map of the options INPUTS; the header has start values and provenance of the friction.
 
-    Parameters   friction : name of a packaged set or file of ballscrew calibrate --output; mechanistic without
-                 a screw and a map takes the GD4008-3 with an oil ISO VG 100
     Raises       ValueError or OSError: invalid input, with a message of one line
     """
-    args = Namespace(screw=screw, map=map_file, kinematics=kinematics, friction=friction)
-    args.temperature_tolerance_k = tolerance
     chosen = chosen_of(args)
     return Inputs(chosen.parameters, chosen.nut_map(args), chosen.friction_set)
 

@@ -55,9 +55,8 @@ def run_build(args: Namespace) -> Answer:
     if args.screw and args.screw_file:
         raise ValueError(f"{args.screw_file} and --screw = {args.screw}; give one screw file")
     selected = build.kinds(args.only, args.fmi, args.python_only)
-    inputs = build.read_inputs(
-        args.screw_file or args.screw, args.map, args.kinematics, args.friction, args.temperature_tolerance_k
-    )
+    args.screw = args.screw_file or args.screw
+    inputs = build.read_inputs(args)
     columns = (TextColumn("{task.description:<40}"), BarColumn(24), TimeElapsedColumn())
     console = Console(stderr=True)
     with (
@@ -129,9 +128,7 @@ def run_page(args: Namespace) -> Answer:
     from ballscrew_tehl.runtime.packed import map_hash
 
     output = check_output("--output", args.output, "a file *.html, *.htm")
-    inputs = build.read_inputs(
-        args.screw, args.map, args.kinematics, args.friction, args.temperature_tolerance_k
-    )
+    inputs = build.read_inputs(args)
     with _failing("no page written"), progress_bar() as progress:
         progress(0, 1, COMPILING)
         content = inputs.live_page().encode()

@@ -266,6 +266,7 @@ def test_choices_of_the_parser_are_those_of_the_modules():
     for own, place in (
         (parser.DROP_KINDS, "calibration.measured.DROPS"),
         (parser.SET_NAMES, "friction.sets.SETS"),
+        (parser.NUT_KINDS, "mechanics.CATALOGUE_SHARE"),
         (parser.LUBRICANTS, "parameters.template.LUBRICANTS"), (parser.LAWS, "contact.moes.LAWS"),
         (parser.KINEMATICS, "physics.kinematics.KINEMATICS"), (parser.EXPORT_FORMATS, "cli.commands.export.KINDS"),
     ):  # fmt: skip

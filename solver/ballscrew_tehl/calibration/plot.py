@@ -28,9 +28,9 @@ def calibration_figure(result: Calibration) -> Figure:
     for i in sorted(range(len(points)), key=lambda i: (points[i].preload, points[i].speed)):
         kelvin, load = (
             points[i].temperature,
-            f", load {points[i].axial_load:.3g} N" * bool(points[i].axial_load),
+            f", load {points[i].axial_load:.6g} N" * bool(points[i].axial_load),
         )
-        groups.setdefault(f"{points[i].preload:.3g} N{load}, {kelvin - CELSIUS:.0f} C", []).append(i)
+        groups.setdefault(f"{points[i].preload:.6g} N{load}, {kelvin - CELSIUS:.0f} C", []).append(i)
     speed = np.array([m.speed / RPM for m in points])
     shown = [result.basis.measured, 100.0 * fit.deviation]
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")

@@ -89,6 +89,7 @@ class _LoadedNut(NamedTuple):
     contacts: Sequence[Mapping[str, Mapping[str, Array]]]  # of each of them, by raceway
     lost: Mapping[str, Array]  # flooded rolling loss of all balls by raceway (s, t) [W]
     motion: ContactMotion  # of the mean ball
+    sliding: float  # neighbour_sliding of it
 
 
 def roughness_of(friction: FrictionTable) -> float:
@@ -213,7 +214,7 @@ def _loaded_nut(
     of_means = [{name: contacts.values(name, np.array([load]), *at) for name in RACEWAYS} for load in means]
     lost = {name: contacts.values(name, loads, *at)["rolling_loss"].sum(axis=0) for name in RACEWAYS}
     motion = contact_motion(screw, [float(contact_angle_at_ball_load(screw, load)) for load in means])
-    return _LoadedNut(loads, means, of_means, lost, motion)
+    return _LoadedNut(loads, means, of_means, lost, motion, neighbour_sliding(screw, motion))
 
 
 def _mean_ball(parameters: Parameters, nut: _LoadedNut, temperature: Array) -> _Sheared:
@@ -275,7 +276,7 @@ def _torques(
 ) -> NutTorques:
     """Torques of a nut with the asperities' share (s, t, c) and the shear power [W] (s, t) of its mean ball."""
     mean, u = nut.means[0], float(entrainment_speed(parameters.screw, 1.0))
-    gap = neighbour_power(parameters, len(nut.loads), nut.motion, speed, temperature)
+    gap = neighbour_power(parameters, len(nut.loads), len(nut.means), nut.sliding, speed, temperature)
     parts = (
         *(
             rolling_torque(parameters, name, mean, nut.contacts[0][name], nut.lost[name], gap, speed, temperature)
@@ -287,24 +288,24 @@ def _torques(
     screw, nut_raceway, slid, thrust = (float(part[0, 0]) if speed.size == 1 else part for part in parts)
     hysteresis = u * hysteresis_sum(parameters, nut.loads, rolling=True)
     touching = 0.0 if parameters.screw.spacer_balls else 1.0
-    ball_ball = touching * u * neighbour_sliding(parameters.screw, nut.motion) * float(nut.loads.sum())
+    ball_ball = touching * u * nut.sliding * float(nut.loads.sum())
     return NutTorques(screw, nut_raceway, hysteresis, ball_ball, shear=slid, thrust_factor=thrust)
 
 
 def neighbour_power(
-    parameters: Parameters, balls: int, motion: ContactMotion, speed: Array, temperature: Array
+    parameters: Parameters, balls: int, diagonals: int, ratio: float, speed: Array, temperature: Array
 ) -> Any:
-    """Power (s, t) [W] of the oil between the balls of a nut, the part of one raceway; motion: of a ball's contacts.
+    """Power (s, t) [W] of the oil between the balls of a nut, the part of one raceway; ratio: their neighbour_sliding.
 
-    Of oversize balls it is that of one pair of flanks, half if the other pair carries load, too. A map takes half where
-    that is free as well.
+    Of oversize balls it is that of one pair of flanks, half if both diagonals carry load. A map takes half where one is
+    free as well.
     """
     screw = parameters.screw
     if screw.spacer_balls:
         return 0.0
-    sliding = 2.0 * neighbour_sliding(screw, motion) * entrainment_speed(screw, speed)
+    sliding = 2.0 * ratio * entrainment_speed(screw, speed)
     pair = neighbour_drag_power(0.5 * screw.ball_diameter, sliding, eta0(parameters.lubricant, temperature))
-    return parameters.friction.neighbour_oil * balls / len(motion.raceways) * pair
+    return parameters.friction.neighbour_oil * balls / (len(RACEWAYS) * diagonals) * pair
 
 
 def rolling_torque(

@@ -8,14 +8,13 @@ from .._version import __version__
 from ..atlas.ball_contacts import BallContacts
 from ..atlas.contact_atlas import OutsideAtlasError
 from ..friction.mechanistic import Nut, law_constants, powers_of_nuts
-from ..friction.torque import load_torques
 from ..parameters.file import FOUR_POINT, Parameters
 from ..physics.ball_law import Array
 from ..physics.hertz import RACEWAYS
 from ..physics.kinematics import ROLLING_FRAME
 from ..physics.load import double_nut_loads, nut_loads, separation_load
 from ..runtime.bspline import fit, map_arrays
-from ..runtime.packed import FORCE_CURVES, MECHANISTIC, TORQUE_CURVES
+from ..runtime.packed import MECHANISTIC
 from .grid import VISCOUS, BuiltMap, MapGrid, Progress, ball_range, largest_pressure, map_grid
 
 #: every third temperature, at which the shear of balls on two flanks is summed; its mean changes by 1.6e-3 at most
@@ -43,8 +42,7 @@ def build_map(
     report(0, 3, "map")
     surfaces, alone = mechanistic_values(parameters, contacts, grid)
     report(1, 3, "map")
-    forces = force_values(parameters, grid)
-    forces[:, :TORQUE_CURVES] = alone
+    forces = force_values(parameters, grid, alone)
     extremes = extreme_values(parameters, contacts, grid)
     report(2, 3, "map")
     arrays = dict(map_arrays(extremes, forces, *sharing_values(parameters, grid)))
@@ -99,15 +97,13 @@ def extreme_values(parameters: Parameters, contacts: BallContacts, grid: MapGrid
     return values
 
 
-def force_values(parameters: Parameters, grid: MapGrid) -> Array:
-    """Quantities of the force of a nut alone (n_force, 5), columns as packed.FORCE_CURVES names them."""
-    screw = parameters.screw
-    values = np.empty((grid.force[2], len(FORCE_CURVES)))
-    for i, force in enumerate(_nodes(grid)[0]):
-        alone = load_torques(parameters, nut_loads(screw, float(force), parameters.summed_balls))
+def force_values(parameters: Parameters, grid: MapGrid, alone: Array) -> Array:
+    """Quantities of the force of a nut alone (n_force, 5), packed.FORCE_CURVES, the first of them by the law: alone."""
+    screw, ends = parameters.screw, []
+    for force in _nodes(grid)[0]:
         heaviest = nut_loads(screw, float(force), screw.loaded_ball_count).max()
-        values[i] = *alone, 1.0, largest_pressure(screw, float(force)), heaviest
-    return values
+        ends.append((largest_pressure(screw, float(force)), heaviest))
+    return np.hstack([alone, ends])
 
 
 def mechanistic_values(parameters: Parameters, contacts: BallContacts, grid: MapGrid) -> tuple[Array, Array]:

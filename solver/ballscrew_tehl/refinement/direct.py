@@ -16,9 +16,9 @@ from ..contact import THICKEST, ContactResult, solve_ball
 from ..friction.mechanistic import mean_load, neighbour_power, nuts_powers, rolling_torque
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, nut_sums
-from ..parameters.file import FOUR_POINT, Parameters, ScrewParameters, changed
+from ..parameters.file import Parameters, ScrewParameters, changed
 from ..physics.ball_law import Array, contact_angle_at_ball_load
-from ..physics.ball_motion import contact_motion
+from ..physics.ball_motion import contact_motion, neighbour_sliding
 from ..physics.film import film_formula
 from ..physics.hertz import RACEWAYS, ball_ellipse
 from ..physics.kinematics import ROLLING_FRAME
@@ -135,11 +135,10 @@ def solved_nut(
         at = np.array([[speed]]), np.array([[temperature]])
         mean = contacts.values(raceway, np.array([load]), *at)
         lost = contacts.values(raceway, loads, *at)["rolling_loss"].sum(axis=0)
-        screw = parameters.screw
-        angles = [float(contact_angle_at_ball_load(screw, load))] * (
-            2 if screw.preload_kind == FOUR_POINT else 1
-        )
-        gap = neighbour_power(parameters, len(loads), contact_motion(screw, angles), *at)
+        # as in a map: oversize balls carry load on both diagonals
+        motion = contact_motion(parameters.screw, float(contact_angle_at_ball_load(parameters.screw, load)))
+        diagonals, ratio = len(motion.raceways) // len(RACEWAYS), neighbour_sliding(parameters.screw, motion)
+        gap = neighbour_power(parameters, len(loads), diagonals, ratio, *at)
         torque = rolling_torque(parameters, raceway, load, mean, lost, gap, *at)[0, 0]
     else:
         if film == "solved":

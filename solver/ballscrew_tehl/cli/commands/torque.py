@@ -137,11 +137,12 @@ def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
     height = roughness_of(parameters.friction) if mechanistic else friction_set.roughness_height
     # speeds of the published kinematics are not physical: its films are not shown, as by the map
     rolling = rolling_parameters(parameters)
-    contacts, around = DirectContacts(parameters), contacts_of(parameters)
+    contacts = DirectContacts(parameters)
     film_model = DirectFilm(parameters, friction_set.film_model == "solved_thermal")
     provenance: Values = {"film_kinematics": ROLLING_FRAME}
     if mechanistic:
         # errors of the grid of these solves, against a finer one
+        around = contacts_of(parameters)
         errors = load_atlas().header["certificate"]["of_direct_solves"]
         provenance |= {f"direct_torque_error_{key}": errors[f"torque_error_{key}"] for key in ("mean", "99")}
 
