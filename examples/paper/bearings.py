@@ -22,7 +22,7 @@ from ballscrew_tehl.physics.film import thermal_load_parameter
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, reduced_radii
 from ballscrew_tehl.physics.kinematics import entrainment_speed
 from ballscrew_tehl.physics.lubricant import eta0
-from ballscrew_tehl.physics.rating import static_rating
+from ballscrew_tehl.physics.rating import STATIC_PRESSURE, ball_pressure
 from ballscrew_tehl.physics.supply import FLOODED
 
 SKF_TORQUE = "skf_torque.csv"
@@ -67,13 +67,14 @@ def palmgren_torque(
 
     Source       Harris, Rolling Bearing Analysis [memory]: M_0 = 1e-7 f_0 (nu n)^(2/3) d_m^3, 160e-7 f_0 d_m^3 below
                  nu n = 2000; M_1 = z (P_0/C_0)^y F d_m, F = max(0.9 cot(alpha), 1) F_a, of thrust bearings F_a; N.mm.
-                 differs from it: P_0/C_0 is F_a over the axial load at 4.2 GPa of this geometry
+                 differs from it: P_0/C_0 is the cube of the Hertz pressure over the 4.2 GPa of ISO 76
     """
     screw = parameters.screw
     d_m, f_0, (z, y) = 2e3 * screw.nominal_radius, PALMGREN_F0[kind, oil], PALMGREN_F1[kind]
     oil_torque = 1e-7 * f_0 * max(nu * n, 2000.0) ** (2.0 / 3.0) * d_m**3
     load = axial_load * max(0.9 / math.tan(screw.contact_angle), 1.0)
-    return 1e-3 * (oil_torque + z * (axial_load / static_rating(screw)) ** y * load * d_m)
+    pressure = ball_pressure(screw, axial_load / (screw.loaded_ball_count * math.sin(screw.contact_angle)))
+    return 1e-3 * (oil_torque + z * (pressure / STATIC_PRESSURE) ** (3.0 * y) * load * d_m)
 
 
 def houpert_rolling(parameters: Parameters, axial_load: float, speed: float, temperature: float) -> float:

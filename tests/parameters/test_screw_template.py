@@ -58,10 +58,10 @@ def test_init_writes_a_grease(tmp_path):
 
 
 def test_screws_of_four_makers(tmp_path):
-    """C_a as stated within the range of grooves, a map's range without an edit; C_0a of makers by up to 2.2 lower."""
+    """Both ratings as stated but for Rexroth, whose C_a is beyond ISO 3408-5; a map's range without an edit."""
     for row, screw, ratios in catalogue_screws.main(tmp_path):
-        assert 0.9 <= ratios["dynamic_rating"] <= 1.15, row
-        assert 0.85 <= ratios["static_rating"] <= 2.2, row
+        low, high = (0.75, 1.25) if row["maker"] == "Bosch Rexroth" else (0.895, 1.15)
+        assert low <= min(ratios.values()) and max(ratios.values()) <= high, row
         assert row["ball_mm"] or screw.screw.ball_diameter in (3.175e-3, 6.35e-3)
         share = 0.05 if row["nut_kind"] == "double_nut" else 0.025
         assert catalogue_preload(screw.screw) == pytest.approx(share * float(row["rating_n"]), rel=0.05)
@@ -90,7 +90,7 @@ def test_init_fills_in_a_catalogue_screw(tmp_path, capsys):
     words = f"{' '.join(sizes[:2])} --lead-mm -10 --root-mm 26.91 --rating-n 32520 --static-rating-n 71020 --turns 2x2"
     more = "--starts 1 --nut-kind single_nut_offset --oil-grade 68"
     assert cli.main(["init", str(tmp_path / "left.toml"), *words.split(), *more.split()]) == 0
-    assert "dynamic_rating 1.00, static_rating 1." in " ".join(capsys.readouterr().out.split())
+    assert "dynamic_rating 0.97, static_rating 1.03" in " ".join(capsys.readouterr().out.split())
     left = load_screw(tmp_path / "left.toml")
     assert (left.lubricant.iso_vg, left.screw.preload_kind) == (68, "single_nut_offset")
     assert (left.screw.signed_lead, left.screw.turns, left.screw.ball_diameter) == (-0.01, 4.0, 6.35e-3)

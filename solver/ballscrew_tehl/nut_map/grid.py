@@ -21,8 +21,8 @@ Progress = Callable[[int, int, str], None]
 #: arrays of a map that depend on the film model, whose name follows
 VISCOUS = "viscous_coefficients_"
 LOAD_MARGIN = 0.02  # beyond the ball loads at the ends of the map; at 0 rounding puts them outside
-#: largest Hertz pressure of a map [Pa]: half of the 4.2 GPa that define the static rating C0a (ISO 76, ISO 3408-5), so
-#: the axial force of one nut goes to an eighth of C0a, above any catalogue preload
+#: largest Hertz pressure of a map [Pa]: half of the 4.2 GPa that dent balls (ISO 76), so the axial force of one
+#: nut goes to about a sixth of C_0a, above any catalogue preload
 PRESSURE_LIMIT = 2.1e9
 #: largest product of screw speed and diameter of the ball centre circle [m rad/s]: 240,000 mm r/min; catalogues of
 #: high-speed screws end at 160,000 to 220,000

@@ -21,6 +21,8 @@ ROOT_DEPTH, LEAD_WEIGHT = 0.82, 0.3
 USUAL_TURNS, TURNS_OF_A_START = 3.0, 1.5
 #: groove radius over ball, assumed; ends of what follows from a stated rating
 USUAL_CONFORMITY, CONFORMITIES = 0.53, (0.515, 0.57)
+#: exponents, with a minus, of 1 - 1/(2 f) in ratings
+OPENNESS = {"dynamic_rating": 0.41, "static_rating": 0.5}
 
 
 class CatalogueSizes(NamedTuple):
@@ -41,8 +43,8 @@ class CatalogueSizes(NamedTuple):
 def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Parameters, frozenset[str]]:
     """A screw of these sizes, the rest as of another one, and names of its fields that are assumed.
 
-    With the root diameter ball and pitch circle follow from it. With C_a, turns, and ball or root the conformity of the
-    grooves follows: C_a goes with (1 - 1/(2 f))^-0.41 of the conformity f.
+    With the root diameter ball and pitch circle follow from it. With C_a or C_0a, turns, and ball or root the conformity f
+    of the grooves follows: ratings go with (1 - 1/(2 f)) to the powers of OPENNESS.
     """
     ball, root = _ball(sizes), sizes.root_mm
     circle = sizes.diameter_mm + BEYOND * ball if root is None else root + ROOT_OF_BALL * ball
@@ -62,10 +64,13 @@ def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Param
         screw = ScrewParameters(**assumed | stated)
         if root is not None and not abs(circle - sizes.diameter_mm) <= 0.5 * ball:
             raise ValueError("the root diameter belongs to another nominal diameter or ball")
-        if sizes.rating_n and sizes.turns and (sizes.ball_mm or root):
-            excess = computed_dynamic_rating(screw) / sizes.rating_n
-            open_part = (1.0 - 0.5 / USUAL_CONFORMITY) * excess ** (1.0 / 0.41)
+        ratios = rating_ratios(screw)
+        if ratios and sizes.turns and (sizes.ball_mm or root):
+            # least squares of the logarithms where both are stated
+            excess = sum(OPENNESS[name] * math.log(ratio) for name, ratio in ratios.items())
+            excess /= sum(OPENNESS[name] ** 2 for name in ratios)
             low, high = (1.0 - 0.5 / end for end in CONFORMITIES)
+            open_part = (1.0 - 0.5 / USUAL_CONFORMITY) * math.exp(excess)
             conformity = 0.5 / (1.0 - min(max(open_part, low), high))
             screw = ScrewParameters(**assumed | stated | _grooves(conformity, ball))
     except ValueError as error:
