@@ -1,7 +1,7 @@
 """Ten screws of catalogues: screw files from sizes, root diameter and ratings, and the ratings computed over stated.
 
-The rows of examples/screws/catalogue.csv state the origin of their numbers. One number, the groove radius over the ball,
-is fitted to both ratings. C_a over C_0a is 0.35 to 0.47 by ISO 3408-5; Rexroth states 0.54 and 0.58.
+The rows of examples/screws/catalogue.csv state the origin of their numbers. One number, the groove radius over the
+ball, is fitted to both ratings. C_a over C_0a is 0.35 to 0.47 by ISO 3408-5; Rexroth states 0.54 and 0.58.
 
     python examples/catalogue_screws.py [FOLDER]      # writes the screw files
 """

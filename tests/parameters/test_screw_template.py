@@ -61,7 +61,7 @@ def test_screws_of_four_makers(tmp_path):
     """Both ratings as stated but for Rexroth, whose C_a is beyond ISO 3408-5; a map's range without an edit."""
     for row, screw, ratios in catalogue_screws.main(tmp_path):
         low, high = (0.75, 1.25) if row["maker"] == "Bosch Rexroth" else (0.895, 1.15)
-        assert low <= min(ratios.values()) and max(ratios.values()) <= high, row
+        assert all(low <= ratio <= high for ratio in ratios.values()), row
         assert row["ball_mm"] or screw.screw.ball_diameter in (3.175e-3, 6.35e-3)
         share = 0.05 if row["nut_kind"] == "double_nut" else 0.025
         assert catalogue_preload(screw.screw) == pytest.approx(share * float(row["rating_n"]), rel=0.05)

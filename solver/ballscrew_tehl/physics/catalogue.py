@@ -43,8 +43,8 @@ class CatalogueSizes(NamedTuple):
 def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Parameters, frozenset[str]]:
     """A screw of these sizes, the rest as of another one, and names of its fields that are assumed.
 
-    With the root diameter ball and pitch circle follow from it. With C_a or C_0a, turns, and ball or root the conformity f
-    of the grooves follows: ratings go with (1 - 1/(2 f)) to the powers of OPENNESS.
+    With the root diameter ball and pitch circle follow from it. With C_a or C_0a, turns, and ball or root conformity
+    f of the grooves follows: ratings go with (1 - 1/(2 f)) to the powers of OPENNESS.
     """
     ball, root = _ball(sizes), sizes.root_mm
     circle = sizes.diameter_mm + BEYOND * ball if root is None else root + ROOT_OF_BALL * ball

@@ -48,9 +48,9 @@ def static_rating(screw: ScrewParameters) -> float:
 def computed_static_rating(screw: ScrewParameters) -> float:
     """Static axial load rating C_0a of one nut [N] by its geometry: a dent of 1e-4 of the ball diameter.
 
-    Source       ISO 3408-5, as recalled: k_0 D^2 sin(a) cos(phi) of each ball [N, mm], with sums of curvatures of ball and
-                 screw k_0 = 27.74/(D sqrt((2/D - 1/(f_s D)) (2/D + 1/(D_pw/(2 cos(a)) - D/2)))). No factors for hardness,
-                 accuracy; examples/catalogue_screws.py compares it with catalogues
+    Source       ISO 3408-5, as recalled: k_0 D^2 sin(a) cos(phi) of each ball [N, mm], with the curvatures of ball and
+                 screw k_0 = 27.74/(D sqrt((2/D - 1/(f_s D)) (2/D + 1/(D_pw/(2 cos(a)) - D/2)))). No factors for
+                 hardness, accuracy; examples/catalogue_screws.py compares it with catalogues
     """
     angle, ball = screw.contact_angle, 1e3 * screw.ball_diameter
     across = (2.0 - screw.ball_diameter / screw.screw_raceway_radius) / ball
