@@ -24,7 +24,7 @@ from scipy.stats import t as student_t
 
 from ballscrew_tehl import __version__, load_screw
 from ballscrew_tehl.calibration import fit
-from ballscrew_tehl.calibration.fit import HEIGHT, TorqueBasis, torque_basis
+from ballscrew_tehl.calibration.fit import THIRD, TorqueBasis, torque_basis
 from ballscrew_tehl.calibration.measured import error_summary, solved_film
 from ballscrew_tehl.calibration.measured_screw import packaged_measurements
 from ballscrew_tehl.friction.sets import (
@@ -57,8 +57,8 @@ def fit_values(basis: TorqueBasis, loss: str) -> np.ndarray:
     free, thinnest = basis.fitted, float(basis.film.min())
     columns = np.abs(basis.jacobian((1.0, 1.0, 0.0))).mean(axis=0)
     # each part alone gives the torque; the square of the height as unknown: the torque changes linearly with it near 0
-    scale = np.array([thinnest if i == HEIGHT else 1.0 / columns[i] for i in free])
-    root = np.array([i == HEIGHT for i in free])
+    scale = np.array([thinnest if i == THIRD else 1.0 / columns[i] for i in free])
+    root = np.array([i == THIRD for i in free])
 
     def values(x: np.ndarray) -> np.ndarray:
         found = np.array(basis.fixed)
@@ -80,9 +80,9 @@ def fit_values(basis: TorqueBasis, loss: str) -> np.ndarray:
             raise ArithmeticError(f"fit stopped without a minimum: {found.message}")
         solutions.append(found)
     best = values(min(solutions, key=lambda found: found.cost).x)
-    if root.any() and best[HEIGHT] < 1e-3 * thinnest:
+    if root.any() and best[THIRD] < 1e-3 * thinnest:
         # the method stays inside its bounds: a negligible height is set to 0
-        return fit_values(replace(basis, names=basis.names[:HEIGHT]), loss)
+        return fit_values(replace(basis, names=basis.names[:THIRD]), loss)
     return best
 
 
@@ -91,7 +91,7 @@ def intervals(basis: TorqueBasis, values: np.ndarray) -> tuple[dict[str, float],
 
     For soft_l1 as if its solution were one of least squares.
     """
-    free = [i for i in basis.fitted if i != HEIGHT or values[i] > 0.0]
+    free = [i for i in basis.fitted if i != THIRD or values[i] > 0.0]
     J, r, freedom = basis.jacobian(values)[:, free], basis.errors(values), len(basis) - len(basis.names)
     norm = np.linalg.norm(J, axis=0)
     inverse = np.linalg.inv((J / norm).T @ (J / norm))

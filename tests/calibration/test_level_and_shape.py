@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from law_contacts import VG100, ClosedContacts
 
-from ballscrew_tehl.calibration.fit import MAX_INVERSE, fit_law, supply_limits, torque_basis
+from ballscrew_tehl.calibration.fit import MAX_INVERSE, OF_MECHANISTIC, fit_law, supply_limits, torque_basis
 from ballscrew_tehl.calibration.measurements import Measurement
 from ballscrew_tehl.friction.interval import torque_interval
 from ballscrew_tehl.friction.sets import FITTED, FrictionSet, friction_set_of_file, with_supply
@@ -24,7 +24,7 @@ BASIS = torque_basis(VG100, ClosedContacts(), POINTS)
 
 def measured(basis, coefficient, inverse, noise=0.0):
     """The basis with torques of these numbers, with relative errors."""
-    torques = replace(basis, names=FITTED[1:]).torque((1.0, coefficient, inverse)) * (1.0 + noise)
+    torques = replace(basis, names=OF_MECHANISTIC[1:]).torque((1.0, coefficient, inverse)) * (1.0 + noise)
     points = [replace(m, torque=float(t)) for m, t in zip(basis.measurements, torques, strict=True)]
     return replace(basis, measurements=tuple(points))
 

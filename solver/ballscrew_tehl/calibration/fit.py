@@ -2,8 +2,8 @@
 
 Minimised is the sum of r^2, r = w (T/T_measured - 1) the relative error with the weight w of a measurement. The torque
 is linear in the apparent viscosity ratio and in the net sliding coefficient, and no film changes during a fit: each
-operating point is evaluated once. Only the roughness height of the set three_parameter is searched for, and with the
-mechanistic law, in its place among the values, one over the supply length: all lengths take the same contacts.
+operating point is evaluated once. Only a third value is searched for: the roughness height of the set three_parameter,
+one over the supply length of the mechanistic law, all lengths of which take the same contacts.
 """
 
 import math
@@ -34,10 +34,13 @@ from ..physics.load import nut_loads
 from ..runtime.packed import MECHANISTIC
 from .measurements import Measurement
 
-#: ratio [1], net sliding coefficient [1], roughness height [m], as FITTED
+#: parameters of the mechanistic law; those of the others are FITTED
+INVERSE_SUPPLY = "inverse_supply_length"
+OF_MECHANISTIC = *FITTED[:2], INVERSE_SUPPLY
+#: ratio [1], net sliding coefficient [1], roughness height [m] or 1/supply_length [1]
 Values = Sequence[float] | Array
-#: number of the roughness height in FITTED, the parameter in which the torque is not linear
-HEIGHT = 2
+#: place of the parameter in which the torque is not linear
+THIRD = 2
 #: roughness heights over the thinnest film between which the search starts: the sum may have two minima
 HEIGHTS = np.r_[0.0, np.geomspace(0.03, 30.0, 50)]
 #: deviation of a torque below which it is no outlier: drag torques of one screw do not repeat more closely
@@ -59,8 +62,7 @@ class TorqueBasis:
     Mechanistic law: viscous is the rolling part, k = 1 with a film of inf, for the torque does not depend on the
     roughness height; hysteresis also holds the shear of the contacts, sliding is the friction of ball on ball.
 
-    rolling (DENSE, n) [N.m]: the rolling part by 1/supply_length, for which the roughness height among the names then
-    stands; None: the length is known, or there are too few points.
+    rolling (DENSE, n) [N.m]: the rolling part by 1/supply_length; None: the length is known, there are too few points.
     """
 
     measurements: tuple[Measurement, ...]
@@ -98,9 +100,14 @@ class TorqueBasis:
         return cls(tuple(measurements), rolling[0][:, None], film, rest, sliding, *law)
 
     @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the values."""
+        return FITTED if self.rolling is None else OF_MECHANISTIC
+
+    @property
     def fitted(self) -> list[int]:
-        """Numbers in FITTED of the parameters that a fit determines."""
-        return [FITTED.index(name) for name in self.names]
+        """Places of the values that a fit determines."""
+        return [self.parameters.index(name) for name in self.names]
 
     def __len__(self) -> int:
         return len(self.measurements)
@@ -113,9 +120,9 @@ class TorqueBasis:
         return replace(self, measurements=tuple(self.measurements[i] for i in rows), **parts)
 
     def torque(self, values: Values) -> Array:
-        """Torque [N.m] at the points for ratio [1], net sliding coefficient [1], roughness height [m]."""
-        ratio, net, height = values
-        viscous, _ = self._viscous(height)
+        """Torque [N.m] at the points."""
+        ratio, net, third = values
+        viscous, _ = self._viscous(third)
         return np.asarray(ratio * viscous + self.hysteresis + net * self.sliding)
 
     def errors(self, values: Values) -> Array:
@@ -124,23 +131,23 @@ class TorqueBasis:
 
     def jacobian(self, values: Values) -> Array:
         """d errors/d values, (n, 3)."""
-        ratio, _, height = values
-        viscous, slope = self._viscous(height)
+        ratio, _, third = values
+        viscous, slope = self._viscous(third)
         columns = np.stack([viscous, self.sliding, ratio * slope], axis=1)
         return np.asarray(columns * (self.weights / self.measured)[:, None])
 
-    def _viscous(self, height: float) -> tuple[Array, Array]:
-        """Viscous part [N.m] at a height, or rolling part at 1/length, with its derivative."""
-        if self.rolling is not None and FITTED[HEIGHT] in self.names:
-            i = min(int(height / DENSE[1]), len(DENSE) - 2)
+    def _viscous(self, third: float) -> tuple[Array, Array]:
+        """Viscous part [N.m] at a roughness height, or rolling part at 1/length, with its derivative."""
+        if self.rolling is not None and INVERSE_SUPPLY in self.names:
+            i = min(int(third / DENSE[1]), len(DENSE) - 2)
             slope = (self.rolling[i + 1] - self.rolling[i]) / DENSE[1]
-            return self.rolling[i] + (height - DENSE[i]) * slope, slope
-        shares = roughness_share(self.film, height), roughness_share_slope(self.film, height)
+            return self.rolling[i] + (third - DENSE[i]) * slope, slope
+        shares = roughness_share(self.film, third), roughness_share_slope(self.film, third)
         return np.sum(self.viscous * shares[0], axis=1), np.sum(self.viscous * shares[1], axis=1)
 
     @property
-    def heights(self) -> Array:
-        """Heights between which the search starts, or 1/length within its bounds."""
+    def starts(self) -> Array:
+        """Third values between which the search starts."""
         return self.film.min() * HEIGHTS if self.rolling is None else INVERSES
 
     @property
@@ -190,30 +197,30 @@ def torque_basis(
 
 
 def fit_values(basis: TorqueBasis) -> Array:
-    """Values (3,) as FITTED that minimise the sum of squared errors, none negative."""
-    if FITTED[HEIGHT] not in basis.names:
-        return _linear_values(basis, basis.fixed[HEIGHT])
+    """Values (3,) that minimise the sum of squared errors, none negative."""
+    if THIRD not in basis.fitted:
+        return _linear_values(basis, basis.fixed[THIRD])
     from scipy.optimize import minimize_scalar
 
-    def squares(height: float) -> float:
-        return float(np.sum(basis.errors(_linear_values(basis, height)) ** 2))
+    def squares(third: float) -> float:
+        return float(np.sum(basis.errors(_linear_values(basis, third)) ** 2))
 
-    heights = basis.heights
-    k = int(np.argmin([squares(height) for height in heights]))
-    around = heights[max(k - 1, 0)], heights[min(k + 1, len(heights) - 1)]
+    starts = basis.starts
+    k = int(np.argmin([squares(third) for third in starts]))
+    around = starts[max(k - 1, 0)], starts[min(k + 1, len(starts) - 1)]
     found = minimize_scalar(squares, bounds=around, method="bounded", options={"xatol": 1e-9 * around[1]})
-    return _linear_values(basis, min((heights[k], found.x), key=squares))
+    return _linear_values(basis, min((starts[k], found.x), key=squares))
 
 
-def _linear_values(basis: TorqueBasis, height: float) -> Array:
-    """Values with a roughness height [m]: linear least squares in the others that are fitted."""
+def _linear_values(basis: TorqueBasis, third: float) -> Array:
+    """Values with a third one: linear least squares in the others that are fitted."""
     from scipy.optimize import nnls
 
-    linear = [i for i in basis.fitted if i != HEIGHT]
-    values = np.array([*basis.fixed[:HEIGHT], height])
+    linear = [i for i in basis.fitted if i != THIRD]
+    values = np.array([*basis.fixed[:THIRD], third])
     if linear:
         values[linear] = 0.0
-        columns = basis.jacobian((1.0, 1.0, height))[:, linear]
+        columns = basis.jacobian((1.0, 1.0, third))[:, linear]
         norm = np.linalg.norm(columns, axis=0)
         if not np.linalg.cond(columns / norm) < 1e6:
             raise ValueError(
@@ -319,16 +326,16 @@ def fit(basis: TorqueBasis, groups: Sequence[Sequence[int]]) -> Fit:
     r, J, freedom = basis.errors(values), basis.jacobian(values), n - p
     sum_of_squares, half_width = float(r @ r), dict.fromkeys(basis.names, math.inf)
     # at height 0 the torque does not depend on the height to first order
-    free = [i for i in basis.fitted if i != HEIGHT or values[i] > 0.0]
+    free = [i for i in basis.fitted if i != THIRD or values[i] > 0.0]
     norm = np.linalg.norm(J[:, free], axis=0)
     R = np.linalg.qr(J[:, free] / norm, mode="r")
     if freedom > 0 and np.linalg.cond(R) < 1e7:
         sigma = math.sqrt(sum_of_squares / freedom) * np.linalg.norm(np.linalg.inv(R), axis=1) / norm
         half_width |= zip(
-            [FITTED[i] for i in free], (student_t.ppf(0.975, freedom) * sigma).tolist(), strict=True
+            [basis.parameters[i] for i in free], (student_t.ppf(0.975, freedom) * sigma).tolist(), strict=True
         )
     # a value at its bound stays there
-    inner = [i for i in free if values[i] > 0.0 and not (i == HEIGHT and values[i] == basis.heights[-1])]
+    inner = [i for i in free if values[i] > 0.0 and not (i == THIRD and values[i] == basis.starts[-1])]
     Q = np.linalg.qr(J[:, inner] / np.linalg.norm(J[:, inner], axis=0)).Q
     leverage = np.sum(Q**2, axis=1)
     left_out = np.full(n, math.nan)
@@ -364,7 +371,7 @@ def fit_law(
     low, high = (ball_ball_coefficient(parameters.friction, thrust) for thrust in (bound.low, bound.high))
     if not supply.inverse[0] <= default <= supply.inverse[1]:
         level = not (supply.coefficient[0] <= low and high <= supply.coefficient[1])
-        names = FITTED[1:] if level else FITTED[HEIGHT:]
+        names = OF_MECHANISTIC[1:] if level else OF_MECHANISTIC[THIRD:]
         basis = replace(basis, names=names, fixed=(1.0, coefficient, 0.0))
     found = fit(basis, groups)
     k = float(found.values[1])

@@ -17,7 +17,6 @@ from ..friction.sets import (
     CALIBRATED_AT,
     CATALOGUE,
     CATALOGUE_DIFFERS,
-    FITTED,
     REFITTED,
     SETS,
     SUPPLY,
@@ -38,7 +37,7 @@ from ..physics.load import nut_loads
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import MECHANISTIC
 from ..tables.headings import TORQUE
-from .fit import HEIGHT, Fit, TorqueBasis, fit_law, torque_basis
+from .fit import INVERSE_SUPPLY, Fit, TorqueBasis, fit_law, torque_basis
 from .measurements import (
     Measurement,
     MeasurementFile,
@@ -163,7 +162,7 @@ def _calibration(
     ratio, net, height = found.values.tolist()
     if found.supply is not None:
         statistics["refitted"] = dict(zip(REFITTED, found.supply.refitted, strict=True))
-        if FITTED[HEIGHT] in basis.names:
+        if INVERSE_SUPPLY in basis.names:
             statistics[SUPPLY], height = 1.0 / height if height > 0.0 else math.inf, 0.0
     friction_set = FrictionSet(Law(name), ratio, net, height, **statistics)
     notes += number_notes(friction_set, parameters)

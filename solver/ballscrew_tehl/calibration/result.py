@@ -11,7 +11,7 @@ from ..friction.sets import FITTED, SUPPLY, FrictionSet
 from ..parameters.file import Parameters
 from ..parameters.units import RPM
 from ..runtime.packed import MECHANISTIC
-from .fit import HEIGHT, MAX_INVERSE, Fit, TorqueBasis
+from .fit import INVERSE_SUPPLY, MAX_INVERSE, OF_MECHANISTIC, THIRD, Fit, TorqueBasis
 from .measurements import RowProblem, repeat_scatter
 
 #: a parameter counts as identified if half its 95 % interval is at most this fraction of its value
@@ -70,8 +70,8 @@ def supply_notes(basis: TorqueBasis, found: Fit, parameters: Parameters) -> list
         return []
     low, high = found.supply.length
     what = {
-        FITTED[1:]: "level and shape fitted",
-        FITTED[HEIGHT:]: f"shape fitted, not the level: limits of {FITTED[1]} span its bounds",
+        OF_MECHANISTIC[1:]: "level and shape fitted",
+        OF_MECHANISTIC[THIRD:]: f"shape fitted, not the level: limits of {FITTED[1]} span its bounds",
     }.get(basis.names, "level fitted, not the shape")
     default = parameters.friction.supply_length
     return [f"{what}: {SUPPLY} is {low:.3g} to {high:.3g} half-widths at 95 %, default {default:g}"]
@@ -81,7 +81,7 @@ def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
     """Parameters, or SPLIT, that the data do not determine to PRECISION and SPLIT_WIDTH -> their intervals."""
     reasons = {}
     for name, half in found.half_width.items():
-        value = float(found.values[FITTED.index(name)])
+        value = float(found.values[basis.parameters.index(name)])
         if not half <= PRECISION * value:
             scale, unit = (1e9, " nm") if name == FITTED[2] else (1.0, "")
             low, high, middle = (
@@ -90,7 +90,7 @@ def not_identified(basis: TorqueBasis, found: Fit) -> dict[str, str]:
             )
             reasons[name] = f"95 % interval {low} to {high} around {middle}"
     supply = found.supply
-    if supply and FITTED[HEIGHT] not in basis.names and np.ptp(supply.inverse) > 0.5 * MAX_INVERSE:
+    if supply and INVERSE_SUPPLY not in basis.names and np.ptp(supply.inverse) > 0.5 * MAX_INVERSE:
         reasons[SUPPLY] = "95 % interval {:.3g} to {:.3g} half-widths".format(*supply.length)
     per_net = float(np.mean(basis.sliding / basis.measured))
     low_share, high_share = (min(per_net * bound, 1.0) for bound in found.limits[FITTED[1]].values())
