@@ -26,7 +26,7 @@ class LoadedScrew(NamedTuple):
 
     nut_force_a: float  # [N] of the nut that an axial load > 0 loads, as in the FMUs; nut B of physics.load
     nut_force_b: float  # [N] of the nut that it relieves
-    separation_load: float  # [N] axial load that unloads a nut
+    separation_load: float  # [N] unloads a nut, along the axial load; without one the smaller
     ball_load_max: float  # [N]
     contact_pressure_max: float  # [Pa]
     static_load_rating: float  # [N]
@@ -68,11 +68,12 @@ def loaded_screw(
     pressure = ball_pressure(screw, heaviest) if heaviest > 0.0 else 0.0
     largest = max(nuts.force_a, nuts.force_b)
     static, dynamic, k = constants
+    signs = (math.copysign(1.0, axial_load),) if axial_load else (1.0, -1.0)
     deflection = axial_deflection(k, preload, axial_load)
     return LoadedScrew(
         nut_force_a=nuts.force_b,
         nut_force_b=nuts.force_a,
-        separation_load=separation_load(screw, preload, count),
+        separation_load=min(separation_load(screw, preload, count, int(sign)) for sign in signs),
         ball_load_max=heaviest,
         contact_pressure_max=pressure,
         static_load_rating=static,

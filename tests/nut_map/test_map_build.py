@@ -21,6 +21,7 @@ from ballscrew_tehl.physics.load import double_nut_loads, nut_loads, separation_
 
 SCREW = GD4008.screw
 FOUR = changed(LAW, screw={"preload_kind": FOUR_POINT})
+SPACED = changed(LAW, screw={"spacer_balls": True, "ball_count": 36, "loaded_ball_count": 36})
 MAP, CONTACTS = nut_map_of(small_map()), ClosedContacts(GD4008)
 #: error of the few nodes of GRID
 CLOSED = 5e-4
@@ -73,18 +74,22 @@ def test_films_and_rise_are_those_of_all_balls_that_carry_and_roll():
     assert {("screw", SCREW.loaded_ball_count - 1), ("nut", 0)} <= ends
 
 
-def test_map_of_rolling_balls_holds_the_law_at_its_nodes():
-    built = law_map()
+@pytest.mark.parametrize("law", [LAW, SPACED])
+def test_map_of_rolling_balls_holds_the_law_at_its_nodes(law):
+    built = law_map(law)
     assert [name for name in built.arrays if name.startswith(VISCOUS)] == [f"{VISCOUS}mechanistic"]
-    nut_map, contacts = nut_map_of(built), ClosedContacts(LAW)
+    nut_map, contacts = nut_map_of(built), ClosedContacts(law)
     for i, j, k in ((0, -1, 0), (1, 0, 1), (-1, 2, -1)):
         force, *at = nodes("force")[i], nodes("speed")[j], nodes("temperature")[k]
-        nut = nut_powers(LAW, nut_loads(LAW.screw, force, LAW.screw.loaded_ball_count), *at, contacts)
+        nut = nut_powers(law, nut_loads(law.screw, force, law.screw.loaded_ball_count), *at, contacts)
         surfaces = np.exp(nut_map.surfaces(force, *at)[:4])
         expected = nut.viscous_screw, nut.viscous_nut, nut.shear, nut.thrust_factor
         np.testing.assert_allclose(surfaces, np.ravel(expected), rtol=1e-6)
         state = nut_map.evaluate(force, *at)
         assert state.hysteresis_torque == pytest.approx(2.0 * nut.hysteresis, rel=1e-8)
+        without, whole = (nut_map.evaluate(force, *at, 0.0, 1.0, k).sliding_torque for k in (0.0, 1.0))
+        ball_on_ball = 2.0 * nut.sliding * nut.thrust_factor
+        assert whole - without == pytest.approx(ball_on_ball, rel=1e-6, abs=1e-20)
     header, atlas = built.header, load_atlas()
     assert header["film_kinematics"] == header["kinematics"] == "rolling_frame"
     assert (header["atlas"], header["certificate"]) == (atlas.hash, atlas.header["certificate"])

@@ -120,7 +120,8 @@ def mechanistic_values(parameters: Parameters, contacts: BallContacts, grid: Map
     values = np.stack(
         [np.stack([p.viscous_screw, p.viscous_nut, p.shear, p.thrust_factor], axis=-1) for p in powers]
     )
-    alone = np.array([(p.hysteresis, p.sliding, 1.0) for p in powers])
+    # spacer balls: nothing slides, and the map holds logarithms
+    alone = np.array([(p.hysteresis, max(p.sliding, 1e-30), 1.0) for p in powers])
     if parameters.screw.preload_kind == FOUR_POINT:
         two = [Nut(own, np.zeros_like(own)) for own in loads]
         (free,) = powers_of_nuts([parameters], two, speeds[:, None], temperatures[SPARSE], contacts)

@@ -110,7 +110,7 @@ def _in_file(value: Any, entry: Entry, digits: int) -> str:
     if isinstance(value, str):
         return f'"{value}"'
     if isinstance(value, int) and entry.dimension is None:
-        return str(value)
+        return str(value).lower()
     text = f"{from_si(value, entry.dimension, entry.unit_of(entry.key)):.{digits}g}"
     return text if any(mark in text for mark in ".en") else f"{text}.0"
 
