@@ -25,7 +25,7 @@ from scipy.stats import t as student_t
 from ballscrew_tehl import __version__, load_screw
 from ballscrew_tehl.calibration import fit
 from ballscrew_tehl.calibration.fit import THIRD, TorqueBasis, torque_basis
-from ballscrew_tehl.calibration.measured import error_summary, solved_film
+from ballscrew_tehl.calibration.measured import error_summary, solved_film, with_learned
 from ballscrew_tehl.calibration.measured_screw import packaged_measurements
 from ballscrew_tehl.friction.sets import (
     FITTED,
@@ -200,6 +200,9 @@ def main(file: str | None = None, film_model: Callable = solved_film) -> str:
             f"ballscrew_tehl {__version__}"
         )
         entry = fitted_set(basis, parameters, name, provenance)
+        if mechanistic:
+            deviation = basis.torque(entry.values) / basis.measured - 1.0
+            entry = with_learned(entry, basis, deviation, parameters, film_model(name, parameters))
         sets.append(entry)
         correlations = intervals(basis, np.array(entry.values))[1]
         lines += [

@@ -8,7 +8,13 @@ from law_contacts import VG100, ClosedContacts
 
 from ballscrew_tehl.calibration.measured import calibrate_point
 from ballscrew_tehl.calibration.measurements import Measurement
-from ballscrew_tehl.friction.interval import DEVIATIONS, LEFT_OUT, SCATTER_DEVIATION, torque_interval
+from ballscrew_tehl.friction.interval import (
+    DEVIATIONS,
+    KNOWN_ERROR,
+    LEFT_OUT,
+    SCATTER_DEVIATION,
+    torque_interval,
+)
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
 from ballscrew_tehl.friction.sets import friction_set_of_file, load_friction_sets, write_friction_sets
 from ballscrew_tehl.parameters.units import RPM
@@ -25,21 +31,23 @@ def torque_at(preload, speed, temperature, coefficient):
 TORQUE = torque_at(*PLACE, K)
 
 
-def test_coefficient_comes_back_and_the_interval_is_the_scatter_at_the_point_and_wider_away(tmp_path):
+def test_coefficient_comes_back_and_the_interval_is_narrow_at_the_point_and_wider_away(tmp_path):
     found = calibrate_point(Measurement(*PLACE, TORQUE), VG100, CONTACTS).friction_set
     assert found.net_sliding_coefficient == pytest.approx(K, rel=1e-12)
     write_friction_sets(tmp_path / "fit.toml", [found])
     read = friction_set_of_file(tmp_path / "fit.toml", VG100)
     here = torque_interval(VG100, [PLACE[0]] * 2, CONTACTS, *PLACE[1:], read)
-    for ends in here.ends.values():
-        assert ends == pytest.approx((here.torque, here.torque), rel=1e-6)
     assert here.torque == pytest.approx(TORQUE, rel=1e-5)
     scatter = load_friction_sets()["mechanistic"].errors["leave_one_out_mean"]
-    wide = math.exp(DEVIATIONS * SCATTER_DEVIATION * scatter)
-    assert here.relative == pytest.approx((1.0 / wide, wide), rel=1e-6)
+    free = torque_interval(VG100, [PLACE[0]] * 2, CONTACTS, *PLACE[1:], replace(read, learned={}))
+    variance = (math.log(free.high / free.low) / 2.0 / DEVIATIONS) ** 2
+    # the torque is known to KNOWN_ERROR
+    left = variance * KNOWN_ERROR**2 / (variance + KNOWN_ERROR**2)
+    wide = 2.0 * DEVIATIONS * math.sqrt(left + (SCATTER_DEVIATION * scatter) ** 2)
+    assert math.log(here.high / here.low) == pytest.approx(wide, rel=1e-4)
     there = torque_interval(VG100, [5000.0] * 2, CONTACTS, 2500.0 * RPM, 310.0, read)
-    assert there.high / there.low > wide**2
-    free = torque_interval(VG100, 2 * [5e3], CONTACTS, 2500.0 * RPM, 310.0, replace(read, calibrated_at={}))
+    assert math.log(there.high / there.low) > wide
+    free = torque_interval(VG100, 2 * [5e3], CONTACTS, 2500.0 * RPM, 310.0, replace(read, learned={}))
     assert there.high / there.low < free.high / free.low
     assert there.shares[LEFT_OUT] < 1.0
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from ..friction.interval import with_constants
+from ..friction.interval import KNOWN_ERROR, with_constants
 from ..friction.mechanistic import loaded_nuts, powers_of_nuts, torque_line
 from ..friction.sets import FITTED, SETS, SUPPLY
 from ..friction.torque import (
@@ -45,9 +45,6 @@ THIRD = 2
 HEIGHTS = np.r_[0.0, np.geomspace(0.03, 30.0, 50)]
 #: deviation of a torque below which it is no outlier: drag torques of one screw do not repeat more closely
 MIN_OUTLIER = 0.03
-#: a relative error that counts beside those of the fit, for three points may agree by chance. 100 to 1200 sets of 3, 5
-#: and 11 torques with 3 % noise: 0 gives intervals that hold 79 % of the truths where two numbers are fitted to three
-KNOWN_ERROR = 0.02
 #: largest 1/length [1], lengths of which the rolling part is computed, and to which it is interpolated
 MAX_INVERSE = 1.0 / BOUNDED[SUPPLY].low
 INVERSES, DENSE = np.linspace(0.0, MAX_INVERSE, 25), np.linspace(0.0, MAX_INVERSE, 301)
@@ -235,7 +232,6 @@ class Supply(NamedTuple):
 
     inverse: tuple[float, ...]  # 1/length [1]
     coefficient: tuple[float, ...]
-    refitted: tuple[float, ...]  # coefficients at the least and largest length, half-width at a known one
 
     @property
     def length(self) -> tuple[float, float]:
@@ -273,9 +269,7 @@ def supply_limits(basis: TorqueBasis) -> Supply:
     weights = np.cumsum(np.repeat(density, upper.shape[1])[order]) / upper.shape[1]
     ends = np.ravel(samples)[order][np.searchsorted(weights, (0.025, 0.975))]
     inverse = np.clip([inside.min() - DENSE[1], inside.max() + DENSE[1]], 0.0, MAX_INVERSE)
-    half = student_t.ppf(0.975, freedom) * (density @ scale)
-    refitted = *np.interp(inverse[::-1], DENSE, np.maximum(fitted, 0.0)), half
-    return Supply(*(tuple(map(float, numbers)) for numbers in (inverse, ends, refitted)))
+    return Supply(*(tuple(map(float, numbers)) for numbers in (inverse, ends)))
 
 
 class Fit(NamedTuple):

@@ -11,18 +11,17 @@ import numpy as np
 
 from .._version import __version__
 from ..friction.baselines import nsk_torque
-from ..friction.interval import TorqueInterval, torque_interval
+from ..friction.interval import TorqueInterval, learned, torque_interval
 from ..friction.mechanistic import ContactValues, mean_load
 from ..friction.sets import (
-    CALIBRATED_AT,
     CATALOGUE,
     CATALOGUE_DIFFERS,
-    REFITTED,
     SETS,
     SUPPLY,
     FrictionSet,
     default_friction_set,
     with_set,
+    with_supply,
     without_overrides,
 )
 from ..friction.torque import double_nut_torque, nut_forces
@@ -59,8 +58,8 @@ ONE_POINT = (
     "one point identifies the level of the torque only: no left-out error, no limits of the coefficient"
 )
 HELD = (
-    "the interval of the torque is narrow at this point and wider away from it: at other values of the bounded "
-    "constants the coefficient is fitted to this torque again; scatter as of the packaged fit"
+    "the interval of the torque is narrow at this point and wider away from it, where the bounded constants have other "
+    "effects; scatter as of the packaged fit"
 )
 
 #: why a point cannot be used; "": it can
@@ -141,7 +140,6 @@ def _calibration(
         level = {"without_ball_ball_nm": rest, "law_low_nm": law.low, "law_high_nm": law.high}
         statistics: dict[str, Any] = {
             "loss": "solved", "not_identified": {SPLIT: ONE_POINT},
-            "calibrated_at": {axis: getattr(m, axis) for axis in CALIBRATED_AT},
             "provenance": f"{file.source or 'one torque'}, {m.torque:g} N.m at {m.preload:g} N, "
             f"{m.speed / RPM:g} r/min, {m.temperature - CELSIUS:g} C",
         }  # fmt: skip
@@ -160,14 +158,26 @@ def _calibration(
     statistics["provenance"] += f", ballscrew_tehl {__version__}"
     statistics |= {"screw": parameters.name, "parameters_hash": parameters_hash(parameters)}
     ratio, net, height = found.values.tolist()
-    if found.supply is not None:
-        statistics["refitted"] = dict(zip(REFITTED, found.supply.refitted, strict=True))
-        if INVERSE_SUPPLY in basis.names:
-            statistics[SUPPLY], height = 1.0 / height if height > 0.0 else math.inf, 0.0
+    if INVERSE_SUPPLY in basis.names:
+        statistics[SUPPLY], height = 1.0 / height if height > 0.0 else math.inf, 0.0
     friction_set = FrictionSet(Law(name), ratio, net, height, **statistics)
+    if name == MECHANISTIC:
+        friction_set = with_learned(friction_set, basis, found.deviation, parameters, film)
     notes += number_notes(friction_set, parameters)
     notes += supply_notes(basis, found, parameters)
     return Calibration(friction_set, basis, found, dropped, notes, level, parameters, film)
+
+
+def with_learned(
+    entry: FrictionSet, basis: TorqueBasis, deviation: Array, parameters: Parameters, contacts: ContactValues
+) -> FrictionSet:
+    """A set of the mechanistic law with what its torques say of the constants; deviation: model/measured - 1."""
+    parameters = with_supply(parameters, entry)
+    points = [
+        (nut_forces(parameters, m.preload, m.axial_load), m.speed, m.temperature) for m in basis.measurements
+    ]
+    found = learned(parameters, points, -np.log1p(deviation), basis.weights, contacts, entry)
+    return replace(entry, learned=found)
 
 
 def _typical_law(

@@ -9,17 +9,21 @@ holds about 80 % of the torques: mean and variance of a sum of independent quant
 changes the effect of another is neglected. Of 600 points of a Latin hypercube of constants and oil it holds 75 to 82 %
 (GD4008-3 with VG 100, 303 K: 1 kN at 100 and 2500 r/min, 6 kN at 2500 r/min).
 
-Zero fitted: kappa of the ball-ball part is one of the constants. Fitted: the coefficient k has the 95 % interval of its
-fit, mu_b, Lambda and kappa do not count as far as they enter through k, and the mean error of a point left out of the
-fit counts as the scatter of a normal quantity. Calibrated on one torque: with every constant moved, the coefficient is
-fitted again to the torque at that point; the scatter is that of the packaged fit. Fitted to three and more torques: the
-supply length has the 95 % limits of the fit, with the coefficient fitted again at both.
+Measured torques of a screw condition the constants, the same way for one and for many: with the standardised
+constants x ~ N(0, 1), their effects d at a measured point, e = ln(measured/computed) - sum mean(g_c) there and the
+deviation s_e of a torque from the law,
+
+    mean(x) = D (D^T D + s_e^2)^-1 e,   covariance(x) = 1 - D (D^T D + s_e^2)^-1 D^T,   columns d of D,
+
+and the interval elsewhere has these, with the mean error of a point left out of the fit as the scatter of a normal
+quantity; of one torque that of the packaged fit. So a calibration takes up what constants do as far as it sees it.
 
 A constant that the screw file states counts as known. The supply of the oil counts by the length of its inlet, from 3
 half-widths to flooded, uniform in 1/length. The temperature of the oil counts with the tolerance of the screw file, its
 viscosity with that of an ISO grade, +-10 % (ISO 3448), where the file names the grade: as the temperature at which the
-oil of the file has it. Both are off by as much at the one torque of a calibration. Not in the interval: the solver's
-error, seals; and what a fit at other constants would take up of their effect: a fitted interval is rather too wide.
+oil of the file has it. Both are off by as much at the measured torques. Not in the interval: the solver's error, seals.
+
+Source       conditioning of a normal distribution: Rasmussen & Williams, Gaussian Processes (2006), A.2
 """
 
 import math
@@ -37,12 +41,14 @@ from ..parameters.units import COLDEST, HOTTEST
 from ..physics.ball_law import Array
 from ..physics.lubricant import eta0
 from .mechanistic import ContactValues, Nut, law_constants, loaded_nuts, powers_of_nuts, torque_line
-from .sets import CALIBRATED_AT, SUPPLY, FrictionSet, load_friction_sets
+from .sets import SUPPLY, FrictionSet, load_friction_sets
 
 #: standard deviations of a normal quantity to the ends of the interval that holds 80 % of it
 DEVIATIONS = 1.2816
-#: standard deviations between the 95 % limits of a fit; of a normal quantity, over its mean absolute value
-FIT_DEVIATIONS, SCATTER_DEVIATION = 2.0 * 1.96, math.sqrt(0.5 * math.pi)
+#: standard deviation of a normal quantity over its mean absolute value
+SCATTER_DEVIATION = math.sqrt(0.5 * math.pi)
+#: a relative error of torques that counts beside their deviations from the law, for few may agree by chance
+KNOWN_ERROR = 0.02
 #: names of what a fit contributes: its coefficient, the error of a point left out
 FITTED_COEFFICIENT, LEFT_OUT = "net_sliding_coefficient", "leave_one_out"
 #: the oil: its temperature, its viscosity over that of its grade, and how far that may be off
@@ -60,12 +66,21 @@ At = tuple[Any, Any, ContactValues]
 MEANING = "about 80 %, from bounded constants"
 
 
-class Fit(NamedTuple):
-    """95 % limits of the coefficient fitted to a screw, both itself if to one torque; mean error of points left out."""
+class Effects(NamedTuple):
+    """Torque [N.m] of the law with what its constants do to it, by constant; each (points, ...)."""
 
-    low: float
-    high: float
-    left_out: float
+    torque: Array
+    ends: dict[str, tuple[Array, Array]]  # torques with one alone at its low and high end
+    mean: dict[str, Array]  # of ln(torque)
+    deviation: dict[str, Array]  # standard deviation of ln(torque), negative: falls with the constant
+
+
+class Learned(NamedTuple):
+    """Standardised constants (c,), covariance (c, c), scatter of ln(torque): what measured torques say, or nothing."""
+
+    mean: Array
+    covariance: Array
+    scatter: float
 
 
 class TorqueInterval(NamedTuple):
@@ -141,24 +156,58 @@ def with_constants(parameters: Parameters, values: Mapping[str, float]) -> Param
     return parameters.model_copy(update=changes)
 
 
-def fit_of(friction_set: FrictionSet, parameters: Parameters) -> Fit | None:
-    """Fit of the coefficient to measurements of this screw with this oil and these constants; None: there is none."""
-    if friction_set.parameters_hash != parameters_hash(parameters):
-        return None
-    packaged = load_friction_sets()[friction_set.law]
-    value, left_out = friction_set.net_sliding_coefficient, friction_set.errors.get("leave_one_out_mean", 0.0)
-    if friction_set.calibrated_at:
-        return Fit(value, value, packaged.errors["leave_one_out_mean"])
-    ours = packaged.net_sliding_coefficient == value
-    if ours and law_constants(parameters) != law_constants(load_screw(PACKAGED_VG100)):
-        return None
-    limits, half = friction_set.limits.get(FITTED_COEFFICIENT), friction_set.intervals.get(FITTED_COEFFICIENT)
-    if refitted := friction_set.refitted:
-        # at a known supply length, which counts by itself
-        limits, half = None, refitted["half_width"]
-    if limits is not None and math.isfinite(limits["high"]):
-        return Fit(limits["low"], limits["high"], left_out)
-    return None if half is None else Fit(max(value - half, 0.0), value + half, left_out)
+def learned_of(friction_set: FrictionSet, parameters: Parameters, names: Sequence[str]) -> Learned:
+    """What the measurements of a set say of these constants, if they are of this screw with this oil and constants."""
+    mean, covariance, scatter = np.zeros(len(names)), np.eye(len(names)), 0.0
+    if friction_set.learned and is_fitted(friction_set, parameters):
+        known = list(friction_set.learned["mean"])
+        of, place = zip(
+            *((i, known.index(name)) for i, name in enumerate(names) if name in known), strict=True
+        )
+        rows = np.array([friction_set.learned["covariance"][name] for name in known])
+        mean[list(of)] = np.array(list(friction_set.learned["mean"].values()))[list(place)]
+        covariance[np.ix_(of, of)] = rows[np.ix_(place, place)]
+        errors = friction_set.errors or load_friction_sets()[friction_set.law].errors
+        scatter = SCATTER_DEVIATION * errors.get("leave_one_out_mean", 0.0)
+    return Learned(mean, covariance, scatter)
+
+
+def is_fitted(friction_set: FrictionSet, parameters: Parameters) -> bool:
+    """Whether the numbers are fitted to measurements of this screw with this oil and these constants of the law."""
+    if not friction_set.learned or friction_set.parameters_hash != parameters_hash(parameters):
+        return False
+    packaged = load_friction_sets()[friction_set.law].net_sliding_coefficient
+    ours = friction_set.net_sliding_coefficient == packaged
+    return not ours or law_constants(parameters) == law_constants(load_screw(PACKAGED_VG100))
+
+
+def learned(
+    parameters: Parameters,
+    points: Sequence[tuple[Sequence[float], float, float]],
+    errors: Array,
+    weights: Array,
+    contacts: ContactValues,
+    friction_set: FrictionSet,
+) -> dict[str, dict[str, Any]]:
+    """Entry `learned` of a friction set: mean of the standardised constants and rows of their covariance, by constant.
+
+    points : forces of the nuts [N], speed [rad/s], temperature [K];  errors : ln(measured/computed) with the set;
+    weights : over which the error of a torque is larger
+    """
+    found = [
+        _effects(parameters, [loaded_nuts(parameters, forces)], (speed, temperature, contacts), friction_set)
+        for forces, speed, temperature in points
+    ]
+    names = list(found[0].mean)
+    D = np.array([[float(each.deviation[name][0]) for each in found] for name in names])
+    e = errors - [sum(float(part[0]) for part in each.mean.values()) for each in found]
+    noise = (np.sum((weights * errors) ** 2) + KNOWN_ERROR**2) / errors.size / weights**2
+    gain = np.linalg.solve(D.T @ D + np.diag(noise), D.T).T
+    rows = np.eye(len(names)) - gain @ D.T
+    return {
+        "mean": {name: float(f"{x:.6g}") for name, x in zip(names, gain @ e, strict=True)},
+        "covariance": {name: [float(f"{x:.6g}") for x in row] for name, row in zip(names, rows, strict=True)},
+    }
 
 
 def implied_thrust(coefficient: float, parameters: Parameters) -> float:
@@ -182,13 +231,17 @@ def torque_interval(
     nuts = loaded_nuts(parameters, forces)
     if not nuts:
         return TorqueInterval(0.0, 0.0, 0.0, {}, {})
-    middle, of_ends, moments = _effects(parameters, [nuts], (speed, temperature, contacts), friction_set)
-    torque = float(middle[0])
-    ends = {name: (float(low[0]), float(high[0])) for name, (low, high) in of_ends.items()}
-    low, high = (torque * float(end[0]) for end in _ends(moments))
-    # both are the one number of the law: the bounds of ball_thrust are those of the coefficient without a fit
+    effects = _effects(parameters, [nuts], (speed, temperature, contacts), friction_set)
+    torque = float(effects.torque[0])
+    ends = {name: (float(low[0]), float(high[0])) for name, (low, high) in effects.ends.items()}
+    known = learned_of(friction_set, parameters, list(ends))
+    low, high = (torque * float(end[0]) for end in _ends(effects, known))
+    # both are the one number of the law
     names = {"ball_thrust": FITTED_COEFFICIENT}
-    variances = {names.get(name, name): float(np.ravel(part)[0]) for name, (_, part) in moments.items()}
+    deviations = np.array([float(part[0]) for part in effects.deviation.values()])
+    parts = np.maximum(deviations * (known.covariance @ deviations), 0.0)
+    variances = {names.get(name, name): float(part) for name, part in zip(ends, parts, strict=True)}
+    variances |= {LEFT_OUT: known.scatter**2} if known.scatter else {}
     whole = sum(variances.values()) or 1.0
     ordered = sorted(variances, key=variances.__getitem__, reverse=True)
     return TorqueInterval(torque, low, high, ends, {name: variances[name] / whole for name in ordered})
@@ -207,59 +260,41 @@ def interval_ends(
     Without axial load. All points side by side: a point by itself, as torque_interval, takes 50 times as long.
     """
     points = [loaded_nuts(parameters, [float(force)] * 2) for force in preloads]
-    return _ends(_effects(parameters, points, (speeds[:, None], temperatures, contacts), friction_set)[2])
+    effects = _effects(parameters, points, (speeds[:, None], temperatures, contacts), friction_set)
+    return _ends(effects, learned_of(friction_set, parameters, list(effects.mean)))
 
 
 def _effects(
     parameters: Parameters, points: Sequence[Sequence[Nut]], at: At, friction_set: FrictionSet
-) -> tuple[Array, dict[str, tuple[Array, Array]], dict[str, tuple[Any, Any]]]:
-    """Torque; by constant: torques at its ends; mean and variance of ln(torque); (points, ...), of the nuts of each."""
-    fit, coefficient = fit_of(friction_set, parameters), friction_set.net_sliding_coefficient
-    names = [name for name in unknown_constants(parameters) if fit is None or name != "ball_thrust"]
-    bounds = {name: (BOUNDED[name].low, BOUNDED[name].high) for name in names}
-    refitted = friction_set.refitted if fit is not None else {}
-    if refitted and (SUPPLY in names or friction_set.supply_length is not None):
-        bounds[SUPPLY] = friction_set.limits[SUPPLY]["low"], friction_set.limits[SUPPLY]["high"]
-    names = list(bounds)
-    values = [{}, *({name: end} for name, pair in bounds.items() for end in pair)]
+) -> Effects:
+    """Of the nuts of each point."""
+    friction, coefficient = parameters.friction, friction_set.net_sliding_coefficient
+    names = list(unknown_constants(parameters))
+    if friction_set.supply_length is not None:
+        names.append(SUPPLY)
+    values = [{}, *({name: end} for name in names for end in (BOUNDED[name].low, BOUNDED[name].high))]
     variants = [with_constants(parameters, value) for value in values]
     kappa, ratio = implied_thrust(coefficient, parameters), friction_set.apparent_viscosity_ratio
     coefficients = [coefficient] * len(variants)
-    if fit is not None and friction_set.calibrated_at:
-        # the torque at the point of the calibration is that of the first variant
-        preload, speed, temperature = (friction_set.calibrated_at[name] for name in CALIBRATED_AT)
-        point = loaded_nuts(parameters, [preload] * 2)
-        there = _lines(variants, [point], (speed, temperature, at[2]), ratio)
-        there += _oil_lines(parameters, [point], (speed, temperature, at[2]), ratio, there[0][0].shape)
-        torque = there[0][0] + coefficient * there[0][1]
-        coefficients = [max(float((torque - rest)[0] / slope[0]), 0.0) for rest, slope in there]
-    elif fit is None and parameters.friction.net_sliding_coefficient is None:
+    if friction.net_sliding_coefficient is None:
         coefficients = [
             ball_ball_coefficient(changed.friction, value.get("ball_thrust", kappa))
             for changed, value in zip(variants, values, strict=True)
         ]
-    if refitted and SUPPLY in names:
-        first = 1 + 2 * names.index(SUPPLY)
-        coefficients[first : first + 2] = refitted["low"], refitted["high"]
     lines = _lines(variants, points, at, ratio)
     lines += _oil_lines(parameters, points, at, ratio, lines[0][0].shape)
     coefficients += [coefficient] * (len(lines) - len(coefficients))
-    names += oil_shifts(parameters, at[1])
     middle, *of_ends = (rest + k * slope for (rest, slope), k in zip(lines, coefficients, strict=True))
+    names += oil_shifts(parameters, at[1])
     ends = dict(zip(names, zip(of_ends[::2], of_ends[1::2], strict=True), strict=True))
-    moments: dict[str, tuple[Any, Any]] = {}
+    own = {"ball_thrust": kappa, SUPPLY: friction.supply_length}
+    result = Effects(middle, ends, {}, {})
     for name, (low, high) in ends.items():
         known = BOUNDED.get(name)
-        place = known.place(kappa if name == "ball_thrust" else known.value) if known else 0.5
-        moments[name] = uniform_moments(np.log(low / middle), np.log(high / middle), place)
-    if refitted and SUPPLY in ends:
-        moments[SUPPLY] = 0.0, (np.log(ends[SUPPLY][1] / ends[SUPPLY][0]) / FIT_DEVIATIONS) ** 2
-    if fit is not None:
-        rest, slope = lines[0]
-        low, high = ends[FITTED_COEFFICIENT] = rest + fit.low * slope, rest + fit.high * slope
-        moments[FITTED_COEFFICIENT] = 0.0, (np.log(high / low) / FIT_DEVIATIONS) ** 2
-        moments[LEFT_OUT] = 0.0, (SCATTER_DEVIATION * fit.left_out) ** 2
-    return middle, ends, moments
+        place = known.place(own.get(name, known.value)) if known else 0.5
+        mean, variance = uniform_moments(np.log(low / middle), np.log(high / middle), place)
+        result.mean[name], result.deviation[name] = mean, np.copysign(np.sqrt(variance), high - low)
+    return result
 
 
 def _lines(
@@ -291,10 +326,12 @@ def _oil_lines(
     return [(one.reshape(shape), other.reshape(shape)) for one, other in zip(*of_each, strict=True)]
 
 
-def _ends(moments: Mapping[str, tuple[Any, Any]]) -> tuple[Any, Any]:
+def _ends(effects: Effects, known: Learned) -> tuple[Array, Array]:
     """Ends over the torque; constants at one end of their interval move the middle."""
-    middle = sum(mean for mean, _ in moments.values())
-    wide = DEVIATIONS * np.sqrt(sum(part for _, part in moments.values()))
+    deviations = np.array(list(effects.deviation.values()))
+    middle = sum(effects.mean.values()) + np.tensordot(known.mean, deviations, 1)
+    variance = np.sum(deviations * np.tensordot(known.covariance, deviations, 1), axis=0) + known.scatter**2
+    wide = DEVIATIONS * np.sqrt(np.maximum(variance, 0.0))
     return np.minimum(np.exp(middle - wide), 1.0), np.maximum(np.exp(middle + wide), 1.0)
 
 

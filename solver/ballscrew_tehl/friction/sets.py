@@ -28,17 +28,10 @@ SETS: dict[str, tuple[str, ...]] = {
     Law.THREE_PARAMETER: FITTED,
     Law.MECHANISTIC: FITTED[1:2],
 }
-#: operating point of a calibration on one torque: preload [N], screw speed [rad/s], oil temperature [K]
-CALIBRATED_AT = ("preload", "speed", "temperature")
-#: length of the oil supply;  entries of FrictionSet.refitted
-SUPPLY, REFITTED = "supply_length", ("low", "high", "half_width")
+#: length of the oil supply
+SUPPLY = "supply_length"
 #: names of the keys of the file that carry a unit
-_KEYS = {
-    "roughness_height": "roughness_height_m",
-    "preload": "preload_N",
-    "speed": "speed_rad_s",
-    "temperature": "temperature_K",
-}
+_KEYS = {"roughness_height": "roughness_height_m"}
 #: entries of earlier files, which are ignored or follow from the law
 EARLIER = ("correlations", "other_losses", "film_model")
 PACKAGED_SETS = PACKAGED_DATA / "friction_sets.toml"
@@ -81,12 +74,10 @@ class FrictionSet:
     )
     screw: str = ""  # of the fit
     parameters_hash: str = ""  # of all that the films of the fit depend on; "": not known
-    #: of a calibration on one torque: its point, names CALIBRATED_AT; the set gives that torque
-    calibrated_at: Mapping[str, float] = field(default_factory=dict)
     #: mechanistic: fitted length of the oil supply [b], in place of that of the screw file; None: not fitted
     supply_length: float | None = None
-    #: coefficient fitted at the limits of the supply length, half-width of its 95 % interval at a known length
-    refitted: Mapping[str, float] = field(default_factory=dict)
+    #: mechanistic: what the torques say of the bounded constants, of friction.interval.learned
+    learned: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "law", Law(self.law))
@@ -96,14 +87,14 @@ class FrictionSet:
         for key, ends in self.limits.items():
             good = 0.0 <= ends.get("low", math.nan) <= ends.get("high", math.nan) and ends["low"] < math.inf
             checks.append((good, f"limits of {key}", dict(ends), "0 <= low <= high, low finite"))
-        at, refitted = self.calibrated_at, self.refitted
-        good = set(refitted) in (set(), set(REFITTED)) and (SUPPLY in self.limits) == bool(refitted)
-        good &= all(0.0 <= value < math.inf for value in refitted.values())
-        checks.append((good, "refitted", dict(refitted), f"{', '.join(REFITTED)}, with limits of {SUPPLY}"))
+        if self.learned:
+            means, rows = (self.learned.get(name, {}) for name in ("mean", "covariance"))
+            size = len(means)
+            good = list(means) == list(rows) and all(len(row) == size for row in rows.values())
+            good &= all(math.isfinite(x) for row in (means.values(), *rows.values()) for x in row)
+            checks.append((good, "learned", dict(self.learned), "mean and covariance of the same constants"))
         length = self.supply_length
         checks.append((length is None or length >= 2.0, SUPPLY, length, ">= 2"))
-        good = set(at) in (set(), set(CALIBRATED_AT)) and all(0.0 < value < math.inf for value in at.values())
-        checks.append((good, "calibrated_at", dict(at), f"{', '.join(CALIBRATED_AT)}, each > 0"))
         for good, what, value, allowed in checks:
             if not good:
                 raise ValueError(f"friction set {self.name}: {what} = {value}; allowed: {allowed}")
@@ -136,8 +127,8 @@ class FrictionSet:
 
 
 def _renamed(content: Any, names: Mapping[str, str]) -> Any:
-    """Content of a file with other names of keys, in all of its tables."""
-    if not isinstance(content, Mapping):
+    """Content of a file with other names of keys, in all of its tables but the dimensionless `learned`."""
+    if not isinstance(content, Mapping) or "covariance" in content:
         return content
     return {names.get(key, key): _renamed(value, names) for key, value in content.items()}
 

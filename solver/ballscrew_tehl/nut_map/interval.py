@@ -2,13 +2,12 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..atlas.ball_contacts import BallContacts
-from ..friction.interval import TorqueInterval, fit_of, interval_ends, torque_interval, unknown_constants
+from ..friction.interval import TorqueInterval, interval_ends, is_fitted, torque_interval, unknown_constants
 from ..friction.mechanistic import law_constants
 from ..friction.sets import FrictionSet
 from ..friction.torque import nut_forces, preload_from_torque
@@ -48,14 +47,8 @@ def map_interval(
         BallContacts(parameters),
         nearest(axes, "speed", abs(speed)),
         nearest(axes, "temperature", temperature),
-        _calibrated_within(axes, friction_set),
+        friction_set,
     )
-
-
-def _calibrated_within(axes: Mapping[str, Any], friction_set: FrictionSet) -> FrictionSet:
-    """The set with the point of a calibration on one torque moved to the nearest one of the map."""
-    at = {name: nearest(axes, name, value) for name, value in friction_set.calibrated_at.items()}
-    return replace(friction_set, calibrated_at=at)
 
 
 def interval_table(parameters: Parameters, axes: Mapping[str, Any], friction_set: FrictionSet) -> Array:
@@ -76,10 +69,8 @@ def relative_intervals(
     temperatures: Array,
 ) -> Array:
     """Ends of the interval over the torque (p, s, t, 2) without axial load, on a grid [N, rad/s, K] within a map."""
-    contacts, friction_set = BallContacts(parameters), _calibrated_within(axes, friction_set)
-    return np.stack(
-        interval_ends(parameters, preloads, contacts, speeds, temperatures, friction_set), axis=-1
-    )
+    at = speeds, temperatures, friction_set
+    return np.stack(interval_ends(parameters, preloads, BallContacts(parameters), *at), axis=-1)
 
 
 class PreloadInterval(NamedTuple):
@@ -142,14 +133,14 @@ def band_point(axes: Mapping[str, Any], screw: ScrewParameters) -> tuple[float, 
 
 def band(parameters: Parameters, axes: Mapping[str, Any], friction_set: FrictionSet) -> dict[str, Any]:
     """Entry mechanistic_interval of a header: point (SI), ends over the torque, and what they depend on."""
-    point, fit = band_point(axes, parameters.screw), fit_of(friction_set, parameters)
+    point, fitted = band_point(axes, parameters.screw), is_fitted(friction_set, parameters)
     low, high = map_interval(parameters, axes, friction_set, *point).relative
     numbers = {
         "constants": law_constants(parameters),
         "unknown": list(unknown_constants(parameters)),
         "oil": [parameters.lubricant.temperature_tolerance, parameters.lubricant.iso_vg],
         "values": list(friction_set.values[:2]),
-        "fit": None if fit is None else list(fit),
+        "fit": friction_set.learned if fitted else None,
     }
     at = dict(zip(POINT, point, strict=False))
-    return {**at, "low": low, "high": high, "numbers": numbers, "fitted": fit is not None}
+    return {**at, "low": low, "high": high, "numbers": numbers, "fitted": fitted}
