@@ -347,8 +347,8 @@ def _check_marks(table: Table, columns: Mapping[str, Sequence[str]], lines: Sequ
     shown = forms & {*_NAMES}
     if not comma and not shown:
         # columns that are not used show the decimal mark as well
-        texts = {text for _, row in islice(table.rows(table.start), HEAD) for text in row}
-        shown = {mark for mark in _NAMES if _FORMS[mark].search("\n".join(["", *texts, ""]))}
+        fields = {text for _, row in islice(table.rows(table.start), HEAD) for text in row}
+        shown = {mark for mark in _NAMES if _FORMS[mark].search("\n".join(["", *fields, ""]))}
     decimal, other = (".", ",") if shown == {"."} else (",", ".")
     if marked[other] and (marked[decimal] or decimal in shown):
         problem = (
