@@ -94,16 +94,6 @@ def test_map_of_rolling_balls_holds_the_law_at_its_nodes():
     assert [name for name in small_map().arrays if name.startswith(VISCOUS)] == films
 
 
-def test_spacer_balls_have_a_map_without_friction_between_balls():
-    spaced = changed(LAW, screw={"spacer_balls": True, "ball_count": 36, "loaded_ball_count": 36})
-    at = 2000.0, 40.0, 303.0, 1500.0, 1.0
-    parts = double_nut_parts(
-        spaced, nut_forces(spaced, 2000.0, 1500.0), ClosedContacts(spaced), 40.0, 303.0, 1.0, 0.01
-    )
-    state = nut_map_of(law_map(spaced)).evaluate(*at, 0.01)
-    assert state.friction_torque == pytest.approx(parts.total, rel=2e-3)
-
-
 def test_oversize_balls_are_held_by_four_flanks_or_free_of_two():
     """Under preload, under an axial load, and beyond that which frees two flanks; without the friction of ball on ball.
 

@@ -19,8 +19,6 @@ from .grid import VISCOUS, BuiltMap, MapGrid, Progress, ball_range, largest_pres
 
 #: every third temperature, at which the shear of balls on two flanks is summed; its mean changes by 1.6e-3 at most
 SPARSE = slice(1, None, 3)
-#: [N.m] that changes no torque
-NOTHING = 1e-30
 
 
 def build_map(
@@ -122,8 +120,7 @@ def mechanistic_values(parameters: Parameters, contacts: BallContacts, grid: Map
     values = np.stack(
         [np.stack([p.viscous_screw, p.viscous_nut, p.shear, p.thrust_factor], axis=-1) for p in powers]
     )
-    # a map holds logarithms, and between spacer balls nothing slides
-    alone = np.array([(p.hysteresis, max(p.sliding, NOTHING), 1.0) for p in powers])
+    alone = np.array([(p.hysteresis, p.sliding, 1.0) for p in powers])
     if parameters.screw.preload_kind == FOUR_POINT:
         two = [Nut(own, np.zeros_like(own)) for own in loads]
         (free,) = powers_of_nuts([parameters], two, speeds[:, None], temperatures[SPARSE], contacts)
