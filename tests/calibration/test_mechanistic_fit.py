@@ -33,6 +33,13 @@ def test_one_number_is_the_weighted_mean_of_the_rest():
     assert found == pytest.approx(expected, rel=1e-12)
 
 
+def test_between_spacer_balls_no_torque_determines_the_number():
+    spaced = changed(VG100, screw={"spacer_balls": True, "ball_count": 36, "loaded_ball_count": 36})
+    for rows in (MEASURED[:1], MEASURED):
+        with pytest.raises(ValueError, match="nothing slides, so no torque determines net"):
+            fit_values(torque_basis(spaced, CONTACTS, rows))
+
+
 def test_packaged_number_is_that_of_its_screw_and_carried_over_to_others():
     packaged = load_friction_sets()["mechanistic"]
     assert default_friction_set(VG100) == packaged

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from command_line import answer
+from command_line import answer, run
 
 import ballscrew_tehl
 from ballscrew_tehl.nut_map.file import VG100, packaged_map
@@ -33,6 +33,7 @@ def test_a_map_finds_its_screw(capsys):
         alone, _ = answer(capsys, *words)
         assert alone["kinematics"] == "rolling_frame"
         assert alone == answer(capsys, *words, "--screw", law.with_name("gd4008_vg100.toml"))[0]
+    assert "content_hash" not in run(capsys, "map", "info", law)[1]
     library = {name: getattr(ballscrew_tehl, name) for name in ballscrew_tehl.__all__}
     for name in ("load_map", "calibrate"):
         with pytest.raises(ValueError, match=r"parameters = .own.toml.; needs what load_screw"):

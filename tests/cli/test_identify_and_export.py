@@ -53,6 +53,11 @@ def test_from_a_log_to_preload_change_and_calibration(capsys, logs, tmp_path):
     _, text, _ = run(capsys, "identify", logs / "now.csv", *AXIS[:2], *MAP)
     assert "too high by the friction of guides" in text.splitlines()[0]
     assert "note: the friction is that" not in text
+    # the file of another screw, without a map
+    own = tmp_path / "own.toml"
+    own.write_text(PACKAGED_VG100.read_text().replace("viscosity_index = 95.0", "viscosity_index = 96.0"))
+    _, text, _ = run(capsys, "identify", logs / "now.csv", *AXIS, "--screw", own)
+    assert text.startswith("preload ")
     again = json.loads((tmp_path / "now.json").read_text())
     assert again["preload_low_n"] < 1800.0 < again["preload_high_n"]
     assert again["preload_high_n"] - again["preload_low_n"] < found["preload_high_n"] - found["preload_low_n"]

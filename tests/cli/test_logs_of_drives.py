@@ -64,6 +64,7 @@ REFUSED = {
     "times": ("time [s],time [s],position [deg],current [A]", "ttxi", (1, 2, 1, 1), (), "have unlike times; allowed"),
     "no time": ("Sample,position [deg],current [A]", "txi", SAME, (), "number of the row times the sample time"),
     "magnitude": (PLAIN, "txq", SAME, ("--inertia-kgm2", str(INERTIA)), "torque never changes its sign: a magnitude"),
+    "unsigned": ("time [s],position [deg],torque [mNm]", "txu", SAME, (), "negative numbers written as unsigned ones"),
     "speed": ("time [s],speed [rad/s],current [A]", "tsi", SAME, (), "the speed never changes its sign: a magnitude"),
     "per cent": ("time [s],position [deg],torque [0.1 %]", "txi", SAME, (), "is a part of the rated value"),
     "row": ("Time;Position;Moment\n[s];[deg];[%]", "txi", SAME, (), "unit '%' is a part of the rated value"),
@@ -84,7 +85,9 @@ def signals():
     block = len(time) // 3 + 1
     return {
         "t": time, "x": np.degrees(angle), "i": current, "v": speed, "s": np.abs(speed), "q": np.abs(current),
-        "g": current + 10.0, "b": time[np.arange(len(time)) % block], "c": [f"{text[11:]}Z" for text in stamps],
+        "g": current + 10.0,
+        "u": np.round(1e3 * CONSTANT * current) % 65536, "b": time[np.arange(len(time)) % block],
+        "c": [f"{text[11:]}Z" for text in stamps],
         "d": [f"31.12.2026 {text[11:].replace('.', ',')}" for text in stamps],
         "n": [f"{1798761600 + t:.6f}000".replace(".", "") for t in time],
     }  # fmt: skip

@@ -34,6 +34,15 @@ def test_is_read(tmp_path):
 REFUSED = [
     (HEAD + "1.500;100;1,25\n", "no point (thousands or decimal?), 1.500 or 1500"),
     (HEAD + "1,500;100;1.25\n", "no comma (thousands or decimal?), 1.500 or 1500"),
+    # the column that is not used shows the decimal mark
+    (
+        "preload [N];speed [r/min];torque [Nm];x\n1.500;1000;2;0,5\n",
+        "no point (thousands or decimal?), 1.500 or 1500",
+    ),
+    (
+        "preload [N];speed [r/min];torque [Nm];x\n1,500;1000;2;0.5\n",
+        "no comma (thousands or decimal?), 1.500 or 1500",
+    ),
     (HEAD + "1.500;100;1.250\n", "preload [N] = '1.500' can be read in two ways, 1.500 or 1500"),
     # whole numbers below 1000 in the column: the marks are those of thousands, though 0.4 has a point
     (HEAD + "1.500;100;0.4\n800;100;0.4\n", "line 2: preload [N] = '1.500' can be read in two ways"),

@@ -81,7 +81,7 @@ class LubricantParameters(Table):
         default_factory=_by_density(mineral_oil.specific_heat),
     )  # fmt: skip
     thermal_conductivity: float = entry(
-        "thermal conductivity", "thermal_conductivity", gt=0, le=1e2,
+        "thermal conductivity", "thermal_conductivity", ge=1e-2, le=10,
         default_factory=_by_density(mineral_oil.thermal_conductivity),
     )  # fmt: skip
     astm_viscosity_1: float | None = entry(
@@ -163,6 +163,9 @@ class LubricantParameters(Table):
             require("viscosity" not in stated, "viscosity", "no entry", f"it follows from {source}")
             falls = math.isfinite(self.viscosity)
             require(falls, "astm_viscosity_2", "below point 1 at a higher temperature", "check both points")
+            slope = mineral_oil.slope_d341(*(getattr(self, name) for name in _POINTS))
+            allowed = f"1 to 6 as slope of D341 through both points, not {slope:.2g} (mineral oils 3 to 4.5)"
+            require(1.0 <= slope <= 6.0, "astm_viscosity_1", allowed, "check both points and their units")
             return self
         for name, bad in zip(_POINTS, given, strict=True):
             allowed = 'no entry unless viscosity_law = "astm_d341"'

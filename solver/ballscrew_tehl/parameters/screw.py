@@ -202,7 +202,7 @@ class SolidParameters(Table):
 
     density: float = entry("density of the solid", "density", ge=100, le=3e4)
     specific_heat: float = entry("specific heat capacity", "specific_heat", ge=10, le=1e4)
-    thermal_conductivity: float = entry("thermal conductivity", "thermal_conductivity", gt=0, le=1e3)
+    thermal_conductivity: float = entry("thermal conductivity", "thermal_conductivity", ge=1, le=1e3)
 
 
 #: thermal data of NITRIDE_MODULUS

@@ -344,8 +344,13 @@ def _check_marks(table: Table, columns: Mapping[str, Sequence[str]], lines: Sequ
     problems = []
     if comma:
         problems += [(key, f"; {COMMAS}") for key in marked[","]]
-    if marked["."] and marked[","]:
-        decimal, other = (".", ",") if "." in forms and "," not in forms else (",", ".")
+    shown = forms & {*_NAMES}
+    if not comma and not shown:
+        # columns that are not used show the decimal mark as well
+        fields = {text for _, row in islice(table.rows(table.start), HEAD) for text in row}
+        shown = {mark for mark in _NAMES if _FORMS[mark].search("\n".join(["", *fields, ""]))}
+    decimal, other = (".", ",") if shown == {"."} else (",", ".")
+    if marked[other] and (marked[decimal] or decimal in shown):
         problem = (
             f"; allowed in a file with decimal {_NAMES[decimal]}s: no {_NAMES[other]} (thousands or decimal?)"
         )

@@ -45,11 +45,11 @@ VELOCITY = _units({"m/s": 1.0, "mm/s": 1e-3, "m/min": 1.0 / 60.0, "mm/min": 1e-3
                    "in/s inch/s": INCH, "in/min inch/min ipm": INCH / 60.0})  # fmt: skip
 TEMPERATURE = {"degC": (1.0, CELSIUS), "C": (1.0, CELSIUS), "K": (1.0, 0.0), "degF": (5.0 / 9.0, 459.67)}
 TORQUE = _units({"N.m": 1.0, "N.cm cN.m": 1e-2, "N.mm mN.m": 1e-3,
-                 "kgf.cm": 9.80665e-2, "lbf.in lb.in in.lbf in.lb in.lbs lbs.in": 0.1129848290276167,
+                 "kgf.cm kg.cm": 9.80665e-2, "lbf.in lb.in in.lbf in.lb in.lbs lbs.in": 0.1129848290276167,
                  "ozf.in oz.in in.oz in.ozf": 0.00706155181422604})  # fmt: skip
 LENGTH = _units({"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "cm": 1e-2, "in inch": INCH})
 ANGLE = _units({"rad": 1.0, "deg Grad degree degrees": math.pi / 180.0, "rev r turns turn rot U": 2.0 * math.pi,
-                "mrad": 1e-3, "mdeg": 1e-3 * math.pi / 180.0})  # fmt: skip
+                "mrad": 1e-3, "urad": 1e-6, "mdeg": 1e-3 * math.pi / 180.0})  # fmt: skip
 #: time of day, a date before it
 CLOCK = "HH:MM:SS"
 TIME = _units({"s sec seconds": 1.0, "ms msec": 1e-3, "us usec": 1e-6, "ns": 1e-9, "100ns": 1e-7, "min": 60.0,

@@ -18,10 +18,10 @@ from ...identification.motion import TRAVEL, TRAVEL_ANGLE
 from ...identification.plausible import check_units
 from ...identification.plot import LawCurve, identification_figure
 from ...identification.signals import Drive, signals_of
-from ...nut_map.file import packaged_map_of
 from ...parameters.units import CELSIUS
 from ...runtime.packed import MECHANISTIC
-from ...tables.csv_file import naming
+from ...tables.csv_file import naming, open_table
+from ...tables.headings import LOG
 from ..shared.inputs import chosen_of
 from ..shared.output import Answer, check_output, say, to_builtin, write_text, written
 
@@ -147,11 +147,9 @@ def _axis(args: Namespace) -> _Axis:
         allowed = f"that of the screw file, {2e3 * math.pi * own:.6g} (with either sign)"
         raise ValueError(f"--lead-mm = {args.lead_mm:g}; allowed: {allowed}")
     own = math.copysign(own, lead or own)
-    # the lead alone is requested, unless the packaged map is that of the screw
-    lead_alone = args.map is None and args.screw is not None and args.friction is None and not args.before
-    if lead_alone and packaged_map_of(chosen.parameters) is None:
-        remedy = f"map build --screw {args.screw} --output MAP.npz makes its map"
-        say(f"no --map: the lead of the screw is used, no preload is computed; {remedy}")
+    with_law = any(value is not None for value in (args.map, args.friction, args.before, args.temperature_c))
+    if not with_law and "temperature" not in open_table(args.log, LOG, stated_columns(args.column)).columns:
+        say("no --temperature-c: the lead of the screw is used, no preload is computed")
         return _Axis(args, own)
     return _Axis(args, own, preload.Law(chosen.parameters, chosen.nut_map(args), chosen.friction_set))
 

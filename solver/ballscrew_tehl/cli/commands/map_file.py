@@ -17,6 +17,8 @@ from ..shared.inputs import screw_of
 from ..shared.output import QUIET, Answer, check_output, filled, listing, progress_bar, say, table, written
 from ..shared.quantities import REPORT_POINT
 
+#: of a header, in --json only
+HIDDEN = ("certificate", "parameters_json", "screw_file", "atlas", "parameters_hash", "content_hash")
 #: errors of a certificate, with their columns
 QUANTITIES = ("torque_error", "film_error", "minimum_film_error", "temperature_rise_error")
 COLUMNS = ("mean", "50", "99", "999", "max")
@@ -84,7 +86,7 @@ def _jobs(args: Namespace) -> list[tuple[Path, Parameters, MapGrid]]:
 
 
 def run_map_info(args: Namespace) -> Answer:
-    """Axes, film model, friction defaults, version, hashes and certificate of a map."""
+    """Axes, film model, friction defaults, version, hash of the file and certificate of a map."""
     header = load_map(args.map, screw_of(args)).header
     certificate = header["certificate"]
     about = (
@@ -101,7 +103,7 @@ def run_map_info(args: Namespace) -> Answer:
         elif isinstance(value, Mapping) and key != "certificate":
             simple = {name: entry for name, entry in value.items() if not isinstance(entry, Mapping | None)}
             rows |= {f"{key}.{name}": entry for name, entry in simple.items()}
-        elif key not in ("certificate", "parameters_json", "screw_file"):
+        elif key not in HIDDEN:
             rows[key] = value
     text = f"{listing(rows)}\n\n{filled(about)}\n{_certificate_table(certificate)}"
     return Answer([header], text=text)
