@@ -23,9 +23,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
-from scipy.optimize import minimize_scalar
-from scipy.stats import t as student
+import scipy
 
 from ..physics.ball_law import Array
 from . import directions
@@ -131,6 +129,11 @@ def fit_of(samples: Samples, delay: float, bins: np.ndarray, size: int, inertia:
     return Fit(samples, bins, delay, effort, acceleration, jerk, squares, seen, value, late, number, total)
 
 
+def _student(degrees: Array | float) -> Array:
+    """Quantile of Student's t, for two-sided 95 % limits."""
+    return np.asarray(scipy.special.stdtrit(degrees, PROBABILITY))
+
+
 def errors_of(
     fit: Fit, residual: Array, weights: Array, free: bool
 ) -> tuple[Array, Array, float, float, float, float]:
@@ -158,7 +161,7 @@ def errors_of(
         share = np.bincount(clusters, regressor**2) / max(float(regressor @ regressor), 1e-300)
         moves = np.bincount(clusters, regressor * residual) / squares / (1.0 - np.minimum(share, LEVERAGE))
         degrees = max(1.0 / max(float(share @ share), 1e-12) - 1.0, 1.0)
-        return moves, float(student.ppf(PROBABILITY, degrees)) * float(np.sqrt(moves @ moves / freedom))
+        return moves, float(_student(degrees)) * float(np.sqrt(moves @ moves / freedom))
 
     by_inertia, half = slope(fit.acceleration, fit.squares)
     delay = slope(fit.jerk, max(abs(fit.inertia) * float(fit.jerk @ fit.jerk), 1e-300))[1]
@@ -173,8 +176,8 @@ def errors_of(
     errors = np.sqrt((POOLED * ratio * plain + (of_bin - 1.0) * variance) / degrees)
     # a bin that one cluster fills hides the error of that
     offset = max(few * float(of_offset @ of_offset), ratio * float(weights**2 @ plain))
-    usual = float(student.ppf(PROBABILITY, max(size - 1, 1)))
-    return errors, student.ppf(PROBABILITY, degrees) * errors, half, delay, usual * math.sqrt(offset), usual
+    usual = float(_student(max(size - 1, 1)))
+    return errors, _student(degrees) * errors, half, delay, usual * math.sqrt(offset), usual
 
 
 @dataclass(frozen=True)
@@ -245,7 +248,7 @@ def estimated_delay(samples: Samples) -> tuple[float, bool]:
     best = float(coarse[int(np.argmin([residual(delay) for delay in coarse]))])
     bounds = np.clip([best - 0.1 * limit, best + 0.1 * limit], -limit, limit)
     options = {"xatol": 0.005 * samples.step}
-    delay = float(minimize_scalar(residual, bounds=bounds, method="bounded", options=options).x)
+    delay = float(scipy.optimize.minimize_scalar(residual, bounds=bounds, options=options).x)
     return delay, abs(delay) < 0.98 * limit
 
 
@@ -407,5 +410,5 @@ def _within_a_bin(speed: Array, friction: Array) -> Array:
     for side in (speed < 0.0, speed > 0.0):
         if side.sum() >= 3:
             second = np.pad(np.abs(np.diff(friction[side], 2)), 1, mode="edge")
-            bend[side] = maximum_filter1d(second, 3, mode="nearest") / 8.0
+            bend[side] = scipy.ndimage.maximum_filter1d(second, 3, mode="nearest") / 8.0
     return bend

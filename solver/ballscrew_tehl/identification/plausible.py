@@ -17,6 +17,8 @@ ROTARY = (1.0 * RPM, 3e4 * RPM), (1.0, 2e5)
 #: of the time between samples and the whole log [s];  of the largest current [A], voltage [V], torque [N.m], force [N]
 STEP, DURATION = (1.0 / MAX_RATE, 1.0 / MIN_RATE), (0.2, 1e6)
 DRIVE = {"current": (0.02, 1e3), "voltage": (0.02, 1e3), "torque": (1e-3, 1e3), "force": (0.5, 2e5)}
+#: so many times the upper limits no unit can be right, whoever states it
+NEVER = 3.0
 #: with a map: largest speed over its range;  largest torque over the least friction of the map, over the largest
 MAP_SPEED, MAP_TORQUE = 3.0, (0.1, 20.0)
 #: samples that speed and acceleration are taken over, against noise;  part of them that is not above the largest value
@@ -43,7 +45,8 @@ class Value(NamedTuple):
 
 
 def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> None:
-    """Refuse units that cannot be right, unless an option has stated them; nut_map: of the screw, with its ranges."""
+    """Refuse units that cannot be right, note those that an option states; nut_map: of the screw, with its ranges."""
+    log = log._replace(notes=signals.notes)
     motion, effort = (next(name for name in kind if name in log.signals) for kind in (MOTION, EFFORT))
     speed, acceleration = _largest(signals)
     speeds, accelerations = ROTARY if signals.rotary else LINEAR
@@ -74,9 +77,10 @@ def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> No
 def _check(log: Log, names: tuple[str, ...], values: list[Value]) -> None:
     """Refuse implausible values, but no small ones (an axis that hardly moves) where no other unit would do."""
     wrong = [value for value in values if not value.plausible()]
-    columns = {name: log.columns[name] for name in names if not log.columns[name].stated}
-    if not wrong or not columns:
+    if not wrong:
         return
+    never = any(value.value > NEVER * value.limits[1] for value in wrong)
+    columns = {name: log.columns[name] for name in names if not log.columns[name].stated}
     option = {name: f'--column "{name}={parted(column.heading)[0]} [' for name, column in columns.items()}
     likely: dict[tuple[str, float], str] = {}
     for name, column in columns.items():
@@ -84,19 +88,23 @@ def _check(log: Log, names: tuple[str, ...], values: list[Value]) -> None:
         families = LENGTH, ANGLE, SPEED, VELOCITY, LOG.quantities[name].units
         units = next(units for units in families if column.unit in units)
         for unit, (factor, _) in units.items():
-            ratio = factor / units[column.unit][0]
+            ratio = factor / units[column.unit][0] / (column.multiple or 1.0)
             if ratio != 1.0 and all(value.plausible(name, ratio) for value in values):
                 text = f'{name} in {unit}, {ratio:.4g} times: {option[name]}{unit}]"'
                 likely.setdefault((name, ratio), text)
-    if not likely and not any(value.value > value.limits[1] for value in wrong):
+    shown = ", ".join(map(str, wrong))
+    large = columns and any(value.value > value.limits[1] for value in wrong)
+    if not (likely or large or never):
+        log.notes.append(f"{shown}: check the units")
         return
     remedy = "likely " + " or ".join([*likely.values()][:2])
     if not likely:
-        remedy = f"check {' and '.join(repr(column.heading) for column in columns.values())}"
-        remedy += " and --torque-constant-nm-a" * ("current" in columns)
-    stated = " ".join(f'{option[name]}{column.unit}]"' for name, column in columns.items())
-    shown = ", ".join(map(str, wrong))
-    raise ValueError(f"{shown}; {remedy}; if the log is right, state its units: {stated}")
+        used = [log.columns[name] for name in names][::-1]
+        remedy = f"check {' and '.join(f'{c.heading!r} in {c.written}' for c in used)}"
+        remedy += " and --torque-constant-nm-a" * ("current" in names)
+    stated = " ".join(f'{option[name]}{column.written}]"' for name, column in columns.items())
+    end = "" if never else f"; if the log is right, state its units: {stated}"
+    raise ValueError(f"{shown}; {remedy}{end}")
 
 
 def _usual(pieces: list[Array]) -> float:

@@ -52,17 +52,20 @@ function columnOf(heading, units) {
   const text = heading.replace(/[\u00b5\u03bc]/g, "u");
   const bracket = text.match(/^(.*?)\s*[[(]\s*(.*?)\s*[\])]$/) ?? text.match(/^(.*\S)\s+(?:in|\/)\s+(\S+)$/);
   const stem = (bracket ? bracket[1] : text).trim().toLowerCase().replace(/[ -]/g, "_");
-  const joined = (unit) => unit.replace("\u00b0", "deg").replace("\u207b\u00b9", "1").replace(/[\s.*^_\u00b7\u22c5-]/g, "");
+  const joined = (unit) => unit.replace("\u00b0", "deg").replace("\u207b\u00b9", "1").replace(/[\s.*^_\u00b7\u22c5\u30fb-]/g, "");
   const letters = (unit) => unit.toLowerCase().replace(/[^a-z0-9]/g, "");
   for (const [key, { names, units: known }] of Object.entries(units)) {
     const name = names.find((one) => stem === one || (!bracket && stem.startsWith(`${one}_`)));
     if (!name) continue;
-    const given = bracket ? bracket[2] : stem.slice(name.length + 1);
+    // a number before the unit: as headings.MULTIPLE
+    const [, many = "1", part = "1", given] = (bracket ? bracket[2] : stem.slice(name.length + 1))
+      .match(/^(?:(\d*[.,]?\d+)(?:\/([1-9]\d*))?\s+(?=[^\d\s/]))?(.*)$/);
+    const times = decimal(many) / part;
     const same = bracket ? joined : letters;
     const unit = Object.keys(known).find((one) => same(one) === same(given))
       ?? Object.keys(known).find((one) => letters(one) === letters(given) && !/^MN/.test(joined(given)));
     if (!unit) throw new Error(`column ${heading}: unit ${given || "missing"}; allowed: ${Object.keys(known).join(", ")}`);
-    return { key, factor: known[unit][0], offset: known[unit][1] };
+    return { key, factor: known[unit][0] * times, offset: known[unit][1] / times };
   }
   return null;
 }
