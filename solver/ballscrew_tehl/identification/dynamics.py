@@ -129,11 +129,6 @@ def fit_of(samples: Samples, delay: float, bins: np.ndarray, size: int, inertia:
     return Fit(samples, bins, delay, effort, acceleration, jerk, squares, seen, value, late, number, total)
 
 
-def _student(degrees: Array | float) -> Array:
-    """Quantile of Student's t, for two-sided 95 % limits."""
-    return np.asarray(scipy.special.stdtrit(degrees, PROBABILITY))
-
-
 def errors_of(
     fit: Fit, residual: Array, weights: Array, free: bool
 ) -> tuple[Array, Array, float, float, float, float]:
@@ -142,7 +137,7 @@ def errors_of(
     Returns standard errors of the bins, halves of 95 % intervals of bins, inertia, delay and offset, and quantile of
     Student's t with as many clusters.
     """
-    samples, bins, number = fit.samples, fit.bins, len(fit.number)
+    samples, bins, number, student = fit.samples, fit.bins, len(fit.number), scipy.special.stdtrit
     length = max(int(max(CLUSTER, CLUSTER_PERIODS / samples.cutoff) / samples.step), 1)
     piece = samples.row // length
     _, clusters = np.unique(samples.run * (int(piece.max()) + 1) + piece, return_inverse=True)
@@ -161,7 +156,7 @@ def errors_of(
         share = np.bincount(clusters, regressor**2) / max(float(regressor @ regressor), 1e-300)
         moves = np.bincount(clusters, regressor * residual) / squares / (1.0 - np.minimum(share, LEVERAGE))
         degrees = max(1.0 / max(float(share @ share), 1e-12) - 1.0, 1.0)
-        return moves, float(_student(degrees)) * float(np.sqrt(moves @ moves / freedom))
+        return moves, float(student(degrees, PROBABILITY)) * float(np.sqrt(moves @ moves / freedom))
 
     by_inertia, half = slope(fit.acceleration, fit.squares)
     delay = slope(fit.jerk, max(abs(fit.inertia) * float(fit.jerk @ fit.jerk), 1e-300))[1]
@@ -176,8 +171,8 @@ def errors_of(
     errors = np.sqrt((POOLED * ratio * plain + (of_bin - 1.0) * variance) / degrees)
     # a bin that one cluster fills hides the error of that
     offset = max(few * float(of_offset @ of_offset), ratio * float(weights**2 @ plain))
-    usual = float(_student(max(size - 1, 1)))
-    return errors, _student(degrees) * errors, half, delay, usual * math.sqrt(offset), usual
+    usual = float(student(max(size - 1, 1), PROBABILITY))
+    return errors, student(degrees, PROBABILITY) * errors, half, delay, usual * math.sqrt(offset), usual
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,5 @@
 """Log of a drive: the signals that are needed, in SI, without a few damaged rows; file: `tables`."""
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path
@@ -10,15 +9,13 @@ import numpy as np
 
 from ..physics.ball_law import Array
 from ..tables.csv_file import SCOPE, Table, naming, open_table, read_columns
-from ..tables.headings import EFFORT, LOG, MOTION, OF_CONSTANT, Column, one_column, parted, si
+from ..tables.headings import EFFORT, LOG, MOTION, OF_CONSTANT, Column, one_column, si
 
 #: may be logged more slowly
 SLOW = ("temperature", "preload")
 #: fewest rows of a log; largest fraction of rows without a value, of damaged rows; fraction of repeated time stamps
 #: from which on they have too few digits;  largest error of such a stamp over its last digit
 MIN_ROWS, MAX_EMPTY, MAX_DAMAGED, FEW_REPEATED, DIGIT = 200, 0.5, 0.01, 0.05, 1.5
-#: rows of the head of TwinCAT Scope that scale a channel, and what does not
-SCALES = {"ScaleFactor": r"(1([.,]0*)?)?", "Offset": r"(0([.,]0*)?)?"}
 #: a value beyond this is damaged [SI]
 MAX_VALUE = 1e12
 
@@ -37,14 +34,13 @@ def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, 
     with naming(path):
         table = open_table(path, LOG, stated)
         columns = _selected(table, stated, wanted)
-        _check_scales(table, columns)
         signals, (damaged, first), marks = read_columns(table, columns, LOG, MAX_DAMAGED)[2:]
         for name, values in signals.items():
-            _check_sign(name, values, columns[name])
             if name != "time":
                 values[np.abs(values) > MAX_VALUE] = np.nan
             if not np.isfinite(values).any():
                 raise ValueError(f"column {columns[name].heading!r} has no numbers; allowed: one in each row")
+        _check_written(table, columns, signals)
         notes = [*filter(None, [table.unused(columns)]), *marks]
         if "current" in columns and (unit := columns["current"].unit) in OF_CONSTANT:
             notes.append(f"current in {unit}: the torque constant has to be one per {unit}")
@@ -91,33 +87,24 @@ def _selected(table: Table, stated: Mapping[str, str], wanted: Sequence[str]) ->
         used["time"] = used["time"]._replace(place=clocks[0])
     rows = (row for _, row in table.rows(table.start) if len(row) == len(table.headings))
     if len(set(clocks)) > 1 and any(len({row[clock] for clock in clocks} - {""}) > 1 for row in rows):
-        remedy = "export with one (TwinCAT Scope: fill with previous value)"
-        raise ValueError(f"{motion} and {effort} have unlike times; allowed: one sample time: {remedy}")
+        raise ValueError(f"{motion} and {effort} have unlike times; allowed: one (Scope: fill with previous)")
     return used
 
 
-def _check_scales(table: Table, columns: Mapping[str, Column]) -> None:
-    """ValueError: the head has a scale of a column, which its numbers may have or not."""
-    for line, (what, *texts) in takewhile(lambda row: row[0] <= table.start, table.rows(0)):
-        none = SCALES.get(what.removeprefix("Unit "), ".*")
-        for name, column in columns.items():
-            value = ["", *texts][column.place] if column.place <= len(texts) else ""
-            if column.multiple is None and not re.fullmatch(none, value):
-                own = f'--column "{name}={parted(column.heading)[0]} [1 {column.unit}]"'
-                other = f"[{value} {column.unit}]" if what.endswith("ScaleFactor") else "scaled numbers"
-                problem = f"line {line}: {what} of {column.heading!r} = {value}"
-                raise ValueError(f"{problem}; {own} if the numbers have it, else {other}")
-
-
-def _check_sign(name: str, values: Array, column: Column) -> None:
-    """ValueError: a speed or effort is written in words without a sign, which jump by 2^16 or 2^32 where it is 0."""
-    raw = values[np.isfinite(values)] / si(column.multiple or 1.0, LOG.quantities[name], column.unit)
-    for bits in (16, 32) if name in (*MOTION[2:], *EFFORT) else ():
-        top, whole = 2.0**bits, np.round(raw)
-        jumps = whole.min() >= 0.0 and whole.max() < top and np.abs(np.diff(whole)).max() > 0.5 * top
-        if jumps and np.allclose(raw, whole, 0.0, 1e-6):
-            remedy = f"subtract {top:.0f} where it is {top / 2:.0f} or more"
-            raise ValueError(f"{column.heading!r} is in words of {bits} bit without a sign; {remedy}")
+def _check_written(table: Table, columns: Mapping[str, Column], signals: Mapping[str, Array]) -> None:
+    """ValueError: numbers may lack a scale that a head of TwinCAT Scope has, or the sign in words, which jump at 0."""
+    for name, column in columns.items():
+        for line, (what, *texts) in takewhile(lambda row: row[0] <= table.start, table.rows(0)):
+            value = ["", *texts, *len(table.headings) * [""]][column.place]
+            none = {"ScaleFactor": "1 1.0", "Offset": "0 0.0"}.get(what.removeprefix("Unit "), "")
+            if column.multiple is None and value and none and value not in none.split():
+                own = f"{column.option(name, f'1 {column.unit}')} if the numbers have it, else [FACTOR {column.unit}]"
+                raise ValueError(f"line {line}: {what} of {column.heading!r} = {value}; allowed: {own}")
+        raw = signals[name] / si(1.0, LOG.quantities[name], column.unit, column.multiple)
+        raw = raw[np.isfinite(raw)]
+        jumps = np.ptp(raw) < 2.0**16 and np.abs(np.diff(raw)).max(initial=0.0) > 2.0**15 and min(raw) >= 0.0
+        if name in (*MOTION[2:], *EFFORT) and jumps and np.allclose(raw, np.round(raw), 0.0, 1e-6):
+            raise ValueError(f"{column.heading!r} is in 16 bit without a sign: subtract 65536 from 32768 on")
 
 
 def _in_time(signals: dict[str, Array], left_out: dict[str, int], notes: list[str]) -> dict[str, Array]:

@@ -7,7 +7,7 @@ import numpy as np
 from ..parameters.units import RPM
 from ..physics.ball_law import Array
 from ..runtime.evaluate import NutMap
-from ..tables.headings import ANGLE, EFFORT, LENGTH, LOG, MOTION, SPEED, VELOCITY, parted
+from ..tables.headings import ANGLE, EFFORT, LENGTH, LOG, MOTION, SPEED, VELOCITY
 from .log_file import Log
 from .signals import MAX_RATE, MIN_RATE, Signals
 
@@ -17,10 +17,10 @@ ROTARY = (1.0 * RPM, 3e4 * RPM), (1.0, 2e5)
 #: of the time between samples and the whole log [s];  of the largest current [A], voltage [V], torque [N.m], force [N]
 STEP, DURATION = (1.0 / MAX_RATE, 1.0 / MIN_RATE), (0.2, 1e6)
 DRIVE = {"current": (0.02, 1e3), "voltage": (0.02, 1e3), "torque": (1e-3, 1e3), "force": (0.5, 2e5)}
-#: so many times the upper limits no unit can be right, whoever states it
-NEVER = 3.0
 #: with a map: largest speed over its range;  largest torque over the least friction of the map, over the largest
 MAP_SPEED, MAP_TORQUE = 3.0, (0.1, 20.0)
+#: so many times the upper limits no unit can be right, even if it is stated
+NEVER = 3.0
 #: samples that speed and acceleration are taken over, against noise;  part of them that is not above the largest value
 SHORT, LONG, USUAL = 10, 25, 0.999
 
@@ -77,11 +77,8 @@ def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> No
 def _check(log: Log, names: tuple[str, ...], values: list[Value]) -> None:
     """Refuse implausible values, but no small ones (an axis that hardly moves) where no other unit would do."""
     wrong = [value for value in values if not value.plausible()]
-    if not wrong:
-        return
     never = any(value.value > NEVER * value.limits[1] for value in wrong)
     columns = {name: log.columns[name] for name in names if not log.columns[name].stated}
-    option = {name: f'--column "{name}={parted(column.heading)[0]} [' for name, column in columns.items()}
     likely: dict[tuple[str, float], str] = {}
     for name, column in columns.items():
         # a unit is mistaken for one of its family: an angle is no length
@@ -90,21 +87,19 @@ def _check(log: Log, names: tuple[str, ...], values: list[Value]) -> None:
         for unit, (factor, _) in units.items():
             ratio = factor / units[column.unit][0] / (column.multiple or 1.0)
             if ratio != 1.0 and all(value.plausible(name, ratio) for value in values):
-                text = f'{name} in {unit}, {ratio:.4g} times: {option[name]}{unit}]"'
+                text = f"{name} in {unit}, {ratio:.4g} times: {column.option(name, unit)}"
                 likely.setdefault((name, ratio), text)
     shown = ", ".join(map(str, wrong))
     large = columns and any(value.value > value.limits[1] for value in wrong)
-    if not (likely or large or never):
-        log.notes.append(f"{shown}: check the units")
+    if not wrong or not (likely or large or never):
+        log.notes.extend([f"{shown}: check the units"] * bool(wrong))
         return
     remedy = "likely " + " or ".join([*likely.values()][:2])
     if not likely:
-        used = [log.columns[name] for name in names][::-1]
-        remedy = f"check {' and '.join(f'{c.heading!r} in {c.written}' for c in used)}"
+        remedy = f"check {' and '.join(log.columns[name].option(name) for name in names[::-1])}"
         remedy += " and --torque-constant-nm-a" * ("current" in names)
-    stated = " ".join(f'{option[name]}{column.written}]"' for name, column in columns.items())
-    end = "" if never else f"; if the log is right, state its units: {stated}"
-    raise ValueError(f"{shown}; {remedy}{end}")
+    stated = " ".join(column.option(name) for name, column in columns.items())
+    raise ValueError(f"{shown}; {remedy}" + f"; if the log is right, state its units: {stated}" * (not never))
 
 
 def _usual(pieces: list[Array]) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 
 from ..physics.ball_law import Array
-from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED, TIME, parted
+from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED, TIME
 from .log_file import SLOW, Log
 
 #: a step of time longer than this many usual ones is a gap; jumps of a position that are whole periods within this
@@ -79,8 +79,8 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         units = {factor: unit for unit, (factor, _) in reversed(TIME.items()) if log is whole}
         fits = [one for one in units if 1.0 / MAX_RATE <= raw * one <= 1.0 / MIN_RATE]
         if fits:
-            option = f'--column "time={parted(column.heading)[0]} ['
-            remedy = "likely " + ", or ".join(f'{raw * one:.3g} s: {option}{units[one]}]"' for one in fits)
+            texts = (f"{raw * one:.3g} s: {column.option('time', units[one])}" for one in fits)
+            remedy = f"likely {', or '.join(texts)}"
         raise ValueError(f"time between samples = {step:.4g} s; allowed: <= {1.0 / MIN_RATE:g} s: {remedy}")
     motion, effort = (log.signals[name] for name in names)
     jumps = np.empty(0, dtype=int)

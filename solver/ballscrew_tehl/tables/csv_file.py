@@ -21,7 +21,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from . import headings
 from .headings import CLOCK, Column, HeadingError, Kind, columns_of, named_places, one_column, parted, si
 
 SEPARATORS = (";", "\t", ",")
@@ -38,8 +37,6 @@ STAMP = re.compile(
 )
 #: TwinCAT Scope heads each channel with a column of time [ms] of this name
 SCOPE = "Name"
-#: of a time since 1970, 1601 or the year 1 [s]
-STAMPS = 1e9, 1e11
 #: table whose columns are all texts
 ANY = Kind({}, {}, "")
 COMMAS = "numbers with commas, decimal or of thousands, need semicolons between the fields"
@@ -136,15 +133,13 @@ def _lines(path: Path) -> list[str]:
         content = path.read_bytes()
     except OSError as error:
         raise ValueError(f"cannot be read ({error.strerror}); {remedy}") from error
-    encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
-    if content[1:4:2] == b"\0\0":
-        encoding = "utf-16-le"
+    wide = content[:2] in (b"\xff\xfe", b"\xfe\xff") or content[1:4:2] == b"\0\0"
     try:
-        text = content.decode(encoding)
+        text = content.decode("utf-16" if wide else "utf-8-sig")
     except UnicodeDecodeError:
         # Windows-1252 has none of these bytes but the florin sign; katakana begin with it
         other = "cp932" if re.search(rb"[\x81\x83\x8d\x8f\x90\x9d]", content) else "cp1252"
-        text = content.decode(other if encoding == "utf-8-sig" else encoding, "replace")
+        text = content.decode("utf-16" if wide else other, "replace")
     if "\0" in text[:1000]:
         raise ValueError(f"is no text; {remedy}")
     return text.replace("\u2212", "-").replace("\r\n", "\n").rstrip("\r").replace("\r", "\n").split("\n")
@@ -171,8 +166,7 @@ def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> 
             raise ValueError("no rows; allowed: a line of headings and one line per point")
         most = max(2, len(_head_fields(lines[first].rstrip("; \t,"))))
         if len(fields[heading]) < most and kind.needed and not named_places(fields[heading], kind, stated):
-            line = f"line {heading + 1} is {lines[heading][:40]!r}"
-            raise ValueError(f"no line of headings, {line}; allowed: {most} or more, with semicolons between")
+            raise ValueError(f"no line of headings: {lines[heading][:40]!r}; allowed: {most} with ; between")
         separator = _separator(lines[heading])
         for place, text in enumerate(_split(lines[first], separator)[: len(fields[heading])]):
             if "time" in kind.quantities and STAMP.fullmatch(text):
@@ -220,7 +214,7 @@ def _heading(
     alike = [k for k in above if len(rows[k]) == len(rows[numeric]) and not any(map(_is_number, rows[k]))]
     block = [*takewhile(rows.__contains__, range(max(above, default=0), -1, -1))]
     # with most of the stated headings, the first of those behind the last blank line
-    alike.sort(key=lambda k: (-len(headings.found_in(rows[k], stated)), k not in block))
+    alike.sort(key=lambda k: (-sum(parted(text)[0] in lines[k] for text in stated.values()), k not in block))
     return (alike or above[-1:] or [numeric])[0], numeric
 
 
@@ -245,9 +239,9 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
         del marks[columns["time"].heading]
     notes = _without_thousands(marks)
     if time:
-        texts["time"] = _seconds(time, columns["time"], kind.quantities["time"])
-    numbers = {key: _numbers(texts[key]) for key in columns if key in kind.quantities}
-    for key, (_, is_text) in numbers.items():
+        texts["time"] = _seconds(time, columns["time"], kind.quantities["time"].units)
+    read = {key: _numbers(texts[key]) for key in columns if key in kind.quantities}
+    for key, (_, is_text) in read.items():
         for k in () if strict else np.flatnonzero(is_text):
             damaged.setdefault(int(k), f"{columns[key].heading} = {texts[key][k][:20]!r}")
     first = f"line {lines[min(damaged)]}: {damaged[min(damaged)]}" if damaged else ""
@@ -261,8 +255,7 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
         _check_marks(table, marks, lines)
     kept = np.delete(np.arange(len(lines)), list(damaged))
     units = {key: column.unit for key, column in columns.items()} | ({"time": CLOCK} if stamped else {})
-    numbers_kept = {k: x[kept] * (columns[k].multiple or 1.0) for k, (x, _) in numbers.items()}
-    values = {k: si(x, kind.quantities[k], units[k]) for k, x in numbers_kept.items()}
+    values = {k: si(x[kept], kind.quantities[k], units[k], columns[k].multiple) for k, (x, _) in read.items()}
     return Rows(lines, texts, values, (len(damaged), first), notes)
 
 
@@ -280,16 +273,16 @@ def read_rows(path: Path | str) -> list[dict[str, str]]:
     return [dict(zip(texts, row, strict=True)) for row in zip(*texts.values(), strict=True)]
 
 
-def _seconds(texts: list[str], column: Column, quantity: headings.Quantity) -> list[str]:
+def _seconds(texts: list[str], column: Column, units: Mapping[str, tuple[float, float]]) -> list[str]:
     """Times of day, which may pass midnight, as seconds; whole numbers that a float would round less the first."""
     stamps = [(row, stamp.groups()) for row, text in enumerate(texts) if (stamp := STAMP.fullmatch(text))]
     if not stamps:
         first = next((int(text) for text in texts if text.isdigit()), 0)
-        if first * si(column.multiple or 1.0, quantity, column.unit) > STAMPS[1]:
-            low, high = STAMPS
-            likely = [unit for unit, (one, _) in quantity.units.items() if low <= first * one <= high]
-            remedy = f'--column "time={parted(column.heading)[0]} [{(*likely, "UNIT")[0]}]"'
-            raise ValueError(f"time = {first} {column.written}; allowed: <= {high:g} s; likely {remedy}")
+        low, high = 1e9, 1e11  # s since 1970, 1601 or the year 1
+        if first * units[column.unit][0] * (column.multiple or 1.0) > high:
+            likely = [unit for unit, (one, _) in units.items() if low <= first * one <= high]
+            remedy = column.option("time", (*likely, "UNIT")[0])
+            raise ValueError(f"time = {first} {column.unit}; allowed: <= {high:g} s; likely {remedy}")
         first = first if first > 2**53 else 0
         return [str(int(text) - first) if first and text.isdigit() else text for text in texts]
     results, days, before = list(texts), 0, 0.0

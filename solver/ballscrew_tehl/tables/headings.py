@@ -155,10 +155,10 @@ class Column(NamedTuple):
     stated: bool = False
     multiple: float | None = None
 
-    @property
-    def written(self) -> str:
-        """Unit with the number before it."""
-        return self.unit if self.multiple is None else f"{self.multiple:g} {self.unit}"
+    def option(self, key: str, unit: str = "") -> str:
+        """That states the unit of this quantity, or another."""
+        own = self.unit if self.multiple is None else f"{self.multiple:g} {self.unit}"
+        return f'--column "{key}={parted(self.heading)[0]} [{unit or own}]"'
 
 
 def parted(heading: str) -> tuple[str, str | None]:
@@ -244,22 +244,18 @@ def named_places(headings: Sequence[str], kind: Kind, stated: Mapping[str, str])
         names = tuple(f"{name}_" for name in quantity.names)
         if found := [k for k, stem in enumerate(stems) if stem.startswith(names)]:
             places[key] = found[0]
-    places |= found_in(headings, stated)
+    places |= {key: same[-1] for key, text in stated.items() if (same := _places_of(text, headings))}
     needed = [next((places[key] for key in keys if key in places), -1) for keys in kind.needed.values()]
     return [] if -1 in needed else needed
 
 
-def _multiple(heading: str) -> tuple[str, float | None]:
-    """Heading without the number before its unit, and that; None: no number."""
-    if (match := MULTIPLE.search(heading)) is None:
+def _multiple(heading: str, stated: bool = False) -> tuple[str, float | None]:
+    """Heading without the number before its unit, and that; None: no number, or the range of a sensor: (100 N.m)."""
+    match = MULTIPLE.search(heading)
+    multiple = float(match[2].replace(",", ".")) / int(match[3] or 1) if match else 0.0
+    if not match or (multiple > 1.0 and not stated):
         return heading, None
-    multiple = float(match[2].replace(",", ".")) / int(match[3] or 1)
     return heading[: match.start(1)] + heading[match.end() :], multiple
-
-
-def found_in(headings: Sequence[str], stated: Mapping[str, str]) -> dict[str, int]:
-    """Places of the stated headings that are there."""
-    return {key: same[-1] for key, text in stated.items() if (same := _places_of(text, headings))}
 
 
 def _places_of(text: str, headings: Sequence[str]) -> list[int]:
@@ -286,7 +282,7 @@ def columns_of(
             )
         (place,), own = places, parted(text)[1]
         unit = own or parted(headings[place])[1] or units[place]
-        text, multiple = _multiple(f"{key} [{unit}]" if unit else key)
+        text, multiple = _multiple(f"{key} [{unit}]" if unit else key, bool(own))
         unit = (quantity_of(text, kind) or ("", ""))[1]
         columns[key] = [Column(place, headings[place], unit, bool(own), multiple)]
     taken, problems = {column.place for (column,) in columns.values()}, []
@@ -305,8 +301,7 @@ def columns_of(
                 if problem.key in keys:
                     raise problem
             allowed = f"headings with units: {kind.example}"
-            rows = ', or of row numbers, with the sample time: --column "time=No. [0.25 ms]" (none there: add it)'
-            allowed += rows * (what == "time")
+            allowed += ', or row numbers (add them), each 1 ms: --column "time=No. [1 ms]"' * (what == "time")
             raise ValueError(f"column {what} missing ({those}); allowed: {allowed}")
     return columns, problems
 
@@ -321,7 +316,7 @@ def one_column(columns: Mapping[str, Iterable[Column]], key: str, remedy: str = 
     return first
 
 
-def si(value: Value, quantity: Quantity, unit: str) -> Value:
+def si(value: Value, quantity: Quantity, unit: str, multiple: float | None = None) -> Value:
     """A value of a column, or all of them, in SI (per cent as a fraction)."""
     factor, offset = quantity.units[unit]
-    return (value + offset) * factor
+    return (value * (multiple or 1.0) + offset) * factor

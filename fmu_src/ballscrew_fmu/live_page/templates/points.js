@@ -57,15 +57,12 @@ function columnOf(heading, units) {
   for (const [key, { names, units: known }] of Object.entries(units)) {
     const name = names.find((one) => stem === one || (!bracket && stem.startsWith(`${one}_`)));
     if (!name) continue;
-    // a number before the unit: as headings.MULTIPLE
-    const [, many = "1", part = "1", given] = (bracket ? bracket[2] : stem.slice(name.length + 1))
-      .match(/^(?:(\d*[.,]?\d+)(?:\/([1-9]\d*))?\s+(?=[^\d\s/]))?(.*)$/);
-    const times = decimal(many) / part;
+    const given = bracket ? bracket[2] : stem.slice(name.length + 1);
     const same = bracket ? joined : letters;
     const unit = Object.keys(known).find((one) => same(one) === same(given))
       ?? Object.keys(known).find((one) => letters(one) === letters(given) && !/^MN/.test(joined(given)));
     if (!unit) throw new Error(`column ${heading}: unit ${given || "missing"}; allowed: ${Object.keys(known).join(", ")}`);
-    return { key, factor: known[unit][0] * times, offset: known[unit][1] / times };
+    return { key, factor: known[unit][0], offset: known[unit][1] };
   }
   return null;
 }

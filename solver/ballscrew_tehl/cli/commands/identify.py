@@ -15,6 +15,7 @@ from ...identification.dynamics import Identified, identify
 from ...identification.log_file import read_log, stated_columns
 from ...identification.motion import TRAVEL, TRAVEL_ANGLE
 from ...identification.plausible import check_units
+from ...identification.preload import LawCurve
 from ...identification.signals import Drive, signals_of
 from ...nut_map.file import packaged_map_of
 from ...parameters.units import CELSIUS
@@ -115,7 +116,6 @@ def run_identify(args: Namespace) -> Answer:
         text = output.measurements_text(friction, known, axis.temperature(fit))
         write_text("--measurements", args.measurements, text)
     if args.plot:
-        # matplotlib takes longer than a fit
         from ...calibration.plot import save_figure
         from ...identification.plot import identification_figure
 
@@ -186,9 +186,7 @@ def _with_law(
     return friction
 
 
-def _curve(
-    axis: _Axis, law: preload.Law, fit: Identified, friction: Bidirectional, force: float
-) -> preload.LawCurve:
+def _curve(axis: _Axis, law: preload.Law, fit: Identified, friction: Bidirectional, force: float) -> LawCurve:
     """The law at a preload over the speeds of the log, with what was subtracted from the friction."""
     whole = preload.screw_friction(fit, axis.lead)
     low, high = law.nut_map.header["axes"]["speed"][:2]
