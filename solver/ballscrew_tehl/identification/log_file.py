@@ -102,7 +102,7 @@ def _check_written(table: Table, columns: Mapping[str, Column], signals: Mapping
                 raise ValueError(f"line {line}: {what} of {column.heading!r} = {value}; allowed: {own}")
         raw = signals[name] / si(1.0, LOG.quantities[name], column.unit, column.multiple)
         raw = raw[np.isfinite(raw)]
-        jumps = np.ptp(raw) < 2.0**16 and np.abs(np.diff(raw)).max(initial=0.0) > 2.0**15 and min(raw) >= 0.0
+        jumps = np.ptp(raw) < 2.0**16 and np.abs(np.diff(raw)).max(initial=0.0) > 2.0**15 and raw.min() >= 0.0
         if name in (*MOTION[2:], *EFFORT) and jumps and np.allclose(raw, np.round(raw), 0.0, 1e-6):
             raise ValueError(f"{column.heading!r} is in 16 bit without a sign: subtract 65536 from 32768 on")
 

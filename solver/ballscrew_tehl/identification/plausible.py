@@ -77,7 +77,7 @@ def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> No
 def _check(log: Log, names: tuple[str, ...], values: list[Value]) -> None:
     """Refuse implausible values, but no small ones (an axis that hardly moves) where no other unit would do."""
     wrong = [value for value in values if not value.plausible()]
-    never = any(value.value > NEVER * value.limits[1] for value in wrong)
+    over = max((value.value / value.limits[1] for value in wrong), default=0.0)
     columns = {name: log.columns[name] for name in names if not log.columns[name].stated}
     likely: dict[tuple[str, float], str] = {}
     for name, column in columns.items():
@@ -90,16 +90,15 @@ def _check(log: Log, names: tuple[str, ...], values: list[Value]) -> None:
                 text = f"{name} in {unit}, {ratio:.4g} times: {column.option(name, unit)}"
                 likely.setdefault((name, ratio), text)
     shown = ", ".join(map(str, wrong))
-    large = columns and any(value.value > value.limits[1] for value in wrong)
-    if not wrong or not (likely or large or never):
+    if not wrong or not (likely or over > NEVER or (columns and over > 1.0)):
         log.notes.extend([f"{shown}: check the units"] * bool(wrong))
         return
     remedy = "likely " + " or ".join([*likely.values()][:2])
     if not likely:
         remedy = f"check {' and '.join(log.columns[name].option(name) for name in names[::-1])}"
         remedy += " and --torque-constant-nm-a" * ("current" in names)
-    stated = " ".join(column.option(name) for name, column in columns.items())
-    raise ValueError(f"{shown}; {remedy}" + f"; if the log is right, state its units: {stated}" * (not never))
+    end = f"; if the log is right, state its units: {' '.join(c.option(name) for name, c in columns.items())}"
+    raise ValueError(f"{shown}; {remedy}{end * (over <= NEVER)}")
 
 
 def _usual(pieces: list[Array]) -> float:

@@ -166,7 +166,7 @@ def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> 
             raise ValueError("no rows; allowed: a line of headings and one line per point")
         most = max(2, len(_head_fields(lines[first].rstrip("; \t,"))))
         if len(fields[heading]) < most and kind.needed and not named_places(fields[heading], kind, stated):
-            raise ValueError(f"no line of headings: {lines[heading][:40]!r}; allowed: {most} with ; between")
+            raise ValueError(f"no line of headings: {lines[heading][:40]!r}; allowed: {most}, with ; between")
         separator = _separator(lines[heading])
         for place, text in enumerate(_split(lines[first], separator)[: len(fields[heading])]):
             if "time" in kind.quantities and STAMP.fullmatch(text):
