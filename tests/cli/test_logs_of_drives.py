@@ -12,7 +12,7 @@ AXIS = ("--torque-constant-nm-a", CONSTANT, "--lead-mm", "8")
 MAP = ("--screw", PACKAGED_VG100, "--map", packaged_map(VG100), "--temperature-c", "30")
 SCOPE = (
     "Name\tX\nFile\tx.svdx\n\nName\tAxis 1.Pos\tName\tAxis 1.Trq\n"
-    "SampleTime[ms]\t1\tSampleTime[ms]\t1\nUnit\tdeg\tUnit\tmNm"
+    "SampleTime[ms]\t1\tSampleTime[ms]\t1\nScaleFactor\t1\tScaleFactor\t1\nUnit\tdeg (Angle)\tUnit\tmNm (Torque)"
 )
 
 
@@ -26,17 +26,19 @@ def column(*texts):
 
 PLAIN, SAME = axes("s", "deg", "A"), (1, 1, 1)
 SCOPE_AXIS = column("position=Axis 1.Pos", "torque=Axis 1.Trq")
-MAPPED = column("time=t_ms [ms]", "position=phi [deg]", "current=Iq[0] [A]")
+ONE_NAME = "Name\tX\nFile\tx.svdx\n\nName\tTrq\tPos\nOffset\t0\t0\nScaleFactor\t{}\t1\n"
+COUNTS = column("time=No. [5 ms]", "position=phi [1/4096 rev]", "current=Iq[0] [A]")
+KANJI = column("time=\u6642\u9593", "position=\u89d2\u5ea6 [deg]", "torque=\u30c8\u30eb\u30af")
+SCALED = column("time=Name [ms]", "position=Pos [deg]", "torque=Trq [Nm]")
+STATED = column("time=time [s]", "position=position [rev]")
 CONFIRMED = column("time=time [s]", "current=current [mA]")
 #: head of the log, its columns (time [s], position [deg], current [A]) and their factors, options, notes
 READ = {
     "German": ("Zeit in s;Lage-Istwert (\u00b0);Strom / A", "txi", SAME, (), ""),
     "German torque": ("Zeit [ms];Winkel [Grad];Moment (Ncm)", "txi", (1e3, 1, 100 * CONSTANT), (), ""),
-    "row of units": (
-        "Trace\nSample Time,0.001,s\nTime,Position,Current\n[s],[deg],[A]", "txi", SAME, (),
-        "",
-    ),
-    "mapped": ("t_ms,phi,torque [Nm],Iq[0]", "txti", (1e3, 1, 0, 1), MAPPED, "columns not used: torque [Nm]"),
+    "row of units": ("Trace\nSample Time,1,ms\nTime,Position,Current\n[s],[deg],[A]", "txi", SAME, (), ""),
+    "mapped": ("No.,phi,torque [Nm],Iq[0]", "txti", (200, 4096 / 360, 0, 1), COUNTS, "columns not used: torque [Nm]"),
+    "Japanese": ("\u6642\u9593[ms],\u89d2\u5ea6,\u30c8\u30eb\u30af[N\u30fbm]", "txi", (1e3, 1, CONSTANT), KANJI, ""),
     "scope": (SCOPE, "txti", (1e3, 1, 1e3, 1e3 * CONSTANT), SCOPE_AXIS, ""),
     "savetxt": (f"# run 3\n# {PLAIN}", "txi", SAME, (), ""),
     "stated": (axes("ms", "deg", "mA"), "txi", SAME, (*CONFIRMED, AXIS[0], "800"), ""),
@@ -49,29 +51,29 @@ READ = {
 }  # fmt: skip
 #: and what the line says
 REFUSED = {
-    "ms for s": (axes("ms", "deg", "A"), "txi", SAME, (), 'time in s, 1000 times: --column "time=time [s]"'),
-    "mm for m": (axes("s", "mm", "A"), "txi", (1, 2e-5, 1), (), "position in m, 1000 times"),
-    "A for mA": (PLAIN, "txi", (1, 1, 500), MAP, "); likely current in mA, 0.001 times"),
     "rad for deg": (axes("s", "rad", "A"), "txi", (1, 0.25, 1), MAP, "(plausible: 5 to 18000); likely position in deg"),
-    "constant": (PLAIN, "txi", SAME, (*MAP, AXIS[0], "800"), "'current [A]' and --torque-constant"),
+    "constant": (PLAIN, "txi", SAME, (*MAP, AXIS[0], "800"), "[A]\" and --torque-constant"),
     "no column": (PLAIN, "txi", SAME, column("force=F [N]"), "force=F [N]: no such columns"),
     "no signal": (PLAIN, "txi", SAME, column("M=M [Nm]"), "--column = M=M [Nm]; allowed: QUANTITY="),
-    "unit": ("time [s],position [deg],Moment (Nx)", "txi", SAME, (), "'Moment (Nx)': unit 'Nx'; allowed: N.m, N.cm"),
     "left-hand": (PLAIN, "txi", (1, -1, 1), (), "check both signs; a left-hand thread has a negative --lead-mm"),
-    "s for ms": (axes("s", "deg", "A"), "txi", (1e3, 1, 1), (), 'likely time in ms: --column "time=time [ms]"'),
+    "s for ms": (axes("s", "deg", "A"), "txi", (1e3, 1, 1), (), 'likely 0.001 s: --column "time=time [ms]"'),
     "s of a speed": ("time [ms],speed [rad/s],current [A]", "tvi", SAME, (), 'likely time in s, 1000 times: --column'),
-    "epoch": (axes("ms", "deg", "A"), "nxi", SAME, (), 'likely time in ns: --column "time=time [ns]"'),
-    "times": ("time [s],time [s],position [deg],current [A]", "ttxi", (1, 2, 1, 1), (), "have unlike times; allowed"),
-    "no time": ("Sample,position [deg],current [A]", "txi", SAME, (), "number of the row times the sample time"),
+    "epoch": (axes("ms", "deg", "A"), "nxi", SAME, (), '<= 1e+11 s; likely --column "time=time [ns]"'),
+    "no time": ("Sample,position [deg],current [A]", "txi", SAME, (), "row numbers (add them), each 1 ms"),
     "magnitude": (PLAIN, "txq", SAME, ("--inertia-kgm2", str(INERTIA)), "torque never changes its sign: a magnitude"),
     "unsigned": ("time [s],position [deg],torque [mNm]", "txu", SAME, (), "negative numbers written as unsigned ones"),
     "speed": ("time [s],speed [rad/s],current [A]", "tsi", SAME, (), "the speed never changes its sign: a magnitude"),
     "per cent": ("time [s],position [deg],torque [0.1 %]", "txi", SAME, (), "is a part of the rated value"),
     "row": ("Time;Position;Moment\n[s];[deg];[%]", "txi", SAME, (), "unit '%' is a part of the rated value"),
-    "counts": ("time [s],position [INC],torque [Nm]", "txi", SAME, (), "depends on the encoder: divide by its counts"),
+    "counts": ("time [s],position [INC],torque [Nm]", "txi", SAME, (), "depends on the encoder: with 4096 a turn"),
     "twice": ("time [s],position [deg],current [A],current [A]", "txii", (1, 1, 1, 2), (), "allowed: one: rename the"),
-    "two": ("time [s],Weg [deg],Lage [deg],Strom [A]", "txxi", (1, 1, 1, 1), (), "both are position; allowed: one, or"),
     "damaged": (PLAIN, "txi", SAME, (), "line 2: 5 fields under 3 headings; allowed: "),
+    "unit of drive": ("time [s],position [LU],torque [Nm]", "txi", SAME, (), "state the length or angle that one is"),
+    "no headings": ("%[DATA]", "txi", SAME, (), "no line of headings: '%[DATA]'; allowed: 3"),
+    "words": ("time [s],speed [r/min],current [A]", "twi", SAME, (), "16 bit without a sign: subtract 65536 from"),
+    "scaled": (ONE_NAME.format(0.001), "tix", (1e3, 1, 1), SCALED, "[1 N.m]\" if the numbers have it, else"),
+    "stated counts": (axes("s", "rev", "A"), "txi", (1, 1e4, 1), STATED, "check --column \"position=position [rev]\""),
+    "stated epoch": (axes("ns", "deg", "A"), "nxi", SAME, column("time=time [us]"), '"time=time [ns]"'),
     "unlike times": (SCOPE, "txti", (1e3, 1, 2e3, 1e3), SCOPE_AXIS, "position and torque have unlike times"),
 }  # fmt: skip
 
@@ -89,7 +91,7 @@ def signals():
         "u": np.round(1e3 * CONSTANT * current) % 65536, "b": time[np.arange(len(time)) % block],
         "c": [f"{text[11:]}Z" for text in stamps],
         "d": [f"31.12.2026 {text[11:].replace('.', ',')}" for text in stamps],
-        "n": [f"{1798761600 + t:.6f}000".replace(".", "") for t in time],
+        "w": np.round(9.55 * speed) % 65536, "n": [f"{1798761600 + t:.6f}000".replace(".", "") for t in time],
     }  # fmt: skip
 
 
@@ -108,7 +110,8 @@ def write(path, columns, head, damaged, encoding="utf-8"):
 def test_is_read_without_one_damaged_row(name, signals, tmp_path, capsys):
     head, letters, factors, options, note = READ[name]
     columns = [signals[letter] * factor for letter, factor in zip(letters, factors, strict=True)]
-    write(tmp_path / "log.csv", columns, head, (500,), "utf-16" if name == "German" else "utf-8-sig")
+    encodings = {"German": "utf-16", "German torque": "utf-16-le", "Japanese": "cp932"}
+    write(tmp_path / "log.csv", columns, head, (500,), encodings.get(name, "utf-8-sig"))
     found, _ = answer(capsys, "identify", tmp_path / "log.csv", *AXIS, *options)
     assert found["inertia_kgm2"] == pytest.approx(INERTIA, rel=5e-3)
     line, fields = len(head.splitlines()) + 501, len(letters)

@@ -15,13 +15,15 @@ speed [rev/s]; 1; speed; 6.283185307179586
 temperature_c; 30; temperature; 303.15
 oil temperature [degF]; 86; temperature; 303.15
 torque [N cm]; 40; torque; 0.4
-torque [kgf cm]; 10; torque; 0.980665
 speed [min^-1]; 60; speed; 6.283185307179586
 axial load [kN]; -0.5; axial_load; -500
 torque_uncertainty [%]; 2; torque_uncertainty; 0.02
 Moment in N.cm; 40; torque; 0.4
 Drehzahl / 1/min; 60; speed; 6.283185307179586
 torque [lb-in]; 10; torque; 1.129848290276167
+torque [ft-lb]; 10; torque; 13.558179483314004
+torque [kgf m]; 1; torque; 9.80665
+speed [krpm]; 0.06; speed; 6.283185307179586
 """
 REFUSED = """
 preload [kp]; speed [r/min]; torque [N.m] => column 'preload [kp]': unit 'kp'; allowed: N, kN, daN, kgf, lbf

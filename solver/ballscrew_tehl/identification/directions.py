@@ -1,16 +1,17 @@
 """Friction over the signed speed of an axis and its units; both directions at common speeds: mean and difference."""
 
+from statistics import NormalDist
 from typing import NamedTuple, Self
 
 import numpy as np
-from scipy.stats import chi2, norm
+import scipy
 
 from ..parameters.units import RPM
 from ..physics.ball_law import Array
 
 #: of two-sided 95 % limits, and their standard deviations
 PROBABILITY = 0.975
-LIMIT = float(norm.ppf(PROBABILITY))
+LIMIT = NormalDist().inv_cdf(PROBABILITY)
 #: chance that a difference that is the same at all speeds is taken for one that varies
 CHANCE = 1e-3
 
@@ -103,4 +104,4 @@ def varies(both: Bidirectional) -> bool:
     if len(weight) < 2:
         return False
     squares = float(np.sum(weight * (both.difference - np.average(both.difference, weights=weight)) ** 2))
-    return squares > float(chi2.ppf(1.0 - CHANCE, len(weight) - 1))
+    return squares > float(scipy.special.chdtri(len(weight) - 1, CHANCE))

@@ -23,9 +23,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
-from scipy.optimize import minimize_scalar
-from scipy.stats import t as student
+import scipy
 
 from ..physics.ball_law import Array
 from . import directions
@@ -140,7 +138,7 @@ def errors_of(
     Returns standard errors of the bins, halves of 95 % intervals of bins, inertia, delay and offset, and quantile of
     Student's t with as many clusters.
     """
-    samples, bins, number = fit.samples, fit.bins, len(fit.number)
+    samples, bins, number, student = fit.samples, fit.bins, len(fit.number), scipy.special.stdtrit
     length = max(int(max(CLUSTER, CLUSTER_PERIODS / samples.cutoff) / samples.step), 1)
     piece = samples.row // length
     _, clusters = np.unique(samples.run * (int(piece.max()) + 1) + piece, return_inverse=True)
@@ -159,7 +157,7 @@ def errors_of(
         share = np.bincount(clusters, regressor**2) / max(float(regressor @ regressor), 1e-300)
         moves = np.bincount(clusters, regressor * residual) / squares / (1.0 - np.minimum(share, LEVERAGE))
         degrees = max(1.0 / max(float(share @ share), 1e-12) - 1.0, 1.0)
-        return moves, float(student.ppf(PROBABILITY, degrees)) * float(np.sqrt(moves @ moves / freedom))
+        return moves, float(student(degrees, PROBABILITY)) * float(np.sqrt(moves @ moves / freedom))
 
     by_inertia, half = slope(fit.acceleration, fit.squares)
     delay = slope(fit.jerk, max(abs(fit.inertia) * float(fit.jerk @ fit.jerk), 1e-300))[1]
@@ -174,8 +172,8 @@ def errors_of(
     errors = np.sqrt((POOLED * ratio * plain + (of_bin - 1.0) * variance) / degrees)
     # a bin that one cluster fills hides the error of that
     offset = max(few * float(of_offset @ of_offset), ratio * float(weights**2 @ plain))
-    usual = float(student.ppf(PROBABILITY, max(size - 1, 1)))
-    return errors, student.ppf(PROBABILITY, degrees) * errors, half, delay, usual * math.sqrt(offset), usual
+    usual = float(student(max(size - 1, 1), PROBABILITY))
+    return errors, student(degrees, PROBABILITY) * errors, half, delay, usual * math.sqrt(offset), usual
 
 
 @dataclass(frozen=True)
@@ -253,7 +251,7 @@ def estimated_delay(samples: Samples) -> tuple[float, bool]:
     best = float(coarse[int(np.argmin([residual(delay) for delay in coarse]))])
     bounds = np.clip([best - 0.1 * limit, best + 0.1 * limit], -limit, limit)
     options = {"xatol": 0.005 * samples.step}
-    delay = float(minimize_scalar(residual, bounds=bounds, method="bounded", options=options).x)
+    delay = float(scipy.optimize.minimize_scalar(residual, bounds=bounds, options=options).x)
     return delay, abs(delay) < 0.98 * limit
 
 
@@ -417,5 +415,5 @@ def _within_a_bin(speed: Array, friction: Array) -> Array:
     for side in (speed < 0.0, speed > 0.0):
         if side.sum() >= 3:
             second = np.pad(np.abs(np.diff(friction[side], 2)), 1, mode="edge")
-            bend[side] = maximum_filter1d(second, 3, mode="nearest") / 8.0
+            bend[side] = scipy.ndimage.maximum_filter1d(second, 3, mode="nearest") / 8.0
     return bend

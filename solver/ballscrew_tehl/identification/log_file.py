@@ -1,6 +1,7 @@
 """Log of a drive: the signals that are needed, in SI, without a few damaged rows; file: `tables`."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import takewhile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -8,7 +9,7 @@ import numpy as np
 
 from ..physics.ball_law import Array
 from ..tables.csv_file import SCOPE, Table, naming, open_table, read_columns
-from ..tables.headings import EFFORT, LOG, MOTION, OF_CONSTANT, Column, one_column
+from ..tables.headings import EFFORT, LOG, MOTION, OF_CONSTANT, Column, one_column, si
 
 #: may be logged more slowly
 SLOW = ("temperature", "preload")
@@ -39,6 +40,7 @@ def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, 
                 values[np.abs(values) > MAX_VALUE] = np.nan
             if not np.isfinite(values).any():
                 raise ValueError(f"column {columns[name].heading!r} has no numbers; allowed: one in each row")
+        _check_written(table, columns, signals)
         notes = [*filter(None, [table.unused(columns)]), *marks]
         if "current" in columns and (unit := columns["current"].unit) in OF_CONSTANT:
             notes.append(f"current in {unit}: the torque constant has to be one per {unit}")
@@ -85,8 +87,24 @@ def _selected(table: Table, stated: Mapping[str, str], wanted: Sequence[str]) ->
         used["time"] = used["time"]._replace(place=clocks[0])
     rows = (row for _, row in table.rows(table.start) if len(row) == len(table.headings))
     if len(set(clocks)) > 1 and any(len({row[clock] for clock in clocks} - {""}) > 1 for row in rows):
-        raise ValueError(f"{motion} and {effort} have unlike times; allowed: one sample time")
+        raise ValueError(f"{motion} and {effort} have unlike times; allowed: one (Scope: fill with previous)")
     return used
+
+
+def _check_written(table: Table, columns: Mapping[str, Column], signals: Mapping[str, Array]) -> None:
+    """ValueError: numbers may lack a scale that a head of TwinCAT Scope has, or the sign in words, which jump at 0."""
+    for name, column in columns.items():
+        for line, (what, *texts) in takewhile(lambda row: row[0] <= table.start, table.rows(0)):
+            value = ["", *texts, *len(table.headings) * [""]][column.place]
+            none = {"ScaleFactor": "1 1.0", "Offset": "0 0.0"}.get(what.removeprefix("Unit "), "")
+            if column.multiple is None and value and none and value not in none.split():
+                own = f"{column.option(name, f'1 {column.unit}')} if the numbers have it, else [FACTOR {column.unit}]"
+                raise ValueError(f"line {line}: {what} of {column.heading!r} = {value}; allowed: {own}")
+        raw = signals[name] / si(1.0, LOG.quantities[name], column.unit, column.multiple)
+        raw = raw[np.isfinite(raw)]
+        jumps = np.ptp(raw) < 2.0**16 and np.abs(np.diff(raw)).max(initial=0.0) > 2.0**15 and raw.min() >= 0.0
+        if name in (*MOTION[2:], *EFFORT) and jumps and np.allclose(raw, np.round(raw), 0.0, 1e-6):
+            raise ValueError(f"{column.heading!r} is in 16 bit without a sign: subtract 65536 from 32768 on")
 
 
 def _in_time(signals: dict[str, Array], left_out: dict[str, int], notes: list[str]) -> dict[str, Array]:

@@ -10,9 +10,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
-from scipy.interpolate import CubicSpline
-from scipy.signal import butter, freqz_sos, sosfiltfilt, welch
+import scipy
 
 from ..physics.ball_law import Array
 from .signals import Signals
@@ -56,7 +54,7 @@ class Samples(NamedTuple):
     cutoff: float
     noise: float
     left_out: dict[str, int]
-    curves: list[CubicSpline]
+    curves: list["scipy.interpolate.CubicSpline"]
     step: float
 
     def where(self, use: np.ndarray) -> "Samples":
@@ -74,12 +72,12 @@ class Samples(NamedTuple):
 
 
 def _filter(cutoff: float, step: float) -> Array:
-    return np.asarray(butter(ORDER, cutoff, fs=1.0 / step, output="sos"))
+    return np.asarray(scipy.signal.butter(ORDER, cutoff, fs=1.0 / step, output="sos"))
 
 
 def acceleration_noise(variance: float, cutoff: float, signals: Signals) -> float:
     """Variance of the acceleration from white noise of the motion behind the filter."""
-    omega, response = freqz_sos(_filter(cutoff, signals.step), worN=2048)
+    omega, response = scipy.signal.freqz_sos(_filter(cutoff, signals.step), worN=2048)
     # a central first difference of a speed, a second one of a position
     gain = np.sin(omega) ** 2 if signals.of_speed else (2.0 - 2.0 * np.cos(omega)) ** 2
     order = 1 if signals.of_speed else 2
@@ -91,7 +89,7 @@ def chosen_cutoff(signals: Signals) -> tuple[float, float]:
     motion = max((section.motion for section in signals.sections), key=len)[:LOOKED_AT]
     order = 1 if signals.of_speed else 2
     difference = np.diff(motion, order)
-    frequency, density = welch(difference, nperseg=min(len(difference), 1024))
+    frequency, density = scipy.signal.welch(difference, nperseg=min(len(difference), 1024))
     gain = (2.0 - 2.0 * np.cos(2.0 * math.pi * frequency)) ** order
     high = frequency >= ABOVE
     # density over 0 to 1/2, one-sided; quantisation at rest is no less than that in motion
@@ -109,10 +107,10 @@ def _differences(motion: Array, cutoff: float, signals: Signals) -> tuple[Array,
     """Position, speed and acceleration at the inner samples of a section."""
     step = signals.step
     pad = min(len(motion) - 1, int(3.0 / (cutoff * step)) + 1)
-    motion = np.asarray(sosfiltfilt(_filter(cutoff, step), motion, padlen=pad))
+    motion = np.asarray(scipy.signal.sosfiltfilt(_filter(cutoff, step), motion, padlen=pad))
     slope = (motion[2:] - motion[:-2]) / (2.0 * step)
     if signals.of_speed:
-        return cumulative_trapezoid(motion, dx=step, initial=0.0)[1:-1], motion[1:-1], slope
+        return scipy.integrate.cumulative_trapezoid(motion, dx=step, initial=0.0)[1:-1], motion[1:-1], slope
     return motion[1:-1], slope, (motion[2:] - 2.0 * motion[1:-1] + motion[:-2]) / step**2
 
 
@@ -144,8 +142,9 @@ def filtered(signals: Signals, travel: float, cutoff: float, variance: float) ->
     left_out = dict(zip(LEFT_OUT, left.tolist(), strict=True))
     # noise behind the filter, run twice, is independent over about this time
     rate = min(1.0, 2.0 * 0.8 * cutoff * step)
-    efforts = [sosfiltfilt(_filter(cutoff, step), section.effort) for section in signals.sections]
-    curves = [CubicSpline(np.arange(len(effort)), effort) for effort in efforts]
+    sos = _filter(cutoff, step)
+    efforts = [scipy.signal.sosfiltfilt(sos, section.effort) for section in signals.sections]
+    curves = [scipy.interpolate.CubicSpline(np.arange(len(effort)), effort) for effort in efforts]
     arrays = map(np.concatenate, zip(*parts, strict=True))
     noise = acceleration_noise(variance, cutoff, signals)
     return Samples._make([*arrays, each, rate, cutoff, noise, left_out, curves, step])

@@ -7,7 +7,7 @@ import numpy as np
 from ..parameters.units import RPM
 from ..physics.ball_law import Array
 from ..runtime.evaluate import NutMap
-from ..tables.headings import ANGLE, EFFORT, LENGTH, LOG, MOTION, SPEED, VELOCITY, parted
+from ..tables.headings import ANGLE, EFFORT, LENGTH, LOG, MOTION, SPEED, VELOCITY
 from .log_file import Log
 from .signals import MAX_RATE, MIN_RATE, Signals
 
@@ -19,6 +19,8 @@ STEP, DURATION = (1.0 / MAX_RATE, 1.0 / MIN_RATE), (0.2, 1e6)
 DRIVE = {"current": (0.02, 1e3), "voltage": (0.02, 1e3), "torque": (1e-3, 1e3), "force": (0.5, 2e5)}
 #: with a map: largest speed over its range;  largest torque over the least friction of the map, over the largest
 MAP_SPEED, MAP_TORQUE = 3.0, (0.1, 20.0)
+#: so many times the upper limits no unit can be right, even if it is stated
+NEVER = 3.0
 #: samples that speed and acceleration are taken over, against noise;  part of them that is not above the largest value
 SHORT, LONG, USUAL = 10, 25, 0.999
 
@@ -43,7 +45,8 @@ class Value(NamedTuple):
 
 
 def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> None:
-    """Refuse units that cannot be right, unless an option has stated them; nut_map: of the screw, with its ranges."""
+    """Refuse units that cannot be right, note those that an option states; nut_map: of the screw, with its ranges."""
+    log = log._replace(notes=signals.notes)
     motion, effort = (next(name for name in kind if name in log.signals) for kind in (MOTION, EFFORT))
     speed, acceleration = _largest(signals)
     speeds, accelerations = ROTARY if signals.rotary else LINEAR
@@ -74,29 +77,28 @@ def check_units(log: Log, signals: Signals, nut_map: NutMap | None = None) -> No
 def _check(log: Log, names: tuple[str, ...], values: list[Value]) -> None:
     """Refuse implausible values, but no small ones (an axis that hardly moves) where no other unit would do."""
     wrong = [value for value in values if not value.plausible()]
+    over = max((value.value / value.limits[1] for value in wrong), default=0.0)
     columns = {name: log.columns[name] for name in names if not log.columns[name].stated}
-    if not wrong or not columns:
-        return
-    option = {name: f'--column "{name}={parted(column.heading)[0]} [' for name, column in columns.items()}
     likely: dict[tuple[str, float], str] = {}
     for name, column in columns.items():
         # a unit is mistaken for one of its family: an angle is no length
         families = LENGTH, ANGLE, SPEED, VELOCITY, LOG.quantities[name].units
         units = next(units for units in families if column.unit in units)
         for unit, (factor, _) in units.items():
-            ratio = factor / units[column.unit][0]
+            ratio = factor / units[column.unit][0] / (column.multiple or 1.0)
             if ratio != 1.0 and all(value.plausible(name, ratio) for value in values):
-                text = f'{name} in {unit}, {ratio:.4g} times: {option[name]}{unit}]"'
+                text = f"{name} in {unit}, {ratio:.4g} times: {column.option(name, unit)}"
                 likely.setdefault((name, ratio), text)
-    if not likely and not any(value.value > value.limits[1] for value in wrong):
+    shown = ", ".join(map(str, wrong))
+    if not wrong or not (likely or over > NEVER or (columns and over > 1.0)):
+        log.notes.extend([f"{shown}: check the units"] * bool(wrong))
         return
     remedy = "likely " + " or ".join([*likely.values()][:2])
     if not likely:
-        remedy = f"check {' and '.join(repr(column.heading) for column in columns.values())}"
-        remedy += " and --torque-constant-nm-a" * ("current" in columns)
-    stated = " ".join(f'{option[name]}{column.unit}]"' for name, column in columns.items())
-    shown = ", ".join(map(str, wrong))
-    raise ValueError(f"{shown}; {remedy}; if the log is right, state its units: {stated}")
+        remedy = f"check {' and '.join(log.columns[name].option(name) for name in names[::-1])}"
+        remedy += " and --torque-constant-nm-a" * ("current" in names)
+    end = f"; if the log is right, state its units: {' '.join(c.option(name) for name, c in columns.items())}"
+    raise ValueError(f"{shown}; {remedy}{end * (over <= NEVER)}")
 
 
 def _usual(pieces: list[Array]) -> float:

@@ -3,14 +3,12 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from ..physics.ball_law import Array
 from .directions import LIMIT, UNITS
 from .dynamics import Identified
+from .preload import LawCurve
 
 #: colours of Okabe & Ito: forwards, backwards, law
 AHEAD, BACK, LAW = "#0072B2", "#D55E00", "#009E73"
-#: friction by the law over speed > 0 [SI of the axis], known parts included: speed, value, low, high, label
-LawCurve = tuple[Array, Array, Array, Array, str]
 
 
 def identification_figure(found: Identified, law: LawCurve | None = None) -> Figure:

@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from ..friction.sets import FrictionSet
 from ..parameters.file import Parameters
@@ -22,6 +22,8 @@ from .dynamics import Identified
 #: relative error of the law's shape over speed that is allowed for;  fewest speeds within a map;  share of a torque
 #: that it has to have left without known parts;  relative distance of a preload from the ends of a map
 SHAPE, MIN_SPEEDS, LEFT, INSIDE = 0.01, 3, 0.05, 1e-3
+#: friction by the law over speed > 0 [SI of the axis], known parts included: speed, value, low, high, label
+LawCurve = tuple[Array, Array, Array, Array, str]
 
 
 class Law(NamedTuple):
@@ -141,7 +143,7 @@ def _fitted(friction: Bidirectional, law: Law, temperature: float, factor: float
         return float(np.sum((weight * np.log(friction.mean / model)) ** 2))
 
     bounds = np.log(law.preloads)
-    return math.exp(minimize_scalar(misfit, bounds=bounds, method="bounded", options={"xatol": 1e-7}).x)
+    return math.exp(scipy.optimize.minimize_scalar(misfit, bounds=bounds, options={"xatol": 1e-7}).x)
 
 
 def found_preload(friction: Bidirectional, law: Law, temperature: float) -> FoundPreload:

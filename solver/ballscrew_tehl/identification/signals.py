@@ -5,11 +5,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.ndimage import median_filter
+import scipy
 
 from ..physics.ball_law import Array
-from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED, TIME, parted
+from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED, TIME
 from .log_file import SLOW, Log
 
 #: a step of time longer than this many usual ones is a gap; jumps of a position that are whole periods within this
@@ -76,10 +75,12 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     resolution = float(seen.min()) if seen.size else 0.0
     if not step * MIN_RATE <= 1.0:
         column, remedy = log.columns["time"], "log faster" if log is whole else log.notes[-1]
-        for unit, (factor, _) in TIME.items() if log is whole else ():
-            if MIN_RATE <= TIME[column.unit][0] / (step * factor) <= MAX_RATE:
-                remedy = f'likely time in {unit}: --column "time={parted(column.heading)[0]} [{unit}]"'
-                break
+        raw = step / TIME[column.unit][0] / (column.multiple or 1.0)
+        units = {factor: unit for unit, (factor, _) in reversed(TIME.items()) if log is whole}
+        fits = [one for one in units if 1.0 / MAX_RATE <= raw * one <= 1.0 / MIN_RATE]
+        if fits:
+            texts = (f"{raw * one:.3g} s: {column.option('time', units[one])}" for one in fits)
+            remedy = f"likely {', or '.join(texts)}"
         raise ValueError(f"time between samples = {step:.4g} s; allowed: <= {1.0 / MIN_RATE:g} s: {remedy}")
     motion, effort = (log.signals[name] for name in names)
     jumps = np.empty(0, dtype=int)
@@ -103,7 +104,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         t, x, y = (values[first:last] for values in (time, motion, effort))
         if not even:
             new = np.arange(t[0], t[-1], step)
-            x, y = CubicSpline(t, x)(new), np.interp(new, t, y)
+            x, y = scipy.interpolate.CubicSpline(t, x)(new), np.interp(new, t, y)
         sections.append(Section(x, y))
     left_out["samples in pieces too short"] = short
     if not sections:
@@ -169,7 +170,7 @@ def _without_repeats(log: Log, names: list[str]) -> Log:
 def _despiked(values: Array) -> tuple[Array, int]:
     """A position or effort without single samples that jump there and back, and their number."""
     limit = min(0.5 * float(np.ptp(values)), JUMP * float(np.quantile(np.abs(np.diff(values)), USUAL)))
-    spikes = np.flatnonzero(np.abs(values - median_filter(values, 3)) > limit)
+    spikes = np.flatnonzero(np.abs(values - scipy.ndimage.median_filter(values, 3)) > limit)
     if not limit > 0.0 or spikes.size > 0.01 * len(values):
         return values, 0
     mended = values.copy()
@@ -187,7 +188,7 @@ def _unwrapped(
     step, times = np.diff(position), np.diff(time)
     together = times <= GAP * float(np.median(times))
     # of neighbours that are mostly no jumps
-    usual_step = median_filter(step / times, 5, mode="mirror") * times
+    usual_step = scipy.ndimage.median_filter(step / times, 5, mode="mirror") * times
     other = (np.abs(step) > 0.5 * float(np.ptp(position))) & together
     if other.any():
         unit = next(log.columns[name].unit for name in MOTION if name in log.signals)
@@ -203,7 +204,8 @@ def _unwrapped(
         differs = np.abs(joined - 0.5 * (before + after) * times) > SAME_WRAP * period + unsure
         jumps = (wraps != 0.0) & together
         if (differs & jumps).sum() <= NO_WRAPS * jumps.sum():
-            other, step, usual_step = differs & jumps, joined, median_filter(joined, 5, mode="mirror")
+            other, step = differs & jumps, joined
+            usual_step = scipy.ndimage.median_filter(joined, 5, mode="mirror")
             position = position[0] + np.r_[0.0, np.cumsum(joined)]
             shown = f"{period / ANGLE[unit][0]:.6g} {unit}" if unit in ANGLE else f"{period:.6g} m"
             times_of = int((jumps & ~differs).sum())

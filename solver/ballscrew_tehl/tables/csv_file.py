@@ -1,7 +1,7 @@
 """The one reader of tables of numbers: logs, measured torques, operating points and packaged values.
 
 A line of headings, then a row a line. Fields are separated by semicolons, tabs or commas: the first of these marks that
-the line of headings has. Text is UTF-8, UTF-16 with a byte order mark, or Windows-1252. Blank lines, lines that begin
+the line of headings has. Text is UTF-8, UTF-16, Windows-1252 or Shift-JIS. Blank lines, lines that begin
 with # and Excel's first line `sep=;` are skipped; if no other line has headings, a comment directly above the rows
 is taken for them, as np.savetxt writes it. Lines above the headings are skipped, a row of units may be below them.
 
@@ -110,7 +110,8 @@ def _split(line: str, separator: str) -> list[str]:
 
 
 def _separator(line: str) -> str:
-    return next((mark for mark in SEPARATORS if mark in line), ",")
+    outside = re.sub('"[^"]*"', "", line)
+    return next((mark for mark in SEPARATORS if mark in outside), ",")
 
 
 def _is_number(text: str) -> bool:
@@ -132,14 +133,16 @@ def _lines(path: Path) -> list[str]:
         content = path.read_bytes()
     except OSError as error:
         raise ValueError(f"cannot be read ({error.strerror}); {remedy}") from error
-    encoding = "utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    wide = content[:2] in (b"\xff\xfe", b"\xfe\xff") or content[1:4:2] == b"\0\0"
     try:
-        text = content.decode(encoding)
+        text = content.decode("utf-16" if wide else "utf-8-sig")
     except UnicodeDecodeError:
-        text = content.decode("cp1252" if encoding == "utf-8-sig" else encoding, "replace")
+        # Windows-1252 has none of these bytes but the florin sign; katakana begin with it
+        other = "cp932" if re.search(rb"[\x81\x83\x8d\x8f\x90\x9d]", content) else "cp1252"
+        text = content.decode("utf-16" if wide else other, "replace")
     if "\0" in text[:1000]:
         raise ValueError(f"is no text; {remedy}")
-    return text.replace("\r\n", "\n").rstrip("\r").replace("\r", "\n").split("\n")
+    return text.replace("\u2212", "-").replace("\r\n", "\n").rstrip("\r").replace("\r", "\n").split("\n")
 
 
 def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> Table:
@@ -161,6 +164,9 @@ def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> 
             heading, first = alike[-1], heading
         if not 0 <= heading < first < len(lines):
             raise ValueError("no rows; allowed: a line of headings and one line per point")
+        most = max(2, len(_head_fields(lines[first].rstrip("; \t,"))))
+        if len(fields[heading]) < most and kind.needed and not named_places(fields[heading], kind, stated):
+            raise ValueError(f"no line of headings: {lines[heading][:40]!r}; allowed: {most}, with ; between")
         separator = _separator(lines[heading])
         for place, text in enumerate(_split(lines[first], separator)[: len(fields[heading])]):
             if "time" in kind.quantities and STAMP.fullmatch(text):
@@ -205,9 +211,11 @@ def _heading(
         heading, numeric, *_ = *rows, -1, -1
         return heading, numeric
     above = [k for k in rows if k < numeric]
-    alike = {k for k in above if len(rows[k]) == len(rows[numeric]) and not any(map(_is_number, rows[k]))}
-    names = [*takewhile(alike.__contains__, above[::-1])]
-    return (names[-1:] or above[-1:] or [numeric])[0], numeric
+    alike = [k for k in above if len(rows[k]) == len(rows[numeric]) and not any(map(_is_number, rows[k]))]
+    block = [*takewhile(rows.__contains__, range(max(above, default=0), -1, -1))]
+    # with most of the stated headings, the first of those behind the last blank line
+    alike.sort(key=lambda k: (-sum(parted(text)[0] in lines[k] for text in stated.values()), k not in block))
+    return (alike or above[-1:] or [numeric])[0], numeric
 
 
 def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_damaged: float = 0.0) -> Rows:
@@ -231,9 +239,9 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
         del marks[columns["time"].heading]
     notes = _without_thousands(marks)
     if time:
-        texts["time"] = _seconds(time)
-    numbers = {key: _numbers(texts[key]) for key in columns if key in kind.quantities}
-    for key, (_, is_text) in numbers.items():
+        texts["time"] = _seconds(time, columns["time"], kind.quantities["time"].units)
+    read = {key: _numbers(texts[key]) for key in columns if key in kind.quantities}
+    for key, (_, is_text) in read.items():
         for k in () if strict else np.flatnonzero(is_text):
             damaged.setdefault(int(k), f"{columns[key].heading} = {texts[key][k][:20]!r}")
     first = f"line {lines[min(damaged)]}: {damaged[min(damaged)]}" if damaged else ""
@@ -247,7 +255,7 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
         _check_marks(table, marks, lines)
     kept = np.delete(np.arange(len(lines)), list(damaged))
     units = {key: column.unit for key, column in columns.items()} | ({"time": CLOCK} if stamped else {})
-    values = {k: si(x[kept], kind.quantities[k], units[k]) for k, (x, _) in numbers.items()}
+    values = {k: si(x[kept], kind.quantities[k], units[k], columns[k].multiple) for k, (x, _) in read.items()}
     return Rows(lines, texts, values, (len(damaged), first), notes)
 
 
@@ -265,11 +273,16 @@ def read_rows(path: Path | str) -> list[dict[str, str]]:
     return [dict(zip(texts, row, strict=True)) for row in zip(*texts.values(), strict=True)]
 
 
-def _seconds(texts: list[str]) -> list[str]:
+def _seconds(texts: list[str], column: Column, units: Mapping[str, tuple[float, float]]) -> list[str]:
     """Times of day, which may pass midnight, as seconds; whole numbers that a float would round less the first."""
     stamps = [(row, stamp.groups()) for row, text in enumerate(texts) if (stamp := STAMP.fullmatch(text))]
     if not stamps:
         first = next((int(text) for text in texts if text.isdigit()), 0)
+        low, high = 1e9, 1e11  # s since 1970, 1601 or the year 1
+        if first * units[column.unit][0] * (column.multiple or 1.0) > high:
+            likely = [unit for unit, (one, _) in units.items() if low <= first * one <= high]
+            remedy = column.option("time", (*likely, "UNIT")[0])
+            raise ValueError(f"time = {first} {column.unit}; allowed: <= {high:g} s; likely {remedy}")
         first = first if first > 2**53 else 0
         return [str(int(text) - first) if first and text.isdigit() else text for text in texts]
     results, days, before = list(texts), 0, 0.0

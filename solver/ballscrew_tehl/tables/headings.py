@@ -22,11 +22,16 @@ Value = TypeVar("Value", float, NDArray[np.float64])
 #: fraction of the torque; no factor of a unit
 PERCENT = "%"
 INCH = 0.0254
-#: units of drives that need a number of the motor or its encoder, and how
+#: units of drives that need a number of the motor, its encoder or the drive, and how
 RELATIVE = {
-    r"(0[.,]?1)? *%.*|\u2030.*|.*per ?(cent|mil).*|pro(zent|mille)|pct": "is a part of the rated value: multiply by it",
-    "(counts?|inc.*|pulses?|ticks?)(/.*)?|cts|ink.*|lu|lsb": "depends on the encoder: divide by its counts per turn",
-}
+    r"(0[.,]?1)? *%.*|\u2030.*|.*per ?(cent|mil).*|pro(zent|mille)|pct|p\.?u\.?":
+        "is a part of the rated value: state what one is, as [0.04 {}]",
+    "(counts?|inc.*|pulses?|ticks?)(/.*)?|cts|ink.*|lsb":
+        "depends on the encoder: with 4096 a turn state [1/4096 rev], of a speed [1/4096 rev/s]",
+    "lu|(reference|command|user) ?units?": "is set in the drive: state the length or angle that one is, as [0.001 mm]",
+}  # fmt: skip
+#: a number before the unit in brackets, how many of it one is: [0.1 um], [1/4096 rev]
+MULTIPLE = re.compile(r"[\[(]\s*((\d*[.,]?\d+)(?:/([1-9]\d*))?\s+)(?=[^\d\s/][^\[\]()]*[\])]$)")
 
 
 ALIASES: set[str] = set()
@@ -40,12 +45,14 @@ def _units(factors: Mapping[str, float]) -> Units:
 
 FORCE = _units({"N": 1.0, "kN": 1e3, "daN": 10.0, "kgf": 9.80665, "lbf": 4.4482216152605})
 SPEED = _units({"r/min rpm rev/min U/min 1/min min-1 turn/min turns/min rot/min Umdr/min": RPM, "rad/s": 1.0,
-                "deg/s": math.pi / 180.0, "r/s rev/s turn/s turns/s rps U/s rot/s": 2.0 * math.pi})  # fmt: skip
+                "deg/s": math.pi / 180.0, "r/s rev/s turn/s turns/s rps U/s rot/s": 2.0 * math.pi,
+                "krpm": 1e3 * RPM})  # fmt: skip
 VELOCITY = _units({"m/s": 1.0, "mm/s": 1e-3, "m/min": 1.0 / 60.0, "mm/min": 1e-3 / 60.0, "um/s": 1e-6,
                    "in/s inch/s": INCH, "in/min inch/min ipm": INCH / 60.0})  # fmt: skip
 TEMPERATURE = {"degC": (1.0, CELSIUS), "C": (1.0, CELSIUS), "K": (1.0, 0.0), "degF": (5.0 / 9.0, 459.67)}
-TORQUE = _units({"N.m": 1.0, "N.cm cN.m": 1e-2, "N.mm mN.m": 1e-3,
-                 "kgf.cm kg.cm": 9.80665e-2, "lbf.in lb.in in.lbf in.lb in.lbs lbs.in": 0.1129848290276167,
+TORQUE = _units({"N.m": 1.0, "dN.m": 0.1, "N.cm cN.m": 1e-2, "N.mm mN.m": 1e-3, "kgf.m": 9.80665,
+                 "kgf.cm kg.cm": 9.80665e-2, "lbf.ft lb.ft ft.lbf ft.lb ft.lbs lbs.ft": 1.3558179483314004,
+                 "lbf.in lb.in in.lbf in.lb in.lbs lbs.in": 0.1129848290276167,
                  "ozf.in oz.in in.oz in.ozf": 0.00706155181422604})  # fmt: skip
 LENGTH = _units({"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "cm": 1e-2, "in inch": INCH})
 ANGLE = _units({"rad": 1.0, "deg Grad degree degrees": math.pi / 180.0, "rev r turns turn rot U": 2.0 * math.pi,
@@ -140,12 +147,18 @@ class HeadingError(ValueError):
 
 
 class Column(NamedTuple):
-    """A column that is used: place in the row, heading, unit ("": none), whether an option states it."""
+    """A column that is used: place in the row, heading, unit ("": none), if an option states it, multiple of it."""
 
     place: int
     heading: str
     unit: str
     stated: bool = False
+    multiple: float | None = None
+
+    def option(self, key: str, unit: str = "") -> str:
+        """That states the unit of this quantity, or another."""
+        own = self.unit if self.multiple is None else f"{self.multiple:g} {self.unit}"
+        return f'--column "{key}={parted(self.heading)[0]} [{unit or own}]"'
 
 
 def parted(heading: str) -> tuple[str, str | None]:
@@ -205,7 +218,7 @@ def _unit_of(heading: str, behind: str, unit: str | None, name: str, key: str, k
             return re.sub("[^a-z0-9]", "", text.lower())
         # case matters, what may stand between the letters does not
         text = text.replace("\u00b0", "deg").replace("\u207b\u00b9", "1")
-        return re.sub("[\\s.*^_\u00b7\u22c5-]", "", text)
+        return re.sub("[\\s.*^_\u00b7\u22c5\u30fb-]", "", text)
 
     written, units = behind if unit is None else unit, kind.quantities[key].units
     for known in units:
@@ -216,7 +229,7 @@ def _unit_of(heading: str, behind: str, unit: str | None, name: str, key: str, k
         if spelled(known).lower() == spelled(written).lower() and not spelled(written).startswith("MN"):
             return known
     problem = f"unit {written!r}" if written else "unit missing"
-    problem += _relative(written)
+    problem += _relative(written).format(next(iter(units)))
     remedy = f"write {name} [UNIT] with one of" if unit is None else "allowed:"
     text = f"column {heading!r}: {problem}; {remedy} {', '.join(k for k in units if k not in ALIASES) or 'no unit'}"
     raise HeadingError(key, text, unknown_unit=unit is not None)
@@ -236,6 +249,15 @@ def named_places(headings: Sequence[str], kind: Kind, stated: Mapping[str, str])
     return [] if -1 in needed else needed
 
 
+def _multiple(heading: str, stated: bool = False) -> tuple[str, float | None]:
+    """Heading without the number before its unit, and that; None: no number, or the range of a sensor: (100 N.m)."""
+    match = MULTIPLE.search(heading)
+    multiple = float(match[2].replace(",", ".")) / int(match[3] or 1) if match else 0.0
+    if not match or (multiple > 1.0 and not stated):
+        return heading, None
+    return heading[: match.start(1)] + heading[match.end() :], multiple
+
+
 def _places_of(text: str, headings: Sequence[str]) -> list[int]:
     """Where a stated heading is: as it is written, else without units."""
     same = [place for place, heading in enumerate(headings) if heading == text]
@@ -247,9 +269,11 @@ def columns_of(
     headings: Sequence[str], kind: Kind, stated: Mapping[str, str], below: Sequence[str]
 ) -> tuple[dict[str, list[Column]], list[HeadingError]]:
     """Columns by key, headings that were not understood; stated: by an option, below: row of units, may be short."""
-    units = [text.strip("[]() ") for text in below] + len(headings) * [""]
+    # without brackets and what is behind: rpm (Rotational speed)
+    units = [re.split(r"[\[\]()]", text.strip("[]() "))[0].strip() for text in below] + len(headings) * [""]
     columns: dict[str, list[Column]] = {}
     those = f"found: {', '.join(filter(None, headings))}"
+    those += "; save the file as UTF-8" * ("\ufffd" in those)
     for key, text in stated.items():
         places = _places_of(text, headings)
         if len(places) != 1:
@@ -258,24 +282,26 @@ def columns_of(
             )
         (place,), own = places, parted(text)[1]
         unit = own or parted(headings[place])[1] or units[place]
-        unit = (quantity_of(f"{key} [{unit}]" if unit else key, kind) or ("", ""))[1]
-        columns[key] = [Column(place, headings[place], unit, bool(own))]
+        text, multiple = _multiple(f"{key} [{unit}]" if unit else key, bool(own))
+        unit = (quantity_of(text, kind) or ("", ""))[1]
+        columns[key] = [Column(place, headings[place], unit, bool(own), multiple)]
     taken, problems = {column.place for (column,) in columns.values()}, []
     for place, heading in enumerate(headings):
+        text, multiple = _multiple(heading)
         try:
-            result = None if place in taken else quantity_of(heading, kind, units[place])
+            result = None if place in taken else quantity_of(text, kind, units[place])
         except HeadingError as error:
             problems.append(error)
             continue
         if result is not None and result[0] not in stated:
-            columns.setdefault(result[0], []).append(Column(place, heading, result[1]))
+            columns.setdefault(result[0], []).append(Column(place, heading, result[1], False, multiple))
     for what, keys in kind.needed.items():
         if not columns.keys() & set(keys):
             for problem in problems:
                 if problem.key in keys:
                     raise problem
             allowed = f"headings with units: {kind.example}"
-            allowed += ", or of the number of the row times the sample time: time [s]" * (what == "time")
+            allowed += ', or row numbers (add them), each 1 ms: --column "time=No. [1 ms]"' * (what == "time")
             raise ValueError(f"column {what} missing ({those}); allowed: {allowed}")
     return columns, problems
 
@@ -290,7 +316,7 @@ def one_column(columns: Mapping[str, Iterable[Column]], key: str, remedy: str = 
     return first
 
 
-def si(value: Value, quantity: Quantity, unit: str) -> Value:
+def si(value: Value, quantity: Quantity, unit: str, multiple: float | None = None) -> Value:
     """A value of a column, or all of them, in SI (per cent as a fraction)."""
     factor, offset = quantity.units[unit]
-    return (value + offset) * factor
+    return (value * (multiple or 1.0) + offset) * factor

@@ -52,7 +52,7 @@ function columnOf(heading, units) {
   const text = heading.replace(/[\u00b5\u03bc]/g, "u");
   const bracket = text.match(/^(.*?)\s*[[(]\s*(.*?)\s*[\])]$/) ?? text.match(/^(.*\S)\s+(?:in|\/)\s+(\S+)$/);
   const stem = (bracket ? bracket[1] : text).trim().toLowerCase().replace(/[ -]/g, "_");
-  const joined = (unit) => unit.replace("\u00b0", "deg").replace("\u207b\u00b9", "1").replace(/[\s.*^_\u00b7\u22c5-]/g, "");
+  const joined = (unit) => unit.replace("\u00b0", "deg").replace("\u207b\u00b9", "1").replace(/[\s.*^_\u00b7\u22c5\u30fb-]/g, "");
   const letters = (unit) => unit.toLowerCase().replace(/[^a-z0-9]/g, "");
   for (const [key, { names, units: known }] of Object.entries(units)) {
     const name = names.find((one) => stem === one || (!bracket && stem.startsWith(`${one}_`)));

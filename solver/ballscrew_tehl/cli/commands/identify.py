@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...calibration.plot import save_figure
 from ...exchange.friction_table import friction_table
 from ...identification import output, preload
 from ...identification.directions import Bidirectional, option
@@ -16,7 +15,7 @@ from ...identification.dynamics import Identified, identify
 from ...identification.log_file import read_log, stated_columns
 from ...identification.motion import TRAVEL, TRAVEL_ANGLE
 from ...identification.plausible import check_units
-from ...identification.plot import LawCurve, identification_figure
+from ...identification.preload import LawCurve
 from ...identification.signals import Drive, signals_of
 from ...parameters.units import CELSIUS
 from ...runtime.packed import MECHANISTIC
@@ -117,6 +116,9 @@ def run_identify(args: Namespace) -> Answer:
         text = output.measurements_text(friction, known, axis.temperature(fit))
         write_text("--measurements", args.measurements, text)
     if args.plot:
+        from ...calibration.plot import save_figure
+        from ...identification.plot import identification_figure
+
         with written("--plot", args.plot):
             save_figure(identification_figure(fit, curve), Path(args.plot))
         say(f"written: {args.plot}")
