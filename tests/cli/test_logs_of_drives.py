@@ -61,7 +61,7 @@ REFUSED = {
     "epoch": (axes("ms", "deg", "A"), "nxi", SAME, (), '<= 1e+11 s; likely --column "time=time [ns]"'),
     "no time": ("Sample,position [deg],current [A]", "txi", SAME, (), "row numbers (add them), each 1 ms"),
     "magnitude": (PLAIN, "txq", SAME, ("--inertia-kgm2", str(INERTIA)), "torque never changes its sign: a magnitude"),
-    "unsigned": ("time [s],position [deg],torque [mNm]", "txu", SAME, (), "negative numbers written as unsigned ones"),
+    "unsigned": ("time [s],position [deg],torque [mNm]", "txu", SAME, (), "16 bit without a sign: subtract 65536"),
     "speed": ("time [s],speed [rad/s],current [A]", "tsi", SAME, (), "the speed never changes its sign: a magnitude"),
     "per cent": ("time [s],position [deg],torque [0.1 %]", "txi", SAME, (), "is a part of the rated value"),
     "row": ("Time;Position;Moment\n[s];[deg];[%]", "txi", SAME, (), "unit '%' is a part of the rated value"),

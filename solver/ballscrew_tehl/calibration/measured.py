@@ -52,6 +52,8 @@ from .result import SPLIT, Calibration, not_identified, number_notes, supply_not
 DROPS = ("impossible", "outside", "outliers")
 #: degrees of freedom below which a note says that intervals are rough;  most rows listed in one message
 FEW_DEGREES, NAMED_ROWS = 3, 8
+#: units that are suggested for a torque in another one
+SUGGESTED = ("N.m", "N.cm", "N.mm", "kgf.cm", "lbf.in", "ozf.in")
 #: most that a torque may be above the interval of the law, or below it, as a factor
 MAX_FACTOR = 3.0
 ONE_POINT = (
@@ -217,7 +219,7 @@ def _check_level(
         return
     # the unit that brings it nearest to the law
     written = m.torque / TORQUE[unit][0]
-    meant = {other: written * factor for other, (factor, _) in TORQUE.items()}
+    meant = {other: written * TORQUE[other][0] for other in SUGGESTED}
     nearest = min(meant, key=lambda other: max(meant[other] / law.torque, law.torque / meant[other]))
     remedy = "check unit, preload, oil (viscosity, temperature), its supply and what was subtracted from the torque"
     if low <= meant[nearest] <= high and nearest != unit:

@@ -54,7 +54,6 @@ SIGN = (
     "thread has a negative --lead-mm, a drive that counts the other way a negative --ratio or torque constant"
 )
 MAGNITUDE = "a magnitude without its sign? export it with its sign"
-UNSIGNED = "at both ends of its range: negative numbers written as unsigned ones? export it as signed"
 #: inertia of one direction over that of the other, at least, where a load pulls one way
 ALIKE = 0.3
 #: largest standard error of the inertia over its value;  fraction of samples with friction along the motion
@@ -215,13 +214,6 @@ def one_sign(pieces: list[Array]) -> bool:
     return min(float(x.min()) for x in pieces) >= 0.0 or max(float(x.max()) for x in pieces) <= 0.0
 
 
-def wraps(effort: Array) -> bool:
-    """Whether a signal goes from one end of its range to the other without a sample near the middle."""
-    part = effort / (float(effort.max()) or 1.0)
-    ends = part.min() >= 0.0 and abs(part - 0.5).min() > 0.2
-    return bool(ends and (abs(np.diff(part)) > 0.5).sum() > 3)
-
-
 def check_sign(signals: Signals, fit: Fit) -> None:
     """Refuse an effort that is a magnitude: its inertia has another sign in each direction."""
     if one_sign([section.effort for section in signals.sections]):
@@ -272,8 +264,6 @@ def identify(
                  offset : known, with its standard error [N] or [N m], None = by convention
     Raises       ValueError: motion in one direction only, too few samples, inertia not determined
     """
-    if all(wraps(section.effort) for section in signals.sections):
-        raise ValueError(f"the {UNITS[signals.rotary].names[2]} is only {UNSIGNED}")
     chosen, variance = chosen_cutoff(signals)
     cutoff = chosen if cutoff is None else cutoff
     samples = filtered(signals, travel, cutoff, variance)
