@@ -111,6 +111,7 @@ COMMANDS = {
                             signed=name == "lead_mm") for name, text in (
             ("diameter_mm", "nominal diameter of the catalogue"), ("lead_mm", "lead; negative: left-hand"),
             ("root_mm", "root diameter"), ("ball_mm", "ball diameter"), ("starts", "starts of the thread"),
+            ("circle_mm", "diameter of the ball centre circle"),
             ("rating_n", "dynamic rating C_a of one nut [N]"), ("static_rating_n", "static rating C_0a [N]"),
             ("oil_grade", "ISO viscosity grade of the oil")))),
         *numbers(q.TURNS, type=q.turns, metavar="N"),
@@ -118,7 +119,7 @@ COMMANDS = {
         option("--hand", "hand of the thread", choices=("right", "left")),
     ), (JSON,), "my.toml --diameter-mm 32 --lead-mm 10",
         "With diameter and lead a file of that screw, in which what is not given is marked as assumed. Ball and pitch "
-        "circle follow from the root diameter, the grooves from C_a."),
+        "circle follow from the root diameter, the grooves (without a root also the ball) from C_a and turns."),
     "screw": Command("loads, pressure, stiffness, life, efficiency, catalogue torque", f"{RUN}.screw:run_screw",
         numbers(q.PRELOAD, q.AXIAL_LOAD, q.SPEED, q.TEMPERATURE), (*ROWS, *OF_MAP),
         "--screw my.toml --preload-n 1000 --axial-load-n 1500",
