@@ -63,6 +63,12 @@ static inline Number margin_within(Number value, double lo, double hi)
     return over(lesser(subtract(value, constant(lo)), subtract(constant(hi), value)), hi - lo);
 }
 
+/* Force that has to lie on the axis of the preload: without preload one nut holds the axial load. */
+static inline Number force_held(Number preload, Number axial_load)
+{
+    return value_of(preload) == 0.0 ? absolute(axial_load) : preload;
+}
+
 /* Least distance from the limits of preload, speed and temperature, each as a share of the length of its axis. */
 static inline Number nut_margin(const Map *map, Number preload, Number speed, Number temperature)
 {
@@ -259,10 +265,11 @@ static inline void nut_loads_of_forces(const Map *map, Number relieved, Number l
 
 static inline void nut_loads(const Map *map, Number preload, Number axial_load, Loads *loads)
 {
+    const double held = value_of(force_held(preload, axial_load));
     int nuts = 1;
     Number force[2];
 
-    loads->preload_clamped = value_of(preload) < map->preload.lo || value_of(preload) > map->force.hi;
+    loads->preload_clamped = held < map->preload.lo || held > map->force.hi;
     loads->axial_load_clamped = false;
     loads->highest = 0.0;
     /* derivatives: one-sided at the end of the map, 0 at preload 0, where that of the viscous part is infinite */

@@ -115,7 +115,7 @@ def _by_map(
 ) -> State:
     """State by a map at a preload [N], speed [rad/s], temperature [K] and axial load [N]."""
     at, interval, unlike = (preload, speed, temperature, axial_load), None, ""
-    if preload > 0.0 and nut_map.law == MECHANISTIC:
+    if (preload > 0.0 or (preload == 0.0 and axial_load)) and nut_map.law == MECHANISTIC:
         interval = map_interval(chosen.parameters, nut_map.header["axes"], chosen.friction_set, *at)
         unlike = unlike_flanks(chosen.parameters, preload, axial_load, interval.torque)
     return nut_map.evaluate(*at), interval, (unphysical_trend(nut_map, *at).text, unlike)
