@@ -123,7 +123,8 @@ def test_range_margin_is_the_least_distance_from_the_limits(nut_map):
     cold, hot, fastest = *axes["temperature"][:2], axes["speed"][1]
     signs = set()
     for n in range(400):
-        preload, speed = rng.uniform(0.5 * low, 1.05 * highest) * (n % 10 > 0), rng.uniform(-1.05, 1.05) * fastest
+        preload, speed = rng.uniform(0.5 * low, 1.05 * highest), rng.uniform(-1.05, 1.05) * fastest
+        preload *= n % 10 > 0
         temperature = rng.uniform(cold - 3.0, hot + 3.0)
         axial_load = 0.0 if n % 3 == 0 or preload > highest else rng.normal() * 0.5 * highest
         held = preload or abs(axial_load)
