@@ -71,7 +71,8 @@ def _add_efficiency(results: list[dict[str, Any]], chosen: Chosen, args: Namespa
             del result["catalogue_torque_nm"], result["conditions"]
         if (both := efficiency(chosen.parameters.screw, axial_load, torque)) is not None:
             result |= {"efficiency": both.driving, "efficiency_backdriving": both.backdriving}
-        result |= {"in_range": bool(state.in_range), "clamped": list(state.clamped), **chosen.catalogue_note}
+        result |= {"in_range": bool(state.in_range), "clamped": list(state.clamped)}
+        result |= chosen.catalogue_note(axial_load)
         if speed:
             result["life_hours"] = result["life_turns"] / (60.0 * abs(speed))
     if speed == 0.0:

@@ -76,7 +76,7 @@ def run_torque(args: Namespace) -> Answer:
         if result["preload_n"] <= axes["preload"][1]:
             # else the torque is that of the edge of the map: another preload
             result["catalogue_torque_nm"] = float(nsk_torque(screw, result["preload_n"]))
-            result |= chosen.catalogue_note
+            result |= chosen.catalogue_note(result["axial_load_n"])
             result |= {} if screw.preload_kind == "double_nut" else {"preload_kind": screw.preload_kind}
         result |= chosen.described | ({"friction_note": other} if other and args.json else {})
         result["version"] = __version__
