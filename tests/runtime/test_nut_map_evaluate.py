@@ -97,7 +97,6 @@ def test_beyond_the_map_is_clamped_and_flagged():
     state = NUT_MAP.evaluate(2000.0, 30.0, T, 15000.0)
     assert (state.in_range, state.clamped) == (False, ("axial_load",))
     assert state.ball_load_max == pytest.approx(synthetic_map.force_curves(12000.0)[4], rel=1e-9)
-    # without preload one nut holds the axial load, as that of a light preload
     free, light = (NUT_MAP.evaluate(preload, 30.0, T, -3000.0) for preload in (0.0, 1e-3))
     assert (free.in_range, light.in_range, free[:10]) == (True, False, pytest.approx(light[:10], rel=1e-9))
 

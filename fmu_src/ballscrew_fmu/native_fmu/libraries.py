@@ -10,7 +10,6 @@ import atexit
 import contextlib
 import functools
 import importlib.resources
-import itertools
 import os
 import re
 import shutil
@@ -163,7 +162,7 @@ def prepare(
     first = list({one[1]: one for one in reversed(needed) if one[1] in costly}.values())
     needed = first + sorted((one for one in needed if one not in first), key=lambda one: one[1] in costly)
 
-    one_line, number = threading.Lock(), itertools.count(1)
+    one_line, number = threading.Lock(), iter(range(1, len(needed) + 1))
 
     def compiled(library: Library, platform: str) -> None:
         _content(library, platform)

@@ -110,10 +110,9 @@ COMMANDS = {
         *numbers(*(Quantity(name, text, 0.0, not_zero=True, whole=name in ("starts", "oil_grade"),
                             signed=name == "lead_mm") for name, text in (
             ("diameter_mm", "nominal diameter of the catalogue"), ("lead_mm", "lead; negative: left-hand"),
-            ("root_mm", "root diameter"), ("ball_mm", "ball diameter"), ("starts", "starts of the thread"),
-            ("circle_mm", "diameter of the ball centre circle"),
-            ("rating_n", "dynamic rating C_a of one nut [N]"), ("static_rating_n", "static rating C_0a [N]"),
-            ("oil_grade", "ISO viscosity grade of the oil")))),
+            ("root_mm", "root diameter"), ("circle_mm", "circle of the ball centres"), ("ball_mm", "ball diameter"),
+            ("starts", "starts of the thread"), ("rating_n", "dynamic rating C_a of one nut [N]"),
+            ("static_rating_n", "static rating C_0a [N]"), ("oil_grade", "ISO viscosity grade of the oil")))),
         *numbers(q.TURNS, type=q.turns, metavar="N"),
         option("--nut-kind", "how it is preloaded", choices=NUT_KINDS),
         option("--hand", "hand of the thread", choices=("right", "left")),

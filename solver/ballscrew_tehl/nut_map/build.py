@@ -41,18 +41,13 @@ def build_map(
         )
     grid = grid or map_grid(parameters)
     contacts = BallContacts(parameters, ball_range(parameters, grid))
-    total = grid.force[2] + 2
-
-    def report(done: int) -> None:
-        if progress is not None:
-            progress(done, total, "map")
-
-    surfaces, alone = mechanistic_values(parameters, contacts, grid, report)
+    total, report = grid.force[2] + 2, progress or (lambda done, total, what: None)
+    surfaces, alone = mechanistic_values(parameters, contacts, grid, lambda done: report(done, total, "map"))
     forces = force_values(parameters, grid, alone)
     extremes = extreme_values(parameters, contacts, grid)
-    report(total - 1)
+    report(total - 1, total, "map")
     arrays = dict(map_arrays(extremes, forces, *sharing_values(parameters, grid)))
-    report(total)
+    report(total, total, "map")
     arrays["extreme_coefficients"] = arrays.pop("coefficients")
     arrays[f"{VISCOUS}{MECHANISTIC}"] = fit(np.log(surfaces), (0, 1, 2))
     header = {

@@ -1,7 +1,6 @@
 """A screw from what a page of a catalogue states; what is not stated is assumed."""
 
 import math
-from statistics import fmean
 from typing import Any, NamedTuple
 
 from pydantic import ValidationError
@@ -103,23 +102,23 @@ def _ball(sizes: CatalogueSizes, like: Parameters) -> float:
         return sizes.ball_mm
     usual = min(BALL_OF_LEAD * abs(sizes.lead_mm) / sizes.starts, BALL_OF_DIAMETER * sizes.diameter_mm)
     weight, depth, circle = 1.0, usual, sizes.circle_mm
-    if sizes.root_mm is not None:
-        weight, depth = LEAD_WEIGHT, (sizes.diameter_mm - sizes.root_mm) / ROOT_DEPTH
+    if (root := sizes.root_mm) is not None:
+        weight, depth = LEAD_WEIGHT, (sizes.diameter_mm - root) / ROOT_DEPTH
         if circle is not None:
-            weight, depth = 0.0, (circle - sizes.root_mm) / ROOT_OF_BALL
+            weight, depth = 0.0, (circle - root) / ROOT_OF_BALL
         if not depth > 0.0:
             allowed = f"less than --diameter-mm = {sizes.diameter_mm:g} and --circle-mm"
-            raise ValueError(f"--root-mm = {sizes.root_mm:g}; allowed: {allowed}")
+            raise ValueError(f"--root-mm = {root:g}; allowed: {allowed}")
 
     def misfit(ball: float) -> float:
         beyond = abs(math.log(ball / usual))
-        if sizes.root_mm is not None or not (sizes.turns and (sizes.rating_n or sizes.static_rating_n)):
+        if root is not None or not (sizes.turns and (sizes.rating_n or sizes.static_rating_n)):
             return abs(math.log(ball / depth)) + weight * beyond
         try:
-            ratios = rating_ratios(_screw(sizes, like, ball)[0])
+            ratios = rating_ratios(_screw(sizes, like, ball)[0]).values()
         except ValueError:  # the grooves meet
             return math.inf
-        return fmean(math.log(ratio) ** 2 for ratio in ratios.values()) + RATING_WEIGHT * beyond**2
+        return sum(math.log(ratio) ** 2 for ratio in ratios) / len(ratios) + RATING_WEIGHT * beyond**2
 
     return min(BALLS, key=misfit)
 

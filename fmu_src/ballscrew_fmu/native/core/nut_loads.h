@@ -63,12 +63,6 @@ static inline Number margin_within(Number value, double lo, double hi)
     return over(lesser(subtract(value, constant(lo)), subtract(constant(hi), value)), hi - lo);
 }
 
-/* Force that has to lie on the axis of the preload: without preload one nut holds the axial load. */
-static inline Number force_held(Number preload, Number axial_load)
-{
-    return value_of(preload) == 0.0 ? absolute(axial_load) : preload;
-}
-
 /* Least distance from the limits of preload, speed and temperature, each as a share of the length of its axis. */
 static inline Number nut_margin(const Map *map, Number preload, Number speed, Number temperature)
 {
@@ -265,7 +259,8 @@ static inline void nut_loads_of_forces(const Map *map, Number relieved, Number l
 
 static inline void nut_loads(const Map *map, Number preload, Number axial_load, Loads *loads)
 {
-    const double held = value_of(force_held(preload, axial_load));
+    /* without preload one nut holds the axial load */
+    const double held = value_of(preload) == 0.0 ? fabs(value_of(axial_load)) : value_of(preload);
     int nuts = 1;
     Number force[2];
 

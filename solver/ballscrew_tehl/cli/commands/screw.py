@@ -51,9 +51,8 @@ def _say_ratings(screw: ScrewParameters) -> None:
     for name, ratio in rating_ratios(screw).items():
         if not RATING_AGREES[0] <= ratio <= RATING_AGREES[1]:
             stated, owner = getattr(screw, name), "start" if ratio > 1.0 and screw.starts > 1 else "nut"
-            computed = f"computed {ratio * stated:.4g} N ({ratio:.2f} times)"
-            check = f"check turns (of one {owner}), ball_diameter, raceway radii"
-            say(f"{name} {stated:.6g} N of the screw file; {computed}: {check}")
+            what = f"({ratio:.2f} times): check turns (of one {owner}), ball_diameter, raceway radii"
+            say(f"{name} {stated:.6g} N of the screw file; computed {ratio * stated:.4g} N {what}")
 
 
 def _add_efficiency(results: list[dict[str, Any]], chosen: Chosen, args: Namespace) -> None:
