@@ -117,6 +117,9 @@ def test_at_rest_and_without_load(capsys, friction):
     free, _ = answer(capsys, *words, "300", "--preload-n", "0")
     assert (free["friction_torque_nm"], free["catalogue_torque_nm"]) == (0.0, 0.0)
     assert "torque_low_nm" not in free
+    held, _ = answer(capsys, *words, "300", "--preload-n", "0", "--axial-load-n", "3000")
+    assert held["catalogue_note"].startswith("of the preload alone")
+    assert (held["in_range"], "torque_low_nm" in held) == (True, friction == "mechanistic")
 
 
 OUTSIDE = (

@@ -97,6 +97,8 @@ def test_beyond_the_map_is_clamped_and_flagged():
     state = NUT_MAP.evaluate(2000.0, 30.0, T, 15000.0)
     assert (state.in_range, state.clamped) == (False, ("axial_load",))
     assert state.ball_load_max == pytest.approx(synthetic_map.force_curves(12000.0)[4], rel=1e-9)
+    free, light = (NUT_MAP.evaluate(preload, 30.0, T, -3000.0) for preload in (0.0, 1e-3))
+    assert (free.in_range, light.in_range, free[:10]) == (True, False, pytest.approx(light[:10], rel=1e-9))
 
 
 def test_below_the_force_axis_the_power_laws_of_hertz_hold(nut_map):
@@ -121,14 +123,16 @@ def test_range_margin_is_the_least_distance_from_the_limits(nut_map):
     signs = set()
     for n in range(400):
         preload, speed = rng.uniform(0.5 * low, 1.05 * highest), rng.uniform(-1.05, 1.05) * fastest
+        preload *= n % 10 > 0
         temperature = rng.uniform(cold - 3.0, hot + 3.0)
         axial_load = 0.0 if n % 3 == 0 or preload > highest else rng.normal() * 0.5 * highest
+        held = preload or abs(axial_load)
         expected = [
-            (preload - low) / (highest - low), (highest - preload) / (highest - low),
+            (held - low) / (highest - low), (highest - held) / (highest - low),
             (temperature - cold) / (hot - cold), (hot - temperature) / (hot - cold), 1.0 - abs(speed) / fastest,
         ]  # fmt: skip
         if axial_load:
-            expected.append(1.0 - forces(preload, axial_load)[1] / highest)
+            expected.append(1.0 - (forces(preload, axial_load)[1] if preload else held) / highest)
         margin = nut_map.range_margin(preload, speed, temperature, axial_load)
         assert margin == pytest.approx(min(expected), rel=2e-3, abs=1e-6)  # splines of the forces
         assert (margin >= 0.0) == nut_map.evaluate(preload, speed, temperature, axial_load).in_range

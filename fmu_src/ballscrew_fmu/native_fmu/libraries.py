@@ -144,28 +144,30 @@ def prepare(
 ) -> None:
     """Compile those libraries that are not there for these platforms, two at a time.
 
-    Parameters   advance : called with what is compiled next, and 0
+    Parameters   advance : called with how many there are to compile, with each that is compiled, and 0
     Raises       BuildError: as contents
     """
     needed = [
         (library, platform)
         for library in libraries
         for platform in library.platforms
-        if platform in platforms and not (PREBUILT / library.file(platform)).is_file()
+        if platform in platforms
+        and not (PREBUILT / library.file(platform)).is_file()
+        and not _kept(library, platform, find_compiler()).is_file()
     ]
-
+    if needed:
+        advance(f"compiling {len(needed)} libraries, some minutes", 0)
     # of these the compiler first makes their C library, half of all time, and others of them would wait for it
     costly = "x86_64-windows", WASM
     first = list({one[1]: one for one in reversed(needed) if one[1] in costly}.values())
     needed = first + sorted((one for one in needed if one not in first), key=lambda one: one[1] in costly)
 
-    one_line = threading.Lock()
+    one_line, number = threading.Lock(), iter(range(1, len(needed) + 1))
 
     def compiled(library: Library, platform: str) -> None:
-        if not _kept(library, platform, find_compiler()).is_file():
-            with one_line:
-                advance(f"compiling {library.name} for {platform}", 0)
-            _content(library, platform)
+        _content(library, platform)
+        with one_line:
+            advance(f"compiled {next(number)} of {len(needed)}: {library.name} for {platform}", 0)
 
     two_at_a_time([functools.partial(compiled, *one) for one in needed])
 

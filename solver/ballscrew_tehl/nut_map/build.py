@@ -1,5 +1,6 @@
 """Building a map: the contacts of the balls, read from the atlas, summed over a nut; no contact is solved."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from .grid import VISCOUS, BuiltMap, MapGrid, Progress, ball_range, largest_pres
 
 #: every third temperature, at which the shear of balls on two flanks is summed; its mean changes by 1.6e-3 at most
 SPARSE = slice(1, None, 3)
+FORCES = 8  # between two calls of the progress; fewer at a time take longer
 
 
 def build_map(
@@ -38,15 +40,13 @@ def build_map(
         )
     grid = grid or map_grid(parameters)
     contacts = BallContacts(parameters, ball_range(parameters, grid))
-    report = progress or (lambda done, total, what: None)
-    report(0, 3, "map")
-    surfaces, alone = mechanistic_values(parameters, contacts, grid)
-    report(1, 3, "map")
+    total, report = grid.force[2] + 2, progress or (lambda done, total, what: None)
+    surfaces, alone = mechanistic_values(parameters, contacts, grid, lambda done: report(done, total, "map"))
     forces = force_values(parameters, grid, alone)
     extremes = extreme_values(parameters, contacts, grid)
-    report(2, 3, "map")
+    report(total - 1, total, "map")
     arrays = dict(map_arrays(extremes, forces, *sharing_values(parameters, grid)))
-    report(3, 3, "map")
+    report(total, total, "map")
     arrays["extreme_coefficients"] = arrays.pop("coefficients")
     arrays[f"{VISCOUS}{MECHANISTIC}"] = fit(np.log(surfaces), (0, 1, 2))
     header = {
@@ -106,8 +106,10 @@ def force_values(parameters: Parameters, grid: MapGrid, alone: Array) -> Array:
     return np.hstack([alone, ends])
 
 
-def mechanistic_values(parameters: Parameters, contacts: BallContacts, grid: MapGrid) -> tuple[Array, Array]:
-    """Torques of one nut by the mechanistic law, and those of its force alone.
+def mechanistic_values(
+    parameters: Parameters, contacts: BallContacts, grid: MapGrid, report: Callable[[int], None]
+) -> tuple[Array, Array]:
+    """Torques of one nut by the mechanistic law, and those of its force alone; report: called with forces done.
 
     (n_force, n_speed, n_temperature, 4): rolling torque screw and nut, shear torque [N.m], thrust factor; (n_force, 3):
     hysteresis torque, ball-ball torque at coefficient 1 [N.m], shear of a ball on two flanks over that of one on four
@@ -115,17 +117,22 @@ def mechanistic_values(parameters: Parameters, contacts: BallContacts, grid: Map
     """
     forces, speeds, temperatures = _nodes(grid)
     loads = [nut_loads(parameters.screw, float(f), parameters.screw.loaded_ball_count) for f in forces]
-    at = speeds[:, None], temperatures
-    (powers,) = powers_of_nuts([parameters], [Nut(own) for own in loads], *at, contacts)
+    at, powers, ratios = (speeds[:, None], temperatures), [], []
+    for first in range(0, len(loads), FORCES):
+        report(first)
+        some = [Nut(own) for own in loads[first : first + FORCES]]
+        (found,) = powers_of_nuts([parameters], some, *at, contacts)
+        powers += found
+        if parameters.screw.preload_kind == FOUR_POINT:
+            two = [nut._replace(opposed=np.zeros_like(nut.loads)) for nut in some]
+            (free,) = powers_of_nuts([parameters], two, at[0], temperatures[SPARSE], contacts)
+            ratios += [one.shear / p.shear[:, SPARSE] for one, p in zip(free, found, strict=True)]
     values = np.stack(
         [np.stack([p.viscous_screw, p.viscous_nut, p.shear, p.thrust_factor], axis=-1) for p in powers]
     )
     # spacer balls: nothing slides, and the map holds logarithms
     alone = np.array([(p.hysteresis, max(p.sliding, 1e-30), 1.0) for p in powers])
-    if parameters.screw.preload_kind == FOUR_POINT:
-        two = [Nut(own, np.zeros_like(own)) for own in loads]
-        (free,) = powers_of_nuts([parameters], two, speeds[:, None], temperatures[SPARSE], contacts)
-        ratios = [one.shear / p.shear[:, SPARSE] for one, p in zip(free, powers, strict=True)]
+    if ratios:
         alone[:, 2] = np.exp(np.mean(np.log(ratios), axis=(1, 2)))
     return values, alone
 

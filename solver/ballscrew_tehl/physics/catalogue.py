@@ -17,6 +17,8 @@ BALLS = (
 BALL_OF_LEAD, BALL_OF_DIAMETER, BEYOND = 0.635, 0.2, 0.27
 #: nominal diameter minus root diameter, over ball; weight of BALL_OF_LEAD where the root diameter is stated
 ROOT_DEPTH, LEAD_WEIGHT = 0.82, 0.3
+#: weight of BALL_OF_LEAD where ratings choose the ball: of twelve catalogue screws 7 right, 5 one size off; without: 6
+RATING_WEIGHT = 1.5
 #: loaded turns of a nut with one start; of each start of several
 USUAL_TURNS, TURNS_OF_A_START = 3.0, 1.5
 #: groove radius over ball, assumed; ends of what follows from a stated rating
@@ -34,6 +36,7 @@ class CatalogueSizes(NamedTuple):
     turns: float | None = None
     starts: int = 1
     root_mm: float | None = None
+    circle_mm: float | None = None  # of the ball centres
     rating_n: float | None = None
     static_rating_n: float | None = None
     nut_kind: str | None = None
@@ -43,36 +46,21 @@ class CatalogueSizes(NamedTuple):
 def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Parameters, frozenset[str]]:
     """A screw of these sizes, the rest as of another one, and names of its fields that are assumed.
 
-    With the root diameter ball and pitch circle follow from it. With C_a or C_0a, turns, and ball or root conformity
-    f of the grooves follows: ratings go with (1 - 1/(2 f)) to the powers of OPENNESS.
+    With the root diameter ball and pitch circle follow from it. With C_a or C_0a, and turns, conformity f of the
+    grooves follows: ratings go with (1 - 1/(2 f)) to the powers of OPENNESS; without ball and root also the ball.
     """
-    ball, root = _ball(sizes), sizes.root_mm
-    circle = sizes.diameter_mm + BEYOND * ball if root is None else root + ROOT_OF_BALL * ball
-    assumed = {
-        "preload_kind": "double_nut", "turns": USUAL_TURNS if sizes.starts == 1 else TURNS_OF_A_START,
-        "nominal_radius": 0.5e-3 * circle, "ball_diameter": 1e-3 * ball, "contact_angle": math.radians(45.0),
-        **like.screw.model_dump(include={"youngs_modulus", "poisson_ratio"}), **_grooves(USUAL_CONFORMITY, ball),
-    }  # fmt: skip
-    page = {
-        "preload_kind": sizes.nut_kind, "hand": sizes.hand, "lead": 1e-3 * sizes.lead_mm, "turns": sizes.turns,
-        "starts": sizes.starts if sizes.starts > 1 else None, "root_diameter": root and 1e-3 * root,
-        "ball_diameter": sizes.ball_mm and 1e-3 * ball,
-        "dynamic_rating": sizes.rating_n, "static_rating": sizes.static_rating_n,
-    }  # fmt: skip
-    stated: dict[str, Any] = {name: value for name, value in page.items() if value is not None}
     try:
-        screw = ScrewParameters(**assumed | stated)
-        if root is not None and not abs(circle - sizes.diameter_mm) <= 0.5 * ball:
-            raise ValueError("the root diameter belongs to another nominal diameter or ball")
-        ratios = rating_ratios(screw)
-        if ratios and sizes.turns and (sizes.ball_mm or root):
+        ball = _ball(sizes, like)
+        screw, stated = _screw(sizes, like, ball)
+        if not abs(2e3 * screw.nominal_radius - sizes.diameter_mm) <= 0.5 * ball:
+            raise ValueError("pitch circle or root diameter belong to another nominal diameter or ball")
+        if sizes.turns and (ratios := rating_ratios(screw)):
             # least squares of the logarithms where both are stated
             excess = sum(OPENNESS[name] * math.log(ratio) for name, ratio in ratios.items())
             excess /= sum(OPENNESS[name] ** 2 for name in ratios)
             low, high = (1.0 - 0.5 / end for end in CONFORMITIES)
             open_part = (1.0 - 0.5 / USUAL_CONFORMITY) * math.exp(excess)
-            conformity = 0.5 / (1.0 - min(max(open_part, low), high))
-            screw = ScrewParameters(**assumed | stated | _grooves(conformity, ball))
+            screw, _ = _screw(sizes, like, ball, 0.5 / (1.0 - min(max(open_part, low), high)))
     except ValueError as error:
         shown = ", ".join(f"{name} = {value}" for name, value in sizes._asdict().items() if value)
         if isinstance(error, ValidationError):
@@ -82,26 +70,57 @@ def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Param
             )
         raise ValueError(f"no screw has {shown}: {error}") from error
     name = f"screw {sizes.diameter_mm:g}x{abs(sizes.lead_mm):g}"
-    others = frozenset(screw.model_fields_set - stated.keys() - {"hand"})
+    others = frozenset(screw.model_fields_set - stated - {"hand"})
     return like.model_copy(update={"name": name, "screw": screw}), others
 
 
-def _grooves(conformity: float, ball: float) -> dict[str, Any]:
-    return dict.fromkeys(("screw_raceway_radius", "nut_raceway_radius"), 1e-3 * conformity * ball)
+def _screw(
+    sizes: CatalogueSizes, like: Parameters, ball: float, conformity: float = USUAL_CONFORMITY
+) -> tuple[ScrewParameters, set[str]]:
+    """The screw with a ball [mm], and its fields that are stated."""
+    root, circle = sizes.root_mm, sizes.circle_mm
+    usual = sizes.diameter_mm + BEYOND * ball if root is None else root + ROOT_OF_BALL * ball
+    assumed = {
+        "preload_kind": "double_nut", "turns": USUAL_TURNS if sizes.starts == 1 else TURNS_OF_A_START,
+        "nominal_radius": 0.5e-3 * usual, "ball_diameter": 1e-3 * ball, "contact_angle": math.radians(45.0),
+        **like.screw.model_dump(include={"youngs_modulus", "poisson_ratio"}),
+        **dict.fromkeys(("screw_raceway_radius", "nut_raceway_radius"), 1e-3 * conformity * ball),
+    }  # fmt: skip
+    page = {
+        "preload_kind": sizes.nut_kind, "hand": sizes.hand, "lead": 1e-3 * sizes.lead_mm, "turns": sizes.turns,
+        "starts": sizes.starts if sizes.starts > 1 else None, "root_diameter": root and 1e-3 * root,
+        "nominal_radius": circle and 0.5e-3 * circle, "ball_diameter": sizes.ball_mm and 1e-3 * ball,
+        "dynamic_rating": sizes.rating_n, "static_rating": sizes.static_rating_n,
+    }  # fmt: skip
+    stated: dict[str, Any] = {name: value for name, value in page.items() if value is not None}
+    return ScrewParameters(**assumed | stated), set(stated)
 
 
-def _ball(sizes: CatalogueSizes) -> float:
-    """Ball diameter [mm]: stated, or the one that is made nearest to what root diameter, lead and diameter leave."""
+def _ball(sizes: CatalogueSizes, like: Parameters) -> float:
+    """Ball diameter [mm]: stated, or that of BALLS nearest to root or ratings, lead and diameter."""
     if sizes.ball_mm is not None:
         return sizes.ball_mm
     usual = min(BALL_OF_LEAD * abs(sizes.lead_mm) / sizes.starts, BALL_OF_DIAMETER * sizes.diameter_mm)
-    weight, depth = 1.0, usual
-    if sizes.root_mm is not None:
-        weight, depth = LEAD_WEIGHT, (sizes.diameter_mm - sizes.root_mm) / ROOT_DEPTH
+    weight, depth, circle = 1.0, usual, sizes.circle_mm
+    if (root := sizes.root_mm) is not None:
+        weight, depth = LEAD_WEIGHT, (sizes.diameter_mm - root) / ROOT_DEPTH
+        if circle is not None:
+            weight, depth = 0.0, (circle - root) / ROOT_OF_BALL
         if not depth > 0.0:
-            allowed = f"less than --diameter-mm = {sizes.diameter_mm:g}"
-            raise ValueError(f"--root-mm = {sizes.root_mm:g}; allowed: {allowed}")
-    return min(BALLS, key=lambda ball: abs(math.log(ball / depth)) + weight * abs(math.log(ball / usual)))
+            allowed = f"less than --diameter-mm = {sizes.diameter_mm:g} and --circle-mm"
+            raise ValueError(f"--root-mm = {root:g}; allowed: {allowed}")
+
+    def misfit(ball: float) -> float:
+        beyond = abs(math.log(ball / usual))
+        if root is not None or not (sizes.turns and (sizes.rating_n or sizes.static_rating_n)):
+            return abs(math.log(ball / depth)) + weight * beyond
+        try:
+            ratios = rating_ratios(_screw(sizes, like, ball)[0]).values()
+        except ValueError:  # the grooves meet
+            return math.inf
+        return sum(math.log(ratio) ** 2 for ratio in ratios) / len(ratios) + RATING_WEIGHT * beyond**2
+
+    return min(BALLS, key=misfit)
 
 
 def rating_ratios(screw: ScrewParameters) -> dict[str, float]:

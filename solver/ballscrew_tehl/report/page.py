@@ -84,6 +84,6 @@ def report_page(data: ReportData, live: Html | None = None) -> str:
         ("limits", "Limits", "What is not included, range and accuracy", MACROS.limits(data, tables, certificate)),
     ):  # fmt: skip
         sections.append((name, link, section(name, title, content)))
-    title = f"Friction of the ball screw {data.parameters.name}"
+    title = f"Friction of {data.parameters.name}"
     footer = Html("<span>ballscrew_tehl {}</span>").format(__version__)
     return page(title, [MACROS.intro(data, tables)], sections, footer)

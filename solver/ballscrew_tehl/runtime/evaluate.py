@@ -8,7 +8,7 @@ Limits:
 - a force below the axis follows the power laws of Hertz from its end: viscous torque F^(2/3), sliding torque
   F, hysteresis torque F^(4/3), pressure and temperature rise F^(1/3), ball load F; films keep the values of
   the end. A nut without force has no torque. The relieved nut may come there, that is in range; a preload
-  below its own axis is flagged.
+  below its own axis is flagged. At preload 0 one nut holds the axial load, in range on the axis of the preload.
 - a preload, speed, temperature or axial load beyond the axes is clamped and flagged. A negative preload
   counts as 0.
 - standstill law below the lowest speed of the axis, s = |speed|/lowest: viscous or rolling torque (1 - c) s + c s^3
@@ -139,7 +139,7 @@ class NutMap:
         correction: Correction | None = None,
     ) -> DoubleNutState:
         """evaluate() for floats that the caller has checked; correction: of the surfaces of each nut (refine.py)."""
-        clamped = [] if self.preload.lo <= preload <= self.force.hi else ["preload"]
+        clamped = [] if self.preload.lo <= (preload or abs(axial_load)) <= self.force.hi else ["preload"]
         clamped += self.outside(speed, temperature)
         relieved, loaded = self._forces_point(preload, axial_load)
         if loaded > self.force.hi:
@@ -222,8 +222,9 @@ class NutMap:
     def range_margin(self, preload: float, speed: float, temperature: float, axial_load: float) -> float:
         """Least distance from the limits of preload, speed, temperature, loaded force over their axes, < 0 outside."""
         highest, hottest, fastest = self.force.hi, self.temperature.hi, self.speed.hi
+        held = preload or abs(axial_load)
         margin = min(
-            min(preload - self.preload.lo, highest - preload) / (highest - self.preload.lo),
+            min(held - self.preload.lo, highest - held) / (highest - self.preload.lo),
             min(temperature - self.temperature.lo, hottest - temperature) / (hottest - self.temperature.lo),
             (fastest - abs(speed)) / fastest,
         )
@@ -272,8 +273,9 @@ class NutMap:
         self, preload: Array, speed: Array, temperature: Array, axial_load: Array, *friction: Array
     ) -> DoubleNutState:
         highest, speed, load = self.force.hi, np.abs(speed), np.abs(axial_load)
+        held = np.where(preload == 0.0, load, preload)
         outside = {
-            "preload": (preload < self.preload.lo) | (preload > highest),
+            "preload": (held < self.preload.lo) | (held > highest),
             "speed": speed > self.speed.hi,
             "temperature": (temperature < self.temperature.lo) | (temperature > self.temperature.hi),
         }

@@ -259,10 +259,12 @@ static inline void nut_loads_of_forces(const Map *map, Number relieved, Number l
 
 static inline void nut_loads(const Map *map, Number preload, Number axial_load, Loads *loads)
 {
+    /* without preload one nut holds the axial load */
+    const double held = value_of(preload) == 0.0 ? fabs(value_of(axial_load)) : value_of(preload);
     int nuts = 1;
     Number force[2];
 
-    loads->preload_clamped = value_of(preload) < map->preload.lo || value_of(preload) > map->force.hi;
+    loads->preload_clamped = held < map->preload.lo || held > map->force.hi;
     loads->axial_load_clamped = false;
     loads->highest = 0.0;
     /* derivatives: one-sided at the end of the map, 0 at preload 0, where that of the viscous part is infinite */

@@ -8,7 +8,7 @@ from typing import Any
 from ..._version import __version__
 from ...parameters.units import SHOWN
 from ..shared.inputs import chosen_of
-from ..shared.output import Answer, check_output, write_text
+from ..shared.output import Answer, check_output, progress_bar, write_text
 from ..shared.quantities import REPORT_POINT
 
 
@@ -28,7 +28,13 @@ def run_report(args: Namespace, live: Callable[..., Any] = lambda chosen, nut_ma
 
     nut_map = chosen.nut_map(args)
     data = report_data(chosen.parameters, chosen.friction_set, nut_map, user)
-    text = report_page(data, live(chosen, nut_map, data.point))
+    with progress_bar() as progress:
+        what = "report: live page, intervals"
+        progress(0, 2, what)
+        fragment = live(chosen, nut_map, data.point)
+        progress(1, 2, what)
+        text = report_page(data, fragment)
+        progress(2, 2, what)
     write_text("--output", path, text)
     result = {"file": str(path), "figures": text.count("<img "), **chosen.described}
     return Answer([result | {"map_hash": nut_map.header["file_hash"], "version": __version__}])

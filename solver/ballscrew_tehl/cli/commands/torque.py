@@ -76,7 +76,7 @@ def run_torque(args: Namespace) -> Answer:
         if result["preload_n"] <= axes["preload"][1]:
             # else the torque is that of the edge of the map: another preload
             result["catalogue_torque_nm"] = float(nsk_torque(screw, result["preload_n"]))
-            result |= chosen.catalogue_note
+            result |= chosen.catalogue_note(result["axial_load_n"])
             result |= {} if screw.preload_kind == "double_nut" else {"preload_kind": screw.preload_kind}
         result |= chosen.described | ({"friction_note": other} if other and args.json else {})
         result["version"] = __version__
@@ -115,7 +115,7 @@ def _by_map(
 ) -> State:
     """State by a map at a preload [N], speed [rad/s], temperature [K] and axial load [N]."""
     at, interval, unlike = (preload, speed, temperature, axial_load), None, ""
-    if preload > 0.0 and nut_map.law == MECHANISTIC:
+    if (preload > 0.0 or (preload == 0.0 and axial_load)) and nut_map.law == MECHANISTIC:
         interval = map_interval(chosen.parameters, nut_map.header["axes"], chosen.friction_set, *at)
         unlike = unlike_flanks(chosen.parameters, preload, axial_load, interval.torque)
     return nut_map.evaluate(*at), interval, (unphysical_trend(nut_map, *at).text, unlike)

@@ -73,10 +73,11 @@ class Chosen(NamedTuple):
             "friction_set": friction.name, "friction_screw": friction.screw,
         }  # fmt: skip
 
-    @property
-    def catalogue_note(self) -> dict[str, str]:
-        """Key that says why a torque of the mechanistic law differs from that of the catalogue."""
-        return {"catalogue_note": CATALOGUE_DIFFERS} if self.friction_set.film_model == MECHANISTIC else {}
+    def catalogue_note(self, axial_load: float) -> dict[str, str]:
+        """Key that says why a torque differs from that of the catalogue."""
+        notes = ["of the preload alone, without the axial load"] if axial_load else []
+        notes += [CATALOGUE_DIFFERS] if self.friction_set.film_model == MECHANISTIC else []
+        return {"catalogue_note": "; ".join(notes)} if notes else {}
 
 
 def chosen_of(args: Namespace) -> Chosen:
