@@ -23,7 +23,7 @@ from ballscrew_tehl.friction.interval import (
     with_constants,
 )
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
-from ballscrew_tehl.friction.sets import SETS, FrictionSet, default_friction_set
+from ballscrew_tehl.friction.sets import SETS, default_friction_set
 from ballscrew_tehl.parameters.file import PACKAGED_DATA, Law, changed, load_screw
 from ballscrew_tehl.parameters.friction_constants import BOUNDED
 from ballscrew_tehl.parameters.identity import parameters_hash
@@ -88,37 +88,34 @@ def test_interval_holds_about_80_percent_of_a_latin_hypercube():
         assert abs(math.log(found.low * found.high / np.median(torques) ** 2)) <= 0.12
 
 
+def fitted_without(i, basis, contacts):
+    """The set of the ten other points."""
+    part = basis.subset([k for k in range(11) if k != i])
+    fit = fit_law(part, [[k] for k in range(10)], LAW, 0.0)[1]
+    entry = dataclasses.replace(
+        FREE, net_sliding_coefficient=float(fit.values[1]), parameters_hash=parameters_hash(LAW),
+        errors=error_summary(part, fit.deviation, fit.left_out),
+    )  # fmt: skip
+    return with_learned(entry, part, fit.deviation, LAW, contacts)
+
+
 def test_interval_holds_the_measured_torques():
     """Of eleven, at 20, 25, 30, 35 C, for the temperature is not printed: not fitted, then each left out of a fit."""
-    unfitted = FrictionSet(Law.MECHANISTIC, 1.0, ball_ball_coefficient(LAW.friction))
-    contacts, free, left_out, widths = BallContacts(LAW), [], [], []
+    contacts, counts, widths = BallContacts(LAW), [], []
     for celsius in (20.0, 25.0, 30.0, 35.0):
         points = packaged_measurements(celsius + CELSIUS)
         basis = dataclasses.replace(
             torque_basis(LAW, contacts, points), names=SETS[Law.MECHANISTIC], rolling=None
         )
-
-        def found(i, entry, points=points):
-            m = points[i]
-            return torque_interval(LAW, [m.preload] * 2, contacts, m.speed, m.temperature, entry)
-
-        def holds(i, entry, points=points):
-            return found(i, entry).low <= points[i].torque <= found(i, entry).high
-
-        def fitted(others, basis=basis):
-            part, groups = basis.subset(others), [[k] for k in range(len(others))]
-            fit, at = fit_law(part, groups, LAW, 0.0)[1], {"parameters_hash": parameters_hash(LAW)}
-            errors = error_summary(part, fit.deviation, fit.left_out)
-            entry = FrictionSet(Law.MECHANISTIC, 1.0, float(fit.values[1]), errors=errors, **at)
-            return with_learned(entry, part, fit.deviation, LAW, contacts)
-
-        free.append(sum(holds(i, unfitted) for i in range(11)))
-        left_out.append(sum(holds(i, fitted([k for k in range(11) if k != i])) for i in range(11)))
-        ends = [found(i, fitted(range(11))).relative for i in (0, 5, 10)]
-        widths.append(float(np.mean([high / low for low, high in ends])))
-    assert (free, left_out) == ([9, 11, 11, 11], [11, 11, 10, 10])
-    assert max(widths) <= 2.0
-    assert min(widths) <= 1.25
+        for entries in ([FREE] * 11, [fitted_without(i, basis, contacts) for i in range(11)]):
+            found = [
+                torque_interval(LAW, [m.preload] * 2, contacts, m.speed, m.temperature, entry)
+                for m, entry in zip(points, entries, strict=True)
+            ]
+            counts.append(sum(i.low <= m.torque <= i.high for i, m in zip(found, points, strict=True)))
+            widths.append(float(np.mean([i.high / i.low for i in found])))
+    assert counts == [9, 11, 11, 11, 11, 10, 11, 10]
+    assert widths == pytest.approx([2.4, 1.9, 2.4, 1.4, 2.5, 1.2, 2.5, 1.3], abs=0.1)
 
 
 def test_stated_constants_are_known():

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatter
 
 from ..atlas.ball_contacts import BallContacts
 from ..friction.interval import interval_ends
@@ -57,7 +58,7 @@ def calibration_figure(result: Calibration) -> Figure:
     above.set(ylabel="friction torque [N m]", ylim=(0.0, None))
     above.set_title("line: law; band: about 80 %; circles: measured", fontsize="small")
     below.set(xlabel="screw speed [r/min]", ylabel="model/measured - 1 [%]", xscale="log")
-    below.xaxis.set_major_formatter("{x:g}")
+    below.xaxis.set(major_formatter="{x:g}", minor_formatter=LogFormatter())
     entry = result.friction_set
     mean, unseen = (100.0 * entry.errors.get(key, math.nan) for key in ("mean", "leave_one_out_mean"))
     title = f"{result.parameters.name}, {len(points)} points ({entry.kinematics}, {entry.name})"
