@@ -116,6 +116,11 @@ def _calibration(
     outside: Reason = lambda m: "", drop: Collection[str] = (),
     progress: Progress = lambda finished, total, what: None,
 ) -> Calibration:  # fmt: skip
+    if parameters.screw.spacer_balls and name == MECHANISTIC:
+        raise ValueError(
+            "spacer_balls = true; between them nothing slides, so no torque determines net_sliding_coefficient: "
+            "state supply_length in the screw file"
+        )
     if seals := parameters.screw.seal_torque:
         file = file.without_seals(seals)
     single = name == MECHANISTIC and not file.problems and [m.axial_load for m in file.measurements] == [0.0]
@@ -148,11 +153,13 @@ def _calibration(
         catalogue = float(nsk_torque(parameters.screw, m.preload))
         notes += [HELD, f"catalogue torque ({CATALOGUE}) {catalogue:.3g} N.m: {CATALOGUE_DIFFERS}"]
     else:
+        others = len(repeats_of(points)) > len(basis.names)
         without = f", without {named_rows([problem.row for problem in dropped])}" if dropped else ""
         statistics = {
             "loss": "least_squares", "intervals": found.half_width, "limits": found.limits,
             "provenance": f"{file.source}, {len(basis)} points of {len(file.lines)} rows{without}",
-            "errors": error_summary(basis, found.deviation, found.left_out),
+            # without other points none is left out, but repeats
+            "errors": error_summary(basis, found.deviation, found.left_out if others else np.full(1, math.nan)),
             "not_identified": not_identified(basis, found),
         }  # fmt: skip
         outliers = _outliers(points, found).items()

@@ -33,7 +33,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..parameters.file import PACKAGED_VG100, Parameters, load_screw
+from ..parameters.file import Parameters
 from ..parameters.friction_constants import BOUNDED
 from ..parameters.identity import parameters_hash
 from ..parameters.screw import ball_ball_coefficient
@@ -127,10 +127,11 @@ def unknown_constants(parameters: Parameters) -> tuple[str, ...]:
     """Names of the bounded constants that the screw file does not state; kappa does not count where it states k."""
     friction = parameters.friction
     known = (friction.model_fields_set - {"roughness_height"}) | parameters.lubricant.model_fields_set
+    spaced = parameters.screw.spacer_balls
     implied = {
         # stated, or the composite of both surfaces
         "roughness_height": friction.roughness_height is not None,
-        "ball_thrust": friction.net_sliding_coefficient is not None,
+        "ball_thrust": spaced or friction.net_sliding_coefficient is not None,
     }
     known |= {name for name, follows in implied.items() if follows}
     return tuple(name for name in BOUNDED if name not in known)
@@ -160,25 +161,27 @@ def learned_of(friction_set: FrictionSet, parameters: Parameters, names: Sequenc
     """What the measurements of a set say of these constants, if they are of this screw with this oil and constants."""
     mean, covariance, scatter = np.zeros(len(names)), np.eye(len(names)), 0.0
     if friction_set.learned and is_fitted(friction_set, parameters):
-        known = list(friction_set.learned["mean"])
-        of, place = zip(
-            *((i, known.index(name)) for i, name in enumerate(names) if name in known), strict=True
-        )
-        rows = np.array([friction_set.learned["covariance"][name] for name in known])
-        mean[list(of)] = np.array(list(friction_set.learned["mean"].values()))[list(place)]
+        found = friction_set.learned
+        known = list(found["mean"])
+        of = [i for i, name in enumerate(names) if name in known]
+        place = [known.index(names[i]) for i in of]
+        mean[of] = np.array(list(found["mean"].values()))[place]
+        rows = np.reshape(list(found["covariance"].values()), (len(known), -1))
         covariance[np.ix_(of, of)] = rows[np.ix_(place, place)]
-        errors = friction_set.errors or load_friction_sets()[friction_set.law].errors
-        scatter = SCATTER_DEVIATION * errors.get("leave_one_out_mean", 0.0)
+        packaged = load_friction_sets()[friction_set.law].errors["leave_one_out_mean"]
+        scatter = SCATTER_DEVIATION * friction_set.errors.get("leave_one_out_mean", packaged)
     return Learned(mean, covariance, scatter)
 
 
 def is_fitted(friction_set: FrictionSet, parameters: Parameters) -> bool:
     """Whether the numbers are fitted to measurements of this screw with this oil and these constants of the law."""
-    if not friction_set.learned or friction_set.parameters_hash != parameters_hash(parameters):
-        return False
-    packaged = load_friction_sets()[friction_set.law].net_sliding_coefficient
-    ours = friction_set.net_sliding_coefficient == packaged
-    return not ours or law_constants(parameters) == law_constants(load_screw(PACKAGED_VG100))
+    constants = friction_set.learned.get("constants")
+    return constants == _constants(parameters) and friction_set.parameters_hash == parameters_hash(parameters)
+
+
+def _constants(parameters: Parameters) -> dict[str, float]:
+    """law_constants as they are written."""
+    return {name: float(f"{x:.6g}") for name, x in law_constants(parameters).items() if x is not None}
 
 
 def learned(
@@ -195,16 +198,19 @@ def learned(
     weights : over which the error of a torque is larger
     """
     found = [
-        _effects(parameters, [loaded_nuts(parameters, forces)], (speed, temperature, contacts), friction_set)
+        _effects(
+            parameters, [loaded_nuts(parameters, forces)], (speed, temperature, contacts), friction_set, True
+        )
         for forces, speed, temperature in points
     ]
     names = list(found[0].mean)
-    D = np.array([[float(each.deviation[name][0]) for each in found] for name in names])
+    D = np.array([[float(each.deviation[name][0]) for name in names] for each in found]).T
     e = errors - [sum(float(part[0]) for part in each.mean.values()) for each in found]
     noise = (np.sum((weights * errors) ** 2) + KNOWN_ERROR**2) / errors.size / weights**2
     gain = np.linalg.solve(D.T @ D + np.diag(noise), D.T).T
     rows = np.eye(len(names)) - gain @ D.T
     return {
+        "constants": _constants(parameters),
         "mean": {name: float(f"{x:.6g}") for name, x in zip(names, gain @ e, strict=True)},
         "covariance": {name: [float(f"{x:.6g}") for x in row] for name, row in zip(names, rows, strict=True)},
     }
@@ -231,7 +237,8 @@ def torque_interval(
     nuts = loaded_nuts(parameters, forces)
     if not nuts:
         return TorqueInterval(0.0, 0.0, 0.0, {}, {})
-    effects = _effects(parameters, [nuts], (speed, temperature, contacts), friction_set)
+    fitted = is_fitted(friction_set, parameters)
+    effects = _effects(parameters, [nuts], (speed, temperature, contacts), friction_set, fitted)
     torque = float(effects.torque[0])
     ends = {name: (float(low[0]), float(high[0])) for name, (low, high) in effects.ends.items()}
     known = learned_of(friction_set, parameters, list(ends))
@@ -260,23 +267,24 @@ def interval_ends(
     Without axial load. All points side by side: a point by itself, as torque_interval, takes 50 times as long.
     """
     points = [loaded_nuts(parameters, [float(force)] * 2) for force in preloads]
-    effects = _effects(parameters, points, (speeds[:, None], temperatures, contacts), friction_set)
+    fitted = is_fitted(friction_set, parameters)
+    effects = _effects(parameters, points, (speeds[:, None], temperatures, contacts), friction_set, fitted)
     return _ends(effects, learned_of(friction_set, parameters, list(effects.mean)))
 
 
 def _effects(
-    parameters: Parameters, points: Sequence[Sequence[Nut]], at: At, friction_set: FrictionSet
+    parameters: Parameters, points: Sequence[Sequence[Nut]], at: At, friction_set: FrictionSet, fitted: bool
 ) -> Effects:
-    """Of the nuts of each point."""
+    """Of the nuts of each point; fitted: what the screw file states of the coefficient does not count."""
     friction, coefficient = parameters.friction, friction_set.net_sliding_coefficient
     names = list(unknown_constants(parameters))
-    if friction_set.supply_length is not None:
-        names.append(SUPPLY)
+    names += ["ball_thrust"] * (fitted and "ball_thrust" not in names)
+    names += [SUPPLY] * (friction_set.supply_length is not None and SUPPLY not in names)
     values = [{}, *({name: end} for name in names for end in (BOUNDED[name].low, BOUNDED[name].high))]
     variants = [with_constants(parameters, value) for value in values]
     kappa, ratio = implied_thrust(coefficient, parameters), friction_set.apparent_viscosity_ratio
     coefficients = [coefficient] * len(variants)
-    if friction.net_sliding_coefficient is None:
+    if fitted or friction.net_sliding_coefficient is None:
         coefficients = [
             ball_ball_coefficient(changed.friction, value.get("ball_thrust", kappa))
             for changed, value in zip(variants, values, strict=True)
@@ -328,8 +336,8 @@ def _oil_lines(
 
 def _ends(effects: Effects, known: Learned) -> tuple[Array, Array]:
     """Ends over the torque; constants at one end of their interval move the middle."""
-    deviations = np.array(list(effects.deviation.values()))
-    middle = sum(effects.mean.values()) + np.tensordot(known.mean, deviations, 1)
+    deviations = np.reshape(list(effects.deviation.values()), (-1, *effects.torque.shape))
+    middle = sum(effects.mean.values(), 0.0) + np.tensordot(known.mean, deviations, 1)
     variance = np.sum(deviations * np.tensordot(known.covariance, deviations, 1), axis=0) + known.scatter**2
     wide = DEVIATIONS * np.sqrt(np.maximum(variance, 0.0))
     return np.minimum(np.exp(middle - wide), 1.0), np.maximum(np.exp(middle + wide), 1.0)

@@ -287,8 +287,7 @@ def _torques(
     )  # fmt: skip
     screw, nut_raceway, slid, thrust = (float(part[0, 0]) if speed.size == 1 else part for part in parts)
     hysteresis = u * hysteresis_sum(parameters, nut.loads, rolling=True)
-    touching = 0.0 if parameters.screw.spacer_balls else 1.0
-    ball_ball = touching * u * nut.sliding * float(nut.loads.sum())
+    ball_ball = u * nut.sliding * float(nut.loads.sum())
     return NutTorques(screw, nut_raceway, hysteresis, ball_ball, shear=slid, thrust_factor=thrust)
 
 

@@ -89,10 +89,12 @@ class FrictionSet:
             checks.append((good, f"limits of {key}", dict(ends), "0 <= low <= high, low finite"))
         if self.learned:
             means, rows = (self.learned.get(name, {}) for name in ("mean", "covariance"))
-            size = len(means)
-            good = list(means) == list(rows) and all(len(row) == size for row in rows.values())
+            size, good = len(means), "constants" in self.learned
+            good &= list(means) == list(rows) and all(len(row) == size for row in rows.values())
             good &= all(math.isfinite(x) for row in (means.values(), *rows.values()) for x in row)
-            checks.append((good, "learned", dict(self.learned), "mean and covariance of the same constants"))
+            checks.append(
+                (good, "learned", list(self.learned), "constants, with mean and covariance of the same ones")
+            )
         length = self.supply_length
         checks.append((length is None or length >= 2.0, SUPPLY, length, ">= 2"))
         for good, what, value, allowed in checks:
@@ -205,7 +207,9 @@ def default_friction_set(parameters: Parameters) -> FrictionSet:
             )
         overrides["net_sliding_coefficient"] = ball_ball_coefficient(friction, friction.ball_thrust)
         given.append("ball_thrust")
-    if overrides:
+    if parameters.screw.spacer_balls and friction.law is Law.MECHANISTIC:
+        overrides["net_sliding_coefficient"], provenance = 0.0, "spacer balls: between them nothing slides"
+    elif overrides:
         provenance = f"{entry.name}, overridden in the screw file: {', '.join(given)}"
     elif friction.law is Law.MECHANISTIC and entry.parameters_hash != parameters_hash(parameters):
         provenance = f"carried over from {entry.screw}: {entry.provenance}"

@@ -130,8 +130,7 @@ def mechanistic_values(
     values = np.stack(
         [np.stack([p.viscous_screw, p.viscous_nut, p.shear, p.thrust_factor], axis=-1) for p in powers]
     )
-    # spacer balls: nothing slides, and the map holds logarithms
-    alone = np.array([(p.hysteresis, max(p.sliding, 1e-30), 1.0) for p in powers])
+    alone = np.array([(p.hysteresis, p.sliding, 1.0) for p in powers])
     if ratios:
         alone[:, 2] = np.exp(np.mean(np.log(ratios), axis=(1, 2)))
     return values, alone

@@ -177,7 +177,8 @@ def load_map(
     header[identity.SCREW_FILE] = identity.screw_file_json(parameters)
     if friction_set is not None:
         refuse_other_fit(friction_set, parameters)
-    return _with_friction(header, variables, parameters, friction_set or default_friction_set(parameters))
+    numbers = friction_set or default_friction_set(parameters)
+    return _with_friction(header, variables, parameters, numbers, progress)
 
 
 def packaged_map_of(parameters: Parameters) -> tuple[dict[str, Any], dict[str, Array]] | None:
@@ -196,7 +197,11 @@ def nut_map_of(built: BuiltMap) -> NutMap:
 
 
 def _with_friction(
-    header: dict[str, Any], variables: dict[str, Array], parameters: Parameters, friction: FrictionSet
+    header: dict[str, Any],
+    variables: dict[str, Array],
+    parameters: Parameters,
+    friction: FrictionSet,
+    progress: Progress | None = None,
 ) -> NutMap:
     """The map of a file with the numbers of a friction set, and the film that it takes."""
     film, defaults = friction.film_model, (*friction.values, 1.0)
@@ -205,7 +210,7 @@ def _with_friction(
             # of other constants: the law is summed anew, in seconds
             from .build import build_map
 
-            variables = build_map(parameters, grid_of(header["axes"])).arrays
+            variables = build_map(parameters, grid_of(header["axes"]), progress).arrays
             header |= {MECHANISTIC: law_constants(parameters), "file_hash": ""}
             header["file_hash"] = content_hash(header, variables)
         header[BAND] = band(parameters, header["axes"], friction)

@@ -11,7 +11,7 @@ from .rating import computed_dynamic_rating, computed_static_rating
 
 #: diameters of balls that are made [mm]
 BALLS = (
-    0.8, 1.0, 1.2, 1.588, 2.0, 2.381, 3.175, 3.969, 4.763, 5.556, 6.35, 7.144, 7.938, 9.525, 12.7, 15.875, 19.05,
+    0.8, 1.0, 1.2, 1.588, 2.0, 2.381, 2.778, 3.175, 3.969, 4.763, 5.556, 6.35, 7.144, 7.938, 9.525, 12.7, 15.875, 19.05,
 )  # fmt: skip
 #: ball over lead of one start and over nominal diameter, pitch circle beyond the latter over ball
 BALL_OF_LEAD, BALL_OF_DIAMETER, BEYOND = 0.635, 0.2, 0.27
