@@ -27,24 +27,26 @@ def column(*texts):
 PLAIN, SAME = axes("s", "deg", "A"), (1, 1, 1)
 SCOPE_AXIS = column("position=Axis 1.Pos", "torque=Axis 1.Trq")
 ONE_NAME = "Name\tX\nFile\tx.svdx\n\nName\tTrq\tPos\nOffset\t0\t0\nScaleFactor\t{}\t1\n"
-COUNTS = column("time=No. [5 ms]", "position=phi [1/4096 rev]", "current=Iq[0] [A]")
+COUNTS = column("time=No. [5 ms]", "position=phi [1/4096 rev]", "current=Iq[0] [Amp peak]")
 KANJI = column("time=\u6642\u9593", "position=\u89d2\u5ea6 [deg]", "torque=\u30c8\u30eb\u30af")
 SCALED = column("time=Name [ms]", "position=Pos [deg]", "torque=Trq [Nm]")
 STATED = column("time=time [s]", "position=position [rev]")
+PEAK, CLOCK = column("current=TCMD(X) [A]"), column("time=Time 1 [s]")
 CONFIRMED = column("time=time [s]", "current=current [mA]")
 #: head of the log, its columns (time [s], position [deg], current [A]) and their factors, options, notes
 READ = {
     "German": ("Zeit in s;Lage-Istwert (\u00b0);Strom / A", "txi", SAME, (), ""),
     "German torque": ("Zeit [ms];Winkel [Grad];Moment (Ncm)", "txi", (1e3, 1, 100 * CONSTANT), (), ""),
-    "row of units": ("Trace\nSample Time,1,ms\nTime,Position,Current\n[s],[deg],[A]", "txi", SAME, (), ""),
+    "row of units": ("Trace\nStep,1,ms\nTime,Lage,Current\n[s],[deg],[A(p)]", "txi", SAME, (), "[Ap]: the"),
     "mapped": ("No.,phi,torque [Nm],Iq[0]", "txti", (200, 4096 / 360, 0, 1), COUNTS, "columns not used: torque [Nm]"),
     "Japanese": ("\u6642\u9593[ms],\u89d2\u5ea6,\u30c8\u30eb\u30af[N\u30fbm]", "txi", (1e3, 1, CONSTANT), KANJI, ""),
     "scope": (SCOPE, "txti", (1e3, 1, 1e3, 1e3 * CONSTANT), SCOPE_AXIS, ""),
+    "peak": ("time [s],position [deg],TCMD(X) [A(p)]", "txi", SAME, PEAK, "[A]: the torque constant"),
     "savetxt": (f"# run 3\n# {PLAIN}", "txi", SAME, (), ""),
     "stated": (axes("ms", "deg", "mA"), "txi", SAME, (*CONFIRMED, AXIS[0], "800"), ""),
     "time of day": ("Timestamp,position [deg],current [A]", "cxi", SAME, (), ""),
     "date": ("Zeit;Winkel [Grad];Strom [A]", "dxi", SAME, (), ""),
-    "nanoseconds": (axes("ns", "deg", "Arms"), "nxi", SAME, (), "the torque constant has to be one per Arms"),
+    "nanoseconds": (axes("ns", "deg", "Arms"), "nxi", SAME, (), "[Arms]: the torque constant has to be one"),
     "blocks": (axes("s", "deg", "A"), "bxi", SAME, (), "time begins again at 0 s 2 times: blocks that are apart"),
     "time of each": ("time [s],position [deg],time [s],current [A]", "txti", (1, 1, 1, 1), (), ""),
     "pull one way": ("time [s],position [Degrees],Moment [in-lbs]", "txg", (1, 1, CONSTANT / 0.11298483), (), ""),
@@ -63,18 +65,21 @@ REFUSED = {
     "magnitude": (PLAIN, "txq", SAME, ("--inertia-kgm2", str(INERTIA)), "torque never changes its sign: a magnitude"),
     "unsigned": ("time [s],position [deg],torque [mNm]", "txu", SAME, (), "16 bit without a sign: subtract 65536"),
     "speed": ("time [s],speed [rad/s],current [A]", "tsi", SAME, (), "the speed never changes its sign: a magnitude"),
-    "per cent": ("time [s],position [deg],torque [0.1 %]", "txi", SAME, (), "is a part of the rated value"),
+    "per cent": ("time [s],position [deg],torque set [%],torque [%]", "txii", (1, 1, 1, 1), (), "'%' is a part of"),
     "row": ("Time;Position;Moment\n[s];[deg];[%]", "txi", SAME, (), "unit '%' is a part of the rated value"),
-    "counts": ("time [s],position [INC],torque [Nm]", "txi", SAME, (), "depends on the encoder: with 4096 a turn"),
+    "counts": ("time [s],position [kcnt/s],torque [Nm]", "txi", SAME, (), "depends on the encoder: with 4096 a turn"),
     "twice": ("time [s],position [deg],current [A],current [A]", "txii", (1, 1, 1, 2), (), "allowed: one: rename the"),
     "damaged": (PLAIN, "txi", SAME, (), "line 2: 5 fields under 3 headings; allowed: "),
-    "unit of drive": ("time [s],position [LU],torque [Nm]", "txi", SAME, (), "state the length or angle that one is"),
+    "unit of drive": ("time [s],position [LU],torque [Nm]", "txi", SAME, (), "state the length or angle of one"),
     "no headings": ("%[DATA]", "txi", SAME, (), "no line of headings: '%[DATA]'; allowed: 3"),
     "words": ("time [s],speed [r/min],current [A]", "twi", SAME, (), "16 bit without a sign: subtract 65536 from"),
+    "slow": (PLAIN, "txi", (57, 1, 1), (), "allowed: <= 0.05 s, sampled too slowly: log faster"),
+    "blank": (PLAIN, "toi", SAME, (), "with 'position [deg]'; allowed: >= 200 rows, 50% complete: export at one rate"),
+    "clocks": ("Time 1 [s],position [deg],T2 [s],current [A]", "txti", (1, 1, 2, 1), CLOCK, "unlike times 'Time 1"),
     "scaled": (ONE_NAME.format(0.001), "tix", (1e3, 1, 1), SCALED, "[1 N.m]\" if the numbers have it, else"),
     "stated counts": (axes("s", "rev", "A"), "txi", (1, 1e4, 1), STATED, "check --column \"position=position [rev]\""),
     "stated epoch": (axes("ns", "deg", "A"), "nxi", SAME, column("time=time [us]"), '"time=time [ns]"'),
-    "unlike times": (SCOPE, "txti", (1e3, 1, 2e3, 1e3), SCOPE_AXIS, "position and torque have unlike times"),
+    "unlike times": (SCOPE, "txti", (1e3, 1, 2e3, 1e3), SCOPE_AXIS, "unlike times 'time [ms]' and 'Name'; allowed"),
 }  # fmt: skip
 
 
@@ -87,7 +92,7 @@ def signals():
     block = len(time) // 3 + 1
     return {
         "t": time, "x": np.degrees(angle), "i": current, "v": speed, "s": np.abs(speed), "q": np.abs(current),
-        "g": current + 10.0,
+        "g": current + 10.0, "o": [f"{x:.6g}" * (k % 4 == 0) for k, x in enumerate(np.degrees(angle))],
         "u": np.round(1e3 * CONSTANT * current) % 65536, "b": time[np.arange(len(time)) % block],
         "c": [f"{text[11:]}Z" for text in stamps],
         "d": [f"31.12.2026 {text[11:].replace('.', ',')}" for text in stamps],

@@ -28,6 +28,7 @@ speed [krpm]; 0.06; speed; 6.283185307179586
 REFUSED = """
 preload [kp]; speed [r/min]; torque [N.m] => column 'preload [kp]': unit 'kp'; allowed: N, kN, daN, kgf, lbf
 preload; speed [r/min]; torque [N.m] => column 'preload': unit missing; write preload [UNIT] with one of N, kN
+preload [N]; speed [1/s]; torque [N.m] => column 'speed [1/s]': unit '1/s' may be of turns or radians: state [r/s]
 preload [N]; speed [r/min]; torque [N.m]; temprature_c => column 'temprature_c' unknown; is temperature meant?
 preload [N]; speed [r/min] => column torque missing (found: preload [N], speed [r/min]); allowed:
 preload [N]; speed [r/min]; torque [N.m]; measured_Nm => columns 'torque [N.m]' and 'measured_Nm' both are torque

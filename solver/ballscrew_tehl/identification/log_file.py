@@ -1,5 +1,6 @@
 """Log of a drive: the signals that are needed, in SI, without a few damaged rows; file: `tables`."""
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import takewhile
 from pathlib import Path
@@ -9,15 +10,16 @@ import numpy as np
 
 from ..physics.ball_law import Array
 from ..tables.csv_file import SCOPE, Table, naming, open_table, read_columns
-from ..tables.headings import EFFORT, LOG, MOTION, OF_CONSTANT, Column, one_column, si
+from ..tables.headings import EFFORT, LOG, MOTION, Column, one_column, si
 
 #: may be logged more slowly
 SLOW = ("temperature", "preload")
 #: fewest rows of a log; largest fraction of rows without a value, of damaged rows; fraction of repeated time stamps
 #: from which on they have too few digits;  largest error of such a stamp over its last digit
 MIN_ROWS, MAX_EMPTY, MAX_DAMAGED, FEW_REPEATED, DIGIT = 200, 0.5, 0.01, 0.05, 1.5
-#: a value beyond this is damaged [SI]
+#: a value beyond this is damaged [SI];  one of several times, T2 without a unit may be a temperature
 MAX_VALUE = 1e12
+NUMBERED = re.compile(r"(?i)(?:(?:time|zeit)\w*?[ _]?\d+|t ?\d+(?= ?[\[(/] ?[mun]?s))(?: ?[\[(/].*)?")
 
 
 class Log(NamedTuple):
@@ -42,15 +44,18 @@ def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, 
                 raise ValueError(f"column {columns[name].heading!r} has no numbers; allowed: one in each row")
         _check_written(table, columns, signals)
         notes = [*filter(None, [table.unused(columns)]), *marks]
-        if "current" in columns and (unit := columns["current"].unit) in OF_CONSTANT:
-            notes.append(f"current in {unit}: the torque constant has to be one per {unit}")
+        text = f"{columns['current'].heading} [{columns['current'].unit}]" if "current" in columns else ""
+        if re.search(r"(?i)rms|eff\b|pk|peak|\bA\W?p\b", text):
+            notes.append(f"current {text}: the torque constant has to be one of the same, effective or peak")
         if damaged:
             notes.append(f"{damaged} damaged row{'s' * (damaged > 1)} left out, the first: {first}")
-        good = np.all([np.isfinite(values) for name, values in signals.items() if name not in SLOW], axis=0)
+        finite = {name: np.isfinite(values) for name, values in signals.items() if name not in SLOW}
+        good, least = np.all([*finite.values()], axis=0), min(finite, key=lambda key: int(finite[key].sum()))
         rows, complete = len(good) + damaged, int(good.sum())
         if not complete >= max(MIN_ROWS, MAX_EMPTY * rows):
-            allowed = f"at least {MIN_ROWS} rows, {MAX_EMPTY:.0%} complete: check the export of the log"
-            raise ValueError(f"{rows} rows, {complete} of them complete; allowed: {allowed}")
+            found = f"{rows} rows, {complete} complete, {finite[least].sum()} with {columns[least].heading!r}"
+            remedy = "export at one rate, or keep the complete rows"
+            raise ValueError(f"{found}; allowed: >= {MIN_ROWS} rows, {MAX_EMPTY:.0%} complete: {remedy}")
         left_out = {"rows without a number": len(good) - complete, "damaged rows": damaged}
         signals = {name: values[good] for name, values in signals.items()}
         return Log(_in_time(signals, left_out, notes), columns, left_out, notes)
@@ -73,12 +78,11 @@ def _selected(table: Table, stated: Mapping[str, str], wanted: Sequence[str]) ->
     motion = next(name for name in (*stated, *MOTION) if name in table.columns and name in MOTION)
     effort = next(name for name in (*stated, *wanted, *EFFORT) if name in table.columns and name in EFFORT)
     names = ["time", motion, effort, *(name for name in SLOW if name in table.columns)]
-    remedy = 'one, or --column "{}=HEADING [UNIT]"'
     times = table.columns["time"]
-    alike = len({column.heading for column in times}) == 1
-    one = table.columns | ({"time": times[:1]} if alike else {})
-    used = {name: one_column(one, name, remedy.format(name)) for name in names}
-    clocks = [column.place for column in times]
+    first = {column.heading: column for column in times[::-1]}
+    one = table.columns | {"time": [*first.values()][::-1]}
+    used = {name: one_column(one, name, f'one, or --column "{name}=HEADING [UNIT]"') for name in names}
+    clocks = [k for k, text in enumerate(table.headings) if text in first or NUMBERED.fullmatch(text)]
     scopes = [place for place, heading in enumerate(table.headings) if heading == SCOPE]
     if scopes and scopes[0] > 0:
         # the time of a channel is left of it
@@ -87,7 +91,8 @@ def _selected(table: Table, stated: Mapping[str, str], wanted: Sequence[str]) ->
         used["time"] = used["time"]._replace(place=clocks[0])
     rows = (row for _, row in table.rows(table.start) if len(row) == len(table.headings))
     if len(set(clocks)) > 1 and any(len({row[clock] for clock in clocks} - {""}) > 1 for row in rows):
-        raise ValueError(f"{motion} and {effort} have unlike times; allowed: one (Scope: fill with previous)")
+        those = " and ".join(repr(table.headings[clock]) for clock in sorted({*clocks}))
+        raise ValueError(f"unlike times {those}; allowed: one rate for all (Scope: fill with previous)")
     return used
 
 

@@ -76,12 +76,12 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     if not step * MIN_RATE <= 1.0:
         column, remedy = log.columns["time"], "log faster" if log is whole else log.notes[-1]
         raw = step / TIME[column.unit][0] / (column.multiple or 1.0)
-        units = {factor: unit for unit, (factor, _) in reversed(TIME.items()) if log is whole}
+        far = log is whole and step * MIN_RATE > 10.0
+        units = {factor: unit for unit, (factor, _) in reversed(TIME.items()) if far}
         fits = [one for one in units if 1.0 / MAX_RATE <= raw * one <= 1.0 / MIN_RATE]
-        if fits:
-            texts = (f"{raw * one:.3g} s: {column.option('time', units[one])}" for one in fits)
-            remedy = f"likely {', or '.join(texts)}"
-        raise ValueError(f"time between samples = {step:.4g} s; allowed: <= {1.0 / MIN_RATE:g} s: {remedy}")
+        texts = [f"likely {raw * one:.3g} s: {column.option('time', units[one])}" for one in fits]
+        remedy = f"sampled too slowly: {', or '.join([remedy, *texts])}"
+        raise ValueError(f"time between samples = {step:.4g} s; allowed: <= {1.0 / MIN_RATE:g} s, {remedy}")
     motion, effort = (log.signals[name] for name in names)
     jumps = np.empty(0, dtype=int)
     if not of_speed:
@@ -214,10 +214,8 @@ def _unwrapped(
     usual = float(np.quantile(np.abs(usual_step), USUAL) or np.quantile(size, USUAL))
     jumps = np.flatnonzero(other | ((size > JUMP * usual) & together & (usual > 0.0)))
     if jumps.size > 0.01 * len(position):
-        raise ValueError(
-            f"position jumps {jumps.size} times, by {size[jumps].min():.4g} to {size[jumps].max():.4g} (SI); allowed: "
-            "no jumps, or jumps of one size, those of an encoder that starts again"
-        )
+        found = f"{jumps.size} times, by {size[jumps].min():.4g} to {size[jumps].max():.4g} (SI)"
+        raise ValueError(f"position jumps {found}; allowed: not, or by one size as an encoder starts again")
     return position, jumps + 1
 
 

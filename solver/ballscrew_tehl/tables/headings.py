@@ -26,9 +26,10 @@ INCH = 0.0254
 RELATIVE = {
     r"(0[.,]?1)? *%.*|\u2030.*|.*per ?(cent|mil).*|pro(zent|mille)|pct|p\.?u\.?":
         "is a part of the rated value: state what one is, as [0.04 {}]",
-    "(counts?|inc.*|pulses?|ticks?)(/.*)?|cts|ink.*|lsb":
-        "depends on the encoder: with 4096 a turn state [1/4096 rev], of a speed [1/4096 rev/s]",
-    "lu|(reference|command|user) ?units?": "is set in the drive: state the length or angle that one is, as [0.001 mm]",
+    "k?(cnts?|counts?|inc.*|pulses?|ticks?)(/.*)?|cts|ink.*|lsb":
+        "depends on the encoder: with 4096 a turn state [1/4096 rev], a speed [1/4096 rev/s] (k: 1000/4096)",
+    "1/s|hz": "may be of turns or radians: state [r/s] or [rad/s]",
+    "lu|((reference|command|user) ?)?units?(/.*)?": "is set in the drive: state the length or angle of one, [0.001 mm]",
 }  # fmt: skip
 #: a number before the unit in brackets, how many of it one is: [0.1 um], [1/4096 rev]
 MULTIPLE = re.compile(r"[\[(]\s*((\d*[.,]?\d+)(?:/([1-9]\d*))?\s+)(?=[^\d\s/][^\[\]()]*[\])]$)")
@@ -61,9 +62,7 @@ ANGLE = _units({"rad": 1.0, "deg Grad degree degrees": math.pi / 180.0, "rev r t
 CLOCK = "HH:MM:SS"
 TIME = _units({"s sec seconds": 1.0, "ms msec": 1e-3, "us usec": 1e-6, "ns": 1e-9, "100ns": 1e-7, "min": 60.0,
                "h": 3600.0, "d days": 86400.0}) | {CLOCK: (1.0, 0.0)}  # fmt: skip
-#: effective or peak: as that of the torque constant
-OF_CONSTANT = ("Arms", "Aeff", "Apk", "Apeak")
-CURRENT = _units({"A": 1.0, "mA": 1e-3, " ".join(OF_CONSTANT): 1.0})
+CURRENT = _units({"A": 1.0, "mA": 1e-3, "Arms Aeff Amprms": 1.0, "Apk Apeak Ap Amppeak Amppk": 1.0})
 VOLTAGE = _units({"V": 1.0, "mV": 1e-3})
 
 
@@ -164,11 +163,11 @@ class Column(NamedTuple):
 def parted(heading: str) -> tuple[str, str | None]:
     """Heading without its unit, and that; None: no brackets, `in` or `/` at its end.
 
-    >>> parted("Lage (\u00b5m)"), parted("Strom / A"), parted("speed_rpm")
-    (('Lage', 'um'), ('Strom', 'A'), ('speed_rpm', None))
+    >>> parted("Lage (\u00b5m)"), parted("TCMD(X) [A(p)]"), parted("Strom / A"), parted("speed_rpm")
+    (('Lage', 'um'), ('TCMD(X)', 'A(p)'), ('Strom', 'A'), ('speed_rpm', None))
     """
     heading = heading.replace("\u00b5", "u").replace("\u03bc", "u").strip()
-    match = re.fullmatch(r"(.*\S)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]", heading)
+    match = re.fullmatch(r"(.*\S)\s*[\[(]\s*((?:[^\[\]()]|\([^\[\]()]*\))*?)\s*[\])]", heading)
     match = match or re.fullmatch(r"(.*\S)\s+(?:in|/)\s+(\S+)", heading)
     return (match[1], match[2]) if match else (heading, None)
 
@@ -218,7 +217,7 @@ def _unit_of(heading: str, behind: str, unit: str | None, name: str, key: str, k
             return re.sub("[^a-z0-9]", "", text.lower())
         # case matters, what may stand between the letters does not
         text = text.replace("\u00b0", "deg").replace("\u207b\u00b9", "1")
-        return re.sub("[\\s.*^_\u00b7\u22c5\u30fb-]", "", text)
+        return re.sub("[\\s.*^_()\u00b7\u22c5\u30fb-]", "", text)
 
     written, units = behind if unit is None else unit, kind.quantities[key].units
     for known in units:
@@ -269,8 +268,9 @@ def columns_of(
     headings: Sequence[str], kind: Kind, stated: Mapping[str, str], below: Sequence[str]
 ) -> tuple[dict[str, list[Column]], list[HeadingError]]:
     """Columns by key, headings that were not understood; stated: by an option, below: row of units, may be short."""
-    # without brackets and what is behind: rpm (Rotational speed)
-    units = [re.split(r"[\[\]()]", text.strip("[]() "))[0].strip() for text in below] + len(headings) * [""]
+    # without brackets and what is behind: rpm (Rotational speed), but A(p)
+    whole = r"[\[(\s]*([^\[\]()]*(\((p|pk|peak|rms)\))?).*"
+    units = [re.sub(whole, r"\1", text).strip() for text in below] + len(headings) * [""]
     columns: dict[str, list[Column]] = {}
     those = f"found: {', '.join(filter(None, headings))}"
     those += "; save the file as UTF-8" * ("\ufffd" in those)
@@ -297,7 +297,8 @@ def columns_of(
             columns.setdefault(result[0], []).append(Column(place, heading, result[1], False, multiple))
     for what, keys in kind.needed.items():
         if not columns.keys() & set(keys):
-            for problem in problems:
+            # names that are known first
+            for problem in sorted(problems, key=lambda one: not one.unknown_unit):
                 if problem.key in keys:
                     raise problem
             allowed = f"headings with units: {kind.example}"
