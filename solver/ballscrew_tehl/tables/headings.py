@@ -252,7 +252,7 @@ def _multiple(heading: str, stated: bool = False) -> tuple[str, float | None]:
     """Heading without the number before its unit, and that; None: no number, or the range of a sensor: (100 N.m)."""
     match = MULTIPLE.search(heading)
     multiple = float(match[2].replace(",", ".")) / int(match[3] or 1) if match else 0.0
-    if not match or (multiple > 1.0 and not stated):
+    if not match or multiple == 0.0 or (multiple > 1.0 and not stated):
         return heading, None
     return heading[: match.start(1)] + heading[match.end() :], multiple
 
