@@ -66,9 +66,8 @@ def test_seals_of_the_screw_file_are_a_constant_part_of_the_torque(capsys, tmp_p
             assert sealed[key] - bare[key] == pytest.approx(value, rel=1e-9)
         assert sealed.pop("seal_torque_nm", 0.0) == part
         differ = {*parts, "map_hash"}
-        assert {key: sealed[key] for key in sealed if key not in differ} == {
-            key: bare[key] for key in bare if key not in differ
-        }
+        alike = [{key: one[key] for key in one.keys() - differ} for one in (sealed, bare)]
+        assert alike[0] == alike[1]
     found, _ = answer(capsys, "torque", "--preload-n", "2000", *place, 1000, "--screw", screw)
     torque = found["friction_torque_nm"]
     found, _ = answer(capsys, "preload", "--torque-nm", torque, *place, 1000, "--screw", screw)
@@ -177,9 +176,8 @@ def test_one_torque_calibrates_and_the_preload_behind_it_has_an_interval(capsys,
 
 def test_points_may_have_units_decimal_commas_and_gaps_that_options_fill(capsys, tmp_path):
     path = tmp_path / "points.csv"
-    path.write_text(
-        "# comment\npreload [kN];Speed [rad/s];temperature [K];axial_load_n;who\n2,0;104,719755;303,15;;me\n"
-    )
+    head = "# comment\npreload [kN];Speed [rad/s];temperature [K];axial_load_n;who"
+    path.write_text(f"{head}\n2,0;104,719755;303,15;;me\n")
     (found,), err = answer(capsys, "torque", "--points", path, "--axial-load-n", "7")
     single, _ = answer(capsys, "torque", *POINT, "--axial-load-n", "7")
     assert err == f"{path}: columns not used: who\n"

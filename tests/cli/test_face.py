@@ -20,9 +20,8 @@ def test_a_reader_that_has_left_is_no_error():
         reader, writer = os.pipe()
         os.close(reader)
         environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
-        done = subprocess.run(
-            [sys.executable, *words], env=environment, stdout=writer, stderr=subprocess.PIPE
-        )
+        command = sys.executable, *words
+        done = subprocess.run(command, env=environment, stdout=writer, stderr=subprocess.PIPE)
         os.close(writer)
         assert (done.returncode, done.stderr) == (0, b"")
 

@@ -96,9 +96,8 @@ def identified(path, rotary):
         both / (RPM if rotary else 1.0), value, value - 0.01, value + 0.01, *np.full((2, len(both)), 9.0),
     )  # fmt: skip
     rows = [dict(zip(keys, map(float, row), strict=True)) for row in zip(*columns, strict=True)]
-    path.write_text(
-        json.dumps({"kind": "rotary" if rotary else "linear", "friction": rows, "log": "now.csv"})
-    )
+    kind = "rotary" if rotary else "linear"
+    path.write_text(json.dumps({"kind": kind, "friction": rows, "log": "now.csv"}))
     return both, value
 
 
@@ -112,9 +111,8 @@ def test_friction_of_an_axis_is_read_back_in_each_direction(tmp_path, rotary):
     assert lines[0].startswith("speed [r/min],torque [N.m]," if rotary else "velocity [m/s],force [N],")
     rows = np.array([numbers(line) for line in lines[1:]])
     assert np.allclose(rows, np.column_stack([speed / one, value, value - 0.01, value + 0.01]), rtol=1e-6)
-    assert np.allclose(
-        json.loads(json_text(found.table))["torque_nm" if rotary else "force_n"], value, rtol=1e-6
-    )
+    torque = json.loads(json_text(found.table))["torque_nm" if rotary else "force_n"]
+    assert np.allclose(torque, value, rtol=1e-6)
     text = modelica_text(found.table)
     table = np.array([numbers(line) for line in text.split("double friction_1(15,4)\n")[1].splitlines()])
     assert np.allclose(np.delete(table, 7, axis=0), rows * [one, 1.0, 1.0, 1.0], rtol=1e-6)

@@ -4,22 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import servo_log as axis
 from scipy.interpolate import CubicSpline
-from servo_log import (
-    CONSTANT,
-    FRICTION,
-    GAIN,
-    GUIDES,
-    INERTIA,
-    LEAD,
-    MASS,
-    OFFSET,
-    SPEED,
-    TILT,
-    emps_log,
-    screw_log,
-    write_log,
-)
+from servo_log import GAIN, GUIDES, LEAD, MASS, emps_log, screw_log, write_log
 
 from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.identification.directions import bidirectional_friction
@@ -60,7 +47,7 @@ def of_emps(_, position, voltage, **given):
 
 def screw(law, preload, seed, **given):
     _, angle, current = screw_log(law.nut_map, preload, seed, **given)
-    signals = Signals(True, False, 1e-3, 0.0, [Section(angle, CONSTANT * current)], 303.15, None, {}, [])
+    signals = Signals(True, False, 1e-3, 0.0, [Section(angle, axis.CONSTANT * current)], 303.15, None, {}, [])
     return identify(signals, travel=5e-5 / LEAD)
 
 
@@ -68,12 +55,12 @@ def test_emps_gives_the_published_numbers_and_its_measured_curve(emps, tmp_path)
     log = read_log(write_log(tmp_path / "emps.csv", EMPS, *emps))
     found = identify(signals_of(log, Drive(gain=GAIN)), travel=5e-5)
     assert found.inertia == pytest.approx(MASS, rel=5e-3)
-    assert found.offset == pytest.approx(OFFSET, abs=0.3)
+    assert found.offset == pytest.approx(axis.OFFSET, abs=0.3)
     assert found.inertia_limits[0] <= MASS <= found.inertia_limits[1]
     # the voltage is held until the next sample
     assert found.delay == pytest.approx(-0.5e-3, abs=0.1e-3)
     many = found.friction.samples >= 34
-    truth = np.interp(found.friction.speed, SPEED, FRICTION)[many]
+    truth = np.interp(found.friction.speed, axis.SPEED, axis.FRICTION)[many]
     off = np.abs(found.friction.value[many] + found.offset - truth)
     assert many.sum() > 50
     assert np.all(off <= np.maximum(1.0, 0.03 * np.abs(truth)))
@@ -84,7 +71,7 @@ def test_intervals_hold_the_truth_with_noise_and_delay():
     for seed in range(held):
         found = of_emps(*emps_log(2, 1e-7, 0.03, 2, seed, fine=10))
         inside += found.inertia_limits[0] <= MASS <= found.inertia_limits[1]
-        truth = np.interp(found.friction.speed, SPEED, FRICTION) - found.offset
+        truth = np.interp(found.friction.speed, axis.SPEED, axis.FRICTION) - found.offset
         shares.append(np.mean((found.friction.low <= truth) & (truth <= found.friction.high)))
         # half a sample of the hold, half a step of the simulation
         late += found.delay_limits[0] <= 1.55e-3 <= found.delay_limits[1]
@@ -99,7 +86,7 @@ def test_a_known_offset_leaves_friction_its_own_difference(emps, law):
     assert (known.offset, known.offset_error) == (-5.0, 0.2)
     assert known.offset_limits == pytest.approx((-5.0 - 0.392, -5.0 + 0.392), abs=1e-3)
     assert known.friction.value - 5.0 == pytest.approx(free.friction.value + free.offset, rel=1e-9)
-    truth = np.interp(known.friction.speed, SPEED, FRICTION) + 5.0
+    truth = np.interp(known.friction.speed, axis.SPEED, axis.FRICTION) + 5.0
     assert np.mean((known.friction.low <= truth) & (truth <= known.friction.high)) >= 0.95
     one, other = bidirectional_friction(free.friction), bidirectional_friction(known.friction, 0.2)
     assert other.mean == pytest.approx(one.mean, rel=1e-9)
@@ -110,17 +97,14 @@ def test_a_known_offset_leaves_friction_its_own_difference(emps, law):
     assert not any("(f+ - f-)/2" in note for note in screw(law, 1800.0, 6).notes)
 
 
-def test_given_mass_fewer_bins_and_a_given_cutoff(emps):
+def test_given_mass_fewer_bins_a_given_cutoff_and_no_residuals_over_the_position(emps):
     found = of_emps(*emps, inertia=MASS, bins_wanted=12, cutoff=50.0)
     assert (found.inertia, found.inertia_limits, found.cutoff) == (MASS, None, 50.0)
     assert len(found.friction.speed) == 24
     with pytest.raises(ValueError, match=r"inertia given = 9.5e\+07 kg; the log shows about 95"):
         of_emps(*emps, inertia=1e6 * 95.0)
-
-
-def test_without_residuals_over_the_position_there_is_a_text(emps):
-    found = replace(of_emps(*emps), places=(np.empty(0),) * 3)
-    assert "residual over position" not in identified_text(found, identified_data(found))
+    nowhere = replace(found, places=(np.empty(0),) * 3)
+    assert "residual over position" not in identified_text(nowhere, identified_data(nowhere))
 
 
 def missing_at_wraps(time, position, voltage):
@@ -202,9 +186,9 @@ def test_preload_and_its_change_with_known_guides(law):
     found, logs = [], []
     for preload, seed in ((1800.0, 1), (2000.0, 2)):
         one = screw(law, preload, seed)
-        assert one.inertia == pytest.approx(INERTIA, rel=3e-3)
-        assert one.offset == pytest.approx(TILT, abs=0.01)
-        assert one.offset_limits[0] <= TILT <= one.offset_limits[1]
+        assert one.inertia == pytest.approx(axis.INERTIA, rel=3e-3)
+        assert one.offset == pytest.approx(axis.TILT, abs=0.01)
+        assert one.offset_limits[0] <= axis.TILT <= one.offset_limits[1]
         friction = without(screw_friction(one, None), GUIDES * LEAD)
         logs.append(screw_friction(one, None))
         found.append((friction, found_preload(friction, law, 303.15), 303.15))

@@ -14,14 +14,7 @@ from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.physics.rating import ball_pressure
 from ballscrew_tehl.refinement import direct
-from ballscrew_tehl.refinement.direct import (
-    DirectContacts,
-    DirectFilm,
-    direct_extremes,
-    rolling_contacts,
-    rolling_parameters,
-    solved_contact,
-)
+from ballscrew_tehl.refinement.direct import DirectContacts, DirectFilm, rolling_contacts, solved_contact
 
 SCREW = GD4008.screw
 CASES = ((0.0, 1), (1500.0, 2), (-9000.0, 1))  # axial load, nuts that differ
@@ -59,11 +52,10 @@ def test_direct_film_solves_each_point_once(solves):
 
 def test_extremes_and_torque_are_those_of_all_balls_of_both_nuts(solves):
     """Torque against the film of every ball; the mean one has an error of second order."""
-    for set_, (axial, nuts) in zip(
-        ("three_parameter", "two_parameter", "three_parameter"), CASES, strict=True
-    ):
+    sets = "three_parameter", "two_parameter", "three_parameter"
+    for set_, (axial, nuts) in zip(sets, CASES, strict=True):
         parameters, point = changed(GD4008, friction={"set": set_}), (2000.0, 50.0, 303.0, axial)
-        rolling, friction = rolling_parameters(parameters), default_friction_set(parameters)
+        rolling, friction = direct.rolling_parameters(parameters), default_friction_set(parameters)
         forces = {f for f in nut_forces(rolling, 2000.0, axial) if f > 0.0}
         loads = np.concatenate([nut_loads(SCREW, f, SCREW.loaded_ball_count) for f in forces])
         balls = {r: [closed_ball(rolling, r, float(q), 50.0, 303.0, True) for q in loads] for r in RACEWAYS}
@@ -76,7 +68,9 @@ def test_extremes_and_torque_are_those_of_all_balls_of_both_nuts(solves):
             "contact_pressure_max": ball_pressure(SCREW, float(loads.max())),
             "ball_load_max": loads.max(),
         }
-        assert direct_extremes(rolling, 2000.0, axial, 50.0, 303.0) == pytest.approx(expected, rel=1e-8)
+        assert direct.direct_extremes(rolling, 2000.0, axial, 50.0, 303.0) == pytest.approx(
+            expected, rel=1e-8
+        )
         film = ClosedFilm(GD4008, friction.film_model == "solved_thermal")
         torque = double_nut_torque(parameters, friction, film, *point).total
         solves.clear()

@@ -54,9 +54,8 @@ def closed_contacts(request, monkeypatch):
 
 def direct_torque(name, *point):
     friction_set = default_friction_set(with_set(GD4008, name))
-    return double_nut_torque(
-        GD4008, friction_set, ClosedFilm(GD4008, name == "three_parameter"), *point
-    ).total
+    film = ClosedFilm(GD4008, name == "three_parameter")
+    return double_nut_torque(GD4008, friction_set, film, *point).total
 
 
 def rolling_torque(force, *at):
@@ -99,9 +98,8 @@ def run_of(refinement, count=300, back=False):
     time = np.linspace(1.0, 0.0, count) if back else np.linspace(0.0, 1.0, count)
     speeds, loads = 12.0 * 8.0**time, 400.0 * np.sin(25.0 * time)
     points = zip(speeds.tolist(), loads.tolist(), strict=True)
-    return (
-        np.array([refinement.evaluate(2000.0, w, 303.15, a).friction_torque for w, a in points]), speeds, loads,
-    )  # fmt: skip
+    torques = [refinement.evaluate(2000.0, w, 303.15, a).friction_torque for w, a in points]
+    return np.array(torques), speeds, loads
 
 
 def test_torque_along_a_run_is_direct_within_the_tolerance_from_few_solves():
@@ -115,9 +113,8 @@ def test_torque_along_a_run_is_direct_within_the_tolerance_from_few_solves():
         solved = len(refinement.solves)
         assert solved < 100
         points = zip(speeds[::6], loads[::6], strict=True)
-        error = np.abs(
-            found[::6] / [direct_torque("three_parameter", 2000.0, w, 303.15, a) for w, a in points] - 1.0
-        )
+        expected = [direct_torque("three_parameter", 2000.0, w, 303.15, a) for w, a in points]
+        error = np.abs(found[::6] / expected - 1.0)
         assert np.mean(error <= 2e-3) >= 0.95
         assert error.max() <= 6e-3
         # no jump where a contact is added

@@ -158,9 +158,8 @@ def test_viscous_torque_and_films_towards_rest(nut_map):
         below, above = slopes_at(torque, LOWEST)
         assert below == pytest.approx(above, rel=1e-5)  # truncation of the one-sided differences
         assert torque(0.0) == 0.0
-        assert torque(1e-9 * LOWEST) == pytest.approx(
-            1e-6 * torque(1e-3 * LOWEST), rel=1e-3
-        )  # linear at rest
+        # linear at rest
+        assert torque(1e-9 * LOWEST) == pytest.approx(1e-6 * torque(1e-3 * LOWEST), rel=1e-3)
         assert (np.diff([torque(s) for s in np.linspace(0.0, 1.2 * LOWEST, 200)]) > 0.0).all()
     rest, half, lowest = (nut_map.evaluate(2000.0, speed, T) for speed in (0.0, 0.5 * LOWEST, LOWEST))
     assert (rest.film_thickness_min, rest.film_temperature_rise, rest.lambda_ratio) == (0.0, 0.0, 0.0)
@@ -193,17 +192,15 @@ def test_ball_friction_rises_smoothly_to_breakaway_at_standstill(breakaway):
         return state.sliding_torque / (1e9 * thick)
 
     assert factor(0.0) == pytest.approx(breakaway, rel=1e-8)
-    assert factor(LOWEST) == pytest.approx(
-        synthetic_map.surfaces(2000.0, LOWEST, T, MECHANISTIC)[3], rel=1e-8
-    )
+    slowest = synthetic_map.surfaces(2000.0, LOWEST, T, MECHANISTIC)[3]
+    assert factor(LOWEST) == pytest.approx(slowest, rel=1e-8)
     if breakaway > 1.5:  # where the slope of the map is not above the steepest of the law
         below, above = slopes_at(factor, LOWEST)
         assert below == pytest.approx(above, rel=1e-5)
     assert np.max(np.diff([factor(s) for s in np.linspace(0.0, 1.2 * LOWEST, 200)])) < 0.0
     # no cusp at rest
-    assert (breakaway - factor(2e-5 * LOWEST)) / (breakaway - factor(1e-5 * LOWEST)) == pytest.approx(
-        4.0, rel=0.01
-    )
+    fall = [breakaway - factor(share * LOWEST) for share in (2e-5, 1e-5)]
+    assert fall[0] / fall[1] == pytest.approx(4.0, rel=0.01)
     slow = nut_map.evaluate(2000.0, LOWEST, T).sliding_torque
     low = nut_map.evaluate(2000.0, 0.0, T, breakaway_factor=1.2).sliding_torque
     assert low == pytest.approx(slow, rel=1e-12)  # below the friction of the slowest node: no effect
@@ -219,9 +216,8 @@ def test_oversize_balls_roll_freely_where_the_axial_load_has_freed_two_flanks(sp
     relieved, loaded = forces(1700.0, 9000.0)
     assert relieved == 0.0
     # without balls on each other the sliding torque is the shear
-    shear, found = (
-        m.evaluate(*at, 9e3, net_sliding_coefficient=0.0).sliding_torque for m in (plain, OVERSIZE)
-    )
+    alone = {"net_sliding_coefficient": 0.0}
+    shear, found = (m.evaluate(*at, 9e3, **alone).sliding_torque for m in (plain, OVERSIZE))
     free = FREE * (loaded / 1000.0) ** -0.05
     # the two branches are joined smoothly: at 0.3 by 3e-5 of the smaller one
     assert found == pytest.approx(free * shear, rel=1e-4)

@@ -61,9 +61,8 @@ def test_inner_loops_close_and_an_outer_one_goes_on_as_if_they_had_not_been():
             assert abs(one - other) <= 1e-12 * element_limits(TC, K)[-1]
     full = moved(NONE, 2.0 * X_M)
     for share in (0.1, 0.4, 0.9):
-        assert TC - moved(full.states, -2.0 * share * X_M).torque == pytest.approx(
-            2.0 * moved(NONE, share * X_M).torque, rel=1e-12
-        )
+        branch = TC - moved(full.states, -2.0 * share * X_M).torque
+        assert branch == pytest.approx(2.0 * moved(NONE, share * X_M).torque, rel=1e-12)
 
 
 def test_heat_is_the_work_less_what_is_stored_and_steps_add_up():
@@ -79,9 +78,8 @@ def test_heat_is_the_work_less_what_is_stored_and_steps_add_up():
             parts, heat, torque = part.states, heat + part.heat, part.torque
         assert parts == pytest.approx(one.states, abs=1e-12)
         assert one.heat == pytest.approx(heat, abs=1e-12)
-        assert one.heat == pytest.approx(
-            work - energy(one.states) + energy(states), abs=1e-4 * abs(work) + 1e-12
-        )
+        lost = work - energy(one.states) + energy(states)
+        assert one.heat == pytest.approx(lost, abs=1e-4 * abs(work) + 1e-12)
 
 
 def test_a_level_that_sinks_turns_energy_into_heat_and_one_that_rises_leaves_the_elements():

@@ -4,14 +4,7 @@ from functools import lru_cache
 
 from reference_screw import GD4008
 
-from ballscrew_tehl.contact import (
-    ContactConditions,
-    ContactResult,
-    MoesFilm,
-    SolverOptions,
-    solve,
-    solve_moes,
-)
+from ballscrew_tehl.contact import ContactConditions, SolverOptions, solve, solve_moes
 from ballscrew_tehl.contact.grid import Grid
 from ballscrew_tehl.physics.hertz import E_prime, reduced_radii
 
@@ -24,9 +17,8 @@ LONG, CIRCLE = 0.0353, 1.0
 
 def conditions(load=30.0, u_e=2.0, srr=0.5, temperature=303.15) -> ContactConditions:
     """A screw-side contact; u_1 is the faster body for srr > 0."""
-    return ContactConditions(
-        load, R_X, R_Y, u_e * (1.0 + 0.5 * srr), u_e * (1.0 - 0.5 * srr), temperature, MODULUS
-    )
+    u_1, u_2 = u_e * (1.0 + 0.5 * srr), u_e * (1.0 - 0.5 * srr)
+    return ContactConditions(load, R_X, R_Y, u_1, u_2, temperature, MODULUS)
 
 
 def options(**changed) -> SolverOptions:
@@ -35,7 +27,7 @@ def options(**changed) -> SolverOptions:
 
 
 @lru_cache(maxsize=128)
-def solved(at: ContactConditions, **changed) -> ContactResult:
+def solved(at: ContactConditions, **changed):
     """Solution of the oil."""
     result = solve(at, OIL, STEEL, options(**changed))
     assert result.converged, result.reason
@@ -43,7 +35,7 @@ def solved(at: ContactConditions, **changed) -> ContactResult:
 
 
 @lru_cache(maxsize=128)
-def moes(M, L, radius_ratio, law, **options) -> MoesFilm:
+def moes(M, L, radius_ratio, law, **options):
     """Isothermal film, on the default grid unless options are given."""
     film = solve_moes(M, L, radius_ratio, law, SolverOptions(thermal=False, **options))
     assert film.result.converged, film.result.reason

@@ -260,7 +260,6 @@ def build_parser(prog: str, command: Command, new: Callable[..., Parser] = Parse
             dest="command", required=True, metavar="COMMAND", parser_class=Parser, help=argparse.SUPPRESS
         )
         for name, action in command.actions.items():
-            build_parser(
-                f"{prog} {name}", action, functools.partial(below.add_parser, name, help=action.help)
-            )
+            add = functools.partial(below.add_parser, name, help=action.help)
+            build_parser(f"{prog} {name}", action, add)
     return parser

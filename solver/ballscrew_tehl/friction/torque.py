@@ -233,7 +233,5 @@ def preload_from_torque(
         )
     preload, found = rising_root(lambda x: evaluate(x) - torque, float(lowest), float(highest), relative)
     if not found:
-        raise ValueError(
-            f"torque = {torque:.6g} N.m; no preload found between {lowest:.6g} and {highest:.6g} N"
-        )
+        raise ValueError(f"torque = {torque:.6g} N.m; no preload between {lowest:.6g} and {highest:.6g} N")
     return preload

@@ -290,9 +290,8 @@ def identify(
     reason = f"bins of speed with fewer than {MIN_SAMPLES} samples, {MIN_INDEPENDENT:g} of them independent"
     left_out = signals.left_out | samples.left_out | {reason: int((~use).sum()) * samples.each}
     # what half the cutoff and a farther travel change
-    others = [
-        filtered(signals, *pair, variance) for pair in ((travel, 0.5 * cutoff), (FARTHER * travel, cutoff))
-    ]
+    pairs = (travel, 0.5 * cutoff), (FARTHER * travel, cutoff)
+    others = [filtered(signals, *pair, variance) for pair in pairs]
     if len(others[1].speed) < FARTHER_LEFT * len(samples.speed):
         del others[1]
     changed = [fit_of(other, delay, bins(other.speed), size, inertia) for other in others]

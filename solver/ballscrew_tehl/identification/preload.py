@@ -116,11 +116,9 @@ def _inside(friction: Bidirectional, law: Law) -> Bidirectional:
     low, high = law.nut_map.header["axes"]["speed"][:2]
     keep = (friction.speed >= low) & (friction.speed <= high)
     if not keep.sum() >= MIN_SPEEDS:
-        allowed = (
-            f"at least {MIN_SPEEDS} in {low / RPM:.4g} to {high / RPM:.4g} r/min: check --ratio and --lead-mm"
-        )
+        allowed = f"{MIN_SPEEDS} in {low / RPM:.4g} to {high / RPM:.4g} r/min: check --ratio and --lead-mm"
         inside = f"{int(keep.sum())} of {len(keep)}, {friction.span}"
-        raise ValueError(f"speeds of the log within the map = {inside}; allowed: {allowed}")
+        raise ValueError(f"speeds of the log within the map = {inside}; allowed: at least {allowed}")
     return friction.where(keep)
 
 

@@ -177,9 +177,7 @@ def limits(data: ReportData) -> Html:
           if np.any(where)),
     ]  # fmt: skip
     if (outside := 1.0 - header["atlas_fraction"]) > 0.0:
-        rows.append(
-            ("contacts outside the atlas", f"{100.0 * outside:.2g} %, by their ratio to closed forms")
-        )
+        rows.append(("contacts outside the atlas", f"{100.0 * outside:.2g} %, by ratio to closed forms"))
     if screw.preload_kind == FOUR_POINT:
         rows.append(("oversize balls under axial load", OVERSIZE_BALLS[data.mechanistic]))
     return table("not_certain", "Range, and what is not included or less certain", ("", ""), rows, text=True)

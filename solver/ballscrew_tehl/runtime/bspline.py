@@ -73,9 +73,7 @@ def fit(values: NDArray[np.float64], axes: Sequence[int]) -> NDArray[np.float64]
     """Spline coefficients that reproduce the values at the nodes, two more along each of these axes; ValueError."""
     coefficients = np.asarray(values, dtype=np.float64)
     if not np.isfinite(coefficients).all():
-        raise ValueError(
-            "spline through values that are not finite; every node needs one, a logarithm one > 0"
-        )
+        raise ValueError("spline through values not finite; every node needs one, a logarithm one > 0")
     for axis in axes:
         nodes = coefficients.shape[axis]
         if nodes < LEAST_NODES:

@@ -111,9 +111,7 @@ def check(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) 
         raise MapError(f"map format version {found}; expected {FORMAT_VERSION}: build the map again")
     expected, actual = header.get("content_hash"), content_hash(header, arrays)
     if expected != actual:
-        raise MapError(
-            f"map content hash {actual[:12]}; expected {str(expected)[:12]}: the map was changed or damaged"
-        )
+        raise MapError(f"map content hash {actual[:12]}; expected {str(expected)[:12]}: changed or damaged")
 
 
 def npz_bytes(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> bytes:

@@ -8,28 +8,12 @@ from ctypes import byref, c_double, c_size_t
 from pathlib import Path
 from urllib.parse import quote
 
+import native_library as native
 import numpy as np
 import pytest
 from fmu_checks import fmi_functions
 from native_calls import LEGAL, STATES, UNSUPPORTED, arguments, is_legal
-from native_library import (
-    CS,
-    DISCARD,
-    ERROR,
-    INDICATORS,
-    INPUTS,
-    ME,
-    NUT_MAP,
-    OK,
-    OUTPUTS,
-    REAL_PARAMETERS,
-    REALS,
-    TIME_REFERENCE,
-    TOKEN,
-    WARNING,
-    NativeInstance,
-    doubles,
-)
+from native_library import CS, DISCARD, ERROR, INPUTS, ME, NUT_MAP, OK, OUTPUTS, NativeInstance, doubles
 from native_model import put_resources
 from synthetic_map import make_map
 
@@ -85,9 +69,10 @@ def test_the_table_has_all_functions_of_the_standard_and_none_crashes_without_an
 
 
 def test_refused_instances_report_the_reason():
+    token = re.escape(native.TOKEN)
     for version, kind in ((2, CS), (2, ME), (3, CS), (3, ME)):
         for wrong, found in (
-            ({"token": "{other}"}, rf"\{{other\}}.*{re.escape(TOKEN)}"), ({"token": None}, "NULL.*" + re.escape(TOKEN)),
+            ({"token": "{other}"}, rf"\{{other\}}.*{token}"), ({"token": None}, "NULL.*" + token),
             ({"name": None}, "name is empty"), ({"name": b" \t"}, "name is empty"), ({"resources": None}, "resources"),
             ({"resources": "/no/such/folder"}, "/no/such/folder/screw.bin"), ({"token": "x" * 5000}, "x{50}"),
         ):  # fmt: skip
@@ -157,7 +142,8 @@ def test_impossible_steps(opened, version):
 
 
 @both_versions
-def test_impossible_experiments(version):
+def test_impossible_experiments_and_time_of_steps(version):
+    """Drift by the rounding of an importer is silent, a jump is warned of in FMI 3, and the importer's time is used."""
     for start, stop in ((math.nan, None), (math.inf, None), (1.0, 0.5), (0.0, math.nan)):
         with NativeInstance(version) as one:
             assert one.initialize(start, stop) == ERROR
@@ -168,11 +154,6 @@ def test_impossible_experiments(version):
             time += 0.1
         assert one.step(time, 0.1) == ERROR
         assert "stop time 0.3 s" in one.last
-
-
-@both_versions
-def test_time_of_steps(version):
-    """Drift by the rounding of an importer is silent, a jump is warned of in FMI 3, and the importer's time is used."""
     with NativeInstance(version).start() as one:
         time, reached = 0.0, doubles(0.0)
         for _ in range(1000):
@@ -184,7 +165,7 @@ def test_time_of_steps(version):
         if version == 2:
             assert one.call("GetRealStatus", 2, reached) == OK
         else:
-            assert one.get_raw(one.vr(TIME_REFERENCE), reached) == OK
+            assert one.get_raw(one.vr(native.TIME_REFERENCE), reached) == OK
         assert reached[0] == pytest.approx(1.001, rel=1e-15)
         assert [m.text[:29] for m in one.messages] == ["communication point = 5 s, en"][: version - 2]
 
@@ -193,7 +174,7 @@ def test_time_of_steps(version):
 def test_a_bad_value_in_co_simulation_discards_the_step(opened, version):
     """Outputs and time are those of the last good step; the bad value is named until it is replaced."""
     start = {"speed": 3.0, "start": 1.0}
-    for name in (*INPUTS, *REAL_PARAMETERS):
+    for name in (*INPUTS, *native.REAL_PARAMETERS):
         with opened(version).start(**start) as one, opened(version).start(**start) as other:
             one.go(), other.go()
             good, before, time = one.get(name)[0], one.outputs(), doubles(0.0)
@@ -221,13 +202,13 @@ def test_a_bad_value_in_co_simulation_discards_the_step(opened, version):
 @both_versions
 def test_a_bad_value_in_model_exchange_is_discarded_and_nothing_is_stored(version):
     with NativeInstance(version, ME).start(speed=3.0) as one:
-        before = one.get(*REALS)
-        for name in (*INPUTS, *REAL_PARAMETERS):
+        before = one.get(*native.REALS)
+        for name in (*INPUTS, *native.REAL_PARAMETERS):
             for bad in BAD:
                 first = "temperature" if name != "temperature" else "speed"
                 assert one.set(**{first: 300.0, name: bad}) == DISCARD
                 assert one.last.startswith(f"{name} = ")
-                assert one.get(*REALS) == before
+                assert one.get(*native.REALS) == before
         one.call("EnterContinuousTimeMode")
         good = [2e-4] * ELEMENTS
         one.call("SetContinuousStates", doubles(*good), c_size_t(ELEMENTS))
@@ -332,14 +313,14 @@ def test_model_exchange_follows_inputs_and_state_at_once(version):
         one.set(speed=0.02)
         rates = one.get(*(f"{name}_rate" for name in ELEMENT_STATES))
         assert one.rates() == rates == pytest.approx([0.02 * root] * ELEMENTS, rel=1e-9)
-        assert one.vector("GetEventIndicators", len(INDICATORS)) == one.get(*INDICATORS)
+        assert one.vector("GetEventIndicators", len(native.INDICATORS)) == one.get(*native.INDICATORS)
         assert one.vector("GetNominalsOfContinuousStates") == [1e-2] * ELEMENTS
         flags = [ctypes.c_int(1), ctypes.c_int(1)] if version == 2 else [ctypes.c_bool(1), ctypes.c_bool(1)]
         assert one.call("CompletedIntegratorStep", 1, *map(byref, flags)) == OK
         assert [flag.value for flag in flags] == [0, 0]
     for name, size in (
         ("SetContinuousStates", ELEMENTS), ("GetContinuousStates", ELEMENTS),
-        ("GetNominalsOfContinuousStates", ELEMENTS), ("GetEventIndicators", len(INDICATORS)),
+        ("GetNominalsOfContinuousStates", ELEMENTS), ("GetEventIndicators", len(native.INDICATORS)),
     ):  # fmt: skip
         for array, wrong in ((doubles(0.0, 0.0, 0.0), 0), (doubles(0.0, 0.0, 0.0), 3), (None, size)):
             with NativeInstance(version, ME).go_to("c") as one:
@@ -349,7 +330,7 @@ def test_model_exchange_follows_inputs_and_state_at_once(version):
     if version == 3:
         with NativeInstance(3, ME) as one:
             for name, size in (
-                ("GetNumberOfContinuousStates", ELEMENTS), ("GetNumberOfEventIndicators", len(INDICATORS)),
+                ("GetNumberOfContinuousStates", ELEMENTS), ("GetNumberOfEventIndicators", len(native.INDICATORS)),
             ):  # fmt: skip
                 found = c_size_t()
                 assert (one.call(name, byref(found)), found.value) == (OK, size)
@@ -388,7 +369,7 @@ def test_derivatives_through_fmi(version, kind):
     for unknown, known in (
         ("speed", "speed"), ("friction_torque", "viscous_torque"), (999, "speed"),
         ("friction_torque", 999), ("friction_torque", "presliding_stiffness"), ("slip_indicator_1", "speed"),
-        ("friction_torque", "in_range"), ("friction_torque", TIME_REFERENCE),
+        ("friction_torque", "in_range"), ("friction_torque", native.TIME_REFERENCE),
     ):  # fmt: skip
         with NativeInstance(version, kind).start() as one:
             assert derivative(one, [unknown], [known], [1.0]) == ERROR
@@ -420,7 +401,7 @@ def test_clamped_inputs_are_reported_once(opened, version, kind):
     with opened(version, kind).start(preload=0.0, temperature=0.0) as one:
         one.go() if kind == CS else one.update()
         assert [m.text.split()[0] for m in one.messages] == ["preload", "temperature"]
-        assert {m[:2] for m in one.messages} == {(WARNING, "logStatusWarning")}
+        assert {m[:2] for m in one.messages} == {(native.WARNING, "logStatusWarning")}
         assert one.last.startswith("temperature = 0")
         assert "is outside the map and is clamped (logged once)" in one.last
         for speed in (1e4, 2e4):
@@ -493,7 +474,7 @@ def test_a_map_of_another_screw_replaces_that_in_the_resources(tmp_path, version
     folder = put_resources(tmp_path / "other", NUT_MAP, nut_map=map_bytes(other))
     with NativeInstance(version, kind, resources=folder) as one, NativeInstance(version, kind) as built:
         new, old = (m.header["content_hash"][:12] for m in (other, NUT_MAP))
-        assert [m.status for m in one.opening] == [OK, WARNING]
+        assert [m.status for m in one.opening] == [OK, native.WARNING]
         assert f"map {new} replaces map {old}" in one.opening[1].text
         own = NUT_MAP.header["content_hash"]
         assert built.opening == [(OK, "logAll", f"map {own}, film_shear friction law")]
@@ -505,4 +486,4 @@ def test_a_map_of_another_screw_replaces_that_in_the_resources(tmp_path, version
         saved = one.serialize(one.save())
         assert other.header["content_hash"].encode() in saved
         assert built.deserialize(saved)[0] == ERROR
-        assert f"this FMU has {TOKEN} and map {old}" in built.last
+        assert f"this FMU has {native.TOKEN} and map {old}" in built.last

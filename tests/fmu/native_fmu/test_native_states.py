@@ -6,20 +6,9 @@ import re
 import struct
 from ctypes import byref, c_size_t, c_void_p
 
+import native_library as native
 import pytest
-from native_library import (
-    CS,
-    ERROR,
-    ME,
-    NUT_MAP,
-    OK,
-    REALS,
-    TIME_REFERENCE,
-    TOKEN,
-    NativeInstance,
-    counting_functions,
-    doubles,
-)  # fmt: skip
+from native_library import CS, ERROR, ME, NUT_MAP, OK, TOKEN, NativeInstance, doubles
 from native_model import sealed
 from synthetic_map import make_map
 
@@ -146,7 +135,7 @@ def test_times_and_warnings_are_restored(opened, version):
         one.go(0.75)
         assert other.restore(other.deserialize(one.serialize(one.save()))[1]) == OK
         if version == 3:
-            assert other.get(TIME_REFERENCE) == [1.75]
+            assert other.get(native.TIME_REFERENCE) == [1.75]
         other.set(preload=0.0)
         assert other.step(1.75, 0.1) == OK
         assert [m.text.split()[0] for m in other.messages] == ["preload"]  # not temperature again
@@ -172,12 +161,12 @@ def test_a_state_is_saved_over_an_old_one_and_memory_comes_from_the_importer(ver
         address = state.value
         assert one.call(f"Get{one.saved}", byref(state)) == OK
         assert state.value == address
-    functions, given, taken = counting_functions()
+    functions, given, taken = native.counting_functions()
     with NativeInstance(2, functions=functions).start(speed=1.0, presliding_stiffness=400.0) as one:
         before = len(given)
         for _ in range(3):
             one.go(axial_load=500.0)
-        one.get(*REALS)
+        one.get(*native.REALS)
         assert len(given) == before > 0
         one.save()  # freed by freeInstance
         one.forget(one.save())

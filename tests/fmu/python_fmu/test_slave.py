@@ -25,10 +25,6 @@ from ballscrew_tehl.runtime.packed import MECHANISTIC, sealed
 pytestmark = pytest.mark.skipif(not RUNS_HERE, reason="opens the library for x86_64 Linux")
 
 
-def of_status(instance, status):
-    return [text for found, text in instance.messages if found == status]
-
-
 def go_on(instance, speeds=(0.002, 0.02, -0.01, 1.0, 0.0)):
     return [(instance.step(1e-3, speed=speed), instance.outputs()) for speed in speeds]
 
@@ -106,7 +102,7 @@ def test_friction_numbers_of_another_screw_are_reported_once(tmp_path):
     with FmuInstance(build_fmu(nut_map, tmp_path / "python.fmu").path) as one:
         go_on(one)
         # % is doubled in FMI 2, whose message is a format of printf
-        assert [found.replace("%%", "%") for found in of_status(one, WARNING)] == [text]
+        assert [found.replace("%%", "%") for status, found in one.messages if status == WARNING] == [text]
     for version in (2, 3):
         with NativeInstance(version, nut_map=nut_map) as native:
             native.start().go()

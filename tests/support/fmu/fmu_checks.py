@@ -148,6 +148,5 @@ def exports(library, names):
 def fmi_functions(version):
     """All functions of an FMI version, from its header."""
     header = (Path(fmpy.__file__).parent / "c-code" / f"fmi{version}Functions.h").read_text()
-    return sorted(
-        set(re.findall(rf"^#define (fmi{version}\w+)\s+fmi{version}FullName\(", header, re.MULTILINE))
-    )
+    names = re.findall(rf"^#define (fmi{version}\w+)\s+fmi{version}FullName\(", header, re.MULTILINE)
+    return sorted({*names})

@@ -78,9 +78,7 @@ def run_export(args: Namespace) -> Answer:
 def _lists(output: Path, export: _Export, max_points: int) -> tuple[dict[Path, str], list[dict[str, Any]]]:
     """Texts of compensation lists by path, and keys of their answers."""
     if export.lead is None:
-        raise ValueError(
-            "--lead-mm (missing); needed with --format twincat, whose list is over the velocity of the axis"
-        )
+        raise ValueError("--lead-mm (missing); needed with --format twincat, a list over the axis velocity")
     files, answers = {}, []
     for curve in export.lists:
         # the entry at rest is one of them
@@ -167,9 +165,7 @@ def _of_log(args: Namespace, max_points: int) -> _Export:
             f"--{needless[0].replace('_', '-')} with --identified; allowed: with --map, whose friction is then written"
         )
     if args.points and args.format != "twincat":
-        raise ValueError(
-            "--points with --identified; allowed: with --format twincat, other files have all speeds"
-        )
+        raise ValueError("--points with --identified; allowed: with --format twincat, others have all speeds")
     axis = read_identified(args.identified)
     if args.lead_mm is not None:
         axis = axis._replace(lead=1e-3 * abs(args.lead_mm))

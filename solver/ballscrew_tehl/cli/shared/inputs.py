@@ -104,9 +104,7 @@ def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[st
     for one in quantities:
         value = getattr(args, one.name)
         if value is not None and all(row.get(one.name) for row in rows):
-            raise ValueError(
-                f"{one.option} = {value:g}, {args.points} has this column in all rows; remove one"
-            )
+            raise ValueError(f"{one.option} = {value:g}, {args.points} has this column in all rows; drop one")
     return [
         {quantity.name: _value(args, number, row, quantity) for quantity in quantities}
         for number, row in enumerate(rows, start=1)
