@@ -100,22 +100,23 @@ def fitted_without(i, basis, contacts):
 
 
 def test_interval_holds_the_measured_torques():
-    """Of eleven, at 20, 25, 30, 35 C, for the temperature is not printed: not fitted, then each left out of a fit."""
+    """Of eleven, at 20, 25, 30, 35 C, for the temperature is not printed; at 20 and 30 C each left out of a fit."""
     contacts, counts, widths = BallContacts(LAW), [], []
     for celsius in (20.0, 25.0, 30.0, 35.0):
         points = packaged_measurements(celsius + CELSIUS)
         basis = dataclasses.replace(
             torque_basis(LAW, contacts, points), names=SETS[Law.MECHANISTIC], rolling=None
         )
-        for entries in ([FREE] * 11, [fitted_without(i, basis, contacts) for i in range(11)]):
+        left_out = [fitted_without(i, basis, contacts) for i in range(11 * (celsius in (20.0, 30.0)))]
+        for entries in filter(None, ([FREE] * 11, left_out)):
             found = [
                 torque_interval(LAW, [m.preload] * 2, contacts, m.speed, m.temperature, entry)
                 for m, entry in zip(points, entries, strict=True)
             ]
             counts.append(sum(i.low <= m.torque <= i.high for i, m in zip(found, points, strict=True)))
             widths.append(float(np.mean([i.high / i.low for i in found])))
-    assert counts == [9, 11, 11, 11, 11, 10, 11, 10]
-    assert widths == pytest.approx([2.4, 1.9, 2.4, 1.4, 2.5, 1.2, 2.5, 1.3], abs=0.1)
+    assert counts == [9, 11, 11, 11, 10, 11]
+    assert widths == pytest.approx([2.4, 1.9, 2.4, 2.5, 1.2, 2.5], abs=0.1)
 
 
 def test_stated_constants_are_known():
