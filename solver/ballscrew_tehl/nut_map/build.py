@@ -20,7 +20,7 @@ from .grid import VISCOUS, BuiltMap, MapGrid, Progress, ball_range, largest_pres
 
 #: every third temperature, at which the shear of balls on two flanks is summed; its mean changes by 1.6e-3 at most
 SPARSE = slice(1, None, 3)
-FORCES = 8  # between two calls of the progress; fewer at a time take longer
+FORCES = 16  # between two calls of the progress; 8 at a time take a tenth longer
 
 
 def build_map(
