@@ -47,7 +47,8 @@ from .sets import SUPPLY, FrictionSet, load_friction_sets
 DEVIATIONS = 1.2816
 #: standard deviation of a normal quantity over its mean absolute value
 SCATTER_DEVIATION = math.sqrt(0.5 * math.pi)
-#: a relative error of torques that counts beside their deviations from the law, for few may agree by chance
+#: a relative error that counts beside those of torques, for three may agree by chance. 100 to 1200 sets of 3, 5 and 11
+#: torques with 3 % noise: 0 gives limits that hold 79 % of the truths where two numbers are fitted to three
 KNOWN_ERROR = 0.02
 #: names of what a fit contributes: its coefficient, the error of a point left out
 FITTED_COEFFICIENT, LEFT_OUT = "net_sliding_coefficient", "leave_one_out"
@@ -157,10 +158,10 @@ def with_constants(parameters: Parameters, values: Mapping[str, float]) -> Param
     return parameters.model_copy(update=changes)
 
 
-def learned_of(friction_set: FrictionSet, parameters: Parameters, names: Sequence[str]) -> Learned:
-    """What the measurements of a set say of these constants, if they are of this screw with this oil and constants."""
+def learned_of(friction_set: FrictionSet, fitted: bool, names: Sequence[str]) -> Learned:
+    """What the measurements of a set say of these constants, nothing if it is not fitted to this screw."""
     mean, covariance, scatter = np.zeros(len(names)), np.eye(len(names)), 0.0
-    if friction_set.learned and is_fitted(friction_set, parameters):
+    if fitted:
         found = friction_set.learned
         known = list(found["mean"])
         of = [i for i, name in enumerate(names) if name in known]
@@ -168,8 +169,10 @@ def learned_of(friction_set: FrictionSet, parameters: Parameters, names: Sequenc
         mean[of] = np.array(list(found["mean"].values()))[place]
         rows = np.reshape(list(found["covariance"].values()), (len(known), -1))
         covariance[np.ix_(of, of)] = rows[np.ix_(place, place)]
-        packaged = load_friction_sets()[friction_set.law].errors["leave_one_out_mean"]
-        scatter = SCATTER_DEVIATION * friction_set.errors.get("leave_one_out_mean", packaged)
+        errors = friction_set.errors
+        if "leave_one_out_mean" not in errors:
+            errors = load_friction_sets()[friction_set.law].errors
+        scatter = SCATTER_DEVIATION * errors["leave_one_out_mean"]
     return Learned(mean, covariance, scatter)
 
 
@@ -241,7 +244,7 @@ def torque_interval(
     effects = _effects(parameters, [nuts], (speed, temperature, contacts), friction_set, fitted)
     torque = float(effects.torque[0])
     ends = {name: (float(low[0]), float(high[0])) for name, (low, high) in effects.ends.items()}
-    known = learned_of(friction_set, parameters, list(ends))
+    known = learned_of(friction_set, fitted, list(ends))
     low, high = (torque * float(end[0]) for end in _ends(effects, known))
     # both are the one number of the law
     names = {"ball_thrust": FITTED_COEFFICIENT}
@@ -269,7 +272,7 @@ def interval_ends(
     points = [loaded_nuts(parameters, [float(force)] * 2) for force in preloads]
     fitted = is_fitted(friction_set, parameters)
     effects = _effects(parameters, points, (speeds[:, None], temperatures, contacts), friction_set, fitted)
-    return _ends(effects, learned_of(friction_set, parameters, list(effects.mean)))
+    return _ends(effects, learned_of(friction_set, fitted, list(effects.mean)))
 
 
 def _effects(
