@@ -16,7 +16,7 @@ from ballscrew_tehl.nut_map.interval import map_interval, nearest
 from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 
-SCREWS = Path(__file__).parents[1] / "tests/data/screws"
+SCREWS = Path(__file__).parent / "screws"
 SLOW, SPEEDS, TEMPERATURES = 100.0 * RPM, (0.1, 0.5, 1.0), (10.0, 30.0, 60.0)  # over the largest speed; degC
 
 

@@ -9,16 +9,22 @@ due to compression, largest in the narrow pressure spike: at high speed it depen
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from fmu_command import run_and_plot
 
-from ballscrew_tehl.contact import UnconvergedContactError, ball_conditions, solve
 from ballscrew_tehl.parameters.file import changed, load_screw
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
+
+try:
+    from ballscrew_tehl.contact import UnconvergedContactError, ball_conditions, solve
+except ModuleNotFoundError as error:  # numba
+    print(f"{Path(__file__).name}: {error}", file=sys.stderr)
+    raise SystemExit(2) from None
 
 LOAD, TEMPERATURE = 40.0, 303.0  # N, K
 SPEEDS = (50.0, 200.0, 500.0, 1000.0, 2000.0, 3000.0)  # r/min

@@ -14,6 +14,7 @@ largest rise of pure rolling is that of the narrow pressure spike and depends on
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -22,18 +23,23 @@ import numpy as np
 from fmu_command import run_and_plot
 
 from ballscrew_tehl import load_screw
-from ballscrew_tehl.contact import (
-    ContactConditions,
-    ContactResult,
-    SolverOptions,
-    UnconvergedContactError,
-    ball_conditions,
-    solve,
-)
 from ballscrew_tehl.parameters.oil import LubricantParameters
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.film import thermal_load_parameter, wilson_sheu
 from ballscrew_tehl.physics.lubricant import viscosity
+
+try:
+    from ballscrew_tehl.contact import (
+        ContactConditions,
+        ContactResult,
+        SolverOptions,
+        UnconvergedContactError,
+        ball_conditions,
+        solve,
+    )
+except ModuleNotFoundError as error:  # numba
+    print(f"{Path(__file__).name}: {error}", file=sys.stderr)
+    raise SystemExit(2) from None
 
 LOAD, TEMPERATURE = 40.0, 303.0  # N, K
 SPEEDS = (1000.0, 3000.0)  # r/min of the screw

@@ -9,26 +9,33 @@ viscosities entered the contact, and its Eq. 6 omits the deflection.
 
 import itertools
 import math
+import sys
 import time
 from itertools import pairwise
+from pathlib import Path
 from typing import NamedTuple
 
 from pipe_table import data_file, table
 
 from ballscrew_tehl import load_screw
-from ballscrew_tehl.contact import (
-    ContactConditions,
-    ContactResult,
-    SolverOptions,
-    ball_conditions,
-    reference_oil,
-    solve,
-)
 from ballscrew_tehl.parameters.file import Parameters, changed
 from ballscrew_tehl.parameters.oil import ROELANDS_LN
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.kinematics import KINEMATICS
+
+try:
+    from ballscrew_tehl.contact import (
+        ContactConditions,
+        ContactResult,
+        SolverOptions,
+        ball_conditions,
+        reference_oil,
+        solve,
+    )
+except ModuleNotFoundError as error:  # numba
+    print(f"{Path(__file__).name}: {error}", file=sys.stderr)
+    raise SystemExit(2) from None
 
 #: ball load [N] at 2000 N on the load-carrying balls, screw speed
 LOAD, SPEED = 39.5, 3000.0 * RPM

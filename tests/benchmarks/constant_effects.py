@@ -100,7 +100,7 @@ def solved(every):
     jobs = [lambda k=k: isothermal(cube[k])[1] for k in ISOTHERMAL]
     jobs += [lambda k=k: thermal(cube[k])[1] for k in THERMAL]
     jobs += [lambda c=c: solve_for_map(*c, True) for c in contact_pool(1, RANDOM, 1)]
-    for own in map(load_screw, sorted((ROOT / "tests/data/screws").glob("*.toml"))):
+    for own in map(load_screw, sorted((ROOT / "examples/screws").glob("*.toml"))):
         range_ = ball_range(own, map_grid(own))
         third = range_.load[1] / 3.0, range_.speed[1] / 3.0, sum(range_.temperature) / 2.0
         at = ball_conditions(own, "nut", *third)

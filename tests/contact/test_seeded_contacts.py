@@ -21,7 +21,7 @@ WIDER = {"h_c": 1.0, "h_m": 2.0, "rolling_loss": 4.0, "core_pressure": 4.0, "cor
 
 def contact(row):
     name = row["screw"]
-    parameters = load_screw(None if name == "gd4008" else ROOT / f"tests/data/screws/{name}.toml")
+    parameters = load_screw(None if name == "gd4008" else ROOT / f"examples/screws/{name}.toml")
     return ContactConditions(*(float(row[key]) for key in GIVEN)), parameters.lubricant, parameters.solid
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from paths import TESTS
+from paths import ROOT
 from reference_screw import GD4008
 from synthetic_contacts import GRID, LAW, ClosedContacts, ClosedFilm, law_map, nut_map_of, small_map
 
@@ -113,7 +113,7 @@ def test_oversize_balls_are_held_by_four_flanks_or_free_of_two():
 
 
 @pytest.mark.parametrize(
-    "screw", [LAW, load_screw(TESTS / "data/screws/example_80x20.toml")], ids=["40x8", "80x20"]
+    "screw", [LAW, load_screw(ROOT / "examples/screws/example_80x20.toml")], ids=["40x8", "80x20"]
 )
 def test_balls_that_an_axial_load_nearly_frees_have_contacts_in_numbers(screw):
     """Far below the range of the screw, at its highest speed: closed films thicker than the ball, losses of nothing."""

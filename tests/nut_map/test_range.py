@@ -26,7 +26,7 @@ def oil(viscosity):
 
 
 def test_range_holds_the_loads_of_all_balls_and_no_more():
-    """The range itself is that of tests/data/test_screws.py; of the packaged screw it is the default."""
+    """The range itself is that of tests/examples/test_screws.py; of the packaged screw it is the default."""
     grid = map_grid(GD4008)
     for name in ("force", "speed", "temperature", "preload"):
         assert getattr(grid, name) == pytest.approx(getattr(MapGrid(), name), rel=1e-12)

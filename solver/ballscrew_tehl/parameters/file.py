@@ -136,16 +136,18 @@ def _build(where: str, content: dict[str, Any]) -> Parameters:
 def load_screw(path: Path | str | None = None) -> Parameters:
     """Read a screw file.
 
-    Parameters   path : TOML file; None = the packaged screw of the paper, GD4008-3
+    Parameters   path : TOML file, or the name of a packaged one, gd4008.toml, gd4008_vg100.toml or example_25x10.toml,
+                 where there is no file of that name; None = the packaged screw of the paper, GD4008-3
     Returns      Parameters, SI
     Raises       ParameterError (a ValueError), one line: file, key, value, what is allowed, remedy
     Example
         >>> load_screw().screw.ball_count
         86
     """
-    if path is None:
-        return _build(PACKAGED, read_toml(PACKAGED_DATA / PACKAGED))
-    return _build(str(path), read_toml(Path(path)))
+    path = Path(PACKAGED if path is None else path)
+    packaged = PACKAGED_DATA / path.name
+    by_name = path.parent == Path() and not path.exists() and packaged.is_file()
+    return _build(str(path), read_toml(packaged if by_name else path))
 
 
 def graded_oil(iso_vg: int, viscosity_index: float, density_15c: float | None = None) -> LubricantParameters:

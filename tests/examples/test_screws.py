@@ -1,11 +1,11 @@
-"""The example screws of this folder: sizes, range of their map, ball loads in it."""
+"""The screws of examples/screws: sizes, range of their map, ball loads in it."""
 
 import math
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
+from paths import ROOT
 
 from ballscrew_tehl.nut_map.grid import COLDEST, HOTTEST, ball_range, map_grid
 from ballscrew_tehl.parameters.file import load_screw
@@ -15,7 +15,7 @@ from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_rad
 from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.physics.lubricant import eta0
 
-FILES = sorted((Path(__file__).parent / "screws").glob("*.toml"))
+FILES = sorted((ROOT / "examples/screws").glob("*.toml"))
 #: two digits of the ends of a range: rounded down by less than a tenth
 ROUNDED = 1.0 / 1.1
 
