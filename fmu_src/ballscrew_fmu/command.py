@@ -6,11 +6,14 @@ The table imports nothing slow: completion reads it at every key.
 
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from ballscrew_tehl.cli import main as cli
 from ballscrew_tehl.cli.parser import COMMANDS, INPUTS, JSON, OUTPUT, Command, option, switch
 
 RUNS = "ballscrew_fmu.runs"
+#: documentation of a clone, and as a wheel puts it (pyproject.toml)
+DOCS = Path(__file__).resolve().parents[2] / "docs", Path(sys.prefix, "share", "ballscrew-tehl", "docs")
 # fmt: off
 #: of models.NATIVE_MODELS, repeated here
 LAYERS = ("friction", "monitor", "transmission", "axis")
@@ -54,6 +57,7 @@ BALLSCREW = Command(
     "Friction of preloaded ball screws by thermal elastohydrodynamic lubrication.",
     example="torque --preload-n 2000 --speed-rpm 1000 --temperature-c 30",
     description="Options of a command, with an example: ballscrew COMMAND --help\n"
+    f"Documentation: {DOCS[not (DOCS[0] / 'theory.md').is_file()]}\n"
     'Completion: eval "$(register-python-argcomplete ballscrew)" in bash and zsh\n'
     "  register-python-argcomplete --shell fish ballscrew | source, in fish",
     actions={
