@@ -25,6 +25,7 @@ CONTACT = ("contact", "--load-n", "60", "--radius-x-m", "2e-3", "--radius-y-m", 
            "0.4", "--temperature-k", "313.15")  # fmt: skip
 MOES = ("contact", "--moes", "20", "5", "--law", "barus")
 EXPORT = ("--screw", "{screw}", "--map", "{vg100}", "--format")
+SIZE = ("x.toml", "--diameter-mm", "16", "--lead-mm", "5", "--turns", "3")
 NUMBERS = "preload_n,speed_rpm,temperature_c\n"
 
 #: command -> words and what the line names; {vg100}, {example}, {fit}: files of another screw
@@ -112,7 +113,15 @@ REFUSALS = {
         (("--output", "r.html", "--screw", "{screw}", "--map", "{vg100}", "--speed-rpm", "0"),
          "speed = 0 r/min; allowed: "),
     ],
-    "init": [(("x.toml", "--oil", "isovg"), "; is iso_vg meant?"), (("x.txt",), "allowed: a new file *.toml")],
+    "init": [
+        (("x.toml", "--oil", "isovg"), "; is iso_vg meant?"), (("x.txt",), "allowed: a new file *.toml"),
+        ((*SIZE, "--rating-n", "1380"), "1380 kgf are --rating-n 13533"),
+        ((*SIZE, "--static-rating-n", "2500"), "2500 kgf are --static-rating-n 24517"),
+        # a lead of 0.2 in: 1600 * 4.448 * 0.2^(-1/3)
+        (("x.toml", "--diameter-in", "1", "--lead-in", "0.2", "--turns", "3", "--rating-n", "1600"),
+         "1600 lbf for a million inches of travel are --rating-n 12170"),
+        ((*SIZE, "--lead-in", "0.2"), "--lead-in with --lead-mm"),
+    ],
 }  # fmt: skip
 
 

@@ -110,6 +110,7 @@ COMMANDS = {
         *numbers(*(Quantity(name, text, 0.0, not_zero=True, whole=name in ("starts", "oil_grade"),
                             signed=name == "lead_mm") for name, text in (
             ("diameter_mm", "nominal diameter of the catalogue"), ("lead_mm", "lead; negative: left-hand"),
+            ("diameter_in", "the diameter in inches"), ("lead_in", "the lead in inches"),
             ("root_mm", "root diameter"), ("circle_mm", "circle of the ball centres"), ("ball_mm", "ball diameter"),
             ("starts", "starts of the thread"), ("rating_n", "dynamic rating C_a of one nut [N]"),
             ("static_rating_n", "static rating C_0a [N]"), ("oil_grade", "ISO viscosity grade of the oil")))),

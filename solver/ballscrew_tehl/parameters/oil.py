@@ -12,6 +12,8 @@ from .toml import FieldError, Table, entry, require
 
 #: p_r of Roelands [Pa]; ln of his reference viscosity 6.315e-5 Pa s, with changed sign
 ROELANDS_PRESSURE, ROELANDS_LN = 1 / 5.1e-9, 9.67
+#: viscosity [Pa s] of ISO VG 3200 at 15 C
+THICKEST = 30.0
 #: fields of an oil that the file must give unless it gives a grade
 _BY_GRADE = (
     "viscosity_law", "density", "reference_temperature", "specific_heat", "thermal_conductivity",
@@ -69,7 +71,7 @@ class LubricantParameters(Table):
         default_factory=_of_grade(lambda oil: T_40C),
     )  # fmt: skip
     density: float = entry(
-        "density at the reference temperature", "density", ge=100, le=3e3,
+        "density at the reference temperature", "density", ge=500, le=2.5e3,
         default_factory=_by_density(mineral_oil.density_at),
     )  # fmt: skip
     density_temperature: float = entry(
@@ -77,22 +79,22 @@ class LubricantParameters(Table):
         default_factory=_by_density(mineral_oil.density_slope, 6.5e-4),
     )  # fmt: skip
     specific_heat: float = entry(
-        "specific heat capacity", "specific_heat", ge=10, le=1e4,
+        "specific heat capacity", "specific_heat", ge=700, le=5e3,
         default_factory=_by_density(mineral_oil.specific_heat),
     )  # fmt: skip
     thermal_conductivity: float = entry(
-        "thermal conductivity", "thermal_conductivity", ge=1e-2, le=10,
+        "thermal conductivity", "thermal_conductivity", ge=0.05, le=1,
         default_factory=_by_density(mineral_oil.thermal_conductivity),
     )  # fmt: skip
     astm_viscosity_1: float | None = entry(
-        "first point of D341", "kinematic_viscosity", gt=3e-7, le=1,
+        "first point of D341", "kinematic_viscosity", gt=3e-7, le=0.1,
         default_factory=_of_grade(lambda oil: 1e-6 * oil["iso_vg"]),
     )  # fmt: skip
     astm_temperature_1: float | None = entry(
         "its temperature", "temperature", default_factory=_of_grade(lambda oil: T_40C), ge=200, le=500
     )
     astm_viscosity_2: float | None = entry(
-        "second point of D341", "kinematic_viscosity", gt=3e-7, le=1,
+        "second point of D341", "kinematic_viscosity", gt=3e-7, le=0.1,
         default_factory=_of_grade(
             lambda oil: mineral_oil.viscosity_at_100c(1e-6 * oil["iso_vg"], oil["viscosity_index"])
         ),
@@ -105,7 +107,8 @@ class LubricantParameters(Table):
         default_factory=lambda oil: _reference_viscosity(oil), gt=1e-4, le=1e3,
     )  # fmt: skip
     pressure_viscosity: float = entry(
-        "alpha of Barus at the reference temperature", "pressure_coefficient", ge=1e-10, le=1e-7,
+        "alpha of Barus at the reference temperature; mineral oils: 15 to 30 1/GPa", "pressure_coefficient",
+        ge=5e-9, le=8e-8,
         default_factory=_of_grade(lambda oil: _pressure_viscosity(oil)),
     )  # fmt: skip
     temperature_viscosity: float | None = entry(
@@ -155,6 +158,11 @@ class LubricantParameters(Table):
             require(missing, "density_15c", "no entry without iso_vg", "give density, or iso_vg")
             for name in _BY_GRADE:
                 require(getattr(self, name) is not None, name, "a value", "add the key")
+        # above, a number in mPa s was written with Pa s
+        stated_one = "viscosity" in self.model_fields_set and self.reference_temperature >= T_40C - 25.0
+        thick = stated_one and self.viscosity > THICKEST
+        meant = f"at 15 C and above up to {THICKEST:g} Pa s: is {1e-3 * self.viscosity:.4g} Pa s meant?"
+        require(not thick, "viscosity", meant, "check the unit")
         given = [getattr(self, name) is not None for name in _POINTS]
         if by_points:
             for name, good in zip(_POINTS, given, strict=True):

@@ -260,7 +260,10 @@ class FrictionTable(Table):
     hysteresis_coefficient: float = entry(
         "mu_hs of Eq. 18", default=BOUNDED["hysteresis_coefficient"].value, ge=0, le=1
     )
-    sliding_coefficient: float = _of_law("mu_s as printed, before c", default=0.15, ge=0, le=1)
+    #: printed, but no law takes it: torques determine its product with what c does
+    sliding_coefficient: float = _of_law(
+        "mu_s as printed, without effect: net_sliding_coefficient has it", default=0.15, ge=0.15, le=0.15
+    )
     law: Law = _of_law(
         "law; the other two need the table published_speeds", default=Law.MECHANISTIC, strict=False
     )

@@ -23,6 +23,11 @@ RATING_WEIGHT = 1.5
 USUAL_TURNS, TURNS_OF_A_START = 3.0, 1.5
 #: groove radius over ball, assumed; ends of what follows from a stated rating
 USUAL_CONFORMITY, CONFORMITIES = 0.53, (0.515, 0.57)
+#: units that older catalogues state ratings in [N]; factors off the computed rating from which on a rating is in one,
+#: with the turns stated and without: catalogue screws are within 2, turns of 1.5 to 6 where 3 are assumed within 2 more
+RATING_UNITS = {"kgf": 9.80665, "lbf": 4.4482216152605}
+SUSPECT = (2.1, 5.0)
+INCH = 25.4  # mm
 #: exponents, with a minus, of 1 - 1/(2 f) in ratings
 OPENNESS = {"dynamic_rating": 0.41, "static_rating": 0.5}
 
@@ -50,6 +55,7 @@ def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Param
     grooves follows: ratings go with (1 - 1/(2 f)) to the powers of OPENNESS; without ball and root also the ball.
     """
     try:
+        check_rating_units(sizes, like)
         ball = _ball(sizes, like)
         screw, stated = _screw(sizes, like, ball)
         if not abs(2e3 * screw.nominal_radius - sizes.diameter_mm) <= 0.5 * ball:
@@ -121,6 +127,40 @@ def _ball(sizes: CatalogueSizes, like: Parameters) -> float:
         return sum(math.log(ratio) ** 2 for ratio in ratios) / len(ratios) + RATING_WEIGHT * beyond**2
 
     return min(BALLS, key=misfit)
+
+
+def check_rating_units(sizes: CatalogueSizes, like: Parameters) -> None:
+    """Refuse ratings that are far below those of a screw of this size, and near them in another unit: ValueError."""
+    usual = sizes._replace(rating_n=None, static_rating_n=None)
+    screw, _ = _screw(usual, like, _ball(usual, like))
+    for option, stated, computed in (
+        ("--rating-n", sizes.rating_n, computed_dynamic_rating(screw)),
+        ("--static-rating-n", sizes.static_rating_n, computed_static_rating(screw)),
+    ):
+        if stated is None or not computed / stated > SUSPECT[sizes.turns is None]:
+            continue
+        meant = {unit: stated * newtons for unit, newtons in RATING_UNITS.items()}
+        if has_inches(sizes.lead_mm):
+            of_inches = rating_of_inches(stated * RATING_UNITS["lbf"], sizes.lead_mm)
+            meant["lbf for a million inches of travel"] = of_inches
+        unit = min(meant, key=lambda name: abs(math.log(computed / meant[name])))
+        raise ValueError(
+            f"{option} = {stated:g}; usual is {computed:.3g} N; allowed: N, for a million turns; {stated:g} {unit} are "
+            f"{option} {meant[unit]:.5g}, or state the ball (--ball-mm) if it is smaller than usual"
+        )
+
+
+def has_inches(lead_mm: float) -> bool:
+    """Whether a lead is of inches: metric ones are multiples of 0.5 mm."""
+    return abs(2.0 * lead_mm - round(2.0 * lead_mm)) > 0.02
+
+
+def rating_of_inches(rating: float, lead_mm: float) -> float:
+    """Rating [N] for a million turns of one for a million inches of travel, as inch catalogues state it.
+
+    Life L = (C/F)^3 in millions: of inches it is L/lead in turns, so C_turns = C_inches (lead/1 in)^(-1/3).
+    """
+    return rating * (abs(lead_mm) / INCH) ** (-1.0 / 3.0)
 
 
 def rating_ratios(screw: ScrewParameters) -> dict[str, float]:

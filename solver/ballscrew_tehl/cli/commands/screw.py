@@ -7,7 +7,14 @@ from ...mechanics import CATALOGUE_SHARE, efficiency, loaded_screw, screw_consta
 from ...parameters.screw import ScrewParameters
 from ...parameters.template import example_parameters, screw_template
 from ...parameters.units import CELSIUS, RPM
-from ...physics.catalogue import CatalogueSizes, catalogue_parameters, rating_ratios
+from ...physics.catalogue import (
+    INCH,
+    CatalogueSizes,
+    catalogue_parameters,
+    has_inches,
+    rating_of_inches,
+    rating_ratios,
+)
 from ...physics.rating import STATIC_PRESSURE, dynamic_rating
 from ..shared.inputs import Chosen, chosen_of, key_of, read_points, say_outside
 from ..shared.output import Answer, check_output, filled, say, write_text
@@ -87,12 +94,20 @@ def run_init(args: Namespace) -> Answer:
     parameters = example_parameters(args.oil, args.lubricant, args.oil_grade or 0)
     assumed, ratios = frozenset[str](), dict[str, float]()
     sizes = {name: value for name in CatalogueSizes._fields if (value := getattr(args, name)) is not None}
+    for name in ("diameter", "lead"):
+        if (inches := getattr(args, f"{name}_in")) is not None:
+            if f"{name}_mm" in sizes:
+                raise ValueError(f"--{name}-in with --{name}-mm; allowed: one of them")
+            sizes[f"{name}_mm"] = round(INCH * inches, 6)
     if sizes:
         if not {"diameter_mm", "lead_mm"} <= sizes.keys():
-            raise ValueError("--diameter-mm, --lead-mm (missing); allowed: both together, or no size")
+            raise ValueError("--diameter-mm, --lead-mm (missing; or -in); allowed: both together, or no size")
         parameters, assumed = catalogue_parameters(CatalogueSizes(**sizes), parameters)
         ratios = rating_ratios(parameters.screw)
         _say_ratings(parameters.screw)
+        if (rating := sizes.get("rating_n")) and has_inches(sizes["lead_mm"]):
+            turns = rating_of_inches(rating, sizes["lead_mm"])
+            say(f"--rating-n {rating:g}: where it is for a million inches of travel, give {turns:.5g}")
     content = screw_template(parameters, assumed)
     write_text("FILE.toml", path, content)
     text = f"{path}: enter the values of your screw and oil; the first lines explain the next steps"
