@@ -96,7 +96,7 @@ def test_init_fills_in_a_catalogue_screw(tmp_path, capsys):
     assert (left.screw.signed_lead, left.screw.turns, left.screw.ball_diameter) == (-0.01, 4.0, 6.35e-3)
     heavy = "--diameter-mm 100 --lead-mm 16 --turns 7.5 --rating-n 453000"
     steep = "--diameter-mm 50 --lead-mm 36 --circle-mm 52 --root-mm 44.1 --starts 2 --rating-n 65900 --turns 2x3.8"
-    told = "computed 1.565e+05 N (2.37 times): check turns (of one start)"
+    told = "computed 1.565e+05 N (2.37 times): check unit, turns (of one start)"
     for words, sizes, message in ((heavy, (103.429, 12.7), "written"), (steep, (52.0, 7.938), told)):
         assert cli.main(["init", str(tmp_path / f"{sizes[1]}.toml"), *words.split()]) == 0
         screw = load_screw(tmp_path / f"{sizes[1]}.toml").screw

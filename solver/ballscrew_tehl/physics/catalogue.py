@@ -23,10 +23,10 @@ RATING_WEIGHT = 1.5
 USUAL_TURNS, TURNS_OF_A_START = 3.0, 1.5
 #: groove radius over ball, assumed; ends of what follows from a stated rating
 USUAL_CONFORMITY, CONFORMITIES = 0.53, (0.515, 0.57)
-#: units that older catalogues state ratings in [N]; factors off the computed rating from which on a rating is in one,
-#: with the turns stated and without: catalogue screws are within 2, turns of 1.5 to 6 where 3 are assumed within 2 more
+#: units that older catalogues state ratings in [N]; factor off the computed rating from which on a rating is in one:
+#: turns of two starts that are stated for one, and smaller balls, make it up to 3.5
 RATING_UNITS = {"kgf": 9.80665, "lbf": 4.4482216152605}
-SUSPECT = (2.1, 5.0)
+SUSPECT = 4.0
 INCH = 25.4  # mm
 #: exponents, with a minus, of 1 - 1/(2 f) in ratings
 OPENNESS = {"dynamic_rating": 0.41, "static_rating": 0.5}
@@ -137,7 +137,7 @@ def check_rating_units(sizes: CatalogueSizes, like: Parameters) -> None:
         ("--rating-n", sizes.rating_n, computed_dynamic_rating(screw)),
         ("--static-rating-n", sizes.static_rating_n, computed_static_rating(screw)),
     ):
-        if stated is None or not computed / stated > SUSPECT[sizes.turns is None]:
+        if stated is None or not computed / stated > SUSPECT:
             continue
         meant = {unit: stated * newtons for unit, newtons in RATING_UNITS.items()}
         if has_inches(sizes.lead_mm):

@@ -58,7 +58,7 @@ def _say_ratings(screw: ScrewParameters) -> None:
     for name, ratio in rating_ratios(screw).items():
         if not RATING_AGREES[0] <= ratio <= RATING_AGREES[1]:
             stated, owner = getattr(screw, name), "start" if ratio > 1.0 and screw.starts > 1 else "nut"
-            what = f"({ratio:.2f} times): check turns (of one {owner}), ball_diameter, raceway radii"
+            what = f"({ratio:.2f} times): check unit, turns (of one {owner}), ball_diameter, raceway radii"
             say(f"{name} {stated:.6g} N of the screw file; computed {ratio * stated:.4g} N {what}")
 
 
@@ -101,7 +101,7 @@ def run_init(args: Namespace) -> Answer:
             sizes[f"{name}_mm"] = round(INCH * inches, 6)
     if sizes:
         if not {"diameter_mm", "lead_mm"} <= sizes.keys():
-            raise ValueError("--diameter-mm, --lead-mm (missing; or -in); allowed: both together, or no size")
+            raise ValueError("--diameter-mm, --lead-mm (missing); allowed: both together, or no size")
         parameters, assumed = catalogue_parameters(CatalogueSizes(**sizes), parameters)
         ratios = rating_ratios(parameters.screw)
         _say_ratings(parameters.screw)
