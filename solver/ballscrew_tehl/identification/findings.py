@@ -23,8 +23,9 @@ MOVES, OVER = 0.02, 10
 #: fewest rows of a slow channel between its samples (two are smooth behind the filter), fewest samples, share of them
 #: at whole numbers of such rows, and at one
 SLOW_ROWS, SLOW_SAMPLES, IN_PHASE, FOLLOW = 3, 20, 0.95, 0.4
-#: rows over which late stamps return to the even ones;  steps of time uneven by more than this share are looked at
-WINDOW, UNEVEN = 200, 1e-3
+#: rows over which late stamps return to the even ones;  steps of time uneven by more than this share are looked at;
+#: share of repeated stamps that have too few digits
+WINDOW, UNEVEN, REPEATS = 200, 1e-3, 0.05
 #: temperatures of the oil of an axis [K];  deviations from the median, and least one [K], that are no temperature
 OIL, FAR, FAR_LEAST = (CELSIUS - 45.0, CELSIUS + 180.0), 10.0, 5.0
 
@@ -56,12 +57,13 @@ def quantum(values: Array) -> float:
     return least if float(np.mean(np.abs(whole - np.round(whole)) < 0.05)) > 0.9 else 0.0
 
 
-def moving(time: Array, position: Array) -> np.ndarray:
-    """Sign of the motion of each row, 0: at rest."""
+def relative_speed(time: Array, position: Array) -> Array:
+    """Speed of each row over the largest, 0 at rest."""
     over = min(OVER, len(time) // 4)
     speed = np.zeros(len(time))
     speed[over:-over] = (position[2 * over :] - position[: -2 * over]) / (time[2 * over :] - time[: -2 * over])
-    return np.sign(speed) * (np.abs(speed) >= MOVES * np.quantile(np.abs(speed), 0.99))
+    speed /= max(float(np.quantile(np.abs(speed), 0.99)), 1e-300)
+    return speed * (np.abs(speed) >= MOVES)
 
 
 def spikes(values: Array) -> np.ndarray:
@@ -90,8 +92,8 @@ def codes(values: Array) -> tuple[np.ndarray, float]:
     return np.repeat(at_it, np.diff(np.r_[starts, len(values)])), code
 
 
-def faults(name: str, values: Array, moves: np.ndarray) -> tuple[np.ndarray, list[Finding]]:
-    """Rows of a signal of the drive that are not measured, and why; moves: sign of the motion."""
+def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Finding]]:
+    """Rows of a signal of the drive that are not measured, and why; speed: relative."""
     found: list[Finding] = []
     bad, code = codes(values)
     if bad.any():
@@ -106,9 +108,10 @@ def faults(name: str, values: Array, moves: np.ndarray) -> tuple[np.ndarray, lis
     change, step = np.abs(np.diff(values[~bad])), quantum(values)
     usual = float(np.median(change[change > 0.0])) if np.any(change > 0.0) else 0.0
     coarse = step > 0.5 * usual
-    ahead, back = (np.add.reduceat(np.asarray(moves == sign, dtype=int), starts) for sign in (1, -1))
     fewest = HELD if step <= 0.1 * usual else HELD_STEPS
-    moved = np.minimum(ahead, back) >= 3 if coarse else ahead + back >= HELD
+    fastest, slowest = np.maximum.reduceat(speed, starts), np.minimum.reduceat(speed, starts)
+    # at a constant speed a coarse or quiet signal is constant
+    moved = (fastest > 0.0) & (slowest < 0.0) if coarse else fastest - slowest > MOVES
     held = np.repeat((length >= fewest) & moved, length) & ~bad
     clipped = np.zeros(len(values), dtype=bool)
     for sign in (1.0, -1.0):
@@ -117,7 +120,7 @@ def faults(name: str, values: Array, moves: np.ndarray) -> tuple[np.ndarray, lis
         top = float(signed.max())
         at = signed == top
         near = int(np.sum(signed > top - max(1.01 * step, usual))) - int(at.sum())
-        if at.sum() >= max(10, 2e-4 * len(values)) and at.sum() >= (3.0 if coarse else 0.3) * near and np.any(at & (moves != 0)):
+        if at.sum() >= max(10, 2e-4 * len(values)) and at.sum() >= (3.0 if coarse else 0.3) * near and np.any(at & (speed != 0.0)):
             clipped |= at
     if coarse and clipped.any():
         text = f"{name}, in steps of {step:.3g} (SI), stays at its extreme"
@@ -185,32 +188,37 @@ def even_stamps(time: Array, motion: Array) -> tuple[Array, float, list[Finding]
     Rows that are lost move all later stamps, so that the least delay within a window counts them. The samples are
     taken as even if the motion is then as smooth over time as over the stamps.
     """
-    number = len(time)
-    lag = min(1000, number // 4)
-    step = float(np.median(time[lag:] - time[:-lag])) / lag
-    steps = np.diff(time)
-    if np.ptp(steps[steps <= 4.5 * step]) <= UNEVEN * step and steps.min() > 0.0:
-        return time, float(np.mean(steps[steps <= 4.5 * step])), []
-    index = np.arange(number)
-    late = time - step * index
-    least = scipy.ndimage.minimum_filter1d(late, WINDOW, origin=-(WINDOW // 2), mode="nearest")
-    lost = np.round(np.diff(least, prepend=least[0]) / step)
-    lost[max(number - WINDOW // 4, 0) :] = np.round(np.diff(late, prepend=late[0]) / step)[max(number - WINDOW // 4, 0) :] * 0.0
-    place = index + np.cumsum(np.maximum(lost, 0.0))
-    slope, start = np.polyfit(place, time, 1)
-    even = start + slope * place
+    number, steps, lag = len(time), np.diff(time), min(1000, len(time) // 4)
+    long, short = (time[rows:] - time[:-rows] for rows in (lag, min(30, lag)))
+    usual = float(np.median(long)) / lag
+    inside = steps[steps <= 4.5 * usual]
+    if np.ptp(inside) <= UNEVEN * usual and steps.min() > 0.0:
+        return time, float(np.mean(inside)), []
 
     def roughness(at: Array) -> float:
-        span = np.maximum(at[2:] - at[:-2], 1e-3 * step)
+        span = np.maximum(at[2:] - at[:-2], 1e-3 * usual)
         between = motion[:-2] + (motion[2:] - motion[:-2]) * np.clip((at[1:-1] - at[:-2]) / span, 0.0, 1.0)
         rest = np.abs(motion[1:-1] - between)
         return float(np.mean(np.minimum(rest, np.quantile(rest, 0.99)) ** 2))
 
-    if not roughness(even) <= 1.1 * roughness(time):
+    best, even, raster = np.inf, time, usual
+    for step in (usual, float(np.median(steps)), float(np.median(short)) / min(30, lag), float(np.quantile(long, 0.1)) / lag):
+        if not step > 0.05 * usual:
+            continue
+        late = time - step * np.arange(number)
+        least = scipy.ndimage.minimum_filter1d(late, WINDOW, origin=-(WINDOW // 2), mode="nearest")
+        lost = np.maximum(np.round(np.diff(least, prepend=least[0]) / step), 0.0)
+        lost[-WINDOW // 4 :] *= steps[-WINDOW // 4 :] > 4.5 * usual
+        place = np.arange(number) + np.cumsum(lost)
+        slope, start = np.polyfit(place, time, 1)
+        if (rough := roughness(start + slope * place)) < best:
+            best, even, raster = rough, start + slope * place, float(slope)
+    repeats = float(np.mean(steps <= 0.0)) > REPEATS
+    if not best <= (1.1 if repeats else 0.98) * roughness(time):
         return time, float(np.median(steps[steps > 0.0])), []
     off = np.abs(time - even - np.median(time - even))
-    text = f"time stamps jitter about an even raster of {slope:.6g} s, by up to {off.max():.3g} s"
-    return even, float(slope), [finding(text, off > 0.05 * step, "taken as evenly sampled")]
+    text = f"time stamps jitter about an even raster of {raster:.6g} s, by up to {off.max():.3g} s"
+    return even, raster, [finding(text, off > 0.05 * raster, "taken as evenly sampled")]
 
 
 def of_refusal(found: list[Finding]) -> str:

@@ -11,7 +11,7 @@ import scipy
 from ..physics.ball_law import Array
 from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED, TIME
 from .findings import (
-    JUMP, MOVES, UNEVEN, USUAL, Finding, codes, even_stamps, faults, finding, moving, of_refusal, quantum, sensor,
+    JUMP, REPEATS, UNEVEN, USUAL, Finding, codes, even_stamps, faults, finding, of_refusal, quantum, relative_speed, sensor,
     slow_rows, spikes,
 )  # fmt: skip
 from .log_file import SLOW, Log
@@ -19,8 +19,8 @@ from .log_file import SLOW, Log
 #: a step of time longer than this many usual ones is a gap; jumps of a position that are whole periods within this
 #: share are those of an encoder that starts again; most of the jumps that may be none
 GAP, SAME_WRAP, NO_WRAPS = 4.5, 0.02, 0.1
-#: slowest and fastest sampling [1/s];  shortest section [samples];  largest share of repeated time stamps
-MIN_RATE, MAX_RATE, MIN_SECTION, FEW_REPEATED = 20.0, 2e5, 100, 0.05
+#: slowest and fastest sampling [1/s];  shortest section [samples]
+MIN_RATE, MAX_RATE, MIN_SECTION = 20.0, 2e5, 100
 
 
 class Drive(NamedTuple):
@@ -70,7 +70,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
             raise ValueError(f"{name} is constant, {values[0]:.6g} SI; allowed: an axis that moves both ways")
     left_out, notes = dict(log.left_out), list(log.notes)
     time, step, found = even_stamps(log.signals["time"], log.signals[motion_name])
-    if not found and (repeated := int(np.sum(np.diff(time) <= 0.0))) > FEW_REPEATED * len(time):
+    if not found and (repeated := int(np.sum(np.diff(time) <= 0.0))) > REPEATS * len(time):
         few = f"{len(time) - repeated} different times in {len(time)} rows"
         raise ValueError(f"{few}; allowed: a time for each row with digits enough for the sampling")
     columns = {"time": time} | {name: log.signals[name] for name in names}
@@ -96,8 +96,8 @@ def signals_of(log: Log, drive: Drive) -> Signals:
             found.append(finding(f"{motion_name} jumps there and back", bad, "left out"))
         time, motion, effort = time[~bad], motion[~bad], effort[~bad]
         motion, jumps = _unwrapped(time, motion, log, step, notes)
-    moves = np.sign(motion) * (np.abs(motion) >= MOVES * np.max(np.abs(motion))) if of_speed else moving(time, motion)
-    bad, more = faults(effort_name, effort, moves)
+    path = scipy.integrate.cumulative_trapezoid(motion, time, initial=0.0) if of_speed else motion
+    bad, more = faults(effort_name, effort, relative_speed(time, path))
     found += more
     left_out["rows with damaged signals"] = sum(one.rows for one in found if "left out" in one.remedy)
     jumps = np.searchsorted(np.flatnonzero(~bad), jumps)
