@@ -17,7 +17,7 @@ more so at a high cutoff. The limits of the inertia also hold the share MAX_NOIS
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -28,7 +28,7 @@ import scipy
 from ..physics.ball_law import Array
 from . import directions
 from .directions import LIMIT, PROBABILITY, UNITS, Bidirectional, Friction, option
-from .motion import MAX_NOISE, Samples, chosen_cutoff, filtered
+from .motion import MAX_NOISE, Samples, chosen_cutoff, differences, effort_curves, filtered
 from .signals import Signals
 
 #: most and fewest bins of a direction; samples of the log for one bin, fewest independent ones
@@ -37,8 +37,15 @@ MAX_BINS, MIN_BINS, FOR_A_BIN, MIN_INDEPENDENT = 60, 6, 150, 2.0
 CLUSTER, CLUSTER_PERIODS = 0.25, 10.0
 #: largest share of a cluster in a slope that is allowed for;  clusters that the pooled error of a bin counts as
 LEVERAGE, POOLED = 0.5, 4.0
-#: fewest samples of the log in a bin;  most delay looked for [s], and in samples
-MIN_SAMPLES, MAX_DELAY, MAX_DELAY_SAMPLES = 10, 5e-3, 4.0
+#: fewest samples of the log in a bin
+MIN_SAMPLES = 10
+#: delays looked for [s], and their step;  longest lag of a filter [s], least one;  samples that they are looked for in
+DELAYS, DELAY_STEP, MAX_LAG, LEAST_LAG, LOOKED_AT = (-0.02, 0.05), 1.25e-3, 0.15, 1e-3, 40_000
+#: misfit over that of one sample by which a delay is told from another, a filter from none;  steps of plausible delays
+#: from which on the data do not tell one
+TELL, LAG_TELLS, UNTOLD = 6.0, 15.0, 3.5
+#: share by which the noise of the acceleration is unsure
+NOISE_UNSURE = 0.3
 #: change of a bin, of the inertia and of the delay by half the cutoff, as it counts in their intervals; the noise of an
 #: encoder that comes back through the controller moves the delay as the cutoff or more, all of it at most twice that,
 #: a bias, which adds to the random half
@@ -88,56 +95,189 @@ def within(values: Array, speed: Array, bins: np.ndarray) -> Array:
     return np.asarray(rest - slope[bins] * across)
 
 
-class Fit(NamedTuple):
-    """Inertia and bins of speed at a delay of the effort [s].
+class Searched(NamedTuple):
+    """Delays [s] that were tried, for each the lag [s] with the least misfit, inertia, misfit;  one: of one sample."""
 
-    acceleration, jerk : without friction, a straight line over speed in each bin, each without the other
-    squares : of the acceleration, without its noise;  seen : inertia of the effort;  late : delay that is left
-    number, total : samples of each bin, mean effort without that of the inertia, NaN with too few samples
+    delay: Array
+    lag: Array
+    inertia: Array
+    misfit: Array
+    one: float
+
+    @property
+    def best(self) -> int:
+        """Place of the least misfit."""
+        return int(np.argmin(self.misfit))
+
+
+def searched(samples: Samples, delays: Array, inertia: float | None, with_lag: bool) -> Searched:
+    """Misfit of the effort e at delays: e(t + delay) + lag e'(t + delay) is that before a filter of first order."""
+    every = max(len(samples.speed) // LOOKED_AT, 1)
+    samples = samples.where(np.arange(len(samples.speed)) % every == 0)
+    place = bins_of(samples)[1](samples.speed)
+    whole = within(samples.acceleration, samples.speed, place)
+    squares = max(float(whole @ whole), 1e-300)
+    rows = []
+    for delay in delays:
+        effort, rate = (within(samples.effort(delay, k), samples.speed, place) for k in (0, 1))
+        moved = (float(whole @ effort) / squares, float(whole @ rate) / squares)
+        if inertia is not None:
+            moved = inertia, 0.0
+        rest, more = effort - moved[0] * whole, rate - moved[1] * whole
+        whole_bend, along = float(more @ more), max(-float(rest @ more), 0.0) * with_lag
+        # noise would make the lag too small
+        bend = max(whole_bend - len(rate) * samples.rate_noise, 0.2 * whole_bend, 1e-300)
+        lag = min(along / bend, MAX_LAG)
+        misfit = float(rest @ rest) - along**2 / max(whole_bend, 1e-300)
+        rows.append((delay, lag, moved[0] + lag * moved[1], misfit))
+    columns = [np.array(column) for column in zip(*rows, strict=True)]
+    independent = len(whole) * samples.each * samples.rate
+    return Searched(*columns, max(float(columns[3].min()), 0.0) / max(independent, 1.0))
+
+
+class Timing(NamedTuple):
+    """Delay of the effort [s] and lag [s] of its filter; how far the inertia may be off by both, whether the data tell
+    the delay, its least and largest plausible value.
+    """
+
+    delay: float
+    lag: float = 0.0
+    inertia: float = 0.0
+    told: bool = True
+    low: float = 0.0
+    high: float = 0.0
+
+
+def expected(signals: Signals, samples: Samples, delay: float, delays: Array, inertia: float | None) -> Array:
+    """Misfit at delays of an effort without noise, with the inertia and friction that are seen at a delay."""
+    size, bins = bins_of(samples)
+    place = bins(samples.speed)
+    fit = fit_of(samples, Timing(delay), place, size, inertia)
+    some = np.isfinite(fit.total)
+    speeds = np.bincount(place, samples.speed, size)[some] / fit.number[some]
+    constant, coulomb, viscous = (offset_weights(speeds, fit.number[some], k) @ fit.total[some] for k in range(3))
+    sections = []
+    for section in signals.sections:
+        _, speed, acceleration = differences(section.motion, samples.cutoff, signals)
+        effort = fit.inertia * acceleration + constant + coulomb * np.sign(speed) + viscous * speed
+        sections.append(section._replace(effort=np.pad(effort, 1, mode="edge")))
+    same = effort_curves(signals._replace(sections=sections), samples.cutoff)
+    misfit = searched(samples._replace(curves=same), delays - delay, inertia, False).misfit
+    return np.asarray(misfit - misfit.min())
+
+
+def timing(signals: Signals, samples: Samples, delay: float | None, inertia: float | None) -> Timing:
+    """Of the effort behind the motion; delay: known."""
+    delays = np.arange(DELAYS[0], DELAYS[1], DELAY_STEP) if delay is None else np.array([delay])
+    plain, lagged = (searched(samples, delays, inertia, with_lag) for with_lag in (False, True))
+    k = lagged.best
+    lags = lagged.misfit[k] + LAG_TELLS * lagged.one < plain.misfit.min()
+    with_lag = bool(lags and lagged.lag[k] > max(LEAST_LAG, samples.step))
+    found = lagged if with_lag else plain
+    best, step = float(found.delay[found.best]), DELAY_STEP
+    if with_lag:
+        if delay is None:
+            found = searched(samples, best + np.linspace(-0.01, 0.01, 41), inertia, True)
+        allowed, at = found.misfit <= found.misfit.min() + TELL * found.one, found.best
+    else:
+        if delay is None:
+            allowed = expected(signals, samples, best, delays, inertia) <= TELL * found.one
+            allowed[found.best] = True
+        else:
+            allowed = np.array([True])
+        if np.ptp(found.delay[allowed]) <= UNTOLD * step and delay is None:
+            while step > 0.01 * samples.step:
+                # finer about the best
+                found = searched(samples, best + step * np.linspace(-1.0, 1.0, 9), inertia, False)
+                best, step = float(found.delay[found.best]), 0.25 * step
+            return Timing(best)
+        # the least one that the data allow
+        at = int(np.argmin(np.where(allowed, np.abs(found.delay), np.inf)))
+    off = float(np.max(np.abs(found.inertia[allowed] - found.inertia[at])))
+    low, high = found.delay[allowed].min(), found.delay[allowed].max()
+    return Timing(float(found.delay[at]), float(found.lag[at]), off, with_lag, float(low), float(high))
+
+
+class Fit(NamedTuple):
+    """Inertia and bins of speed at a delay and lag of the effort [s].
+
+    columns : regressors of the effort, the acceleration first;  within : without friction, a straight line over speed
+    in each bin;  influence : of each sample on each coefficient;  late : delay that is left;  seen : free inertia
+    number, total : samples of each bin, mean effort without that of the columns, NaN with too few samples
     """
 
     samples: Samples
     bins: np.ndarray
-    delay: float
+    timing: Timing
     effort: Array
-    acceleration: Array
-    jerk: Array
-    squares: float
+    columns: Array
+    influence: Array
+    coefficients: Array
     seen: float
-    inertia: float
-    late: float
     number: Array
     total: Array
+    residual: Array
+
+    @property
+    def inertia(self) -> float:
+        """The first coefficient."""
+        return float(self.coefficients[0])
 
 
-def fit_of(samples: Samples, delay: float, bins: np.ndarray, size: int, inertia: float | None) -> Fit:
-    """Fit to samples in bins, NaN without samples; inertia None: free."""
-    effort = samples.effort(delay)
-    whole, change = (within(v, samples.speed, bins) for v in (samples.acceleration, samples.jerk))
-    acceleration = whole - float(whole @ change) / max(float(change @ change), 1e-300) * change
-    # an error of the delay moves the effort by the inertia times the jerk
-    jerk = change - float(whole @ change) / max(float(whole @ whole), 1e-300) * whole
-    power = float(acceleration @ acceleration)
-    # noise would make the inertia too small
-    squares = max(power - len(effort) * samples.noise, 0.5 * power, 1e-300)
-    seen = float(acceleration @ effort) / squares if len(effort) else math.nan
-    value = seen if inertia is None else inertia
-    late = float(jerk @ effort) / max(abs(value) * float(jerk @ jerk), 1e-300)
+def fit_of(
+    samples: Samples, time: Timing, bins: np.ndarray, size: int, inertia: float | None, more: Sequence[Array] = ()
+) -> Fit:
+    """Fit to samples in bins, NaN without samples; inertia None: free; more: other regressors."""
+    effort = samples.effort(time.delay) + time.lag * samples.effort(time.delay, 1)
     number = np.bincount(bins, minlength=size).astype(float)
     safe = np.where(number * samples.each * samples.rate >= MIN_INDEPENDENT, number, math.nan)
-    total = np.bincount(bins, effort - value * samples.acceleration, size) / safe
-    return Fit(samples, bins, delay, effort, acceleration, jerk, squares, seen, value, late, number, total)
+
+    def solved(columns: list[Array]) -> Fit:
+        flat = np.column_stack([within(column, samples.speed, bins) for column in columns])
+        gram = flat.T @ flat
+        # noise would make the inertia too small
+        gram[0, 0] -= min(len(effort) * samples.noise, 0.5 * gram[0, 0])
+        influence = flat @ np.linalg.pinv(gram, rcond=1e-12, hermitian=True)
+        coefficients = influence.T @ effort
+        seen = float(coefficients[0])
+        if inertia is not None:
+            influence[:, 1:] = flat[:, 1:] @ np.linalg.pinv(gram[1:, 1:], rcond=1e-12, hermitian=True)
+            coefficients = influence.T @ (effort - inertia * samples.acceleration)
+            coefficients[0] = inertia
+        every = np.column_stack(columns)
+        rest = effort - every @ coefficients
+        total = np.bincount(bins, rest, size) / safe
+        residual = rest - total[bins]
+        return Fit(samples, bins, time, effort, every, influence, coefficients, seen, number, total, residual)
+
+    fit = solved([samples.acceleration, *more])
+    if not time.told:
+        return fit
+    # an error of the delay moves the effort by its derivative: that of the inertia and of friction that rises
+    some = np.isfinite(fit.total)
+    speed = np.bincount(bins, samples.speed, size)[some] / number[some]
+    slope = float(offset_weights(speed, number[some], 2) @ fit.total[some])
+    return solved([samples.acceleration, *more, fit.inertia * samples.jerk + slope * samples.acceleration])
 
 
-def errors_of(
-    fit: Fit, residual: Array, weights: Array, free: bool
-) -> tuple[Array, Array, float, float, float, float]:
+def offset_weights(speed: Array, number: Array, row: int = 0) -> Array:
+    """Of the bins in the constant, or another row, of a fit of a constant, Coulomb and viscous friction."""
+    shape = np.column_stack([np.ones(len(speed)), np.sign(speed), speed])
+    weighted = shape * number[:, None]
+    return np.asarray(np.linalg.pinv(shape.T @ weighted)[row] @ weighted.T)
+
+
+def errors_of(fit: Fit, weights: Array, free: bool) -> tuple[Array, Array, Array, float, float]:
     """What each cluster of time moves a fit; weights: of the bins in the offset; free: the inertia is fitted.
 
-    Returns standard errors of the bins, halves of 95 % intervals of bins, inertia, delay and offset, and quantile of
+    Returns standard errors of the bins, halves of 95 % intervals of bins, coefficients and offset, and quantile of
     Student's t with as many clusters.
+
+    Source: Bell & McCaffrey, Survey Methodology 28 (2002) 169: a cluster that carries a large share of a regressor
+    pulls the fit to itself (CR2), and few that do leave few degrees of freedom; here with the shares of the influence
     """
     samples, bins, number, student = fit.samples, fit.bins, len(fit.number), scipy.special.stdtrit
+    residual = fit.residual
     length = max(int(max(CLUSTER, CLUSTER_PERIODS / samples.cutoff) / samples.step), 1)
     piece = samples.row // length
     _, clusters = np.unique(samples.run * (int(piece.max()) + 1) + piece, return_inverse=True)
@@ -145,23 +285,16 @@ def errors_of(
     of_bin = np.sum(np.bincount(cells, minlength=size * number).reshape(size, -1) > 0, axis=0)
     independent = fit.number * samples.each * samples.rate
     freedom = max(1.0 - 2.0 * (number + 1.0) / float(independent.sum()), 0.1)
-
-    def slope(regressor: Array, squares: float) -> tuple[Array, float]:
-        """What each cluster moves the slope of a regressor, and half of its 95 % interval.
-
-        Source: Bell & McCaffrey, Survey Methodology 28 (2002) 169: a cluster that carries a large share of the
-        regressor pulls the fit to itself (CR2), and few that do leave few degrees of freedom; here with the shares of
-        the regressor alone
-        """
-        share = np.bincount(clusters, regressor**2) / max(float(regressor @ regressor), 1e-300)
-        moves = np.bincount(clusters, regressor * residual) / squares / (1.0 - np.minimum(share, LEVERAGE))
+    moves, halves = [], []
+    for influence in fit.influence.T:
+        share = np.bincount(clusters, influence**2) / max(float(influence @ influence), 1e-300)
+        moves.append(np.bincount(clusters, influence * residual) / (1.0 - np.minimum(share, LEVERAGE)))
         degrees = max(1.0 / max(float(share @ share), 1e-12) - 1.0, 1.0)
-        return moves, float(student(degrees, PROBABILITY)) * float(np.sqrt(moves @ moves / freedom))
-
-    by_inertia, half = slope(fit.acceleration, fit.squares)
-    delay = slope(fit.jerk, max(abs(fit.inertia) * float(fit.jerk @ fit.jerk), 1e-300))[1]
+        halves.append(float(student(degrees, PROBABILITY)) * float(np.sqrt(moves[-1] @ moves[-1] / freedom)))
     moved = np.bincount(cells, residual, size * number).reshape(size, -1) / fit.number
-    moved -= free * np.outer(by_inertia, np.bincount(bins, samples.acceleration) / fit.number)
+    for k, move in enumerate(moves):
+        if k or free:
+            moved -= np.outer(move, np.bincount(bins, fit.columns[:, k]) / fit.number)
     of_offset = moved @ weights
     few = size / max(size - 1.0, 1.0)
     plain = float(np.mean(residual**2)) / independent
@@ -172,7 +305,7 @@ def errors_of(
     # a bin that one cluster fills hides the error of that
     offset = max(few * float(of_offset @ of_offset), ratio * float(weights**2 @ plain))
     usual = float(student(max(size - 1, 1), PROBABILITY))
-    return errors, student(degrees, PROBABILITY) * errors, half, delay, usual * math.sqrt(offset), usual
+    return errors, student(degrees, PROBABILITY) * errors, np.array(halves), usual * math.sqrt(offset), usual
 
 
 @dataclass(frozen=True)
@@ -227,26 +360,6 @@ def check_sign(signals: Signals, fit: Fit) -> None:
             )
 
 
-def estimated_delay(samples: Samples) -> tuple[float, bool]:
-    """Delay of the effort behind the motion [s] with the least residual; whether it is inside the range."""
-    bins = bins_of(samples)[1](samples.speed)
-    acceleration = within(samples.acceleration, samples.speed, bins)
-    squares = float(acceleration @ acceleration)
-
-    def residual(delay: float) -> float:
-        effort = within(samples.effort(delay), samples.speed, bins)
-        slope = float(acceleration @ effort) / squares
-        return float(np.sum((effort - slope * acceleration) ** 2))
-
-    limit = max(MAX_DELAY, MAX_DELAY_SAMPLES * samples.step)
-    coarse = np.linspace(-limit, limit, 21)
-    best = float(coarse[int(np.argmin([residual(delay) for delay in coarse]))])
-    bounds = np.clip([best - 0.1 * limit, best + 0.1 * limit], -limit, limit)
-    options = {"xatol": 0.005 * samples.step}
-    delay = float(scipy.optimize.minimize_scalar(residual, bounds=bounds, options=options).x)
-    return delay, abs(delay) < 0.98 * limit
-
-
 def identify(
     signals: Signals,
     inertia: float | None = None,
@@ -278,10 +391,10 @@ def identify(
             )
     notes = list(signals.notes)
     free = [name for name, value in (("inertia", inertia), ("delay", delay)) if value is None]
-    if delay is None:
-        delay, inside = estimated_delay(samples)
-        text = f"delay at the end of its range, {1e3 * delay:.3g} ms: are both signals of one log?"
-        notes += [text] * (not inside)
+    time = timing(signals, samples, delay, inertia)
+    if time.lag > 0.0:
+        samples = filtered(signals, travel, cutoff, variance, time.lag)
+        time = timing(signals, samples, delay, inertia)
     size, bins = bins_of(samples, bins_wanted)
     place = bins(samples.speed)
     number = np.bincount(place, minlength=size) * samples.each
@@ -291,14 +404,14 @@ def identify(
     left_out = signals.left_out | samples.left_out | {reason: int((~use).sum()) * samples.each}
     # what half the cutoff and a farther travel change
     pairs = (travel, 0.5 * cutoff), (FARTHER * travel, cutoff)
-    others = [filtered(signals, *pair, variance) for pair in pairs]
+    others = [filtered(signals, *pair, variance, time.lag) for pair in pairs]
     if len(others[1].speed) < FARTHER_LEFT * len(samples.speed):
         del others[1]
-    changed = [fit_of(other, delay, bins(other.speed), size, inertia) for other in others]
+    changed = [fit_of(other, time, bins(other.speed), size, inertia) for other in others]
     if not {-1.0, 1.0} <= set(np.sign(samples.speed[use])):
         few = f"no bin of speed with {MIN_SAMPLES} samples in both directions"
         raise ValueError(f"{few}; allowed: a longer log, or fewer bins (--bins)")
-    fit = fit_of(samples.where(use), delay, np.cumsum(enough)[place[use]] - 1, int(enough.sum()), inertia)
+    fit = fit_of(samples.where(use), time, np.cumsum(enough)[place[use]] - 1, int(enough.sum()), inertia)
     if offset is None:
         check_sign(signals, fit)
     smeared = SMEAR * np.nan_to_num(changed[0].total[enough] - fit.total)
@@ -310,32 +423,38 @@ def _result(
     free: list[str],
 ) -> Identified:  # fmt: skip
     """Values with limits that hold what another cutoff and travel change; free: what is fitted."""
-    samples = fit.samples
-    residual = fit.effort - fit.inertia * samples.acceleration - fit.total[fit.bins]
+    samples, residual, time = fit.samples, fit.residual, fit.timing
     deviation = float(np.sqrt(np.mean(residual**2)))
     explained = 1.0 - deviation**2 / max(float(np.var(fit.effort)), 1e-300)
     speed = np.bincount(fit.bins, samples.speed) / fit.number
-    # the constant of a weighted fit with Coulomb and viscous friction
-    shape = np.column_stack([np.ones(len(speed)), np.sign(speed), speed])
-    weighted = shape * fit.number[:, None]
-    weights = np.linalg.pinv(shape.T @ weighted)[0] @ weighted.T
+    weights = offset_weights(speed, fit.number)
     offset, offset_error = user_offset or (float(weights @ fit.total), 0.0)
     weights = weights * (user_offset is None)
     friction = fit.total - offset
-    errors, wide, half, late, offset_wide, usual = errors_of(fit, residual, weights, "inertia" in free)
+    errors, wide, halves, offset_wide, usual = errors_of(fit, weights, "inertia" in free)
     noise = samples.noise / max(float(np.var(samples.acceleration)), 1e-300)
-    moved = (COARSER * float(np.nan_to_num(other.inertia - fit.inertia)) for other in changed)
-    half = math.hypot(half, max(noise, MAX_NOISE) * fit.inertia, *moved)
+
+    def beyond(change: float, random: float) -> float:
+        """Of a change, what is no chance."""
+        return math.sqrt(max(change**2 - random**2, 0.0))
+
+    half = float(halves[0])
+    moved = (COARSER * beyond(float(np.nan_to_num(other.inertia - fit.inertia)), half) for other in changed)
+    half = math.hypot(half, NOISE_UNSURE * noise * fit.inertia, time.inertia, *moved)
     _check(signals, fit, "inertia" in free, explained, half, usual, speed * friction < 0.0)
-    late += math.hypot(*(LATER * float(np.nan_to_num(other.late)) for other in changed))
+    late = 0.0
+    low, high = time.low, time.high
+    if time.told and "delay" in free:
+        late = float(halves[-1]) + math.hypot(*(LATER * float(np.nan_to_num(other.coefficients[-1] - fit.coefficients[-1])) for other in changed))
+        low, high = time.delay - late, time.delay + late
     wide = np.sqrt(wide**2 + _within_a_bin(speed, friction) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2)
     offset_wide = math.hypot(offset_wide, float(weights @ smeared), LIMIT * offset_error)
     # residual over the position
-    low, high = float(samples.position.min()), float(samples.position.max())
-    place = np.minimum(((samples.position - low) / (high - low or 1.0) * PLACES).astype(int), PLACES - 1)
+    first, last = float(samples.position.min()), float(samples.position.max())
+    place = np.minimum(((samples.position - first) / (last - first or 1.0) * PLACES).astype(int), PLACES - 1)
     count = np.bincount(place, minlength=PLACES)
     some = count * samples.each * samples.rate >= MIN_INDEPENDENT
-    middle = low + (np.flatnonzero(some) + 0.5) * (high - low) / PLACES
+    middle = first + (np.flatnonzero(some) + 0.5) * (last - first) / PLACES
     mean = np.bincount(place, residual, PLACES)[some] / count[some]
     places = middle, mean, float(np.std(residual)) / np.sqrt(count[some] * samples.each * samples.rate)
     bins = Friction(
@@ -345,11 +464,11 @@ def _result(
     result = Identified(
         signals.rotary, fit.inertia, (fit.inertia - half, fit.inertia + half) if "inertia" in free else None,
         offset, (offset - offset_wide, offset + offset_wide), user_offset and offset_error, bins,
-        fit.delay, (fit.delay - late, fit.delay + late) if "delay" in free else None, deviation, explained,
+        time.delay, (low, high) if "delay" in free else None, deviation, explained,
         places, samples.cutoff, len(residual) * samples.each, signals.left_out, signals.notes,
         signals.temperature, signals.preload,
     )  # fmt: skip
-    result.notes.extend(_notes(result, noise))
+    result.notes.extend(_notes(result, noise, time))
     return result
 
 
@@ -378,9 +497,20 @@ def _check(
         raise ValueError(f"{along_it}; allowed: at most {MAX_ALONG:.0%}: {SIGN}")
 
 
-def _notes(result: Identified, noise: float) -> list[str]:
+def _notes(result: Identified, noise: float, time: Timing) -> list[str]:
     """What limits the result."""
     notes, unit, both, (_, mean, error) = [], UNITS[result.rotary].shown[1], result.both, result.places
+    if not time.told and result.delay_limits is not None:
+        notes.append(
+            f"the motion does not tell the delay of the {UNITS[result.rotary].names[2]}, {1e3 * time.low:.3g} to "
+            f"{1e3 * time.high:.3g} ms: the interval of the {UNITS[result.rotary].names[0]} holds that range; state it "
+            "by --delay-ms, or log ramps"
+        )
+    if time.lag > 0.0:
+        notes.append(
+            f"the {UNITS[result.rotary].names[2]} is smoothed as by a filter with a time constant of "
+            f"{1e3 * time.lag:.3g} ms, and a delay of {1e3 * time.delay:.3g} ms: taken out; log the unfiltered signal"
+        )
     if noise > 10.0 * MAX_NOISE:
         notes.append(f"noise is {100.0 * noise:.2g} % of the acceleration's variance at the lowest cutoff")
     if directions.varies(both):
