@@ -44,6 +44,8 @@ DELAYS, DELAY_STEP, MAX_LAG, LEAST_LAG, LOOKED_AT = (-0.02, 0.05), 1.25e-3, 0.15
 #: misfit over that of one sample by which a delay is told from another, a filter from none;  steps of plausible delays
 #: from which on the data do not tell one
 TELL, LAG_TELLS, UNTOLD = 6.0, 15.0, 3.5
+#: noise of the acceleration in a misfit, at two times and safely
+NOISES = 3.0
 #: share by which the noise of the acceleration is unsure
 NOISE_UNSURE = 0.3
 #: change of a bin, of the inertia and of the delay by half the cutoff, as it counts in their intervals; the noise of an
@@ -162,8 +164,10 @@ def expected(signals: Signals, samples: Samples, delay: float, delays: Array, in
         effort = fit.inertia * acceleration + constant + coulomb * np.sign(speed) + viscous * speed
         sections.append(section._replace(effort=np.pad(effort, 1, mode="edge")))
     same = effort_curves(signals._replace(sections=sections), samples.cutoff)
+    same_noise = min(len(samples.speed), LOOKED_AT) * samples.noise
     misfit = searched(samples._replace(curves=same), delays - delay, inertia, False).misfit
-    return np.asarray(misfit - misfit.min())
+    # the noise of the acceleration is not that of the effort
+    return np.asarray(np.maximum(misfit - misfit.min() - NOISES * fit.inertia**2 * same_noise, 0.0))
 
 
 def timing(signals: Signals, samples: Samples, delay: float | None, inertia: float | None) -> Timing:
