@@ -36,7 +36,9 @@ MAX_BINS, MIN_BINS, FOR_A_BIN, MIN_INDEPENDENT = 60, 6, 150, 2.0
 #: longest cluster [s], or so many periods of the cutoff
 CLUSTER, CLUSTER_PERIODS = 0.25, 10.0
 #: largest share of a cluster in a slope that is allowed for;  clusters that the pooled error of a bin counts as
-LEVERAGE, POOLED = 0.5, 4.0
+LEVERAGE, POOLED = 0.5, 10.0
+#: least variance of a bin over that of as many independent samples: pieces shorter than the filter have more
+MIN_RATIO = 0.25
 #: fewest samples of the log in a bin
 MIN_SAMPLES = 10
 #: delays looked for [s], and their step;  longest lag of a filter [s], least one;  samples that they are looked for in
@@ -47,7 +49,9 @@ TELL, LAG_TELLS, UNTOLD = 6.0, 15.0, 3.5
 #: noise of the acceleration in a misfit, at two times and safely
 NOISES = 3.0
 #: share by which the noise of the acceleration is unsure
-NOISE_UNSURE = 0.3
+NOISE_UNSURE = 0.2
+#: square of a second difference over its variance that is by chance
+BY_CHANCE = 4.0
 #: change of a bin, of the inertia and of the delay by half the cutoff, as it counts in their intervals; the noise of an
 #: encoder that comes back through the controller moves the delay as the cutoff or more, all of it at most twice that,
 #: a bias, which adds to the random half
@@ -303,7 +307,7 @@ def errors_of(fit: Fit, weights: Array, free: bool) -> tuple[Array, Array, Array
     few = size / max(size - 1.0, 1.0)
     plain = float(np.mean(residual**2)) / independent
     variance = few * np.sum((moved - of_offset[:, None]) ** 2, axis=0)
-    ratio = max(float(np.sum(variance * of_bin) / np.sum(plain * of_bin)), 1.0)
+    ratio = max(float(np.sum(variance * of_bin) / np.sum(plain * of_bin)), MIN_RATIO)
     degrees = POOLED + of_bin - 1.0
     errors = np.sqrt((POOLED * ratio * plain + (of_bin - 1.0) * variance) / degrees)
     # a bin that one cluster fills hides the error of that
@@ -451,7 +455,7 @@ def _result(
     if time.told and "delay" in free:
         late = float(halves[-1]) + math.hypot(*(LATER * float(np.nan_to_num(other.coefficients[-1] - fit.coefficients[-1])) for other in changed))
         low, high = time.delay - late, time.delay + late
-    wide = np.sqrt(wide**2 + _within_a_bin(speed, friction) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2)
+    wide = np.sqrt(wide**2 + _within_a_bin(speed, friction, errors) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2)
     offset_wide = math.hypot(offset_wide, float(weights @ smeared), LIMIT * offset_error)
     # residual over the position
     first, last = float(samples.position.min()), float(samples.position.max())
@@ -532,11 +536,14 @@ def _notes(result: Identified, noise: float, time: Timing) -> list[str]:
     return notes
 
 
-def _within_a_bin(speed: Array, friction: Array) -> Array:
+def _within_a_bin(speed: Array, friction: Array, errors: Array) -> Array:
     """Second difference over 8 [effort]: what a kink in a bin moves its mean from the friction at its mean speed."""
     bend = np.zeros(len(speed))
     for side in (speed < 0.0, speed > 0.0):
         if side.sum() >= 3:
-            second = np.pad(np.abs(np.diff(friction[side], 2)), 1, mode="edge")
+            # less what is by chance
+            chance = np.convolve(errors[side] ** 2, [1.0, 4.0, 1.0], "valid")
+            second = np.sqrt(np.maximum(np.diff(friction[side], 2) ** 2 - BY_CHANCE * chance, 0.0))
+            second = np.pad(second, 1, mode="edge")
             bend[side] = scipy.ndimage.maximum_filter1d(second, 3, mode="nearest") / 8.0
     return bend
