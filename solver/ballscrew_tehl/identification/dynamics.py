@@ -29,6 +29,7 @@ from ..physics.ball_law import Array
 from . import directions
 from .directions import LIMIT, PROBABILITY, UNITS, Bidirectional, Friction, option
 from .motion import MAX_NOISE, Samples, chosen_cutoff, differences, effort_curves, filtered
+from .findings import of_refusal
 from .signals import Signals
 
 #: most and fewest bins of a direction; samples of the log for one bin, fewest independent ones
@@ -62,6 +63,7 @@ FARTHER, FARTHER_LEFT = 4.0, 0.5
 #: pieces of the residual over the position;  mean square of their means over the standard errors from which on friction
 #: depends on the position
 PLACES, UNEVEN = 24, 3.0
+SIDES = {1.0: "positive", -1.0: "negative"}
 SIGN = (
     "a force, torque or current is positive where it drives towards positive positions: check both signs; a left-hand "
     "thread has a negative --lead-mm, a drive that counts the other way a negative --ratio or torque constant"
@@ -76,7 +78,8 @@ VAGUE, MAX_ALONG = 0.2, 0.25
 def bins_of(samples: Samples, wanted: int | None = None) -> tuple[int, Callable[[Array], np.ndarray]]:
     """Number of bins of speed in both directions, those of negative speed first; bins of a speed."""
     size = np.abs(samples.speed)
-    smaller = min(int((samples.speed > 0.0).sum()), int((samples.speed < 0.0).sum())) * samples.each
+    sides = [int((samples.speed * sign > 0.0).sum()) * samples.each for sign in SIDES]
+    smaller = min((side for side in sides if side), default=0)
     number = wanted or int(np.clip(smaller // FOR_A_BIN, MIN_BINS, MAX_BINS))
     low, high = float(size.min()), float(size.max())
 
@@ -88,17 +91,17 @@ def bins_of(samples: Samples, wanted: int | None = None) -> tuple[int, Callable[
     return 2 * number, bins
 
 
-def within(values: Array, speed: Array, bins: np.ndarray) -> Array:
-    """Values less a straight line over speed in each bin: friction may rise within it."""
+def without_friction(speed: Array, bins: np.ndarray) -> Callable[[Array], Array]:
+    """Takes a straight line over speed in each bin out of values: friction may rise within it."""
     safe = np.maximum(np.bincount(bins), 1.0)
+    across = speed - (np.bincount(bins, speed) / safe)[bins]
+    squares = np.maximum(np.bincount(bins, across**2), 1e-300)
 
-    def mean(of: Array) -> Array:
-        return np.asarray(np.bincount(bins, of) / safe)
+    def rest(values: Array) -> Array:
+        values = values - (np.bincount(bins, values) / safe)[bins]
+        return np.asarray(values - (np.bincount(bins, across * values) / squares)[bins] * across)
 
-    across = speed - mean(speed)[bins]
-    rest = values - mean(values)[bins]
-    slope = mean(across * rest) / np.maximum(mean(across**2), 1e-300)
-    return np.asarray(rest - slope[bins] * across)
+    return rest
 
 
 class Searched(NamedTuple):
@@ -120,12 +123,12 @@ def searched(samples: Samples, delays: Array, inertia: float | None, with_lag: b
     """Misfit of the effort e at delays: e(t + delay) + lag e'(t + delay) is that before a filter of first order."""
     every = max(len(samples.speed) // LOOKED_AT, 1)
     samples = samples.where(np.arange(len(samples.speed)) % every == 0)
-    place = bins_of(samples)[1](samples.speed)
-    whole = within(samples.acceleration, samples.speed, place)
+    within = without_friction(samples.speed, bins_of(samples)[1](samples.speed))
+    whole = within(samples.acceleration)
     squares = max(float(whole @ whole), 1e-300)
     rows = []
     for delay in delays:
-        effort, rate = (within(samples.effort(delay, k), samples.speed, place) for k in (0, 1))
+        effort, rate = (within(samples.effort(delay, k)) for k in (0, 1))
         moved = (float(whole @ effort) / squares, float(whole @ rate) / squares)
         if inertia is not None:
             moved = inertia, 0.0
@@ -237,11 +240,11 @@ def fit_of(
 ) -> Fit:
     """Fit to samples in bins, NaN without samples; inertia None: free; more: other regressors."""
     effort = samples.effort(time.delay) + time.lag * samples.effort(time.delay, 1)
-    number = np.bincount(bins, minlength=size).astype(float)
+    within, number = without_friction(samples.speed, bins), np.bincount(bins, minlength=size).astype(float)
     safe = np.where(number * samples.each * samples.rate >= MIN_INDEPENDENT, number, math.nan)
 
     def solved(columns: list[Array]) -> Fit:
-        flat = np.column_stack([within(column, samples.speed, bins) for column in columns])
+        flat = np.column_stack([within(column) for column in columns])
         gram = flat.T @ flat
         # noise would make the inertia too small
         gram[0, 0] -= min(len(effort) * samples.noise, 0.5 * gram[0, 0])
@@ -320,7 +323,8 @@ def errors_of(fit: Fit, weights: Array, free: bool) -> tuple[Array, Array, Array
 class Identified:
     """What a log says of an axis (SI: kg, N, m/s or kg m2, N m, rad/s), with 95 % limits, None of what was given.
 
-    offset_error : standard one of an offset that was given, None = the offset is by convention
+    offset_error : standard one of an offset that was given, None = the offset is by convention;  offset_limits : None =
+    motion in one direction, whose friction holds the offset
     delay of the effort behind the motion;  residual : root mean square, filtered;  explained : share of variance
     places : position, mean residual, its standard error;  samples : used;  left_out : by reason
     """
@@ -329,7 +333,7 @@ class Identified:
     inertia: float
     inertia_limits: tuple[float, float] | None
     offset: float
-    offset_limits: tuple[float, float]
+    offset_limits: tuple[float, float] | None
     offset_error: float | None
     friction: Friction
     delay: float
@@ -383,20 +387,33 @@ def identify(
                  delay : of the effort [s], None = estimated;  cutoff : of the filter [Hz], None = chosen
                  bins_wanted : bins of a direction, None = by the number of samples
                  offset : known, with its standard error [N] or [N m], None = by convention
-    Raises       ValueError: motion in one direction only, too few samples, inertia not determined
+    Raises       ValueError: too few samples, inertia not determined, and free with motion in one direction only;
+                 with what the rows of the log show
     """
+    try:
+        return _identified(signals, inertia, travel, delay, cutoff, bins_wanted, offset)
+    except ValueError as error:
+        raise ValueError(f"{error}{of_refusal(signals.findings)}") from None
+
+
+def _identified(
+    signals: Signals, inertia: float | None, travel: float, delay: float | None, cutoff: float | None,
+    bins_wanted: int | None, offset: tuple[float, float] | None,
+) -> Identified:  # fmt: skip
     chosen, variance = chosen_cutoff(signals)
     cutoff = chosen if cutoff is None else cutoff
     samples = filtered(signals, travel, cutoff, variance)
-    magnitude = signals.of_speed and one_sign([section.motion for section in signals.sections])
-    remedy = f"the speed never changes its sign: {MAGNITUDE}" if magnitude else "longer strokes both ways"
-    for sign, name in ((1.0, "positive"), (-1.0, "negative")):
-        usable = int((samples.speed * sign > 0.0).sum()) * samples.each
-        if usable < MIN_BINS * MIN_SAMPLES:
-            raise ValueError(
-                f"samples with {name} speed away from reversals = {usable}, {1.0 / signals.step:.4g} a second; "
-                f"allowed: at least {MIN_BINS * MIN_SAMPLES} in each direction; remedy: {remedy}"
-            )
+    usable = {name: int((samples.speed * sign > 0.0).sum()) * samples.each for sign, name in SIDES.items()}
+    few = min(usable, key=lambda name: usable[name])
+    if usable[few] < MIN_BINS * MIN_SAMPLES and (inertia is None or max(usable.values()) < MIN_BINS * MIN_SAMPLES):
+        magnitude = signals.of_speed and one_sign([section.motion for section in signals.sections])
+        remedy = f"the speed never changes its sign: {MAGNITUDE}" if magnitude else "longer strokes both ways"
+        known = option(UNITS[signals.rotary].inertia)
+        known = f"; or {known} with its value, for the friction of one direction" * (inertia is None)
+        raise ValueError(
+            f"samples with {few} speed away from reversals = {usable[few]}, {1.0 / signals.step:.4g} a second; "
+            f"allowed: at least {MIN_BINS * MIN_SAMPLES} in each direction; remedy: {remedy}{known}"
+        )
     notes = list(signals.notes)
     free = [name for name, value in (("inertia", inertia), ("delay", delay)) if value is None]
     time = timing(signals, samples, delay, inertia)
@@ -416,11 +433,12 @@ def identify(
     if len(others[1].speed) < FARTHER_LEFT * len(samples.speed):
         del others[1]
     changed = [fit_of(other, time, bins(other.speed), size, inertia) for other in others]
-    if not {-1.0, 1.0} <= set(np.sign(samples.speed[use])):
+    sides = set(np.sign(samples.speed[use]))
+    if len(sides) < (2 if inertia is None else 1):
         few = f"no bin of speed with {MIN_SAMPLES} samples in both directions"
         raise ValueError(f"{few}; allowed: a longer log, or fewer bins (--bins)")
     fit = fit_of(samples.where(use), time, np.cumsum(enough)[place[use]] - 1, int(enough.sum()), inertia)
-    if offset is None:
+    if offset is None and len(sides) == 2:
         check_sign(signals, fit)
     smeared = SMEAR * np.nan_to_num(changed[0].total[enough] - fit.total)
     return _result(signals._replace(left_out=left_out, notes=notes), fit, changed, smeared, offset, free)
@@ -436,8 +454,9 @@ def _result(
     explained = 1.0 - deviation**2 / max(float(np.var(fit.effort)), 1e-300)
     speed = np.bincount(fit.bins, samples.speed) / fit.number
     weights = offset_weights(speed, fit.number)
-    offset, offset_error = user_offset or (float(weights @ fit.total), 0.0)
-    weights = weights * (user_offset is None)
+    one_way = user_offset is None and len(set(np.sign(speed))) == 1
+    offset, offset_error = user_offset or (0.0 if one_way else float(weights @ fit.total), 0.0)
+    weights = weights * (user_offset is None and not one_way)
     friction = fit.total - offset
     errors, wide, halves, offset_wide, usual = errors_of(fit, weights, "inertia" in free)
     noise = samples.noise / max(float(np.var(samples.acceleration)), 1e-300)
@@ -449,7 +468,7 @@ def _result(
     half = float(halves[0])
     moved = (COARSER * beyond(float(np.nan_to_num(other.inertia - fit.inertia)), half) for other in changed)
     half = math.hypot(half, NOISE_UNSURE * noise * fit.inertia, time.inertia, *moved)
-    _check(signals, fit, "inertia" in free, explained, half, usual, speed * friction < 0.0)
+    _check(signals, fit, "inertia" in free, explained, half, usual, speed * friction * (not one_way) < 0.0)
     late = 0.0
     low, high = time.low, time.high
     if time.told and "delay" in free:
@@ -471,7 +490,7 @@ def _result(
     )  # fmt: skip
     result = Identified(
         signals.rotary, fit.inertia, (fit.inertia - half, fit.inertia + half) if "inertia" in free else None,
-        offset, (offset - offset_wide, offset + offset_wide), user_offset and offset_error, bins,
+        offset, None if one_way else (offset - offset_wide, offset + offset_wide), user_offset and offset_error, bins,
         time.delay, (low, high) if "delay" in free else None, deviation, explained,
         places, samples.cutoff, len(residual) * samples.each, signals.left_out, signals.notes,
         signals.temperature, signals.preload,
@@ -508,6 +527,8 @@ def _check(
 def _notes(result: Identified, noise: float, time: Timing) -> list[str]:
     """What limits the result."""
     notes, unit, both, (_, mean, error) = [], UNITS[result.rotary].shown[1], result.both, result.places
+    if result.offset_limits is None:
+        notes.append("motion in one direction: the friction holds the offset (gravity, tilt), which it cannot be told from")
     if not time.told and result.delay_limits is not None:
         notes.append(
             f"the motion does not tell the delay of the {UNITS[result.rotary].names[2]}, {1e3 * time.low:.3g} to "

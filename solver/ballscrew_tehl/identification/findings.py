@@ -30,6 +30,10 @@ WINDOW, UNEVEN, REPEATS = 200, 1e-3, 0.05
 OIL, FAR, FAR_LEAST = (CELSIUS - 45.0, CELSIUS + 180.0), 10.0, 5.0
 
 
+#: filter before the sign is looked at [s];  slowest speed there over the largest;  share of the rest that is clear
+SMOOTH, SLOWEST, CLEARLY = 0.01, 0.05, 0.4
+
+
 class Finding(NamedTuple):
     """What the data show: name, rows with it, their share, remedy."""
 
@@ -219,6 +223,31 @@ def even_stamps(time: Array, motion: Array) -> tuple[Array, float, list[Finding]
     off = np.abs(time - even - np.median(time - even))
     text = f"time stamps jitter about an even raster of {raster:.6g} s, by up to {off.max():.3g} s"
     return even, raster, [finding(text, off > 0.05 * raster, "taken as evenly sampled")]
+
+
+def motoring(pieces: list[tuple[Array, Array]], step: float, of_speed: bool) -> np.ndarray | None:
+    """Whether an effort is positive when it drives and negative when it brakes, in both directions: the sign of the
+    motion for all rows, None: it is not.
+
+    Inertia, friction and offset then explain its product with the sign of the speed better than itself.
+    """
+    over = SMOOTH / step
+    columns = []
+    for motion, effort in pieces:
+        smooth, torque = (scipy.ndimage.gaussian_filter1d(values, over) for values in (motion, effort))
+        speed = smooth if of_speed else np.gradient(smooth, step)
+        sign = np.sign(scipy.ndimage.gaussian_filter1d(motion, 1.0) if of_speed else np.gradient(motion, step))
+        turned = scipy.ndimage.gaussian_filter1d(effort * sign, over)
+        columns.append(np.stack([np.gradient(speed, step), np.sign(speed), speed, np.ones(len(speed)), torque, turned]))
+    every = np.concatenate(columns, axis=1)
+    moves = np.abs(every[2]) > SLOWEST * np.quantile(np.abs(every[2]), 0.99)
+    left = every[:4, moves].T / np.maximum(np.abs(every[:4, moves]).max(axis=1), 1e-300)
+    rest = [values - left @ np.linalg.lstsq(left, values, rcond=None)[0] for values in every[4:, moves]]
+    as_it_is, by_motion = (float(values @ values) for values in rest)
+    signs = {float(np.sign(x)) for values in every[4:5, moves] for x in (values.min(), values.max())}
+    if by_motion < CLEARLY * as_it_is and signs == {-1.0, 1.0}:
+        return np.asarray(every[2] < 0.0)
+    return None
 
 
 def of_refusal(found: list[Finding]) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from .._version import __version__
 from ..parameters.units import CELSIUS, RPM
 from ..physics.ball_law import Array
-from .directions import LIMIT, UNITS, Bidirectional, option, varies
+from .directions import LIMIT, UNITS, Bidirectional, option, varies, weights
 from .dynamics import Identified
 
 #: what friction from one log is of
@@ -44,7 +44,7 @@ def identified_data(result: Identified) -> dict[str, Any]:
     """Keys of --json."""
     units, friction, both = UNITS[result.rotary], result.friction, result.both
 
-    def limits(key: str, value: float, bounds: tuple[float, float] | None) -> dict[str, float | None]:
+    def limits(key: str, value: float | None, bounds: tuple[float, float] | None) -> dict[str, float | None]:
         low, high = bounds or (None, None)
         return {key.format(""): value, key.format("low_"): low, key.format("high_"): high}
 
@@ -64,7 +64,7 @@ def identified_data(result: Identified) -> dict[str, Any]:
             f"{units.offset.format('')} + friction(speed); friction is without the offset and has the sign of the speed"
         ),
         **limits(units.inertia, result.inertia, result.inertia_limits),
-        **limits(units.offset, result.offset, result.offset_limits),
+        **limits(units.offset, None if result.offset_limits is None else result.offset, result.offset_limits),
         "offset_given": result.offset_error is not None,
         "friction": [row | {"samples": int(n)} for row, n in zip(bins, friction.samples, strict=True)],
         "direction_difference": rows(units.speed, both.speed / units.one, both.difference, error),
@@ -91,7 +91,7 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
     if result.offset_error is not None:
         of_offset = " (given)"
         if len(both.speed):
-            weight = both.error**-2.0
+            weight = weights(both.error)
             own = np.average(both.difference, weights=weight)
             half = LIMIT * np.hypot(np.sum(weight) ** -0.5, result.offset_error)
             of_offset += f"; friction's own (f+ - f-)/2 {own:+.3g} +- {half:.2g} {effort} in the mean"
@@ -106,6 +106,8 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
         ("delay", "delay_{}s", 1e3, "ms", of_delay),
     ):
         value, low, high = (data[key.format(part)] for part in ("", "low_", "high_"))
+        if value is None:
+            continue
         limits = " (given)" if low is None else f", 95 %: {factor * low:.5g} to {factor * high:.5g}"
         lines.append(f"{name:<10}{factor * value:.6g} {unit}{limits * (low is None or low < high)}{remark}")
     left_out = ", ".join(f"{count} {reason}" for reason, count in data["left_out"].items()) or "none"
@@ -137,8 +139,8 @@ def measurements_text(friction: Bidirectional, preload: float, temperature: floa
     lines = [HEAD]
     for piece in np.array_split(np.arange(len(friction.speed)), min(MAX_ROWS, len(friction.speed))):
         # errors of neighbours are hardly independent: their mean, not that over the root of their number
-        weights = friction.error[piece] ** -2
-        speed, torque, _, error = (np.average(values[piece], weights=weights) for values in friction)
+        weight = weights(friction.error[piece])
+        speed, torque, _, error = (np.average(values[piece], weights=weight) for values in friction)
         point = f"{preload:.6g},{speed / RPM:.6g},{temperature - CELSIUS:.5g}"
         lines.append(f"{point},{torque:.6g},{max(error, 1e-6 * torque):.3g}")
     return "\n".join(lines) + "\n"

@@ -11,7 +11,7 @@ import scipy
 from ..physics.ball_law import Array
 from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED, TIME
 from .findings import (
-    JUMP, REPEATS, UNEVEN, USUAL, Finding, codes, even_stamps, faults, finding, of_refusal, quantum, relative_speed, sensor,
+    JUMP, REPEATS, UNEVEN, USUAL, Finding, codes, even_stamps, faults, finding, motoring, of_refusal, quantum, relative_speed, sensor,
     slow_rows, spikes,
 )  # fmt: skip
 from .log_file import SLOW, Log
@@ -131,6 +131,12 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     if not sections:
         few = f"pieces between gaps and jumps too short; allowed: >= {MIN_SECTION} samples"
         raise ValueError(few + of_refusal(found))
+    back = motoring([(x, y) for x, y in sections], step, of_speed)
+    if back is not None:
+        text = f"{effort_name} is positive when it drives, in both directions: a sign of the power, not of the axis"
+        found.append(finding(text, back, "its sign is changed where the speed is negative"))
+        signs = np.split(np.where(back, -1.0, 1.0), np.cumsum([len(x) for x, _ in sections])[:-1])
+        sections = [Section(x, y * sign) for (x, y), sign in zip(sections, signs, strict=True)]
     slow_values = {}
     for name in SLOW:
         if name in log.signals:
