@@ -28,7 +28,7 @@ import scipy
 from ..physics.ball_law import Array
 from . import directions
 from .directions import LIMIT, PROBABILITY, UNITS, Bidirectional, Friction, option
-from .motion import MAX_NOISE, Samples, chosen_cutoff, differences, effort_curves, filtered
+from .motion import MAX_NOISE, Samples, chosen_cutoff, differences, effort_curves, filtered, white_noise
 from .findings import of_refusal
 from .signals import Signals
 
@@ -43,12 +43,14 @@ MIN_RATIO = 0.25
 #: fewest samples of the log in a bin
 MIN_SAMPLES = 10
 #: delays looked for [s], and their step;  longest lag of a filter [s], least one;  samples that they are looked for in
-DELAYS, DELAY_STEP, MAX_LAG, LEAST_LAG, LOOKED_AT = (-0.02, 0.05), 1.25e-3, 0.15, 1e-3, 40_000
+DELAYS, DELAY_STEP, MAX_LAG, LEAST_LAG, LOOKED_AT = (-0.02, 0.05), 1.25e-3, 0.15, 2e-3, 40_000
 #: misfit over that of one sample by which a delay is told from another, a filter from none;  steps of plausible delays
 #: from which on the data do not tell one
 TELL, LAG_TELLS, UNTOLD = 6.0, 15.0, 3.5
 #: noise of the acceleration in a misfit, at two times and safely
 NOISES = 3.0
+#: power of a wave over the usual one, its share of the variance of the residual;  least share of a loss or drift
+WAVE, WAVE_SHARE, LEAST_PATTERN = 30.0, 0.02, 0.02
 #: share by which the noise of the acceleration is unsure
 NOISE_UNSURE = 0.2
 #: square of a second difference over its variance that is by chance
@@ -245,14 +247,16 @@ def fit_of(
 
     def solved(columns: list[Array]) -> Fit:
         flat = np.column_stack([within(column) for column in columns])
+        scale = np.sqrt(np.maximum(np.sum(flat**2, axis=0), 1e-300))
+        flat = flat / scale
         gram = flat.T @ flat
         # noise would make the inertia too small
-        gram[0, 0] -= min(len(effort) * samples.noise, 0.5 * gram[0, 0])
-        influence = flat @ np.linalg.pinv(gram, rcond=1e-12, hermitian=True)
+        gram[0, 0] -= min(len(effort) * samples.noise / scale[0] ** 2, 0.5 * gram[0, 0])
+        influence = flat @ np.linalg.pinv(gram, rcond=1e-12, hermitian=True) / scale
         coefficients = influence.T @ effort
         seen = float(coefficients[0])
         if inertia is not None:
-            influence[:, 1:] = flat[:, 1:] @ np.linalg.pinv(gram[1:, 1:], rcond=1e-12, hermitian=True)
+            influence[:, 1:] = flat[:, 1:] @ np.linalg.pinv(gram[1:, 1:], rcond=1e-12, hermitian=True) / scale[1:]
             coefficients = influence.T @ (effort - inertia * samples.acceleration)
             coefficients[0] = inertia
         every = np.column_stack(columns)
@@ -268,7 +272,8 @@ def fit_of(
     some = np.isfinite(fit.total)
     speed = np.bincount(bins, samples.speed, size)[some] / number[some]
     slope = float(offset_weights(speed, number[some], 2) @ fit.total[some])
-    return solved([samples.acceleration, *more, fit.inertia * samples.jerk + slope * samples.acceleration])
+    change = fit.inertia * samples.jerk + slope * samples.acceleration
+    return solved([samples.acceleration, *more, change])._replace(seen=fit.seen)
 
 
 def offset_weights(speed: Array, number: Array, row: int = 0) -> Array:
@@ -276,6 +281,58 @@ def offset_weights(speed: Array, number: Array, row: int = 0) -> Array:
     shape = np.column_stack([np.ones(len(speed)), np.sign(speed), speed])
     weighted = shape * number[:, None]
     return np.asarray(np.linalg.pinv(shape.T @ weighted)[row] @ weighted.T)
+
+
+Pattern = Callable[[Samples], Array]
+
+
+def wave_of(fit: Fit, rotary: bool) -> tuple[float, float]:
+    """Wave number over the position [1/m] or [1/rad] that the residual shows most clearly, its amplitude; 0: none."""
+    position, residual = fit.samples.position - fit.samples.position.min(), fit.residual
+    span = float(position.max()) or 1.0
+    number = int(np.clip(span / (2.0 * math.pi / 32.0), 512, 2**17)) if rotary else 2**13
+    sums = np.bincount((position / span * (number - 1)).astype(int), residual, number)
+    power = np.abs(np.fft.rfft(sums, 2 * number)) ** 2
+    # at least two periods in the span, eight pieces of it in one
+    low, high = 4, max(number // 4, 6)
+    place = low + int(np.argmax((power / scipy.ndimage.median_filter(power, 101, mode="nearest"))[low:high]))
+    usual = float(np.median(power[max(place - 50, low) : place + 51]))
+    exact = (2.0 * math.pi * np.linspace(place - 1.0, place + 1.0, 41)) / (2.0 * span)
+    if rotary and (turns := round(exact[20])) and exact[0] < turns < exact[-1]:
+        exact = np.array([float(turns)])
+    sizes = [abs(np.sum(residual * np.exp(-1j * k * position))) for k in exact]
+    amplitude = 2.0 * max(sizes) / len(residual)
+    clear = power[place] > WAVE * usual and amplitude**2 > WAVE_SHARE * 2.0 * float(np.mean(residual**2))
+    return (float(exact[int(np.argmax(sizes))]), amplitude) if clear else (0.0, 0.0)
+
+
+def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[str]) -> list[Pattern]:
+    """What the residual shows beyond friction over speed: a wave over the position, to be fitted with the rest; a loss
+    of the effort that is transmitted, and friction or load that drifts, which are notes.
+    """
+    units, found = UNITS[signals.rotary], list[Pattern]()
+    wave, amplitude = wave_of(fit, signals.rotary)
+    if wave:
+        period = f"{wave:.4g} times a turn" if signals.rotary else f"each {2e3 * math.pi / wave:.4g} mm"
+        notes.append(f"friction varies by +-{amplitude:.2g} {units.si[1]} {period}, over the position: fitted as a wave")
+        found = [lambda s: np.cos(wave * s.position), lambda s: np.sin(wave * s.position)]
+    number = np.unique(fit.samples.section * int(fit.samples.row.max() + 1) + fit.samples.row, return_inverse=True)[1]
+    time, sign = number / max(float(number.max()), 1.0) - 0.5, np.sign(fit.samples.speed)
+    model = fit.effort - fit.residual
+    friction = float(np.mean(np.abs(fit.total - fit.total.mean())))
+    for column, size, text in (
+        (sign * np.abs(model), 1.0, "{:.2g} of the transmitted {effort} is lost in friction: bins of speed hold that at "
+         "the {effort} of this log"),
+        (sign * time, friction, "friction drifts by {:.2g} of it over the log (temperature, running in): bins and "
+         "intervals are those of the time each speed was run at"),
+        (time, friction, "the offset drifts by {:.2g} of the friction over the log (load, tilt, temperature): intervals "
+         "do not hold that"),
+    ):  # fmt: skip
+        other = fit_of(fit.samples, fit.timing, fit.bins, len(fit.number), inertia, [column])
+        half = errors_of(other, np.zeros(len(fit.number)), inertia is None)[2][1]
+        if abs(other.coefficients[1]) > max(2.0 * half, LEAST_PATTERN * size):
+            notes.append(text.format(abs(other.coefficients[1]) / size, effort=units.names[2]))
+    return found
 
 
 def errors_of(fit: Fit, weights: Array, free: bool) -> tuple[Array, Array, Array, float, float]:
@@ -363,7 +420,8 @@ def check_sign(signals: Signals, fit: Fit) -> None:
     """Refuse an effort that is a magnitude: its inertia has another sign in each direction."""
     if one_sign([section.effort for section in signals.sections]):
         sides = [fit.samples.speed > 0.0, fit.samples.speed < 0.0]
-        one, other = (float(fit.acceleration[side] @ fit.effort[side]) for side in sides)
+        acceleration = without_friction(fit.samples.speed, fit.bins)(fit.samples.acceleration)
+        one, other = (float(acceleration[side] @ fit.effort[side]) for side in sides)
         if not one * other >= ALIKE * max(one**2, other**2):
             units = UNITS[signals.rotary]
             raise ValueError(
@@ -440,6 +498,13 @@ def _identified(
     fit = fit_of(samples.where(use), time, np.cumsum(enough)[place[use]] - 1, int(enough.sum()), inertia)
     if offset is None and len(sides) == 2:
         check_sign(signals, fit)
+    patterns = patterns_of(fit, signals, inertia, notes)
+    if patterns:
+        fit = fit_of(fit.samples, time, fit.bins, len(fit.number), inertia, [one(fit.samples) for one in patterns])
+        changed = [
+            fit_of(other, time, bins(other.speed), size, inertia, [one(other) for one in patterns])
+            for other in others
+        ]  # fmt: skip
     smeared = SMEAR * np.nan_to_num(changed[0].total[enough] - fit.total)
     return _result(signals._replace(left_out=left_out, notes=notes), fit, changed, smeared, offset, free)
 
@@ -476,6 +541,11 @@ def _result(
         low, high = time.delay - late, time.delay + late
     wide = np.sqrt(wide**2 + _within_a_bin(speed, friction, errors) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2)
     offset_wide = math.hypot(offset_wide, float(weights @ smeared), LIMIT * offset_error)
+    of_bins, of_offset, of_inertia = _of_steps(signals, fit, weights)
+    if np.median(of_bins) > 0.1 * np.median(wide):
+        text = f"the {UNITS[signals.rotary].names[2]} has steps of {signals.effort_quantum:.3g} {UNITS[signals.rotary].si[1]}"
+        signals.notes.append(f"{text}: rounding, and truncation unless the data exclude it, are in the intervals")
+    wide, offset_wide, half = wide + of_bins, offset_wide + of_offset, half + of_inertia
     # residual over the position
     first, last = float(samples.position.min()), float(samples.position.max())
     place = np.minimum(((samples.position - first) / (last - first or 1.0) * PLACES).astype(int), PLACES - 1)
@@ -497,6 +567,28 @@ def _result(
     )  # fmt: skip
     result.notes.extend(_notes(result, noise, time))
     return result
+
+
+def _of_steps(signals: Signals, fit: Fit, weights: Array) -> tuple[Array, float, float]:
+    """What steps of the effort may move the bins, the offset and the inertia: rounding as far as noise does not average
+    it, and half a step of truncation towards 0 unless the data exclude it.
+    """
+    step, samples, size = signals.effort_quantum, fit.samples, len(fit.number)
+    if not step > 0.0:
+        return np.zeros(size), 0.0, 0.0
+    variance = white_noise([section.effort for section in signals.sections], 1, 0.0)
+    rounded = 0.5 * step * math.exp(-2.0 * math.pi**2 * max(variance / step**2 - 1.0 / 12.0, 0.0))
+    cut = [section._replace(effort=0.5 * step * np.sign(section.effort)) for section in signals.sections]
+    curves = effort_curves(signals._replace(sections=cut), samples.cutoff)
+    column = samples._replace(curves=curves).effort(fit.timing.delay)
+    given = None if fit.seen == fit.inertia else fit.inertia
+    other = fit_of(samples, fit.timing, fit.bins, size, given, [column])
+    half = float(errors_of(other, weights, given is None)[2][1])
+    if abs(other.coefficients[1] + 1.0) > half + 0.5:
+        column = np.zeros(len(column))
+    means = np.bincount(fit.bins, column) / fit.number
+    of_offset = abs(float(weights @ means)) + 0.5 * rounded * float(np.sum(np.abs(weights)))
+    return np.abs(means) + rounded, of_offset, abs(float(fit.influence[:, 0] @ column))
 
 
 def _check(

@@ -67,7 +67,8 @@ def relative_speed(time: Array, position: Array) -> Array:
     speed = np.zeros(len(time))
     speed[over:-over] = (position[2 * over :] - position[: -2 * over]) / (time[2 * over :] - time[: -2 * over])
     speed /= max(float(np.quantile(np.abs(speed), 0.99)), 1e-300)
-    return speed * (np.abs(speed) >= MOVES)
+    # not beside rows at rest, which the difference reaches
+    return speed * scipy.ndimage.binary_erosion(np.abs(speed) >= MOVES, iterations=over)
 
 
 def spikes(values: Array) -> np.ndarray:

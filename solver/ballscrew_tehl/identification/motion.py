@@ -158,9 +158,6 @@ def filtered(signals: Signals, travel: float, cutoff: float, variance: float, se
 
 
 def effort_curves(signals: Signals, cutoff: float) -> list["scipy.interpolate.CubicSpline"]:
-    """Filtered effort of each section over its rows, with what the central differences of the motion average over."""
-    # Simpson, Numerov
-    side, sos = (1.0 / 6.0 if signals.of_speed else 1.0 / 12.0), _filter(cutoff, signals.step)
-    raw = [scipy.ndimage.correlate1d(one.effort, [side, 1.0 - 2.0 * side, side]) for one in signals.sections]
-    efforts = [scipy.signal.sosfiltfilt(sos, effort) for effort in raw]
+    """Filtered effort of each section over its rows."""
+    efforts = [scipy.signal.sosfiltfilt(_filter(cutoff, signals.step), one.effort) for one in signals.sections]
     return [scipy.interpolate.CubicSpline(np.arange(len(effort)), effort) for effort in efforts]
