@@ -43,7 +43,7 @@ MIN_RATIO = 0.25
 #: fewest samples of the log in a bin
 MIN_SAMPLES = 10
 #: delays looked for [s], and their step;  longest lag of a filter [s], least one;  samples that they are looked for in
-DELAYS, DELAY_STEP, MAX_LAG, LEAST_LAG, LOOKED_AT = (-0.02, 0.05), 1.25e-3, 0.15, 2e-3, 40_000
+DELAYS, DELAY_STEP, MAX_LAG, LEAST_LAG, LOOKED_AT = (-0.02, 0.05), 1.25e-3, 0.15, 2e-3, 30_000
 #: misfit over that of one sample by which a delay is told from another, a filter from none;  steps of plausible delays
 #: from which on the data do not tell one
 TELL, LAG_TELLS, UNTOLD = 6.0, 15.0, 3.5
@@ -51,6 +51,8 @@ TELL, LAG_TELLS, UNTOLD = 6.0, 15.0, 3.5
 NOISES = 3.0
 #: power of a wave over the usual one, its share of the variance of the residual;  least share of a loss or drift
 WAVE, WAVE_SHARE, LEAST_PATTERN = 30.0, 0.02, 0.02
+#: delay [s] that a filter may have made
+LATE = 4e-3
 #: share by which the noise of the acceleration is unsure
 NOISE_UNSURE = 0.2
 #: square of a second difference over its variance that is by chance
@@ -121,29 +123,33 @@ class Searched(NamedTuple):
         return int(np.argmin(self.misfit))
 
 
-def searched(samples: Samples, delays: Array, inertia: float | None, with_lag: bool) -> Searched:
-    """Misfit of the effort e at delays: e(t + delay) + lag e'(t + delay) is that before a filter of first order."""
-    every = max(len(samples.speed) // LOOKED_AT, 1)
-    samples = samples.where(np.arange(len(samples.speed)) % every == 0)
+def searched(samples: Samples, delays: Array, inertia: float | None) -> tuple[Searched, Searched]:
+    """Misfit of the effort e at delays, without and with a lag: e(t + delay) + lag e'(t + delay) is that before a filter
+    of first order.
+    """
+    samples = samples.where(np.arange(len(samples.speed)) % max(len(samples.speed) // LOOKED_AT, 1) == 0)
     within = without_friction(samples.speed, bins_of(samples)[1](samples.speed))
     whole = within(samples.acceleration)
-    squares = max(float(whole @ whole), 1e-300)
-    rows = []
+
+    def product(one: Array, other: Array) -> float:
+        # not by a library with threads, which wait for each other on a busy machine
+        return float(np.sum(one * other))
+
+    squares, rows = max(product(whole, whole), 1e-300), []
     for delay in delays:
         effort, rate = (within(samples.effort(delay, k)) for k in (0, 1))
-        moved = (float(whole @ effort) / squares, float(whole @ rate) / squares)
+        moved = (product(whole, effort) / squares, product(whole, rate) / squares)
         if inertia is not None:
             moved = inertia, 0.0
         rest, more = effort - moved[0] * whole, rate - moved[1] * whole
-        whole_bend, along = float(more @ more), max(-float(rest @ more), 0.0) * with_lag
+        misfit, bend, along = product(rest, rest), product(more, more), max(-product(rest, more), 0.0)
         # noise would make the lag too small
-        bend = max(whole_bend - len(rate) * samples.rate_noise, 0.2 * whole_bend, 1e-300)
-        lag = min(along / bend, MAX_LAG)
-        misfit = float(rest @ rest) - along**2 / max(whole_bend, 1e-300)
-        rows.append((delay, lag, moved[0] + lag * moved[1], misfit))
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
-    independent = len(whole) * samples.each * samples.rate
-    return Searched(*columns, max(float(columns[3].min()), 0.0) / max(independent, 1.0))
+        lag = min(along / max(bend - len(rate) * samples.rate_noise, 0.2 * bend, 1e-300), MAX_LAG)
+        less = misfit - along**2 / max(bend, 1e-300)
+        rows.append((delay, 0.0, moved[0], misfit, lag, moved[0] + lag * moved[1], less))
+    columns = np.array(rows).T
+    one = max(float(columns[6].min()), 0.0) / max(len(whole) * samples.each * samples.rate, 1.0)
+    return Searched(*columns[:4], one), Searched(*columns[[0, 4, 5, 6]], one)
 
 
 class Timing(NamedTuple):
@@ -174,7 +180,7 @@ def expected(signals: Signals, samples: Samples, delay: float, delays: Array, in
         sections.append(section._replace(effort=np.pad(effort, 1, mode="edge")))
     same = effort_curves(signals._replace(sections=sections), samples.cutoff)
     same_noise = min(len(samples.speed), LOOKED_AT) * samples.noise
-    misfit = searched(samples._replace(curves=same), delays - delay, inertia, False).misfit
+    misfit = searched(samples._replace(curves=same), delays - delay, inertia)[0].misfit
     # the noise of the acceleration is not that of the effort
     return np.asarray(np.maximum(misfit - misfit.min() - NOISES * fit.inertia**2 * same_noise, 0.0))
 
@@ -182,7 +188,7 @@ def expected(signals: Signals, samples: Samples, delay: float, delays: Array, in
 def timing(signals: Signals, samples: Samples, delay: float | None, inertia: float | None) -> Timing:
     """Of the effort behind the motion; delay: known."""
     delays = np.arange(DELAYS[0], DELAYS[1], DELAY_STEP) if delay is None else np.array([delay])
-    plain, lagged = (searched(samples, delays, inertia, with_lag) for with_lag in (False, True))
+    plain, lagged = searched(samples, delays, inertia)
     k = lagged.best
     lags = lagged.misfit[k] + LAG_TELLS * lagged.one < plain.misfit.min()
     with_lag = bool(lags and lagged.lag[k] > max(LEAST_LAG, samples.step))
@@ -190,7 +196,7 @@ def timing(signals: Signals, samples: Samples, delay: float | None, inertia: flo
     best, step = float(found.delay[found.best]), DELAY_STEP
     if with_lag:
         if delay is None:
-            found = searched(samples, best + np.linspace(-0.01, 0.01, 41), inertia, True)
+            found = searched(samples, best + np.linspace(-0.01, 0.01, 41), inertia)[1]
         allowed, at = found.misfit <= found.misfit.min() + TELL * found.one, found.best
     else:
         if delay is None:
@@ -201,7 +207,7 @@ def timing(signals: Signals, samples: Samples, delay: float | None, inertia: flo
         if np.ptp(found.delay[allowed]) <= UNTOLD * step and delay is None:
             while step > 0.01 * samples.step:
                 # finer about the best
-                found = searched(samples, best + step * np.linspace(-1.0, 1.0, 9), inertia, False)
+                found = searched(samples, best + step * np.linspace(-1.0, 1.0, 9), inertia)[0]
                 best, step = float(found.delay[found.best]), 0.25 * step
             return Timing(best)
         # the least one that the data allow
@@ -286,23 +292,24 @@ def offset_weights(speed: Array, number: Array, row: int = 0) -> Array:
 Pattern = Callable[[Samples], Array]
 
 
-def wave_of(fit: Fit, rotary: bool) -> tuple[float, float]:
-    """Wave number over the position [1/m] or [1/rad] that the residual shows most clearly, its amplitude; 0: none."""
-    position, residual = fit.samples.position - fit.samples.position.min(), fit.residual
-    span = float(position.max()) or 1.0
-    number = int(np.clip(span / (2.0 * math.pi / 32.0), 512, 2**17)) if rotary else 2**13
-    sums = np.bincount((position / span * (number - 1)).astype(int), residual, number)
-    power = np.abs(np.fft.rfft(sums, 2 * number)) ** 2
+def wave_of(place: Array, residual: Array, shortest: float, turns: bool) -> tuple[float, float]:
+    """Wave number over a place or time that the residual shows most clearly, not shorter than a period, and its
+    amplitude; 0: none; turns: a whole number of waves a turn is meant where it is near.
+    """
+    place = place - place.min()
+    span = float(place.max()) or 1.0
+    number = int(np.clip(8.0 * span / shortest, 512, 2**18))
+    power = np.abs(np.fft.rfft(np.bincount((place / span * (number - 1)).astype(int), residual, number), 2 * number)) ** 2
     # at least two periods in the span, eight pieces of it in one
     low, high = 4, max(number // 4, 6)
-    place = low + int(np.argmax((power / scipy.ndimage.median_filter(power, 101, mode="nearest"))[low:high]))
-    usual = float(np.median(power[max(place - 50, low) : place + 51]))
-    exact = (2.0 * math.pi * np.linspace(place - 1.0, place + 1.0, 41)) / (2.0 * span)
-    if rotary and (turns := round(exact[20])) and exact[0] < turns < exact[-1]:
-        exact = np.array([float(turns)])
-    sizes = [abs(np.sum(residual * np.exp(-1j * k * position))) for k in exact]
+    at = low + int(np.argmax((power / scipy.ndimage.median_filter(power, 101, mode="nearest"))[low:high]))
+    usual = float(np.median(power[max(at - 50, low) : at + 51]))
+    exact = math.pi * np.linspace(at - 1.0, at + 1.0, 41) / span
+    if turns and exact[0] < (whole := round(exact[20])) < exact[-1]:
+        exact = np.array([float(whole)])
+    sizes = [abs(np.sum(residual * np.exp(-1j * k * place))) for k in exact]
     amplitude = 2.0 * max(sizes) / len(residual)
-    clear = power[place] > WAVE * usual and amplitude**2 > WAVE_SHARE * 2.0 * float(np.mean(residual**2))
+    clear = power[at] > WAVE * usual and amplitude**2 > WAVE_SHARE * 2.0 * float(np.mean(residual**2))
     return (float(exact[int(np.argmax(sizes))]), amplitude) if clear else (0.0, 0.0)
 
 
@@ -311,11 +318,17 @@ def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[s
     of the effort that is transmitted, and friction or load that drifts, which are notes.
     """
     units, found = UNITS[signals.rotary], list[Pattern]()
-    wave, amplitude = wave_of(fit, signals.rotary)
+    position = fit.samples.position
+    shortest = 2.0 * math.pi / 4.0 if signals.rotary else float(np.ptp(position)) / 1024.0
+    wave, amplitude = wave_of(position, fit.residual, shortest, signals.rotary)
     if wave:
         period = f"{wave:.4g} times a turn" if signals.rotary else f"each {2e3 * math.pi / wave:.4g} mm"
         notes.append(f"friction varies by +-{amplitude:.2g} {units.si[1]} {period}, over the position: fitted as a wave")
         found = [lambda s: np.cos(wave * s.position), lambda s: np.sin(wave * s.position)]
+    clock = fit.samples.row * signals.step + 1e4 * fit.samples.section
+    period = 2.0 * math.pi / (wave_of(clock, fit.residual, 1.0 / fit.samples.cutoff, False)[0] or math.inf) if np.ptp(clock) < 1e3 else 0.0
+    if period:
+        notes.append(f"the residual oscillates with {1.0 / period:.3g} Hz: a resonance or a loop; bins and intervals do not hold it")
     number = np.unique(fit.samples.section * int(fit.samples.row.max() + 1) + fit.samples.row, return_inverse=True)[1]
     time, sign = number / max(float(number.max()), 1.0) - 0.5, np.sign(fit.samples.speed)
     model = fit.effort - fit.residual
@@ -330,7 +343,7 @@ def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[s
     ):  # fmt: skip
         other = fit_of(fit.samples, fit.timing, fit.bins, len(fit.number), inertia, [column])
         half = errors_of(other, np.zeros(len(fit.number)), inertia is None)[2][1]
-        if abs(other.coefficients[1]) > max(2.0 * half, LEAST_PATTERN * size):
+        if 2.0 * half < abs(other.coefficients[1]) > LEAST_PATTERN * size:
             notes.append(text.format(abs(other.coefficients[1]) / size, effort=units.names[2]))
     return found
 
@@ -627,6 +640,11 @@ def _notes(result: Identified, noise: float, time: Timing) -> list[str]:
             f"{1e3 * time.high:.3g} ms: the interval of the {UNITS[result.rotary].names[0]} holds that range; state it "
             "by --delay-ms, or log ramps"
         )
+    if result.delay_limits is not None and not time.lag and abs(time.delay) > LATE:
+        notes.append(
+            f"the {UNITS[result.rotary].names[2]} is {1e3 * time.delay:.3g} ms behind the motion: if a filter of the drive "
+            "makes that delay, what else it does is in no interval"
+        )
     if time.lag > 0.0:
         notes.append(
             f"the {UNITS[result.rotary].names[2]} is smoothed as by a filter with a time constant of "
@@ -638,7 +656,7 @@ def _notes(result: Identified, noise: float, time: Timing) -> list[str]:
         notes.append(
             f"(f+ - f-)/2, half the difference of friction between the directions, varies with speed, "
             f"{both.difference.min():+.3g} to {both.difference.max():+.3g} {unit}"
-            + (": it cannot all be an offset" if result.offset_error is None else "")
+            + (": it cannot all be an offset, unless load, tilt or temperature changed during the log" if result.offset_error is None else "")
         )
     if len(mean) and float(np.mean((mean / error) ** 2)) > UNEVEN:
         notes.append(

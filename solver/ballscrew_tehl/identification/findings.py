@@ -119,13 +119,15 @@ def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Fin
     moved = (fastest > 0.0) & (slowest < 0.0) if coarse else fastest - slowest > MOVES
     held = np.repeat((length >= fewest) & moved, length) & ~bad
     clipped = np.zeros(len(values), dtype=bool)
+    signal = values[~bad]
+    mirrored = coarse and float(signal.max()) == -float(signal.min())
     for sign in (1.0, -1.0):
         # below its limit a signal is within its noise of it as often as at it
         signed = np.where(bad, -np.inf, sign * values)
         top = float(signed.max())
         at = signed == top
         near = int(np.sum(signed > top - max(1.01 * step, usual))) - int(at.sum())
-        if at.sum() >= max(10, 2e-4 * len(values)) and at.sum() >= (3.0 if coarse else 0.3) * near and np.any(at & (speed != 0.0)):
+        if at.sum() >= max(10, 2e-4 * len(values)) and at.sum() >= (3.0 * (not mirrored) if coarse else 0.3) * near and np.any(at & (speed != 0.0)):
             clipped |= at
     if coarse and clipped.any():
         text = f"{name}, in steps of {step:.3g} (SI), stays at its extreme"
@@ -207,7 +209,8 @@ def even_stamps(time: Array, motion: Array) -> tuple[Array, float, list[Finding]
         return float(np.mean(np.minimum(rest, np.quantile(rest, 0.99)) ** 2))
 
     best, even, raster = np.inf, time, usual
-    for step in (usual, float(np.median(steps)), float(np.median(short)) / min(30, lag), float(np.quantile(long, 0.1)) / lag):
+    for step in (usual, float(np.median(steps)), float(np.median(short)) / min(30, lag), float(np.quantile(long, 0.1)) / lag,
+                 float(np.polyfit(np.arange(number), time, 1)[0])):
         if not step > 0.05 * usual:
             continue
         late = time - step * np.arange(number)
