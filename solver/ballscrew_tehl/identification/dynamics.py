@@ -49,10 +49,13 @@ DELAYS, DELAY_STEP, MAX_LAG, LEAST_LAG, LOOKED_AT = (-0.02, 0.05), 1.25e-3, 0.15
 TELL, LAG_TELLS, UNTOLD = 6.0, 15.0, 3.5
 #: noise of the acceleration in a misfit, at two times and safely
 NOISES = 3.0
-#: power of a wave over the usual one, its share of the variance of the residual;  least share of a loss or drift
-WAVE, WAVE_SHARE, LEAST_PATTERN = 30.0, 0.02, 0.02
-#: delay [s] that a filter may have made
-LATE = 4e-3
+#: power of a wave over the usual one, its share of the variance of the residual;  least and most share of a loss or drift
+WAVE, WAVE_SHARE, LEAST_PATTERN, MOST_PATTERN = 30.0, 0.02, 0.02, 2.0
+#: delay [s] that a filter may have made;  longest period of a resonance [s]
+LATE, SLOWEST = 4e-3, 0.3
+#: share of the error by steps that noise leaves, from which on data do not exclude truncation;  variance of the residual
+#: over that of the noise from which on something else acts
+KEPT, MORE = 0.05, 2.5
 #: share by which the noise of the acceleration is unsure
 NOISE_UNSURE = 0.2
 #: square of a second difference over its variance that is by chance
@@ -292,7 +295,7 @@ def offset_weights(speed: Array, number: Array, row: int = 0) -> Array:
 Pattern = Callable[[Samples], Array]
 
 
-def wave_of(place: Array, residual: Array, shortest: float, turns: bool) -> tuple[float, float]:
+def wave_of(place: Array, residual: Array, shortest: float, turns: bool, longest: float = math.inf) -> tuple[float, float]:
     """Wave number over a place or time that the residual shows most clearly, not shorter than a period, and its
     amplitude; 0: none; turns: a whole number of waves a turn is meant where it is near.
     """
@@ -301,7 +304,8 @@ def wave_of(place: Array, residual: Array, shortest: float, turns: bool) -> tupl
     number = int(np.clip(8.0 * span / shortest, 512, 2**18))
     power = np.abs(np.fft.rfft(np.bincount((place / span * (number - 1)).astype(int), residual, number), 2 * number)) ** 2
     # at least two periods in the span, eight pieces of it in one
-    low, high = 4, max(number // 4, 6)
+    low = max(4, math.ceil(2.0 * span / longest))
+    high = max(number // 4, low + 2)
     at = low + int(np.argmax((power / scipy.ndimage.median_filter(power, 101, mode="nearest"))[low:high]))
     usual = float(np.median(power[max(at - 50, low) : at + 51]))
     exact = math.pi * np.linspace(at - 1.0, at + 1.0, 41) / span
@@ -326,9 +330,18 @@ def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[s
         notes.append(f"friction varies by +-{amplitude:.2g} {units.si[1]} {period}, over the position: fitted as a wave")
         found = [lambda s: np.cos(wave * s.position), lambda s: np.sin(wave * s.position)]
     clock = fit.samples.row * signals.step + 1e4 * fit.samples.section
-    period = 2.0 * math.pi / (wave_of(clock, fit.residual, 1.0 / fit.samples.cutoff, False)[0] or math.inf) if np.ptp(clock) < 1e3 else 0.0
+    period = 2.0 * math.pi / (wave_of(clock, fit.residual, 1.0 / fit.samples.cutoff, False, SLOWEST)[0] or math.inf) if np.ptp(clock) < 1e3 else 0.0
     if period:
         notes.append(f"the residual oscillates with {1.0 / period:.3g} Hz: a resonance or a loop; bins and intervals do not hold it")
+    noise = white_noise([section.effort for section in signals.sections], 1, signals.effort_quantum) * fit.samples.rate
+    noise += fit.inertia**2 * fit.samples.noise
+    deviation = float(np.mean(without_friction(fit.samples.speed, fit.bins)(fit.residual) ** 2))
+    if deviation > MORE * max(noise, 1e-12 * float(np.var(fit.effort))):
+        times = math.sqrt(deviation / max(noise, 1e-300))
+        notes.append(
+            f"the residual is {times:.3g} times the noise of the {units.names[2]}: a resonance, backlash, a load, a drift or "
+            "a filter acts besides inertia and friction, and may be in no interval"
+        )
     number = np.unique(fit.samples.section * int(fit.samples.row.max() + 1) + fit.samples.row, return_inverse=True)[1]
     time, sign = number / max(float(number.max()), 1.0) - 0.5, np.sign(fit.samples.speed)
     model = fit.effort - fit.residual
@@ -343,7 +356,7 @@ def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[s
     ):  # fmt: skip
         other = fit_of(fit.samples, fit.timing, fit.bins, len(fit.number), inertia, [column])
         half = errors_of(other, np.zeros(len(fit.number)), inertia is None)[2][1]
-        if 2.0 * half < abs(other.coefficients[1]) > LEAST_PATTERN * size:
+        if LEAST_PATTERN < abs(other.coefficients[1]) / size < MOST_PATTERN and abs(other.coefficients[1]) > 2.0 * half:
             notes.append(text.format(abs(other.coefficients[1]) / size, effort=units.names[2]))
     return found
 
@@ -558,6 +571,11 @@ def _result(
     if np.median(of_bins) > 0.1 * np.median(wide):
         text = f"the {UNITS[signals.rotary].names[2]} has steps of {signals.effort_quantum:.3g} {UNITS[signals.rotary].si[1]}"
         signals.notes.append(f"{text}: rounding, and truncation unless the data exclude it, are in the intervals")
+    if 0.5 * signals.effort_quantum > 0.5 * offset_wide > 0.0:
+        signals.notes.append(
+            f"steps of {signals.effort_quantum:.3g} {UNITS[signals.rotary].si[1]}: if the drive rounds down, the offset is half "
+            "a step higher than shown"
+        )
     wide, offset_wide, half = wide + of_bins, offset_wide + of_offset, half + of_inertia
     # residual over the position
     first, last = float(samples.position.min()), float(samples.position.max())
@@ -590,15 +608,17 @@ def _of_steps(signals: Signals, fit: Fit, weights: Array) -> tuple[Array, float,
     if not step > 0.0:
         return np.zeros(size), 0.0, 0.0
     variance = white_noise([section.effort for section in signals.sections], 1, 0.0)
-    rounded = 0.5 * step * math.exp(-2.0 * math.pi**2 * max(variance / step**2 - 1.0 / 12.0, 0.0))
+    kept = math.exp(-2.0 * math.pi**2 * max(variance / step**2 - 1.0 / 12.0, 0.0))
+    rounded = 0.5 * step * kept
     cut = [section._replace(effort=0.5 * step * np.sign(section.effort)) for section in signals.sections]
     curves = effort_curves(signals._replace(sections=cut), samples.cutoff)
     column = samples._replace(curves=curves).effort(fit.timing.delay)
     given = None if fit.seen == fit.inertia else fit.inertia
     other = fit_of(samples, fit.timing, fit.bins, size, given, [column])
     half = float(errors_of(other, weights, given is None)[2][1])
-    if abs(other.coefficients[1] + 1.0) > half + 0.5:
-        column = np.zeros(len(column))
+    excluded = kept < KEPT and half < 0.25 and abs(other.coefficients[1] + 1.0) > 2.0 * half + 0.5
+    # without noise a ramp may have one error, up to a step
+    column = column * (0.0 if excluded else 1.0 + kept)
     means = np.bincount(fit.bins, column) / fit.number
     of_offset = abs(float(weights @ means)) + 0.5 * rounded * float(np.sum(np.abs(weights)))
     return np.abs(means) + rounded, of_offset, abs(float(fit.influence[:, 0] @ column))

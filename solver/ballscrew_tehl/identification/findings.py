@@ -199,7 +199,7 @@ def even_stamps(time: Array, motion: Array) -> tuple[Array, float, list[Finding]
     long, short = (time[rows:] - time[:-rows] for rows in (lag, min(30, lag)))
     usual = float(np.median(long)) / lag
     inside = steps[steps <= 4.5 * usual]
-    if np.ptp(inside) <= UNEVEN * usual and steps.min() > 0.0:
+    if np.ptp(inside) <= UNEVEN * usual and steps.min() > 0.0 and np.mean(inside) > 0.5 * usual:
         return time, float(np.mean(inside)), []
 
     def roughness(at: Array) -> float:
