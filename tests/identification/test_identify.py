@@ -197,9 +197,9 @@ def test_preload_and_its_change_with_known_guides(law):
         assert found[-1][1].shape_fits
     change = change_of_preload(*found, law)
     assert change.preload_ratio_low <= 0.9 <= change.preload_ratio_high < 1.0
-    # the law's interval is common to both
+    # the law's interval is common to both, but the exponent of the preload may be up to 1
     wide = found[0][1].preload_high_n - found[0][1].preload_low_n
-    assert change.preload_ratio_high - change.preload_ratio_low < 0.2 * wide / 1800.0
+    assert change.preload_ratio_high - change.preload_ratio_low < 0.35 * wide / 1800.0
     light = screw_friction(screw(law, 1000.0, 3), None)
     apart = separated_parts([(logs[1], 2000.0, 303.15), (light, 1000.0, 303.15)], law)
     assert apart.without_nut_low_nm <= GUIDES * LEAD <= apart.without_nut_high_nm

@@ -49,8 +49,9 @@ DELAYS, DELAY_STEP, MAX_LAG, LEAST_LAG, LOOKED_AT = (-0.02, 0.05), 1.25e-3, 0.15
 TELL, LAG_TELLS, UNTOLD = 6.0, 15.0, 3.5
 #: noise of the acceleration in a misfit, at two times and safely
 NOISES = 3.0
-#: power of a wave over the usual one, its share of the variance of the residual;  least and most share of a loss or drift
-WAVE, WAVE_SHARE, LEAST_PATTERN, MOST_PATTERN = 30.0, 0.02, 0.02, 2.0
+#: power of a wave over the usual one, its share of the variance of the residual;  least share of a loss or drift, of
+#: samples that brake;  error of a loss that tells none
+WAVE, WAVE_SHARE, LEAST_PATTERN, BRAKES, UNSURE_LOSS = 30.0, 0.02, 0.02, 0.03, 0.02
 #: delay [s] that a filter may have made;  longest period of a resonance [s]
 LATE, SLOWEST = 4e-3, 0.3
 #: share of the error by steps that noise leaves, from which on data do not exclude truncation;  variance of the residual
@@ -224,7 +225,7 @@ class Fit(NamedTuple):
     """Inertia and bins of speed at a delay and lag of the effort [s].
 
     columns : regressors of the effort, the acceleration first;  within : without friction, a straight line over speed
-    in each bin;  influence : of each sample on each coefficient;  late : delay that is left;  seen : free inertia
+    in each bin;  influence : of each sample on each coefficient
     number, total : samples of each bin, mean effort without that of the columns, NaN with too few samples
     """
 
@@ -235,7 +236,6 @@ class Fit(NamedTuple):
     columns: Array
     influence: Array
     coefficients: Array
-    seen: float
     number: Array
     total: Array
     residual: Array
@@ -263,7 +263,6 @@ def fit_of(
         gram[0, 0] -= min(len(effort) * samples.noise / scale[0] ** 2, 0.5 * gram[0, 0])
         influence = flat @ np.linalg.pinv(gram, rcond=1e-12, hermitian=True) / scale
         coefficients = influence.T @ effort
-        seen = float(coefficients[0])
         if inertia is not None:
             influence[:, 1:] = flat[:, 1:] @ np.linalg.pinv(gram[1:, 1:], rcond=1e-12, hermitian=True) / scale[1:]
             coefficients = influence.T @ (effort - inertia * samples.acceleration)
@@ -272,7 +271,7 @@ def fit_of(
         rest = effort - every @ coefficients
         total = np.bincount(bins, rest, size) / safe
         residual = rest - total[bins]
-        return Fit(samples, bins, time, effort, every, influence, coefficients, seen, number, total, residual)
+        return Fit(samples, bins, time, effort, every, influence, coefficients, number, total, residual)
 
     fit = solved([samples.acceleration, *more])
     if not time.told:
@@ -282,7 +281,7 @@ def fit_of(
     speed = np.bincount(bins, samples.speed, size)[some] / number[some]
     slope = float(offset_weights(speed, number[some], 2) @ fit.total[some])
     change = fit.inertia * samples.jerk + slope * samples.acceleration
-    return solved([samples.acceleration, *more, change])._replace(seen=fit.seen)
+    return solved([samples.acceleration, *more, change])
 
 
 def offset_weights(speed: Array, number: Array, row: int = 0) -> Array:
@@ -346,17 +345,23 @@ def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[s
     time, sign = number / max(float(number.max()), 1.0) - 0.5, np.sign(fit.samples.speed)
     model = fit.effort - fit.residual
     friction = float(np.mean(np.abs(fit.total - fit.total.mean())))
-    for column, size, text in (
-        (sign * np.abs(model), 1.0, "{:.2g} of the transmitted {effort} is lost in friction: bins of speed hold that at "
+    for column, size, most, text in (
+        (sign * np.abs(model), 1.0, 0.5, "{:.2g} of the transmitted {effort} is lost in friction: bins of speed hold that at "
          "the {effort} of this log"),
-        (sign * time, friction, "friction drifts by {:.2g} of it over the log (temperature, running in): bins and "
+        (sign * time, friction, 2.0, "friction drifts by {:.2g} of it over the log (temperature, running in): bins and "
          "intervals are those of the time each speed was run at"),
-        (time, friction, "the offset drifts by {:.2g} of the friction over the log (load, tilt, temperature): intervals "
+        (time, friction, 2.0, "the offset drifts by {:.2g} of the friction over the log (load, tilt, temperature): intervals "
          "do not hold that"),
     ):  # fmt: skip
         other = fit_of(fit.samples, fit.timing, fit.bins, len(fit.number), inertia, [column])
         half = errors_of(other, np.zeros(len(fit.number)), inertia is None)[2][1]
-        if LEAST_PATTERN < abs(other.coefficients[1]) / size < MOST_PATTERN and abs(other.coefficients[1]) > 2.0 * half:
+        if most < 1.0 and (half > UNSURE_LOSS or np.mean(model * sign < 0.0) < BRAKES):
+            notes.append(
+                f"the {units.names[2]} brakes too little in this log to tell a loss in proportion to it (motor, gear, its "
+                "constant) from inertia and friction: it is in no interval"
+            )
+            continue
+        if LEAST_PATTERN < abs(other.coefficients[1]) / size < most and abs(other.coefficients[1]) > 2.0 * half:
             notes.append(text.format(abs(other.coefficients[1]) / size, effort=units.names[2]))
     return found
 
@@ -613,9 +618,8 @@ def _of_steps(signals: Signals, fit: Fit, weights: Array) -> tuple[Array, float,
     cut = [section._replace(effort=0.5 * step * np.sign(section.effort)) for section in signals.sections]
     curves = effort_curves(signals._replace(sections=cut), samples.cutoff)
     column = samples._replace(curves=curves).effort(fit.timing.delay)
-    given = None if fit.seen == fit.inertia else fit.inertia
-    other = fit_of(samples, fit.timing, fit.bins, size, given, [column])
-    half = float(errors_of(other, weights, given is None)[2][1])
+    other = fit_of(samples, fit.timing, fit.bins, size, None, [column])
+    half = float(errors_of(other, weights, True)[2][1])
     excluded = kept < KEPT and half < 0.25 and abs(other.coefficients[1] + 1.0) > 2.0 * half + 0.5
     # without noise a ramp may have one error, up to a step
     column = column * (0.0 if excluded else 1.0 + kept)
@@ -631,7 +635,8 @@ def _check(
     units, value = UNITS[signals.rotary], fit.inertia
     what, unit = units.names[0], units.shown[0]
     if not explained >= 0.0:
-        shown = "" if free else f"; the log shows about {fit.seen:.3g} {unit}"
+        seen = fit_of(fit.samples, Timing(0.0), fit.bins, len(fit.number), None).inertia
+        shown = "" if free else f"; the log shows about {seen:.3g} {unit}"
         raise ValueError(
             f"inertia{' given' * (not free)} = {value:.4g} {unit}{shown}; it explains nothing of the effort; allowed: "
             "motion and effort of one log, with new values in each row; remedy: check columns, units, signs, sampling"

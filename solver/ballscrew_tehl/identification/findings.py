@@ -4,6 +4,7 @@ Each finding has a name, a number of rows with their share, and a remedy. Rows t
 and its text becomes a note; where the fit is refused, the text is part of the refusal.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -57,6 +58,8 @@ def quantum(values: Array) -> float:
     if len(steps) < 2:
         return 0.0
     least = float(steps[steps > 1e-9 * np.ptp(values)].min(initial=np.ptp(values)))
+    # digits that are printed round each
+    least = float(np.median(steps[np.round(steps / least) == 1.0]))
     whole = steps / least
     return least if float(np.mean(np.abs(whole - np.round(whole)) < 0.05)) > 0.9 else 0.0
 
@@ -95,6 +98,20 @@ def codes(values: Array) -> tuple[np.ndarray, float]:
     code = float(found[numbers.argmax()])
     at_it = away & (level == code)
     return np.repeat(at_it, np.diff(np.r_[starts, len(values)])), code
+
+
+def signed(name: str, values: Array) -> tuple[Array, list[Finding]]:
+    """A signal without the jumps of unsigned words that hold a signed value, 65535 for -1."""
+    step, top = quantum(values), float(values.max())
+    jumps, middle = np.abs(np.diff(values)) > 0.8 * top, np.abs(values - 0.5 * top) < 0.12 * top
+    if not (step > 0.0 and values.min() >= 0.0 and jumps.sum() >= CODES and middle.mean() < SPIKES):
+        return values, []
+    period = step * 2.0 ** math.ceil(math.log2(top / step + 1.0))
+    if not 256.0 <= period / step or not top > 0.9 * period:
+        return values, []
+    above = values > 0.5 * top
+    text = f"{name} is in unsigned words, negative values above {0.5 * top:.4g} (SI)"
+    return np.where(above, values - period, values), [finding(text, above, f"{period:.6g} subtracted")]
 
 
 def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Finding]]:

@@ -11,7 +11,7 @@ import scipy
 from ..physics.ball_law import Array
 from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED, TIME
 from .findings import (
-    JUMP, REPEATS, UNEVEN, USUAL, Finding, codes, even_stamps, faults, finding, motoring, of_refusal, quantum, relative_speed, sensor,
+    JUMP, REPEATS, UNEVEN, USUAL, Finding, codes, even_stamps, faults, finding, motoring, of_refusal, quantum, relative_speed, sensor, signed,
     slow_rows, spikes,
 )  # fmt: skip
 from .log_file import SLOW, Log
@@ -87,7 +87,8 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     if not step * MIN_RATE <= 1.0:
         raise ValueError(_too_slow(log, step, found))
     time, motion, effort = (columns[name] for name in ("time", *names))
-    steps_of = quantum(effort)
+    effort, more = signed(effort_name, effort)
+    found, steps_of = found + more, quantum(effort)
     jumps, bad = np.empty(0, dtype=int), np.zeros(len(time), dtype=bool)
     if not of_speed:
         lost = codes(motion)[0] if abs(np.ptp(motion)) else bad
