@@ -176,7 +176,9 @@ def expected(signals: Signals, samples: Samples, delay: float, delays: Array, in
     fit = fit_of(samples, Timing(delay), place, size, inertia)
     some = np.isfinite(fit.total)
     speeds = np.bincount(place, samples.speed, size)[some] / fit.number[some]
-    constant, coulomb, viscous = (offset_weights(speeds, fit.number[some], k) @ fit.total[some] for k in range(3))
+    constant, coulomb, viscous = (
+        offset_weights(speeds, fit.number[some], k) @ fit.total[some] for k in range(3)
+    )
     sections = []
     for section in signals.sections:
         _, speed, acceleration = differences(section.motion, samples.cutoff, signals)
@@ -247,7 +249,12 @@ class Fit(NamedTuple):
 
 
 def fit_of(
-    samples: Samples, time: Timing, bins: np.ndarray, size: int, inertia: float | None, more: Sequence[Array] = ()
+    samples: Samples,
+    time: Timing,
+    bins: np.ndarray,
+    size: int,
+    inertia: float | None,
+    more: Sequence[Array] = (),
 ) -> Fit:
     """Fit to samples in bins, NaN without samples; inertia None: free; more: other regressors."""
     effort = samples.effort(time.delay) + time.lag * samples.effort(time.delay, 1)
@@ -264,7 +271,9 @@ def fit_of(
         influence = flat @ np.linalg.pinv(gram, rcond=1e-12, hermitian=True) / scale
         coefficients = influence.T @ effort
         if inertia is not None:
-            influence[:, 1:] = flat[:, 1:] @ np.linalg.pinv(gram[1:, 1:], rcond=1e-12, hermitian=True) / scale[1:]
+            influence[:, 1:] = (
+                flat[:, 1:] @ np.linalg.pinv(gram[1:, 1:], rcond=1e-12, hermitian=True) / scale[1:]
+            )
             coefficients = influence.T @ (effort - inertia * samples.acceleration)
             coefficients[0] = inertia
         every = np.column_stack(columns)
@@ -294,14 +303,21 @@ def offset_weights(speed: Array, number: Array, row: int = 0) -> Array:
 Pattern = Callable[[Samples], Array]
 
 
-def wave_of(place: Array, residual: Array, shortest: float, turns: bool, longest: float = math.inf) -> tuple[float, float]:
+def wave_of(
+    place: Array, residual: Array, shortest: float, turns: bool, longest: float = math.inf
+) -> tuple[float, float]:
     """Wave number over a place or time that the residual shows most clearly, not shorter than a period, and its
     amplitude; 0: none; turns: a whole number of waves a turn is meant where it is near.
     """
     place = place - place.min()
     span = float(place.max()) or 1.0
     number = int(np.clip(8.0 * span / shortest, 512, 2**18))
-    power = np.abs(np.fft.rfft(np.bincount((place / span * (number - 1)).astype(int), residual, number), 2 * number)) ** 2
+    power = (
+        np.abs(
+            np.fft.rfft(np.bincount((place / span * (number - 1)).astype(int), residual, number), 2 * number)
+        )
+        ** 2
+    )
     # at least two periods in the span, eight pieces of it in one
     low = max(4, math.ceil(2.0 * span / longest))
     high = max(number // 4, low + 2)
@@ -326,13 +342,26 @@ def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[s
     wave, amplitude = wave_of(position, fit.residual, shortest, signals.rotary)
     if wave:
         period = f"{wave:.4g} times a turn" if signals.rotary else f"each {2e3 * math.pi / wave:.4g} mm"
-        notes.append(f"friction varies by +-{amplitude:.2g} {units.si[1]} {period}, over the position: fitted as a wave")
+        notes.append(
+            f"friction varies by +-{amplitude:.2g} {units.si[1]} {period}, over the position: fitted as a wave"
+        )
         found = [lambda s: np.cos(wave * s.position), lambda s: np.sin(wave * s.position)]
     clock = fit.samples.row * signals.step + 1e4 * fit.samples.section
-    period = 2.0 * math.pi / (wave_of(clock, fit.residual, 1.0 / fit.samples.cutoff, False, SLOWEST)[0] or math.inf) if np.ptp(clock) < 1e3 else 0.0
+    period = (
+        2.0
+        * math.pi
+        / (wave_of(clock, fit.residual, 1.0 / fit.samples.cutoff, False, SLOWEST)[0] or math.inf)
+        if np.ptp(clock) < 1e3
+        else 0.0
+    )
     if period:
-        notes.append(f"the residual oscillates with {1.0 / period:.3g} Hz: a resonance or a loop; bins and intervals do not hold it")
-    noise = white_noise([section.effort for section in signals.sections], 1, signals.effort_quantum) * fit.samples.rate
+        notes.append(
+            f"the residual oscillates with {1.0 / period:.3g} Hz: a resonance or a loop; bins and intervals do not hold it"
+        )
+    noise = (
+        white_noise([section.effort for section in signals.sections], 1, signals.effort_quantum)
+        * fit.samples.rate
+    )
     noise += fit.inertia**2 * fit.samples.noise
     deviation = float(np.mean(without_friction(fit.samples.speed, fit.bins)(fit.residual) ** 2))
     if deviation > MORE * max(noise, 1e-12 * float(np.var(fit.effort))):
@@ -341,7 +370,9 @@ def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[s
             f"the residual is {times:.3g} times the noise of the {units.names[2]}: a resonance, backlash, a load, a drift or "
             "a filter acts besides inertia and friction, and may be in no interval"
         )
-    number = np.unique(fit.samples.section * int(fit.samples.row.max() + 1) + fit.samples.row, return_inverse=True)[1]
+    number = np.unique(
+        fit.samples.section * int(fit.samples.row.max() + 1) + fit.samples.row, return_inverse=True
+    )[1]
     time, sign = number / max(float(number.max()), 1.0) - 0.5, np.sign(fit.samples.speed)
     model = fit.effort - fit.residual
     friction = float(np.mean(np.abs(fit.total - fit.total.mean())))
@@ -361,7 +392,10 @@ def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[s
                 "constant) from inertia and friction: it is in no interval"
             )
             continue
-        if LEAST_PATTERN < abs(other.coefficients[1]) / size < most and abs(other.coefficients[1]) > 2.0 * half:
+        if (
+            LEAST_PATTERN < abs(other.coefficients[1]) / size < most
+            and abs(other.coefficients[1]) > 2.0 * half
+        ):
             notes.append(text.format(abs(other.coefficients[1]) / size, effort=units.names[2]))
     return found
 
@@ -494,7 +528,9 @@ def _identified(
     samples = filtered(signals, travel, cutoff, variance)
     usable = {name: int((samples.speed * sign > 0.0).sum()) * samples.each for sign, name in SIDES.items()}
     few = min(usable, key=lambda name: usable[name])
-    if usable[few] < MIN_BINS * MIN_SAMPLES and (inertia is None or max(usable.values()) < MIN_BINS * MIN_SAMPLES):
+    if usable[few] < MIN_BINS * MIN_SAMPLES and (
+        inertia is None or max(usable.values()) < MIN_BINS * MIN_SAMPLES
+    ):
         magnitude = signals.of_speed and one_sign([section.motion for section in signals.sections])
         remedy = f"the speed never changes its sign: {MAGNITUDE}" if magnitude else "longer strokes both ways"
         known = option(UNITS[signals.rotary].inertia)
@@ -531,7 +567,9 @@ def _identified(
         check_sign(signals, fit)
     patterns = patterns_of(fit, signals, inertia, notes)
     if patterns:
-        fit = fit_of(fit.samples, time, fit.bins, len(fit.number), inertia, [one(fit.samples) for one in patterns])
+        fit = fit_of(
+            fit.samples, time, fit.bins, len(fit.number), inertia, [one(fit.samples) for one in patterns]
+        )
         changed = [
             fit_of(other, time, bins(other.speed), size, inertia, [one(other) for one in patterns])
             for other in others
@@ -568,14 +606,23 @@ def _result(
     late = 0.0
     low, high = time.low, time.high
     if time.told and "delay" in free:
-        late = float(halves[-1]) + math.hypot(*(LATER * float(np.nan_to_num(other.coefficients[-1] - fit.coefficients[-1])) for other in changed))
+        late = float(halves[-1]) + math.hypot(
+            *(
+                LATER * float(np.nan_to_num(other.coefficients[-1] - fit.coefficients[-1]))
+                for other in changed
+            )
+        )
         low, high = time.delay - late, time.delay + late
-    wide = np.sqrt(wide**2 + _within_a_bin(speed, friction, errors) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2)
+    wide = np.sqrt(
+        wide**2 + _within_a_bin(speed, friction, errors) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2
+    )
     offset_wide = math.hypot(offset_wide, float(weights @ smeared), LIMIT * offset_error)
     of_bins, of_offset, of_inertia = _of_steps(signals, fit, weights)
     if np.median(of_bins) > 0.1 * np.median(wide):
         text = f"the {UNITS[signals.rotary].names[2]} has steps of {signals.effort_quantum:.3g} {UNITS[signals.rotary].si[1]}"
-        signals.notes.append(f"{text}: rounding, and truncation unless the data exclude it, are in the intervals")
+        signals.notes.append(
+            f"{text}: rounding, and truncation unless the data exclude it, are in the intervals"
+        )
     if 0.5 * signals.effort_quantum > 0.5 * offset_wide > 0.0:
         signals.notes.append(
             f"steps of {signals.effort_quantum:.3g} {UNITS[signals.rotary].si[1]}: if the drive rounds down, the offset is half "
@@ -635,7 +682,9 @@ def _check(
     units, value = UNITS[signals.rotary], fit.inertia
     what, unit = units.names[0], units.shown[0]
     if not explained >= 0.0:
-        seen = fit_of(fit.samples, Timing(0.0), fit.bins, len(fit.number), None).inertia
+        seen = fit_of(
+            fit.samples, timing(signals, fit.samples, None, None), fit.bins, len(fit.number), None
+        ).inertia
         shown = "" if free else f"; the log shows about {seen:.3g} {unit}"
         raise ValueError(
             f"inertia{' given' * (not free)} = {value:.4g} {unit}{shown}; it explains nothing of the effort; allowed: "
@@ -658,7 +707,9 @@ def _notes(result: Identified, noise: float, time: Timing) -> list[str]:
     """What limits the result."""
     notes, unit, both, (_, mean, error) = [], UNITS[result.rotary].shown[1], result.both, result.places
     if result.offset_limits is None:
-        notes.append("motion in one direction: the friction holds the offset (gravity, tilt), which it cannot be told from")
+        notes.append(
+            "motion in one direction: the friction holds the offset (gravity, tilt), which it cannot be told from"
+        )
     if not time.told and result.delay_limits is not None:
         notes.append(
             f"the motion does not tell the delay of the {UNITS[result.rotary].names[2]}, {1e3 * time.low:.3g} to "
@@ -681,7 +732,11 @@ def _notes(result: Identified, noise: float, time: Timing) -> list[str]:
         notes.append(
             f"(f+ - f-)/2, half the difference of friction between the directions, varies with speed, "
             f"{both.difference.min():+.3g} to {both.difference.max():+.3g} {unit}"
-            + (": it cannot all be an offset, unless load, tilt or temperature changed during the log" if result.offset_error is None else "")
+            + (
+                ": it cannot all be an offset, unless load, tilt or temperature changed during the log"
+                if result.offset_error is None
+                else ""
+            )
         )
     if len(mean) and float(np.mean((mean / error) ** 2)) > UNEVEN:
         notes.append(

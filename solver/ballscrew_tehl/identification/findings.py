@@ -68,7 +68,9 @@ def relative_speed(time: Array, position: Array) -> Array:
     """Speed of each row over the largest, 0 at rest."""
     over = min(OVER, len(time) // 4)
     speed = np.zeros(len(time))
-    speed[over:-over] = (position[2 * over :] - position[: -2 * over]) / (time[2 * over :] - time[: -2 * over])
+    speed[over:-over] = (position[2 * over :] - position[: -2 * over]) / (
+        time[2 * over :] - time[: -2 * over]
+    )
     speed /= max(float(np.quantile(np.abs(speed), 0.99)), 1e-300)
     # not beside rows at rest, which the difference reaches
     return speed * scipy.ndimage.binary_erosion(np.abs(speed) >= MOVES, iterations=over)
@@ -144,7 +146,11 @@ def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Fin
         top = float(signed.max())
         at = signed == top
         near = int(np.sum(signed > top - max(1.01 * step, usual))) - int(at.sum())
-        if at.sum() >= max(10, 2e-4 * len(values)) and at.sum() >= (3.0 * (not mirrored) if coarse else 0.3) * near and np.any(at & (speed != 0.0)):
+        if (
+            at.sum() >= max(10, (1e-2 if coarse else 2e-4) * len(values))
+            and at.sum() >= (float(not mirrored) if coarse else 0.3) * near
+            and np.any(at & (speed != 0.0))
+        ):
             clipped |= at
     if coarse and clipped.any():
         text = f"{name}, in steps of {step:.3g} (SI), stays at its extreme"
@@ -161,7 +167,14 @@ def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Fin
         ))  # fmt: skip
     if held.any():
         text = f"{name} is held at equal values while the axis moves"
-        found.append(finding(text, held, "left out; the longest for " f"{int(length[np.repeat(np.arange(len(length)), length)[held]].max())} rows"))
+        found.append(
+            finding(
+                text,
+                held,
+                "left out; the longest for "
+                f"{int(length[np.repeat(np.arange(len(length)), length)[held]].max())} rows",
+            )
+        )
     return bad | clipped | held, found
 
 
@@ -194,7 +207,10 @@ def slow_rows(name: str, values: Array) -> tuple[np.ndarray, int, str]:
     bend = np.abs(np.diff(values, 2))
     tiny = max(1e-3 * float(np.quantile(bend, 0.995)), 1e-6 * float(np.quantile(np.abs(values), 0.99)))
     bends = np.flatnonzero(bend > tiny) + 1
-    for places, text in ((np.flatnonzero(np.diff(values)) + 1, "repeats each value in"), (bends, "is interpolated by straight lines over")):
+    for places, text in (
+        (np.flatnonzero(np.diff(values)) + 1, "repeats each value in"),
+        (bends, "is interpolated by straight lines over"),
+    ):
         apart = np.diff(places)
         if len(apart) < SLOW_SAMPLES or len(places) > len(values) / 2:
             continue
@@ -226,8 +242,13 @@ def even_stamps(time: Array, motion: Array) -> tuple[Array, float, list[Finding]
         return float(np.mean(np.minimum(rest, np.quantile(rest, 0.99)) ** 2))
 
     best, even, raster = np.inf, time, usual
-    for step in (usual, float(np.median(steps)), float(np.median(short)) / min(30, lag), float(np.quantile(long, 0.1)) / lag,
-                 float(np.polyfit(np.arange(number), time, 1)[0])):
+    for step in (
+        usual,
+        float(np.median(steps)),
+        float(np.median(short)) / min(30, lag),
+        float(np.quantile(long, 0.1)) / lag,
+        float(np.polyfit(np.arange(number), time, 1)[0]),
+    ):
         if not step > 0.05 * usual:
             continue
         late = time - step * np.arange(number)
@@ -257,9 +278,13 @@ def motoring(pieces: list[tuple[Array, Array]], step: float, of_speed: bool) -> 
     for motion, effort in pieces:
         smooth, torque = (scipy.ndimage.gaussian_filter1d(values, over) for values in (motion, effort))
         speed = smooth if of_speed else np.gradient(smooth, step)
-        sign = np.sign(scipy.ndimage.gaussian_filter1d(motion, 1.0) if of_speed else np.gradient(motion, step))
+        sign = np.sign(
+            scipy.ndimage.gaussian_filter1d(motion, 1.0) if of_speed else np.gradient(motion, step)
+        )
         turned = scipy.ndimage.gaussian_filter1d(effort * sign, over)
-        columns.append(np.stack([np.gradient(speed, step), np.sign(speed), speed, np.ones(len(speed)), torque, turned]))
+        columns.append(
+            np.stack([np.gradient(speed, step), np.sign(speed), speed, np.ones(len(speed)), torque, turned])
+        )
     every = np.concatenate(columns, axis=1)
     moves = np.abs(every[2]) > SLOWEST * np.quantile(np.abs(every[2]), 0.99)
     left = every[:4, moves].T / np.maximum(np.abs(every[:4, moves]).max(axis=1), 1e-300)

@@ -159,5 +159,7 @@ def filtered(signals: Signals, travel: float, cutoff: float, variance: float, se
 
 def effort_curves(signals: Signals, cutoff: float) -> list["scipy.interpolate.CubicSpline"]:
     """Filtered effort of each section over its rows."""
-    efforts = [scipy.signal.sosfiltfilt(_filter(cutoff, signals.step), one.effort) for one in signals.sections]
+    efforts = [
+        scipy.signal.sosfiltfilt(_filter(cutoff, signals.step), one.effort) for one in signals.sections
+    ]
     return [scipy.interpolate.CubicSpline(np.arange(len(effort)), effort) for effort in efforts]

@@ -97,7 +97,9 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
             of_offset += f"; friction's own (f+ - f-)/2 {own:+.3g} +- {half:.2g} {effort} in the mean"
     of_delay = f" of the {units.names[2]} behind the motion, with friction that still rises behind reversals"
     if data.get("preload_is_upper_bound"):
-        data = data | {"preload_interval": "an upper bound: nothing was subtracted, so that no shape tests the law"}
+        data = data | {
+            "preload_interval": "an upper bound: nothing was subtracted, so that no shape tests the law"
+        }
     fits = "fits" if data.get("shape_fits") else "does not fit"
     said = {"fits": fits, "too_high": TOO_HIGH if "contains" in data else ""}
     lines = [text.format(**said, **data) for key, text in PRELOAD_LINES.items() if key in data]

@@ -117,7 +117,9 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     even = float(np.ptp(inside)) <= UNEVEN * step
     step = float(np.mean(inside)) if even else step
     if not even:
-        notes.append(f"uneven sampling, {inside.min():.3g} to {inside.max():.3g} s: interpolated on {step:.4g} s")
+        notes.append(
+            f"uneven sampling, {inside.min():.3g} to {inside.max():.3g} s: interpolated on {step:.4g} s"
+        )
     sections, short = [], 0
     for first, last in pairwise(np.unique(np.r_[0, gaps, jumps, len(time)]).tolist()):
         if last - first < MIN_SECTION:

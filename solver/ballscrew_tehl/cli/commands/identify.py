@@ -111,7 +111,12 @@ def run_identify(args: Namespace) -> Answer:
         data["contains"] = output.CONTAINS
         if "preload_n" in data:
             # also the torque of guides, seals and bearings is above that of the nut
-            data |= {"preload_is_upper_bound": True, "preload_low_n": 0.0, "preload_log_low_n": 0.0, "shape_fits": False}
+            data |= {
+                "preload_is_upper_bound": True,
+                "preload_low_n": 0.0,
+                "preload_log_low_n": 0.0,
+                "shape_fits": False,
+            }
     if args.measurements and friction is not None:
         known = fit.preload if args.preload_n is None else args.preload_n
         if known is None:
