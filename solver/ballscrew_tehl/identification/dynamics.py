@@ -17,46 +17,38 @@ more so at a high cutoff. The limits of the inertia also hold the share MAX_NOIS
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 import scipy
 
 from ..physics.ball_law import Array
 from . import directions
-from .directions import LIMIT, PROBABILITY, UNITS, Bidirectional, Friction, option
-from .motion import MAX_NOISE, Samples, chosen_cutoff, differences, effort_curves, filtered, white_noise
-from .findings import of_refusal
+from .directions import LIMIT, UNITS, Bidirectional, Friction, option
+from .findings import Finding, of_refusal
+from .fit import (
+    MIN_BINS,
+    MIN_INDEPENDENT,
+    SIDES,
+    Fit,
+    Timing,
+    bins_of,
+    errors_of,
+    fit_of,
+    offset_weights,
+    without_friction,
+)
+from .motion import MAX_NOISE, chosen_cutoff, filtered
+from .patterns import of_steps, patterns_of
 from .signals import Signals
+from .timing import timing
 
-#: most and fewest bins of a direction; samples of the log for one bin, fewest independent ones
-MAX_BINS, MIN_BINS, FOR_A_BIN, MIN_INDEPENDENT = 60, 6, 150, 2.0
-#: longest cluster [s], or so many periods of the cutoff
-CLUSTER, CLUSTER_PERIODS = 0.25, 10.0
-#: largest share of a cluster in a slope that is allowed for;  clusters that the pooled error of a bin counts as
-LEVERAGE, POOLED = 0.5, 10.0
-#: least variance of a bin over that of as many independent samples: pieces shorter than the filter have more
-MIN_RATIO = 0.25
 #: fewest samples of the log in a bin
 MIN_SAMPLES = 10
-#: delays looked for [s], and their step;  longest lag of a filter [s], least one;  samples that they are looked for in
-DELAYS, DELAY_STEP, MAX_LAG, LEAST_LAG, LOOKED_AT = (-0.02, 0.05), 1.25e-3, 0.15, 2e-3, 30_000
-#: misfit over that of one sample by which a delay is told from another, a filter from none;  steps of plausible delays
-#: from which on the data do not tell one
-TELL, LAG_TELLS, UNTOLD = 6.0, 15.0, 3.5
-#: noise of the acceleration in a misfit, at two times and safely
-NOISES = 3.0
-#: power of a wave over the usual one, its share of the variance of the residual;  least share of a loss or drift, of
-#: samples that brake;  error of a loss that tells none
-WAVE, WAVE_SHARE, LEAST_PATTERN, BRAKES, UNSURE_LOSS = 30.0, 0.02, 0.02, 0.03, 0.02
-#: delay [s] that a filter may have made;  longest period of a resonance [s]
-LATE, SLOWEST = 4e-3, 0.3
-#: share of the error by steps that noise leaves, from which on data do not exclude truncation;  variance of the residual
-#: over that of the noise from which on something else acts
-KEPT, MORE = 0.05, 2.5
+#: delay [s] that a filter may have made
+LATE = 4e-3
 #: share by which the noise of the acceleration is unsure
 NOISE_UNSURE = 0.2
 #: square of a second difference over its variance that is by chance
@@ -71,7 +63,6 @@ FARTHER, FARTHER_LEFT = 4.0, 0.5
 #: pieces of the residual over the position;  mean square of their means over the standard errors from which on friction
 #: depends on the position
 PLACES, UNEVEN = 24, 3.0
-SIDES = {1.0: "positive", -1.0: "negative"}
 SIGN = (
     "a force, torque or current is positive where it drives towards positive positions: check both signs; a left-hand "
     "thread has a negative --lead-mm, a drive that counts the other way a negative --ratio or torque constant"
@@ -81,364 +72,6 @@ MAGNITUDE = "a magnitude without its sign? export it with its sign"
 ALIKE = 0.3
 #: largest standard error of the inertia over its value;  fraction of samples with friction along the motion
 VAGUE, MAX_ALONG = 0.2, 0.25
-
-
-def bins_of(samples: Samples, wanted: int | None = None) -> tuple[int, Callable[[Array], np.ndarray]]:
-    """Number of bins of speed in both directions, those of negative speed first; bins of a speed."""
-    size = np.abs(samples.speed)
-    sides = [int((samples.speed * sign > 0.0).sum()) * samples.each for sign in SIDES]
-    smaller = min((side for side in sides if side), default=0)
-    number = wanted or int(np.clip(smaller // FOR_A_BIN, MIN_BINS, MAX_BINS))
-    low, high = float(size.min()), float(size.max())
-
-    def bins(speed: Array) -> np.ndarray:
-        width = (high - low or 1.0) / number
-        place = np.clip(((np.abs(speed) - low) / width).astype(int), 0, number - 1)
-        return np.where(speed < 0.0, number - 1 - place, number + place)
-
-    return 2 * number, bins
-
-
-def without_friction(speed: Array, bins: np.ndarray) -> Callable[[Array], Array]:
-    """Takes a straight line over speed in each bin out of values: friction may rise within it."""
-    safe = np.maximum(np.bincount(bins), 1.0)
-    across = speed - (np.bincount(bins, speed) / safe)[bins]
-    squares = np.maximum(np.bincount(bins, across**2), 1e-300)
-
-    def rest(values: Array) -> Array:
-        values = values - (np.bincount(bins, values) / safe)[bins]
-        return np.asarray(values - (np.bincount(bins, across * values) / squares)[bins] * across)
-
-    return rest
-
-
-class Searched(NamedTuple):
-    """Delays [s] that were tried, for each the lag [s] with the least misfit, inertia, misfit;  one: of one sample."""
-
-    delay: Array
-    lag: Array
-    inertia: Array
-    misfit: Array
-    one: float
-
-    @property
-    def best(self) -> int:
-        """Place of the least misfit."""
-        return int(np.argmin(self.misfit))
-
-
-def searched(samples: Samples, delays: Array, inertia: float | None) -> tuple[Searched, Searched]:
-    """Misfit of the effort e at delays, without and with a lag: e(t + delay) + lag e'(t + delay) is that before a filter
-    of first order.
-    """
-    samples = samples.where(np.arange(len(samples.speed)) % max(len(samples.speed) // LOOKED_AT, 1) == 0)
-    within = without_friction(samples.speed, bins_of(samples)[1](samples.speed))
-    whole = within(samples.acceleration)
-
-    def product(one: Array, other: Array) -> float:
-        # not by a library with threads, which wait for each other on a busy machine
-        return float(np.sum(one * other))
-
-    squares, rows = max(product(whole, whole), 1e-300), []
-    for delay in delays:
-        effort, rate = (within(samples.effort(delay, k)) for k in (0, 1))
-        moved = (product(whole, effort) / squares, product(whole, rate) / squares)
-        if inertia is not None:
-            moved = inertia, 0.0
-        rest, more = effort - moved[0] * whole, rate - moved[1] * whole
-        misfit, bend, along = product(rest, rest), product(more, more), max(-product(rest, more), 0.0)
-        # noise would make the lag too small
-        lag = min(along / max(bend - len(rate) * samples.rate_noise, 0.2 * bend, 1e-300), MAX_LAG)
-        less = misfit - along**2 / max(bend, 1e-300)
-        rows.append((delay, 0.0, moved[0], misfit, lag, moved[0] + lag * moved[1], less))
-    columns = np.array(rows).T
-    one = max(float(columns[6].min()), 0.0) / max(len(whole) * samples.each * samples.rate, 1.0)
-    return Searched(*columns[:4], one), Searched(*columns[[0, 4, 5, 6]], one)
-
-
-class Timing(NamedTuple):
-    """Delay of the effort [s] and lag [s] of its filter; how far the inertia may be off by both, whether the data tell
-    the delay, its least and largest plausible value.
-    """
-
-    delay: float
-    lag: float = 0.0
-    inertia: float = 0.0
-    told: bool = True
-    low: float = 0.0
-    high: float = 0.0
-
-
-def expected(signals: Signals, samples: Samples, delay: float, delays: Array, inertia: float | None) -> Array:
-    """Misfit at delays of an effort without noise, with the inertia and friction that are seen at a delay."""
-    size, bins = bins_of(samples)
-    place = bins(samples.speed)
-    fit = fit_of(samples, Timing(delay), place, size, inertia)
-    some = np.isfinite(fit.total)
-    speeds = np.bincount(place, samples.speed, size)[some] / fit.number[some]
-    constant, coulomb, viscous = (
-        offset_weights(speeds, fit.number[some], k) @ fit.total[some] for k in range(3)
-    )
-    sections = []
-    for section in signals.sections:
-        _, speed, acceleration = differences(section.motion, samples.cutoff, signals)
-        effort = fit.inertia * acceleration + constant + coulomb * np.sign(speed) + viscous * speed
-        sections.append(section._replace(effort=np.pad(effort, 1, mode="edge")))
-    same = effort_curves(signals._replace(sections=sections), samples.cutoff)
-    same_noise = min(len(samples.speed), LOOKED_AT) * samples.noise
-    misfit = searched(samples._replace(curves=same), delays - delay, inertia)[0].misfit
-    # the noise of the acceleration is not that of the effort
-    return np.asarray(np.maximum(misfit - misfit.min() - NOISES * fit.inertia**2 * same_noise, 0.0))
-
-
-def timing(signals: Signals, samples: Samples, delay: float | None, inertia: float | None) -> Timing:
-    """Of the effort behind the motion; delay: known."""
-    delays = np.arange(DELAYS[0], DELAYS[1], DELAY_STEP) if delay is None else np.array([delay])
-    plain, lagged = searched(samples, delays, inertia)
-    k = lagged.best
-    lags = lagged.misfit[k] + LAG_TELLS * lagged.one < plain.misfit.min()
-    with_lag = bool(lags and lagged.lag[k] > max(LEAST_LAG, samples.step))
-    found = lagged if with_lag else plain
-    best, step = float(found.delay[found.best]), DELAY_STEP
-    if with_lag:
-        if delay is None:
-            found = searched(samples, best + np.linspace(-0.01, 0.01, 41), inertia)[1]
-        allowed, at = found.misfit <= found.misfit.min() + TELL * found.one, found.best
-    else:
-        if delay is None:
-            allowed = expected(signals, samples, best, delays, inertia) <= TELL * found.one
-            allowed[found.best] = True
-        else:
-            allowed = np.array([True])
-        if np.ptp(found.delay[allowed]) <= UNTOLD * step and delay is None:
-            while step > 0.01 * samples.step:
-                # finer about the best
-                found = searched(samples, best + step * np.linspace(-1.0, 1.0, 9), inertia)[0]
-                best, step = float(found.delay[found.best]), 0.25 * step
-            return Timing(best)
-        # the least one that the data allow
-        at = int(np.argmin(np.where(allowed, np.abs(found.delay), np.inf)))
-    off = float(np.max(np.abs(found.inertia[allowed] - found.inertia[at])))
-    low, high = found.delay[allowed].min(), found.delay[allowed].max()
-    return Timing(float(found.delay[at]), float(found.lag[at]), off, with_lag, float(low), float(high))
-
-
-class Fit(NamedTuple):
-    """Inertia and bins of speed at a delay and lag of the effort [s].
-
-    columns : regressors of the effort, the acceleration first;  within : without friction, a straight line over speed
-    in each bin;  influence : of each sample on each coefficient
-    number, total : samples of each bin, mean effort without that of the columns, NaN with too few samples
-    """
-
-    samples: Samples
-    bins: np.ndarray
-    timing: Timing
-    effort: Array
-    columns: Array
-    influence: Array
-    coefficients: Array
-    number: Array
-    total: Array
-    residual: Array
-
-    @property
-    def inertia(self) -> float:
-        """The first coefficient."""
-        return float(self.coefficients[0])
-
-
-def fit_of(
-    samples: Samples,
-    time: Timing,
-    bins: np.ndarray,
-    size: int,
-    inertia: float | None,
-    more: Sequence[Array] = (),
-) -> Fit:
-    """Fit to samples in bins, NaN without samples; inertia None: free; more: other regressors."""
-    effort = samples.effort(time.delay) + time.lag * samples.effort(time.delay, 1)
-    within, number = without_friction(samples.speed, bins), np.bincount(bins, minlength=size).astype(float)
-    safe = np.where(number * samples.each * samples.rate >= MIN_INDEPENDENT, number, math.nan)
-
-    def solved(columns: list[Array]) -> Fit:
-        flat = np.column_stack([within(column) for column in columns])
-        scale = np.sqrt(np.maximum(np.sum(flat**2, axis=0), 1e-300))
-        flat = flat / scale
-        gram = flat.T @ flat
-        # noise would make the inertia too small
-        gram[0, 0] -= min(len(effort) * samples.noise / scale[0] ** 2, 0.5 * gram[0, 0])
-        influence = flat @ np.linalg.pinv(gram, rcond=1e-12, hermitian=True) / scale
-        coefficients = influence.T @ effort
-        if inertia is not None:
-            influence[:, 1:] = (
-                flat[:, 1:] @ np.linalg.pinv(gram[1:, 1:], rcond=1e-12, hermitian=True) / scale[1:]
-            )
-            coefficients = influence.T @ (effort - inertia * samples.acceleration)
-            coefficients[0] = inertia
-        every = np.column_stack(columns)
-        rest = effort - every @ coefficients
-        total = np.bincount(bins, rest, size) / safe
-        residual = rest - total[bins]
-        return Fit(samples, bins, time, effort, every, influence, coefficients, number, total, residual)
-
-    fit = solved([samples.acceleration, *more])
-    if not time.told:
-        return fit
-    # an error of the delay moves the effort by its derivative: that of the inertia and of friction that rises
-    some = np.isfinite(fit.total)
-    speed = np.bincount(bins, samples.speed, size)[some] / number[some]
-    slope = float(offset_weights(speed, number[some], 2) @ fit.total[some])
-    change = fit.inertia * samples.jerk + slope * samples.acceleration
-    return solved([samples.acceleration, *more, change])
-
-
-def offset_weights(speed: Array, number: Array, row: int = 0) -> Array:
-    """Of the bins in the constant, or another row, of a fit of a constant, Coulomb and viscous friction."""
-    shape = np.column_stack([np.ones(len(speed)), np.sign(speed), speed])
-    weighted = shape * number[:, None]
-    return np.asarray(np.linalg.pinv(shape.T @ weighted)[row] @ weighted.T)
-
-
-Pattern = Callable[[Samples], Array]
-
-
-def wave_of(
-    place: Array, residual: Array, shortest: float, turns: bool, longest: float = math.inf
-) -> tuple[float, float]:
-    """Wave number over a place or time that the residual shows most clearly, not shorter than a period, and its
-    amplitude; 0: none; turns: a whole number of waves a turn is meant where it is near.
-    """
-    place = place - place.min()
-    span = float(place.max()) or 1.0
-    number = int(np.clip(8.0 * span / shortest, 512, 2**18))
-    power = (
-        np.abs(
-            np.fft.rfft(np.bincount((place / span * (number - 1)).astype(int), residual, number), 2 * number)
-        )
-        ** 2
-    )
-    # at least two periods in the span, eight pieces of it in one
-    low = max(4, math.ceil(2.0 * span / longest))
-    high = max(number // 4, low + 2)
-    at = low + int(np.argmax((power / scipy.ndimage.median_filter(power, 101, mode="nearest"))[low:high]))
-    usual = float(np.median(power[max(at - 50, low) : at + 51]))
-    exact = math.pi * np.linspace(at - 1.0, at + 1.0, 41) / span
-    if turns and exact[0] < (whole := round(exact[20])) < exact[-1]:
-        exact = np.array([float(whole)])
-    sizes = [abs(np.sum(residual * np.exp(-1j * k * place))) for k in exact]
-    amplitude = 2.0 * max(sizes) / len(residual)
-    clear = power[at] > WAVE * usual and amplitude**2 > WAVE_SHARE * 2.0 * float(np.mean(residual**2))
-    return (float(exact[int(np.argmax(sizes))]), amplitude) if clear else (0.0, 0.0)
-
-
-def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[str]) -> list[Pattern]:
-    """What the residual shows beyond friction over speed: a wave over the position, to be fitted with the rest; a loss
-    of the effort that is transmitted, and friction or load that drifts, which are notes.
-    """
-    units, found = UNITS[signals.rotary], list[Pattern]()
-    position = fit.samples.position
-    shortest = 2.0 * math.pi / 4.0 if signals.rotary else float(np.ptp(position)) / 1024.0
-    wave, amplitude = wave_of(position, fit.residual, shortest, signals.rotary)
-    if wave:
-        period = f"{wave:.4g} times a turn" if signals.rotary else f"each {2e3 * math.pi / wave:.4g} mm"
-        notes.append(
-            f"friction varies by +-{amplitude:.2g} {units.si[1]} {period}, over the position: fitted as a wave"
-        )
-        found = [lambda s: np.cos(wave * s.position), lambda s: np.sin(wave * s.position)]
-    clock = fit.samples.row * signals.step + 1e4 * fit.samples.section
-    period = (
-        2.0
-        * math.pi
-        / (wave_of(clock, fit.residual, 1.0 / fit.samples.cutoff, False, SLOWEST)[0] or math.inf)
-        if np.ptp(clock) < 1e3
-        else 0.0
-    )
-    if period:
-        notes.append(
-            f"the residual oscillates with {1.0 / period:.3g} Hz: a resonance or a loop; bins and intervals do not hold it"
-        )
-    noise = (
-        white_noise([section.effort for section in signals.sections], 1, signals.effort_quantum)
-        * fit.samples.rate
-    )
-    noise += fit.inertia**2 * fit.samples.noise
-    deviation = float(np.mean(without_friction(fit.samples.speed, fit.bins)(fit.residual) ** 2))
-    if deviation > MORE * max(noise, 1e-12 * float(np.var(fit.effort))):
-        times = math.sqrt(deviation / max(noise, 1e-300))
-        notes.append(
-            f"the residual is {times:.3g} times the noise of the {units.names[2]}: a resonance, backlash, a load, a drift or "
-            "a filter acts besides inertia and friction, and may be in no interval"
-        )
-    number = np.unique(
-        fit.samples.section * int(fit.samples.row.max() + 1) + fit.samples.row, return_inverse=True
-    )[1]
-    time, sign = number / max(float(number.max()), 1.0) - 0.5, np.sign(fit.samples.speed)
-    model = fit.effort - fit.residual
-    friction = float(np.mean(np.abs(fit.total - fit.total.mean())))
-    for column, size, most, text in (
-        (sign * np.abs(model), 1.0, 0.5, "{:.2g} of the transmitted {effort} is lost in friction: bins of speed hold that at "
-         "the {effort} of this log"),
-        (sign * time, friction, 2.0, "friction drifts by {:.2g} of it over the log (temperature, running in): bins and "
-         "intervals are those of the time each speed was run at"),
-        (time, friction, 2.0, "the offset drifts by {:.2g} of the friction over the log (load, tilt, temperature): intervals "
-         "do not hold that"),
-    ):  # fmt: skip
-        other = fit_of(fit.samples, fit.timing, fit.bins, len(fit.number), inertia, [column])
-        half = errors_of(other, np.zeros(len(fit.number)), inertia is None)[2][1]
-        if most < 1.0 and (half > UNSURE_LOSS or np.mean(model * sign < 0.0) < BRAKES):
-            notes.append(
-                f"the {units.names[2]} brakes too little in this log to tell a loss in proportion to it (motor, gear, its "
-                "constant) from inertia and friction: it is in no interval"
-            )
-            continue
-        if (
-            LEAST_PATTERN < abs(other.coefficients[1]) / size < most
-            and abs(other.coefficients[1]) > 2.0 * half
-        ):
-            notes.append(text.format(abs(other.coefficients[1]) / size, effort=units.names[2]))
-    return found
-
-
-def errors_of(fit: Fit, weights: Array, free: bool) -> tuple[Array, Array, Array, float, float]:
-    """What each cluster of time moves a fit; weights: of the bins in the offset; free: the inertia is fitted.
-
-    Returns standard errors of the bins, halves of 95 % intervals of bins, coefficients and offset, and quantile of
-    Student's t with as many clusters.
-
-    Source: Bell & McCaffrey, Survey Methodology 28 (2002) 169: a cluster that carries a large share of a regressor
-    pulls the fit to itself (CR2), and few that do leave few degrees of freedom; here with the shares of the influence
-    """
-    samples, bins, number, student = fit.samples, fit.bins, len(fit.number), scipy.special.stdtrit
-    residual = fit.residual
-    length = max(int(max(CLUSTER, CLUSTER_PERIODS / samples.cutoff) / samples.step), 1)
-    piece = samples.row // length
-    _, clusters = np.unique(samples.run * (int(piece.max()) + 1) + piece, return_inverse=True)
-    size, cells = int(clusters.max()) + 1, clusters * number + bins
-    of_bin = np.sum(np.bincount(cells, minlength=size * number).reshape(size, -1) > 0, axis=0)
-    independent = fit.number * samples.each * samples.rate
-    freedom = max(1.0 - 2.0 * (number + 1.0) / float(independent.sum()), 0.1)
-    moves, halves = [], []
-    for influence in fit.influence.T:
-        share = np.bincount(clusters, influence**2) / max(float(influence @ influence), 1e-300)
-        moves.append(np.bincount(clusters, influence * residual) / (1.0 - np.minimum(share, LEVERAGE)))
-        degrees = max(1.0 / max(float(share @ share), 1e-12) - 1.0, 1.0)
-        halves.append(float(student(degrees, PROBABILITY)) * float(np.sqrt(moves[-1] @ moves[-1] / freedom)))
-    moved = np.bincount(cells, residual, size * number).reshape(size, -1) / fit.number
-    for k, move in enumerate(moves):
-        if k or free:
-            moved -= np.outer(move, np.bincount(bins, fit.columns[:, k]) / fit.number)
-    of_offset = moved @ weights
-    few = size / max(size - 1.0, 1.0)
-    plain = float(np.mean(residual**2)) / independent
-    variance = few * np.sum((moved - of_offset[:, None]) ** 2, axis=0)
-    ratio = max(float(np.sum(variance * of_bin) / np.sum(plain * of_bin)), MIN_RATIO)
-    degrees = POOLED + of_bin - 1.0
-    errors = np.sqrt((POOLED * ratio * plain + (of_bin - 1.0) * variance) / degrees)
-    # a bin that one cluster fills hides the error of that
-    offset = max(few * float(of_offset @ of_offset), ratio * float(weights**2 @ plain))
-    usual = float(student(max(size - 1, 1), PROBABILITY))
-    return errors, student(degrees, PROBABILITY) * errors, np.array(halves), usual * math.sqrt(offset), usual
 
 
 @dataclass(frozen=True)
@@ -469,6 +102,7 @@ class Identified:
     notes: list[str]
     temperature: float | None
     preload: float | None
+    findings: Sequence[Finding] = ()
 
     @cached_property
     def both(self) -> Bidirectional:
@@ -617,7 +251,7 @@ def _result(
         wide**2 + _within_a_bin(speed, friction, errors) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2
     )
     offset_wide = math.hypot(offset_wide, float(weights @ smeared), LIMIT * offset_error)
-    of_bins, of_offset, of_inertia = _of_steps(signals, fit, weights)
+    of_bins, of_offset, of_inertia = of_steps(signals, fit, weights)
     if np.median(of_bins) > 0.1 * np.median(wide):
         text = f"the {UNITS[signals.rotary].names[2]} has steps of {signals.effort_quantum:.3g} {UNITS[signals.rotary].si[1]}"
         signals.notes.append(
@@ -646,33 +280,10 @@ def _result(
         offset, None if one_way else (offset - offset_wide, offset + offset_wide), user_offset and offset_error, bins,
         time.delay, (low, high) if "delay" in free else None, deviation, explained,
         places, samples.cutoff, len(residual) * samples.each, signals.left_out, signals.notes,
-        signals.temperature, signals.preload,
+        signals.temperature, signals.preload, signals.findings,
     )  # fmt: skip
     result.notes.extend(_notes(result, noise, time))
     return result
-
-
-def _of_steps(signals: Signals, fit: Fit, weights: Array) -> tuple[Array, float, float]:
-    """What steps of the effort may move the bins, the offset and the inertia: rounding as far as noise does not average
-    it, and half a step of truncation towards 0 unless the data exclude it.
-    """
-    step, samples, size = signals.effort_quantum, fit.samples, len(fit.number)
-    if not step > 0.0:
-        return np.zeros(size), 0.0, 0.0
-    variance = white_noise([section.effort for section in signals.sections], 1, 0.0)
-    kept = math.exp(-2.0 * math.pi**2 * max(variance / step**2 - 1.0 / 12.0, 0.0))
-    rounded = 0.5 * step * kept
-    cut = [section._replace(effort=0.5 * step * np.sign(section.effort)) for section in signals.sections]
-    curves = effort_curves(signals._replace(sections=cut), samples.cutoff)
-    column = samples._replace(curves=curves).effort(fit.timing.delay)
-    other = fit_of(samples, fit.timing, fit.bins, size, None, [column])
-    half = float(errors_of(other, weights, True)[2][1])
-    excluded = kept < KEPT and half < 0.25 and abs(other.coefficients[1] + 1.0) > 2.0 * half + 0.5
-    # without noise a ramp may have one error, up to a step
-    column = column * (0.0 if excluded else 1.0 + kept)
-    means = np.bincount(fit.bins, column) / fit.number
-    of_offset = abs(float(weights @ means)) + 0.5 * rounded * float(np.sum(np.abs(weights)))
-    return np.abs(means) + rounded, of_offset, abs(float(fit.influence[:, 0] @ column))
 
 
 def _check(

@@ -5,7 +5,7 @@ and its text becomes a note; where the fit is refused, the text is part of the r
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -109,7 +109,7 @@ def signed(name: str, values: Array) -> tuple[Array, list[Finding]]:
     if not (step > 0.0 and values.min() >= 0.0 and jumps.sum() >= CODES and middle.mean() < SPIKES):
         return values, []
     period = step * 2.0 ** math.ceil(math.log2(top / step + 1.0))
-    if not 256.0 <= period / step or not top > 0.9 * period:
+    if not period / step >= 256.0 or not top > 0.9 * period:
         return values, []
     above = values > 0.5 * top
     text = f"{name} is in unsigned words, negative values above {0.5 * top:.4g} (SI)"
@@ -299,8 +299,3 @@ def motoring(pieces: list[tuple[Array, Array]], step: float, of_speed: bool) -> 
 def of_refusal(found: list[Finding]) -> str:
     """Findings as the end of a refusal."""
     return "".join(f"; found in the data: {one}" for one in found)
-
-
-def as_data(found: list[Finding]) -> list[dict[str, Any]]:
-    """For --json."""
-    return [one._asdict() for one in found]

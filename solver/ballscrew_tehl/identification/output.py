@@ -77,6 +77,7 @@ def identified_data(result: Identified) -> dict[str, Any]:
         "samples": result.samples,
         "left_out": {reason: count for reason, count in result.left_out.items() if count},
         "temperature_c": None if result.temperature is None else result.temperature - CELSIUS,
+        "findings": [one._asdict() for one in result.findings],
         "notes": result.notes,
         "version": __version__,
     }

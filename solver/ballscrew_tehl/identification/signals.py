@@ -11,8 +11,23 @@ import scipy
 from ..physics.ball_law import Array
 from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED, TIME
 from .findings import (
-    JUMP, REPEATS, UNEVEN, USUAL, Finding, codes, even_stamps, faults, finding, motoring, of_refusal, quantum, relative_speed, sensor, signed,
-    slow_rows, spikes,
+    JUMP,
+    REPEATS,
+    UNEVEN,
+    USUAL,
+    Finding,
+    codes,
+    even_stamps,
+    faults,
+    finding,
+    motoring,
+    of_refusal,
+    quantum,
+    relative_speed,
+    sensor,
+    signed,
+    slow_rows,
+    spikes,
 )  # fmt: skip
 from .log_file import SLOW, Log
 

@@ -1,0 +1,145 @@
+"""What the residual shows beyond inertia and friction over speed, and what steps of the effort may move."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import scipy
+
+from ..physics.ball_law import Array
+from .directions import UNITS
+from .fit import Fit, errors_of, fit_of, without_friction
+from .motion import Samples, effort_curves, white_noise
+from .signals import Signals
+
+#: power of a wave over the usual one, its share of the variance of the residual;  least share of a loss or drift, of
+#: samples that brake;  error of a loss that tells none
+WAVE, WAVE_SHARE, LEAST_PATTERN, BRAKES, UNSURE_LOSS = 30.0, 0.02, 0.02, 0.03, 0.02
+#: longest period of a resonance [s]
+SLOWEST = 0.3
+#: share of the error by steps that noise leaves, from which on data do not exclude truncation;  variance of the residual
+#: over that of the noise from which on something else acts
+KEPT, MORE = 0.05, 2.5
+
+
+Pattern = Callable[[Samples], Array]
+
+
+def wave_of(
+    place: Array, residual: Array, shortest: float, turns: bool, longest: float = math.inf
+) -> tuple[float, float]:
+    """Wave number over a place or time that the residual shows most clearly, not shorter than a period, and its
+    amplitude; 0: none; turns: a whole number of waves a turn is meant where it is near.
+    """
+    place = place - place.min()
+    span = float(place.max()) or 1.0
+    number = int(np.clip(8.0 * span / shortest, 512, 2**18))
+    power = (
+        np.abs(
+            np.fft.rfft(np.bincount((place / span * (number - 1)).astype(int), residual, number), 2 * number)
+        )
+        ** 2
+    )
+    # at least two periods in the span, eight pieces of it in one
+    low = max(4, math.ceil(2.0 * span / longest))
+    high = max(number // 4, low + 2)
+    at = low + int(np.argmax((power / scipy.ndimage.median_filter(power, 101, mode="nearest"))[low:high]))
+    usual = float(np.median(power[max(at - 50, low) : at + 51]))
+    exact = math.pi * np.linspace(at - 1.0, at + 1.0, 41) / span
+    if turns and exact[0] < (whole := round(exact[20])) < exact[-1]:
+        exact = np.array([float(whole)])
+    sizes = [abs(np.sum(residual * np.exp(-1j * k * place))) for k in exact]
+    amplitude = 2.0 * max(sizes) / len(residual)
+    clear = power[at] > WAVE * usual and amplitude**2 > WAVE_SHARE * 2.0 * float(np.mean(residual**2))
+    return (float(exact[int(np.argmax(sizes))]), amplitude) if clear else (0.0, 0.0)
+
+
+def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[str]) -> list[Pattern]:
+    """What the residual shows beyond friction over speed: a wave over the position, to be fitted with the rest; a loss
+    of the effort that is transmitted, and friction or load that drifts, which are notes.
+    """
+    units, found = UNITS[signals.rotary], list[Pattern]()
+    position = fit.samples.position
+    shortest = 2.0 * math.pi / 4.0 if signals.rotary else float(np.ptp(position)) / 1024.0
+    wave, amplitude = wave_of(position, fit.residual, shortest, signals.rotary)
+    if wave:
+        period = f"{wave:.4g} times a turn" if signals.rotary else f"each {2e3 * math.pi / wave:.4g} mm"
+        notes.append(
+            f"friction varies by +-{amplitude:.2g} {units.si[1]} {period}, over the position: fitted as a wave"
+        )
+        found = [lambda s: np.cos(wave * s.position), lambda s: np.sin(wave * s.position)]
+    clock = fit.samples.row * signals.step + 1e4 * fit.samples.section
+    period = (
+        2.0
+        * math.pi
+        / (wave_of(clock, fit.residual, 1.0 / fit.samples.cutoff, False, SLOWEST)[0] or math.inf)
+        if np.ptp(clock) < 1e3
+        else 0.0
+    )
+    if period:
+        notes.append(
+            f"the residual oscillates with {1.0 / period:.3g} Hz: a resonance or a loop; bins and intervals do not hold it"
+        )
+    noise = (
+        white_noise([section.effort for section in signals.sections], 1, signals.effort_quantum)
+        * fit.samples.rate
+    )
+    noise += fit.inertia**2 * fit.samples.noise
+    deviation = float(np.mean(without_friction(fit.samples.speed, fit.bins)(fit.residual) ** 2))
+    if deviation > MORE * max(noise, 1e-12 * float(np.var(fit.effort))):
+        times = math.sqrt(deviation / max(noise, 1e-300))
+        notes.append(
+            f"the residual is {times:.3g} times the noise of the {units.names[2]}: a resonance, backlash, a load, a drift or "
+            "a filter acts besides inertia and friction, and may be in no interval"
+        )
+    number = np.unique(
+        fit.samples.section * int(fit.samples.row.max() + 1) + fit.samples.row, return_inverse=True
+    )[1]
+    time, sign = number / max(float(number.max()), 1.0) - 0.5, np.sign(fit.samples.speed)
+    model = fit.effort - fit.residual
+    friction = float(np.mean(np.abs(fit.total - fit.total.mean())))
+    for column, size, most, text in (
+        (sign * np.abs(model), 1.0, 0.5, "{:.2g} of the transmitted {effort} is lost in friction: bins of speed hold that at "
+         "the {effort} of this log"),
+        (sign * time, friction, 2.0, "friction drifts by {:.2g} of it over the log (temperature, running in): bins and "
+         "intervals are those of the time each speed was run at"),
+        (time, friction, 2.0, "the offset drifts by {:.2g} of the friction over the log (load, tilt, temperature): intervals "
+         "do not hold that"),
+    ):  # fmt: skip
+        other = fit_of(fit.samples, fit.timing, fit.bins, len(fit.number), inertia, [column])
+        half = errors_of(other, np.zeros(len(fit.number)), inertia is None)[2][1]
+        if most < 1.0 and (half > UNSURE_LOSS or np.mean(model * sign < 0.0) < BRAKES):
+            notes.append(
+                f"the {units.names[2]} brakes too little in this log to tell a loss in proportion to it (motor, gear, its "
+                "constant) from inertia and friction: it is in no interval"
+            )
+            continue
+        if (
+            LEAST_PATTERN < abs(other.coefficients[1]) / size < most
+            and abs(other.coefficients[1]) > 2.0 * half
+        ):
+            notes.append(text.format(abs(other.coefficients[1]) / size, effort=units.names[2]))
+    return found
+
+
+def of_steps(signals: Signals, fit: Fit, weights: Array) -> tuple[Array, float, float]:
+    """What steps of the effort may move the bins, the offset and the inertia: rounding as far as noise does not average
+    it, and half a step of truncation towards 0 unless the data exclude it.
+    """
+    step, samples, size = signals.effort_quantum, fit.samples, len(fit.number)
+    if not step > 0.0:
+        return np.zeros(size), 0.0, 0.0
+    variance = white_noise([section.effort for section in signals.sections], 1, 0.0)
+    kept = math.exp(-2.0 * math.pi**2 * max(variance / step**2 - 1.0 / 12.0, 0.0))
+    rounded = 0.5 * step * kept
+    cut = [section._replace(effort=0.5 * step * np.sign(section.effort)) for section in signals.sections]
+    curves = effort_curves(signals._replace(sections=cut), samples.cutoff)
+    column = samples._replace(curves=curves).effort(fit.timing.delay)
+    other = fit_of(samples, fit.timing, fit.bins, size, None, [column])
+    half = float(errors_of(other, weights, True)[2][1])
+    excluded = kept < KEPT and half < 0.25 and abs(other.coefficients[1] + 1.0) > 2.0 * half + 0.5
+    # without noise a ramp may have one error, up to a step
+    column = column * (0.0 if excluded else 1.0 + kept)
+    means = np.bincount(fit.bins, column) / fit.number
+    of_offset = abs(float(weights @ means)) + 0.5 * rounded * float(np.sum(np.abs(weights)))
+    return np.abs(means) + rounded, of_offset, abs(float(fit.influence[:, 0] @ column))
