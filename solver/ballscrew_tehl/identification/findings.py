@@ -5,6 +5,8 @@ and its text becomes a note; where the fit is refused, the text is part of the r
 """
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -199,26 +201,25 @@ def sensor(name: str, values: Array) -> tuple[float | None, list[Finding]]:
 
 
 def slow_rows(name: str, values: Array) -> tuple[np.ndarray, int, str]:
-    """Rows at which a channel that is slower than the log is sampled, rows between them (1: none), how an export
+    """Rows at which a channel that is slower than the log is sampled, rows between them (1: none), and how an export
     fills these: the same value, or straight lines.
 
     The changes of a slow channel are a whole number of rows apart; those of a coarse encoder are not.
     """
     bend = np.abs(np.diff(values, 2))
     tiny = max(1e-3 * float(np.quantile(bend, 0.995)), 1e-6 * float(np.quantile(np.abs(values), 0.99)))
-    bends = np.flatnonzero(bend > tiny) + 1
     for places, text in (
         (np.flatnonzero(np.diff(values)) + 1, "repeats each value in"),
-        (bends, "is interpolated by straight lines over"),
+        (np.flatnonzero(bend > tiny) + 1, "is interpolated by straight lines over"),
     ):
         apart = np.diff(places)
         if len(apart) < SLOW_SAMPLES or len(places) > len(values) / 2:
             continue
         rows = int(np.bincount(apart).argmax())
         if rows >= SLOW_ROWS and np.mean(apart % rows == 0) >= IN_PHASE and np.mean(apart == rows) >= FOLLOW:
-            pieces = [np.arange(one, other, rows) for one, other in zip(places[:-1], places[1:], strict=True)]
-            before = np.arange(places[0] % rows, places[0], rows)
-            return np.concatenate([before, *pieces, np.arange(places[-1], len(values), rows)]), rows, text
+            ends = np.r_[places[0] % rows, places, len(values)]
+            keep = np.concatenate([np.arange(one, other, rows) for one, other in pairwise(ends.tolist())])
+            return keep, rows, f"{name} {text} {rows} rows"
     return np.arange(len(values)), 1, ""
 
 
@@ -267,35 +268,32 @@ def even_stamps(time: Array, motion: Array) -> tuple[Array, float, list[Finding]
     return even, raster, [finding(text, off > 0.05 * raster, "taken as evenly sampled")]
 
 
-def motoring(pieces: list[tuple[Array, Array]], step: float, of_speed: bool) -> np.ndarray | None:
-    """Whether an effort is positive when it drives and negative when it brakes, in both directions: the sign of the
-    motion for all rows, None: it is not.
+def motoring(
+    name: str, pieces: list[tuple[Array, Array]], step: float, of_speed: bool
+) -> tuple[list[tuple[Array, Array]], list[Finding]]:
+    """Pieces with an effort that is positive towards positive positions, where it is positive when it drives.
 
     Inertia, friction and offset then explain its product with the sign of the speed better than itself.
     """
-    over = SMOOTH / step
-    columns = []
+    over, columns = SMOOTH / step, []
     for motion, effort in pieces:
-        smooth, torque = (scipy.ndimage.gaussian_filter1d(values, over) for values in (motion, effort))
-        speed = smooth if of_speed else np.gradient(smooth, step)
-        sign = np.sign(
-            scipy.ndimage.gaussian_filter1d(motion, 1.0) if of_speed else np.gradient(motion, step)
-        )
-        turned = scipy.ndimage.gaussian_filter1d(effort * sign, over)
-        columns.append(
-            np.stack([np.gradient(speed, step), np.sign(speed), speed, np.ones(len(speed)), torque, turned])
-        )
+        speed = motion if of_speed else np.gradient(motion, step)
+        smooth = scipy.ndimage.gaussian_filter1d(speed, over)
+        both = [scipy.ndimage.gaussian_filter1d(one, over) for one in (effort, effort * np.sign(smooth))]
+        columns.append([np.gradient(smooth, step), np.sign(smooth), smooth, np.ones(len(smooth)), *both])
     every = np.concatenate(columns, axis=1)
     moves = np.abs(every[2]) > SLOWEST * np.quantile(np.abs(every[2]), 0.99)
-    left = every[:4, moves].T / np.maximum(np.abs(every[:4, moves]).max(axis=1), 1e-300)
-    rest = [values - left @ np.linalg.lstsq(left, values, rcond=None)[0] for values in every[4:, moves]]
-    as_it_is, by_motion = (float(values @ values) for values in rest)
-    signs = {float(np.sign(x)) for values in every[4:5, moves] for x in (values.min(), values.max())}
-    if by_motion < CLEARLY * as_it_is and signs == {-1.0, 1.0}:
-        return np.asarray(every[2] < 0.0)
-    return None
+    model = every[:4, moves].T / np.maximum(np.abs(every[:4, moves]).max(axis=1), 1e-300)
+    fits = [values - model @ np.linalg.lstsq(model, values, rcond=None)[0] for values in every[4:, moves]]
+    as_it_is, turned = (float(np.sum(rest**2)) for rest in fits)
+    if not (turned < CLEARLY * as_it_is and every[4, moves].min() < 0.0 < every[4, moves].max()):
+        return pieces, []
+    text = f"{name} is positive when it drives, in both directions: a sign of the power, not of the axis"
+    found = finding(text, every[2] < 0.0, "its sign is changed where the speed is negative")
+    signs = [np.where(piece[2] < 0.0, -1.0, 1.0) for piece in columns]
+    return [(x, y * sign) for (x, y), sign in zip(pieces, signs, strict=True)], [found]
 
 
-def of_refusal(found: list[Finding]) -> str:
+def of_refusal(found: Sequence[Finding]) -> str:
     """Findings as the end of a refusal."""
     return "".join(f"; found in the data: {one}" for one in found)

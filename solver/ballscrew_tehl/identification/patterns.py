@@ -26,28 +26,24 @@ Pattern = Callable[[Samples], Array]
 
 
 def wave_of(
-    place: Array, residual: Array, shortest: float, turns: bool, longest: float = math.inf
+    place: Array, residual: Array, shortest: float, longest: float, whole: bool
 ) -> tuple[float, float]:
-    """Wave number over a place or time that the residual shows most clearly, not shorter than a period, and its
-    amplitude; 0: none; turns: a whole number of waves a turn is meant where it is near.
+    """Wave number over a place or time that the residual shows most clearly, of a period in a range, and its amplitude;
+    0: none; whole: a whole number is meant where it is near.
     """
     place = place - place.min()
     span = float(place.max()) or 1.0
     number = int(np.clip(8.0 * span / shortest, 512, 2**18))
-    power = (
-        np.abs(
-            np.fft.rfft(np.bincount((place / span * (number - 1)).astype(int), residual, number), 2 * number)
-        )
-        ** 2
-    )
+    sums = np.bincount((place / span * (number - 1)).astype(int), residual, number)
+    power = np.abs(np.fft.rfft(sums, 2 * number)) ** 2
     # at least two periods in the span, eight pieces of it in one
     low = max(4, math.ceil(2.0 * span / longest))
     high = max(number // 4, low + 2)
     at = low + int(np.argmax((power / scipy.ndimage.median_filter(power, 101, mode="nearest"))[low:high]))
     usual = float(np.median(power[max(at - 50, low) : at + 51]))
     exact = math.pi * np.linspace(at - 1.0, at + 1.0, 41) / span
-    if turns and exact[0] < (whole := round(exact[20])) < exact[-1]:
-        exact = np.array([float(whole)])
+    if whole and exact[0] < round(exact[20]) < exact[-1]:
+        exact = np.array([float(round(exact[20]))])
     sizes = [abs(np.sum(residual * np.exp(-1j * k * place))) for k in exact]
     amplitude = 2.0 * max(sizes) / len(residual)
     clear = power[at] > WAVE * usual and amplitude**2 > WAVE_SHARE * 2.0 * float(np.mean(residual**2))
@@ -55,71 +51,63 @@ def wave_of(
 
 
 def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[str]) -> list[Pattern]:
-    """What the residual shows beyond friction over speed: a wave over the position, to be fitted with the rest; a loss
-    of the effort that is transmitted, and friction or load that drifts, which are notes.
-    """
-    units, found = UNITS[signals.rotary], list[Pattern]()
-    position = fit.samples.position
-    shortest = 2.0 * math.pi / 4.0 if signals.rotary else float(np.ptp(position)) / 1024.0
-    wave, amplitude = wave_of(position, fit.residual, shortest, signals.rotary)
+    """Waves over the position, to be fitted with the rest; what is found besides goes to the notes."""
+    units, samples, found = UNITS[signals.rotary], fit.samples, list[Pattern]()
+    position, effort = samples.position, units.names[2]
+    shortest = 0.5 * math.pi if signals.rotary else float(np.ptp(position)) / 1024.0
+    wave, amplitude = wave_of(position, fit.residual, shortest, math.inf, signals.rotary)
     if wave:
         period = f"{wave:.4g} times a turn" if signals.rotary else f"each {2e3 * math.pi / wave:.4g} mm"
-        notes.append(
-            f"friction varies by +-{amplitude:.2g} {units.si[1]} {period}, over the position: fitted as a wave"
-        )
+        shown = f"friction varies by +-{amplitude:.2g} {units.si[1]} {period}, over the position"
+        notes.append(f"{shown}: fitted as a wave")
         found = [lambda s: np.cos(wave * s.position), lambda s: np.sin(wave * s.position)]
-    clock = fit.samples.row * signals.step + 1e4 * fit.samples.section
-    period = (
-        2.0
-        * math.pi
-        / (wave_of(clock, fit.residual, 1.0 / fit.samples.cutoff, False, SLOWEST)[0] or math.inf)
-        if np.ptp(clock) < 1e3
-        else 0.0
-    )
-    if period:
+    clock = samples.row * signals.step
+    if len(signals.sections) == 1 and (
+        omega := wave_of(clock, fit.residual, 1.0 / samples.cutoff, SLOWEST, False)[0]
+    ):
+        hertz = omega / (2.0 * math.pi)
         notes.append(
-            f"the residual oscillates with {1.0 / period:.3g} Hz: a resonance or a loop; bins and intervals do not hold it"
+            f"the residual oscillates with {hertz:.3g} Hz: a resonance or a loop, which is in no interval"
         )
-    noise = (
-        white_noise([section.effort for section in signals.sections], 1, signals.effort_quantum)
-        * fit.samples.rate
-    )
-    noise += fit.inertia**2 * fit.samples.noise
-    deviation = float(np.mean(without_friction(fit.samples.speed, fit.bins)(fit.residual) ** 2))
+    raw = [section.effort for section in signals.sections]
+    noise = white_noise(raw, 1, signals.effort_quantum) * samples.rate + fit.inertia**2 * samples.noise
+    deviation = float(np.mean(without_friction(samples.speed, fit.bins)(fit.residual) ** 2))
     if deviation > MORE * max(noise, 1e-12 * float(np.var(fit.effort))):
-        times = math.sqrt(deviation / max(noise, 1e-300))
         notes.append(
-            f"the residual is {times:.3g} times the noise of the {units.names[2]}: a resonance, backlash, a load, a drift or "
-            "a filter acts besides inertia and friction, and may be in no interval"
+            f"the residual is {math.sqrt(deviation / max(noise, 1e-300)):.3g} times the noise of the {effort}: a resonance, "
+            "backlash, a load, a drift or a filter acts besides inertia and friction, and may be in no interval"
         )
-    number = np.unique(
-        fit.samples.section * int(fit.samples.row.max() + 1) + fit.samples.row, return_inverse=True
-    )[1]
-    time, sign = number / max(float(number.max()), 1.0) - 0.5, np.sign(fit.samples.speed)
-    model = fit.effort - fit.residual
-    friction = float(np.mean(np.abs(fit.total - fit.total.mean())))
-    for column, size, most, text in (
-        (sign * np.abs(model), 1.0, 0.5, "{:.2g} of the transmitted {effort} is lost in friction: bins of speed hold that at "
-         "the {effort} of this log"),
-        (sign * time, friction, 2.0, "friction drifts by {:.2g} of it over the log (temperature, running in): bins and "
-         "intervals are those of the time each speed was run at"),
-        (time, friction, 2.0, "the offset drifts by {:.2g} of the friction over the log (load, tilt, temperature): intervals "
-         "do not hold that"),
-    ):  # fmt: skip
-        other = fit_of(fit.samples, fit.timing, fit.bins, len(fit.number), inertia, [column])
-        half = errors_of(other, np.zeros(len(fit.number)), inertia is None)[2][1]
-        if most < 1.0 and (half > UNSURE_LOSS or np.mean(model * sign < 0.0) < BRAKES):
-            notes.append(
-                f"the {units.names[2]} brakes too little in this log to tell a loss in proportion to it (motor, gear, its "
-                "constant) from inertia and friction: it is in no interval"
-            )
-            continue
-        if (
-            LEAST_PATTERN < abs(other.coefficients[1]) / size < most
-            and abs(other.coefficients[1]) > 2.0 * half
-        ):
-            notes.append(text.format(abs(other.coefficients[1]) / size, effort=units.names[2]))
+    _losses_and_drifts(fit, effort, inertia, notes)
     return found
+
+
+def _losses_and_drifts(fit: Fit, effort: str, inertia: float | None, notes: list[str]) -> None:
+    """Notes on friction in proportion to the effort, and on friction and offset in proportion to the time."""
+    samples, model = fit.samples, fit.effort - fit.residual
+    order = np.lexsort((samples.row, samples.section)).argsort()
+    time, sign = order / max(len(order) - 1.0, 1.0) - 0.5, np.sign(samples.speed)
+    friction = float(np.mean(np.abs(fit.total - fit.total.mean())))
+    brakes = np.mean(model * sign < 0.0)
+    for column, size, text in (
+        (sign * np.abs(model), 1.0, f"of the transmitted {effort} is lost in friction: bins of speed hold that at the "
+         f"{effort} of this log"),
+        (sign * time, friction, "of the friction is its drift over the log (temperature, running in): bins are those of "
+         "the time each speed was run at"),
+        (time, friction, "of the friction is the drift of the offset over the log (load, tilt, temperature), which is in "
+         "no interval"),
+    ):  # fmt: skip
+        other = fit_of(samples, fit.timing, fit.bins, len(fit.number), inertia, [column])
+        half, slope = (
+            errors_of(other, np.zeros(len(fit.number)), inertia is None)[2][1],
+            other.coefficients[1],
+        )
+        if size == 1.0 and (half > UNSURE_LOSS or brakes < BRAKES):
+            notes.append(
+                f"the {effort} brakes too little in this log to tell a loss in proportion to it (motor, gear, its constant) "
+                "from inertia and friction: it is in no interval"
+            )
+        elif abs(slope) > max(LEAST_PATTERN * size, 2.0 * half):
+            notes.append(f"{abs(slope) / size:.2g} {text}")
 
 
 def of_steps(signals: Signals, fit: Fit, weights: Array) -> tuple[Array, float, float]:

@@ -10,25 +10,8 @@ import scipy
 
 from ..physics.ball_law import Array
 from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED, TIME
-from .findings import (
-    JUMP,
-    REPEATS,
-    UNEVEN,
-    USUAL,
-    Finding,
-    codes,
-    even_stamps,
-    faults,
-    finding,
-    motoring,
-    of_refusal,
-    quantum,
-    relative_speed,
-    sensor,
-    signed,
-    slow_rows,
-    spikes,
-)  # fmt: skip
+from . import findings
+from .findings import JUMP, UNEVEN, USUAL, Finding, finding, of_refusal, quantum
 from .log_file import SLOW, Log
 
 #: a step of time longer than this many usual ones is a gap; jumps of a position that are whole periods within this
@@ -74,97 +57,117 @@ class Signals(NamedTuple):
     findings: Sequence[Finding] = ()
 
 
+class _Rows(NamedTuple):
+    """Rows of a log: time [s], motion and effort as in the log, their usual step of time [s]."""
+
+    time: Array
+    motion: Array
+    effort: Array
+    step: float
+
+    def where(self, keep: np.ndarray) -> "_Rows":
+        """A part of the rows."""
+        return _Rows(self.time[keep], self.motion[keep], self.effort[keep], self.step)
+
+
 def signals_of(log: Log, drive: Drive) -> Signals:
-    """Motion and effort of one side of the drive, in evenly sampled sections."""
-    names = [next(name for name in kind if name in log.signals) for kind in (MOTION, EFFORT)]
-    (motion_name, effort_name), of_speed = names, names[0].endswith("speed")
-    rotary, scale, effort_scale = _scales(motion_name, effort_name, log.columns[motion_name].unit, drive)
+    """Motion and effort of one side of the drive, in evenly sampled sections, with what their rows show."""
+    motion, effort = names = [next(name for name in kind if name in log.signals) for kind in (MOTION, EFFORT)]
+    of_speed, (left_out, notes) = motion.endswith("speed"), (dict(log.left_out), list(log.notes))
+    rotary, scale, effort_scale = _scales(motion, effort, log.columns[motion].unit, drive)
     for name in names:
         values = log.signals[name]
         if not np.ptp(values) > 0.0:
             raise ValueError(f"{name} is constant, {values[0]:.6g} SI; allowed: an axis that moves both ways")
-    left_out, notes = dict(log.left_out), list(log.notes)
-    time, step, found = even_stamps(log.signals["time"], log.signals[motion_name])
-    if not found and (repeated := int(np.sum(np.diff(time) <= 0.0))) > REPEATS * len(time):
-        few = f"{len(time) - repeated} different times in {len(time)} rows"
-        raise ValueError(f"{few}; allowed: a time for each row with digits enough for the sampling")
-    columns = {"time": time} | {name: log.signals[name] for name in names}
-    left_out["repeated time stamps"] = int(np.sum(np.diff(time) <= 0.0))
-    columns = {name: values[np.r_[True, np.diff(time) > 0.0]] for name, values in columns.items()}
-    slowest = max((slow_rows(name, columns[name]) + (name,) for name in names), key=lambda one: one[1])
-    rows, each, text, slow = slowest
-    if each > 1:
-        rate = f"one of them is used, {1.0 / (step * each):.4g} of {1.0 / step:.4g} samples/s; export at its own rate"
-        share = 1.0 - len(rows) / len(columns["time"])
-        found.append(Finding(f"{slow} {text} {each} rows", len(columns["time"]) - len(rows), share, rate))
-        left_out[f"rows between the samples of {slow}"] = found[-1].rows
-        columns, step = {name: values[rows] for name, values in columns.items()}, step * each
-    if not step * MIN_RATE <= 1.0:
-        raise ValueError(_too_slow(log, step, found))
-    time, motion, effort = (columns[name] for name in ("time", *names))
-    effort, more = signed(effort_name, effort)
-    found, steps_of = found + more, quantum(effort)
-    jumps, bad = np.empty(0, dtype=int), np.zeros(len(time), dtype=bool)
+    rows, found = _own_rate(log, names, left_out)
+    words, more = findings.signed(effort, rows.effort)
+    rows, found, effort_step = rows._replace(effort=words), found + more, quantum(words)
+    jumps, bad = np.empty(0, dtype=int), np.zeros(len(words), dtype=bool)
     if not of_speed:
-        lost = codes(motion)[0] if abs(np.ptp(motion)) else bad
-        bad = spikes(np.where(lost, np.median(motion), motion)) | lost
-        if bad.any():
-            found.append(finding(f"{motion_name} jumps there and back", bad, "left out"))
-        time, motion, effort = time[~bad], motion[~bad], effort[~bad]
-        motion, jumps = _unwrapped(time, motion, log, step, notes)
-    path = scipy.integrate.cumulative_trapezoid(motion, time, initial=0.0) if of_speed else motion
-    bad, more = faults(effort_name, effort, relative_speed(time, path))
+        lost = findings.codes(rows.motion)[0]
+        lost |= findings.spikes(np.where(lost, np.median(rows.motion), rows.motion))
+        found += [finding(f"{motion} jumps there and back", lost, "left out")] * bool(lost.any())
+        rows = rows.where(~lost)
+        path, jumps = _unwrapped(rows.time, rows.motion, log, rows.step, notes)
+        rows = rows._replace(motion=path)
+    else:
+        path = scipy.integrate.cumulative_trapezoid(rows.motion, rows.time, initial=0.0)
+    bad, more = findings.faults(effort, rows.effort, findings.relative_speed(rows.time, path))
     found += more
     left_out["rows with damaged signals"] = sum(one.rows for one in found if "left out" in one.remedy)
-    jumps = np.searchsorted(np.flatnonzero(~bad), jumps)
-    time, motion, effort = time[~bad], motion[~bad], effort[~bad]
-    if len(time) < MIN_SECTION:
-        raise ValueError(f"{len(time)} rows with all signals; allowed: >= {MIN_SECTION}{of_refusal(found)}")
-    resolution = quantum(motion) * abs(scale)
-    motion, effort = motion * scale, effort * effort_scale
-    steps = np.diff(time)
-    gaps = np.flatnonzero(steps > GAP * step) + 1
+    rows, jumps = rows.where(~bad), np.searchsorted(np.flatnonzero(~bad), jumps)
+    if len(rows.time) < MIN_SECTION:
+        raise ValueError(
+            f"{len(rows.time)} rows with all signals; allowed: >= {MIN_SECTION}{of_refusal(found)}"
+        )
+    resolution = quantum(rows.motion) * abs(scale)
+    scaled = rows._replace(motion=rows.motion * scale, effort=rows.effort * effort_scale)
+    step, sections = _sections(scaled, jumps, left_out, notes)
+    if not sections:
+        few = f"pieces between gaps and jumps too short; allowed: >= {MIN_SECTION} samples"
+        raise ValueError(few + of_refusal(found))
+    turned, more = findings.motoring(effort, [tuple(one) for one in sections], step, of_speed)
+    sections, found = [Section(*one) for one in turned], found + more
+    slow = {}
+    for name in SLOW:
+        slow[name], more = findings.sensor(name, log.signals[name]) if name in log.signals else (None, [])
+        found += more
+    return Signals(
+        rotary, of_speed, step, resolution, sections, slow["temperature"], slow["preload"], left_out,
+        notes + [str(one) for one in found], effort_step * abs(effort_scale), found,
+    )  # fmt: skip
+
+
+def _own_rate(log: Log, names: list[str], left_out: dict[str, int]) -> tuple[_Rows, list[Finding]]:
+    """Rows at even times, and of the slower of motion and effort where an export fills its rows in between."""
+    time, step, found = findings.even_stamps(log.signals["time"], log.signals[names[0]])
+    new = np.diff(time, prepend=-np.inf) > 0.0
+    left_out["repeated time stamps"] = repeated = int(np.sum(~new))
+    if repeated > findings.REPEATS * len(time):
+        few = f"{len(time) - repeated} different times in {len(time)} rows"
+        raise ValueError(f"{few}; allowed: a time for each row with digits enough for the sampling")
+    rows = _Rows(*(values[new] for values in (time, *(log.signals[name] for name in names))), step)
+    slowest = max(map(findings.slow_rows, names, (rows.motion, rows.effort)), key=lambda one: one[1])
+    keep, each, text = slowest
+    if each > 1:
+        between = np.ones(len(rows.time), dtype=bool)
+        between[keep] = False
+        rate = f"one of them is used, {1.0 / (step * each):.4g} of {1.0 / step:.4g} samples/s; export at its own rate"
+        found = [*found, finding(text, between, rate)]
+        left_out["rows between the samples of a slow channel"] = found[-1].rows
+        rows = rows.where(~between)._replace(step=step * each)
+    if not rows.step * MIN_RATE <= 1.0:
+        raise ValueError(_too_slow(log, rows.step, found))
+    return rows, found
+
+
+def _sections(
+    rows: _Rows, jumps: np.ndarray, left_out: dict[str, int], notes: list[str]
+) -> tuple[float, list[Section]]:
+    """Even pieces between gaps in time and jumps of the position, and their step."""
+    steps, step = np.diff(rows.time), rows.step
+    gaps, inside = np.flatnonzero(steps > GAP * step) + 1, steps[steps <= GAP * step]
     if gaps.size:
         notes.append(f"{gaps.size} gap(s) in time, the longest {steps.max():.3g} s: the pieces are apart")
     if jumps.size:
         notes.append(f"{jumps.size} jump(s) of the position that are no wrap: the pieces are apart")
-    inside = steps[steps <= GAP * step]
     even = float(np.ptp(inside)) <= UNEVEN * step
     step = float(np.mean(inside)) if even else step
     if not even:
-        notes.append(
-            f"uneven sampling, {inside.min():.3g} to {inside.max():.3g} s: interpolated on {step:.4g} s"
-        )
+        span = f"{inside.min():.3g} to {inside.max():.3g} s"
+        notes.append(f"uneven sampling, {span}: interpolated on {step:.4g} s")
     sections, short = [], 0
-    for first, last in pairwise(np.unique(np.r_[0, gaps, jumps, len(time)]).tolist()):
+    for first, last in pairwise(np.unique(np.r_[0, gaps, jumps, len(rows.time)]).tolist()):
         if last - first < MIN_SECTION:
             short += last - first
             continue
-        t, x, y = (values[first:last] for values in (time, motion, effort))
+        t, x, y = (values[first:last] for values in rows[:3])
         if not even:
             new = np.arange(t[0], t[-1], step)
             x, y = scipy.interpolate.CubicSpline(t, x)(new), np.interp(new, t, y)
         sections.append(Section(x, y))
     left_out["samples in pieces too short"] = short
-    if not sections:
-        few = f"pieces between gaps and jumps too short; allowed: >= {MIN_SECTION} samples"
-        raise ValueError(few + of_refusal(found))
-    back = motoring([(x, y) for x, y in sections], step, of_speed)
-    if back is not None:
-        text = f"{effort_name} is positive when it drives, in both directions: a sign of the power, not of the axis"
-        found.append(finding(text, back, "its sign is changed where the speed is negative"))
-        signs = np.split(np.where(back, -1.0, 1.0), np.cumsum([len(x) for x, _ in sections])[:-1])
-        sections = [Section(x, y * sign) for (x, y), sign in zip(sections, signs, strict=True)]
-    slow_values = {}
-    for name in SLOW:
-        if name in log.signals:
-            slow_values[name], more = sensor(name, log.signals[name])
-            found += more
-    notes += map(str, found)
-    return Signals(
-        rotary, of_speed, step, resolution, sections, slow_values.get("temperature"), slow_values.get("preload"),
-        left_out, notes, steps_of * abs(effort_scale), found,
-    )  # fmt: skip
+    return step, sections
 
 
 def _too_slow(log: Log, step: float, found: list[Finding]) -> str:

@@ -34,9 +34,7 @@ class Searched(NamedTuple):
 
 
 def searched(samples: Samples, delays: Array, inertia: float | None) -> tuple[Searched, Searched]:
-    """Misfit of the effort e at delays, without and with a lag: e(t + delay) + lag e'(t + delay) is that before a filter
-    of first order.
-    """
+    """Misfit of the effort e at delays, without and with a lag: e(t + delay) + lag e'(t + delay) is before a filter."""
     samples = samples.where(np.arange(len(samples.speed)) % max(len(samples.speed) // LOOKED_AT, 1) == 0)
     within = without_friction(samples.speed, bins_of(samples)[1](samples.speed))
     whole = within(samples.acceleration)
@@ -59,7 +57,8 @@ def searched(samples: Samples, delays: Array, inertia: float | None) -> tuple[Se
         rows.append((delay, 0.0, moved[0], misfit, lag, moved[0] + lag * moved[1], less))
     columns = np.array(rows).T
     one = max(float(columns[6].min()), 0.0) / max(len(whole) * samples.each * samples.rate, 1.0)
-    return Searched(*columns[:4], one), Searched(*columns[[0, 4, 5, 6]], one)
+    delay, none, inertias, misfits, lags, lagged, less = columns
+    return Searched(delay, none, inertias, misfits, one), Searched(delay, lags, lagged, less, one)
 
 
 def expected(signals: Signals, samples: Samples, delay: float, delays: Array, inertia: float | None) -> Array:
@@ -93,24 +92,22 @@ def timing(signals: Signals, samples: Samples, delay: float | None, inertia: flo
     with_lag = bool(lags and lagged.lag[k] > max(LEAST_LAG, samples.step))
     found = lagged if with_lag else plain
     best, step = float(found.delay[found.best]), DELAY_STEP
+    allowed = np.ones(len(found.delay), dtype=bool)
     if with_lag:
         if delay is None:
             found = searched(samples, best + np.linspace(-0.01, 0.01, 41), inertia)[1]
-        allowed, at = found.misfit <= found.misfit.min() + TELL * found.one, found.best
-    else:
-        if delay is None:
-            allowed = expected(signals, samples, best, delays, inertia) <= TELL * found.one
-            allowed[found.best] = True
-        else:
-            allowed = np.array([True])
-        if np.ptp(found.delay[allowed]) <= UNTOLD * step and delay is None:
+        allowed = found.misfit <= found.misfit.min() + TELL * found.one
+    elif delay is None:
+        allowed = expected(signals, samples, best, delays, inertia) <= TELL * found.one
+        allowed[found.best] = True
+        if np.ptp(found.delay[allowed]) <= UNTOLD * step:
             while step > 0.01 * samples.step:
                 # finer about the best
                 found = searched(samples, best + step * np.linspace(-1.0, 1.0, 9), inertia)[0]
                 best, step = float(found.delay[found.best]), 0.25 * step
             return Timing(best)
-        # the least one that the data allow
-        at = int(np.argmin(np.where(allowed, np.abs(found.delay), np.inf)))
+    # of delays that the data do not tell from each other, the least
+    at = found.best if with_lag else int(np.argmin(np.where(allowed, np.abs(found.delay), np.inf)))
     off = float(np.max(np.abs(found.inertia[allowed] - found.inertia[at])))
     low, high = found.delay[allowed].min(), found.delay[allowed].max()
     return Timing(float(found.delay[at]), float(found.lag[at]), off, with_lag, float(low), float(high))
