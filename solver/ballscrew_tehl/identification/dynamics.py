@@ -48,6 +48,9 @@ from .timing import timing
 MIN_SAMPLES = 10
 #: delay [s] that a filter may have made
 LATE = 4e-3
+#: highest cutoff at which a lag is looked for [Hz], share of the samples that has to be
+#: left;  most that taking it out may amplify noise
+LAG_CUTOFF, ROUGH_LEFT, LAG_GAIN = 20.0, 0.4, 8.0
 #: share by which the noise of the acceleration is unsure
 NOISE_UNSURE = 0.2
 #: square of a second difference over its variance that is by chance
@@ -181,10 +184,17 @@ def _identified(
         )
     notes = list(signals.notes)
     free = [name for name, value in (("inertia", inertia), ("delay", delay)) if value is None]
-    time = timing(signals, samples, delay, inertia)
+    rough = filtered(signals, travel, min(cutoff, LAG_CUTOFF), variance)
+    rough = (
+        rough if len(rough.speed) * rough.each > ROUGH_LEFT * len(samples.speed) * samples.each else samples
+    )
+    time = timing(signals, samples, rough, delay, inertia)
     if time.lag > 0.0:
+        settled = filtered(signals, travel, rough.cutoff, variance, time.lag)
+        rough = settled if len(settled.speed) > ROUGH_LEFT * len(rough.speed) else rough
+        time = timing(signals, rough, rough, delay, inertia)
+        cutoff = min(cutoff, max(rough.cutoff, LAG_GAIN / (2.0 * math.pi * max(time.lag, 1e-3))))
         samples = filtered(signals, travel, cutoff, variance, time.lag)
-        time = timing(signals, samples, delay, inertia)
     size, bins = bins_of(samples, bins_wanted)
     place = bins(samples.speed)
     number = np.bincount(place, minlength=size) * samples.each
@@ -294,7 +304,11 @@ def _check(
     what, unit = units.names[0], units.shown[0]
     if not explained >= 0.0:
         seen = fit_of(
-            fit.samples, timing(signals, fit.samples, None, None), fit.bins, len(fit.number), None
+            fit.samples,
+            timing(signals, fit.samples, fit.samples, None, None),
+            fit.bins,
+            len(fit.number),
+            None,
         ).inertia
         shown = "" if free else f"; the log shows about {seen:.3g} {unit}"
         raise ValueError(
@@ -304,12 +318,13 @@ def _check(
     if free and value < -half:
         raise ValueError(f"{what} = {value:.4g}; allowed: > 0: {SIGN}")
     if free and not half <= usual * VAGUE * value:
-        cause = max(parts, key=lambda name: parts[name])
-        size = float(np.std(value * fit.samples.acceleration))
+        cause, effort, lag = max(parts, key=lambda name: parts[name]), units.names[2], 1e3 * fit.timing.lag
+        moves, rest = float(np.std(value * fit.samples.acceleration)), float(np.std(fit.residual))
+        smoothed = f"; the {effort} is smoothed as by a filter of {lag:.3g} ms" * (lag > 0.0)
         raise ValueError(
-            f"{what} = {value:.4g} {unit} +- {half:.2g}: {cause} (the acceleration moves the {units.names[2]} by {size:.2g}, "
-            f"the residual is {float(np.std(fit.residual)):.2g} {units.shown[1]}); remedy: {option(units.inertia)} with the "
-            f"known value, or {CAUSES[cause]}"
+            f"{what} = {value:.4g} {unit} +- {half:.2g}: {cause} (the acceleration moves the {effort} by {moves:.2g}, the "
+            f"residual is {rest:.2g} {units.shown[1]}){smoothed}; remedy: {option(units.inertia)} with the known value, or "
+            f"{CAUSES[cause]}"
         )
     wrong = float(np.sum(fit.number * along) / fit.number.sum())
     if wrong > MAX_ALONG:

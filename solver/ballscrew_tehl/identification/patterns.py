@@ -17,8 +17,8 @@ from .signals import Signals
 WAVE, WAVE_SHARE, LEAST_PATTERN, BRAKES, UNSURE_LOSS = 30.0, 0.02, 0.02, 0.03, 0.02
 #: longest period of a resonance [s]
 SLOWEST = 0.3
-#: share of the error by steps that noise leaves, from which on data do not exclude truncation;  variance of the residual
-#: over that of the noise from which on something else acts
+#: share of the error by steps that noise leaves, from which on data do not exclude truncation;  variance of the
+#: residual over that of the noise from which on something else acts
 KEPT, MORE = 0.05, 2.5
 
 
@@ -39,7 +39,8 @@ def wave_of(
     # at least two periods in the span, eight pieces of it in one
     low = max(4, math.ceil(2.0 * span / longest))
     high = max(number // 4, low + 2)
-    at = low + int(np.argmax((power / scipy.ndimage.median_filter(power, 101, mode="nearest"))[low:high]))
+    around = np.maximum(scipy.ndimage.median_filter(power, 101, mode="nearest"), 1e-12 * power.max() + 1e-300)
+    at = low + int(np.argmax((power / around)[low:high]))
     usual = float(np.median(power[max(at - 50, low) : at + 51]))
     exact = math.pi * np.linspace(at - 1.0, at + 1.0, 41) / span
     if whole and exact[0] < round(exact[20]) < exact[-1]:
@@ -74,8 +75,8 @@ def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[s
     deviation = float(np.mean(without_friction(samples.speed, fit.bins)(fit.residual) ** 2))
     if deviation > MORE * max(noise, 1e-12 * float(np.var(fit.effort))):
         notes.append(
-            f"the residual is {math.sqrt(deviation / max(noise, 1e-300)):.3g} times the noise of the {effort}: a resonance, "
-            "backlash, a load, a drift or a filter acts besides inertia and friction, and may be in no interval"
+            f"the residual is {math.sqrt(deviation / max(noise, 1e-300)):.3g} times the noise of the {effort}: a "
+            "resonance, backlash, a load, a drift or a filter acts besides inertia and friction, and may be in no interval"
         )
     _losses_and_drifts(fit, effort, inertia, notes)
     return found
@@ -89,8 +90,7 @@ def _losses_and_drifts(fit: Fit, effort: str, inertia: float | None, notes: list
     friction = float(np.mean(np.abs(fit.total - fit.total.mean())))
     brakes = np.mean(model * sign < 0.0)
     for column, size, text in (
-        (sign * np.abs(model), 1.0, f"of the transmitted {effort} is lost in friction: bins of speed hold that at the "
-         f"{effort} of this log"),
+        (sign * np.abs(model), 1.0, f"of the transmitted {effort} is lost in friction: bins of speed hold that at the {effort} of this log"),
         (sign * time, friction, "of the friction is its drift over the log (temperature, running in): bins are those of "
          "the time each speed was run at"),
         (time, friction, "of the friction is the drift of the offset over the log (load, tilt, temperature), which is in "
@@ -103,8 +103,8 @@ def _losses_and_drifts(fit: Fit, effort: str, inertia: float | None, notes: list
         )
         if size == 1.0 and (half > UNSURE_LOSS or brakes < BRAKES):
             notes.append(
-                f"the {effort} brakes too little in this log to tell a loss in proportion to it (motor, gear, its constant) "
-                "from inertia and friction: it is in no interval"
+                f"the {effort} brakes too little in this log to tell a loss in proportion to it (motor, gear, its "
+                "constant) from inertia and friction: it is in no interval"
             )
         elif abs(slope) > max(LEAST_PATTERN * size, 2.0 * half):
             notes.append(f"{abs(slope) / size:.2g} {text}")

@@ -106,7 +106,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     if not sections:
         few = f"pieces between gaps and jumps too short; allowed: >= {MIN_SECTION} samples"
         raise ValueError(few + of_refusal(found))
-    turned, more = findings.motoring(effort, [tuple(one) for one in sections], step, of_speed)
+    turned, more = findings.motoring(effort, [(one.motion, one.effort) for one in sections], step, of_speed)
     sections, found = [Section(*one) for one in turned], found + more
     slow = {}
     for name in SLOW:
@@ -126,7 +126,7 @@ def _own_rate(log: Log, names: list[str], left_out: dict[str, int]) -> tuple[_Ro
     if repeated > findings.REPEATS * len(time):
         few = f"{len(time) - repeated} different times in {len(time)} rows"
         raise ValueError(f"{few}; allowed: a time for each row with digits enough for the sampling")
-    rows = _Rows(*(values[new] for values in (time, *(log.signals[name] for name in names))), step)
+    rows = _Rows(time, log.signals[names[0]], log.signals[names[1]], step).where(new)
     slowest = max(map(findings.slow_rows, names, (rows.motion, rows.effort)), key=lambda one: one[1])
     keep, each, text = slowest
     if each > 1:

@@ -83,19 +83,21 @@ def expected(signals: Signals, samples: Samples, delay: float, delays: Array, in
     return np.asarray(np.maximum(misfit - misfit.min() - NOISES * fit.inertia**2 * same_noise, 0.0))
 
 
-def timing(signals: Signals, samples: Samples, delay: float | None, inertia: float | None) -> Timing:
-    """Of the effort behind the motion; delay: known."""
+def timing(
+    signals: Signals, samples: Samples, rough: Samples, delay: float | None, inertia: float | None
+) -> Timing:
+    """Of the effort behind the motion; rough: at a lower cutoff, where noise does not hide a lag; delay: known."""
     delays = np.arange(DELAYS[0], DELAYS[1], DELAY_STEP) if delay is None else np.array([delay])
-    plain, lagged = searched(samples, delays, inertia)
+    plain, lagged = searched(rough, delays, inertia)
     k = lagged.best
     lags = lagged.misfit[k] + LAG_TELLS * lagged.one < plain.misfit.min()
     with_lag = bool(lags and lagged.lag[k] > max(LEAST_LAG, samples.step))
-    found = lagged if with_lag else plain
+    found = lagged if with_lag else plain if rough is samples else searched(samples, delays, inertia)[0]
     best, step = float(found.delay[found.best]), DELAY_STEP
     allowed = np.ones(len(found.delay), dtype=bool)
     if with_lag:
         if delay is None:
-            found = searched(samples, best + np.linspace(-0.01, 0.01, 41), inertia)[1]
+            found = searched(rough, best + np.linspace(-0.01, 0.01, 41), inertia)[1]
         allowed = found.misfit <= found.misfit.min() + TELL * found.one
     elif delay is None:
         allowed = expected(signals, samples, best, delays, inertia) <= TELL * found.one

@@ -188,8 +188,8 @@ def _with_law(
             data |= apart._asdict()
             if apart.without_nut_nm < 0.0:
                 data["notes"].append(
-                    "the part that does not depend on the preload is negative and counts as 0: the torque rises more than "
-                    "in proportion to the law, so check both preloads and temperatures"
+                    "the part that does not depend on the preload is negative and counts as 0: the torque rises more "
+                    "with the preload than the law: check both preloads and temperatures"
                 )
             rest = max(apart.without_nut_nm, 0.0)
             friction, before = (preload.without(part, rest) for part in (friction, before))
