@@ -107,7 +107,7 @@ def codes(values: Array) -> tuple[np.ndarray, float]:
 def signed(name: str, values: Array) -> tuple[Array, list[Finding]]:
     """A signal without the jumps of unsigned words that hold a signed value, 65535 for -1."""
     step, top = quantum(values), float(values.max())
-    jumps, middle = np.abs(np.diff(values)) > 0.8 * top, np.abs(values - 0.5 * top) < 0.12 * top
+    jumps, middle = np.abs(np.diff(values)) > 0.8 * top, np.abs(values - 0.5 * top) < 0.08 * top
     if not (step > 0.0 and values.min() >= 0.0 and jumps.sum() >= CODES and middle.mean() < SPIKES):
         return values, []
     period = step * 2.0 ** math.ceil(math.log2(top / step + 1.0))
