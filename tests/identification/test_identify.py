@@ -208,7 +208,7 @@ def test_preload_and_its_change_with_known_guides(law):
 
 
 def axis_log(seed, sine=False, step=1e-3, noise=0.01):
-    """Time [s], angle [rad], torque [N.m] of an axis of 2e-3 kg m2, 0.3 N.m + 1e-3 N.m s times the speed, offset 0.1."""
+    """Time [s], angle [rad], torque [N.m] of 2e-3 kg m2, 0.3 N.m + 1e-3 N.m s times the speed, offset 0.1."""
     rng, moves = np.random.default_rng(seed), [np.zeros(200)]
     for speed in 120.0 * np.array([0.04, 0.1, 0.2, 0.4, 0.7, 1.0]):
         ramp = np.linspace(0.0, speed, int(speed / 400.0 / step) + 2)
@@ -248,7 +248,7 @@ KINDS = {
     "clipped": lambda t, x, y: (t, x, np.clip(y, -1.0, 1.15)),
     "drops to 0": lambda t, x, y: (t, x, np.where(rows_of(t, 0.05), 0.0, y)),
     "the code 32.767": lambda t, x, y: (t, x, np.where(rows_of(t, 0.02), 32.767, y)),
-    "stamps jitter": lambda t, x, y: (np.sort(t + np.abs(np.random.default_rng(9).normal(0.0, 1e-3, len(t)))), x, y),
+    "stamps jitter": lambda t, x, y: (np.sort(t + 2e-3 * np.random.default_rng(9).random(len(t))), x, y),
     "an even raster": lambda t, x, y: (t[np.minimum(np.arange(len(t)) // 16 * 16 + 15, len(t) - 1)], x, y),
     "positive when it drives": lambda t, x, y: (t, x, y * np.where(np.gradient(x) < -1e-3, -1.0, 1.0)),
     "by straight lines over 10 rows": lambda t, x, y: (t, x, np.interp(t, t[::10], y[::10])),
@@ -278,7 +278,9 @@ def test_a_sine_does_not_tell_the_delay_and_one_direction_not_the_offset(tmp_pat
     one = axis_log(5)
     ahead = np.maximum.accumulate(one[1])
     rows = np.r_[True, np.diff(ahead) > 0.0] & (np.arange(len(ahead)) > 6000)
-    signals = Signals(True, False, 1e-3, 0.0, [Section(x[rows], y[rows]) for x, y in [one[1:]]], None, None, {}, [])
+    signals = Signals(
+        True, False, 1e-3, 0.0, [Section(x[rows], y[rows]) for x, y in [one[1:]]], None, None, {}, []
+    )
     with pytest.raises(ValueError, match="--inertia-kgm2 with its value, for the friction of one direction"):
         identify(signals, travel=0.04)
 

@@ -321,11 +321,12 @@ def _check(
         cause, effort, lag = max(parts, key=lambda name: parts[name]), units.names[2], 1e3 * fit.timing.lag
         moves, rest = float(np.std(value * fit.samples.acceleration)), float(np.std(fit.residual))
         smoothed = f"; the {effort} is smoothed as by a filter of {lag:.3g} ms" * (lag > 0.0)
-        raise ValueError(
-            f"{what} = {value:.4g} {unit} +- {half:.2g}: {cause} (the acceleration moves the {effort} by {moves:.2g}, the "
-            f"residual is {rest:.2g} {units.shown[1]}){smoothed}; remedy: {option(units.inertia)} with the known value, or "
-            f"{CAUSES[cause]}"
+        sizes = (
+            f"the acceleration moves the {effort} by {moves:.2g}, the residual is {rest:.2g} {units.shown[1]}"
         )
+        known = f"{option(units.inertia)} with the known value, or {CAUSES[cause]}"
+        found = f"{what} = {value:.4g} {unit} +- {half:.2g}: {cause} ({sizes})"
+        raise ValueError(f"{found}{smoothed}; remedy: {known}")
     wrong = float(np.sum(fit.number * along) / fit.number.sum())
     if wrong > MAX_ALONG:
         along_it = f"friction along the motion in {wrong:.0%} of the samples"
@@ -345,7 +346,7 @@ def _notes(result: Identified, noise: float, time: Timing) -> list[str]:
         )
     elif result.delay_limits is not None and not time.told:
         notes.append(
-            f"the motion does not tell the delay of the {effort}, {1e3 * time.low:.3g} to {1e3 * time.high:.3g} ms, and "
+            f"the motion does not tell the delay of the {effort}, {1e3 * time.low:.3g} to {1e3 * time.high:.3g} ms; "
             f"the interval of the {inertia} holds that range: state it by --delay-ms, or log ramps"
         )
     elif result.delay_limits is not None and abs(time.delay) > LATE:

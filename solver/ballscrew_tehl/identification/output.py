@@ -28,8 +28,10 @@ TOO_HIGH = (
 )
 #: lines of the text on the preload, by a key that they need
 PRELOAD_LINES = {
-    "preload_n": "preload   {preload_n:.5g} N{too_high}, {preload_low_n:.5g} to {preload_high_n:.5g} N "
-    "({preload_interval})\n"
+    "preload_is_upper_bound": "preload   at most {preload_high_n:.5g} N at {oil_temperature_c:.4g} C, an upper bound"
+    + TOO_HIGH,
+    "shape_fits": "preload   {preload_n:.5g} N at {oil_temperature_c:.4g} C, {preload_low_n:.5g} to "
+    "{preload_high_n:.5g} N ({preload_interval})\n"
     "shape     over speed: law {fits} within the errors, deviation {shape_deviation:.2%}, exponent of speed "
     "{shape_exponent_difference:+.2g}",
     "preload_ratio": "change    preload over that of the log before {preload_ratio:.4f}, {preload_ratio_low:.4f} to "
@@ -102,8 +104,9 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
             "preload_interval": "an upper bound: nothing was subtracted, so that no shape tests the law"
         }
     fits = "fits" if data.get("shape_fits") else "does not fit"
-    said = {"fits": fits, "too_high": TOO_HIGH if "contains" in data else ""}
-    lines = [text.format(**said, **data) for key, text in PRELOAD_LINES.items() if key in data]
+    lines = [
+        text.format(fits=fits, **data) for key, text in PRELOAD_LINES.items() if data.get(key) is not None
+    ]
     contains = [] if lines else filter(None, [data.get("contains")])
     for name, key, factor, unit, remark in (
         (units.names[0], units.inertia, 1.0, inertia, ""),

@@ -74,9 +74,10 @@ def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[s
     noise = white_noise(raw, 1, signals.effort_quantum) * samples.rate + fit.inertia**2 * samples.noise
     deviation = float(np.mean(without_friction(samples.speed, fit.bins)(fit.residual) ** 2))
     if deviation > MORE * max(noise, 1e-12 * float(np.var(fit.effort))):
+        times = math.sqrt(deviation / max(noise, 1e-300))
         notes.append(
-            f"the residual is {math.sqrt(deviation / max(noise, 1e-300)):.3g} times the noise of the {effort}: a "
-            "resonance, backlash, a load, a drift or a filter acts besides inertia and friction, and may be in no interval"
+            f"the residual is {times:.3g} times the noise of the {effort}: a resonance, backlash, a load, a filter, a "
+            "drift or friction over the position acts besides inertia and friction, and may be in no interval"
         )
     _losses_and_drifts(fit, effort, inertia, notes)
     return found
@@ -89,13 +90,17 @@ def _losses_and_drifts(fit: Fit, effort: str, inertia: float | None, notes: list
     time, sign = order / max(len(order) - 1.0, 1.0) - 0.5, np.sign(samples.speed)
     friction = float(np.mean(np.abs(fit.total - fit.total.mean())))
     brakes = np.mean(model * sign < 0.0)
-    for column, size, text in (
-        (sign * np.abs(model), 1.0, f"of the transmitted {effort} is lost in friction: bins of speed hold that at the {effort} of this log"),
-        (sign * time, friction, "of the friction is its drift over the log (temperature, running in): bins are those of "
-         "the time each speed was run at"),
-        (time, friction, "of the friction is the drift of the offset over the log (load, tilt, temperature), which is in "
-         "no interval"),
-    ):  # fmt: skip
+    lost = f"of the transmitted {effort} is lost in friction: bins of speed hold that at the {effort} of this log"
+    of_friction = (
+        "of the friction is its drift over the log (temperature, running in): a bin is of its own time"
+    )
+    of_offset = "of the friction is the drift of the offset (load, tilt, temperature), in no interval"
+    columns = (
+        (sign * np.abs(model), 1.0, lost),
+        (sign * time, friction, of_friction),
+        (time, friction, of_offset),
+    )
+    for column, size, text in columns:
         other = fit_of(samples, fit.timing, fit.bins, len(fit.number), inertia, [column])
         half, slope = (
             errors_of(other, np.zeros(len(fit.number)), inertia is None)[2][1],
@@ -103,8 +108,8 @@ def _losses_and_drifts(fit: Fit, effort: str, inertia: float | None, notes: list
         )
         if size == 1.0 and (half > UNSURE_LOSS or brakes < BRAKES):
             notes.append(
-                f"the {effort} brakes too little in this log to tell a loss in proportion to it (motor, gear, its "
-                "constant) from inertia and friction: it is in no interval"
+                f"the {effort} brakes too little in this log to tell a loss in proportion to it (motor, "
+                "gear, its constant) from inertia and friction: it is in no interval"
             )
         elif abs(slope) > max(LEAST_PATTERN * size, 2.0 * half):
             notes.append(f"{abs(slope) / size:.2g} {text}")

@@ -17,6 +17,8 @@ from .log_file import SLOW, Log
 #: a step of time longer than this many usual ones is a gap; jumps of a position that are whole periods within this
 #: share are those of an encoder that starts again; most of the jumps that may be none
 GAP, SAME_WRAP, NO_WRAPS = 4.5, 0.02, 0.1
+#: share of its range that an encoder jumps where it starts again
+WHOLE = 0.995
 #: slowest and fastest sampling [1/s];  shortest section [samples]
 MIN_RATE, MAX_RATE, MIN_SECTION = 20.0, 2e5, 100
 
@@ -86,6 +88,9 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     if not of_speed:
         lost = findings.codes(rows.motion)[0]
         lost |= findings.spikes(np.where(lost, np.median(rows.motion), rows.motion))
+        # an encoder at rest where it starts again jumps by its whole range
+        off = np.abs(rows.motion - scipy.ndimage.median_filter(rows.motion, 3))
+        lost &= off < WHOLE * np.ptp(rows.motion)
         found += [finding(f"{motion} jumps there and back", lost, "left out")] * bool(lost.any())
         rows = rows.where(~lost)
         path, jumps = _unwrapped(rows.time, rows.motion, log, rows.step, notes)

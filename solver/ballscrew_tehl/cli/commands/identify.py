@@ -110,12 +110,12 @@ def run_identify(args: Namespace) -> Answer:
     if not (other or axis.known or "without_nut_nm" in data):
         data["contains"] = output.CONTAINS
         if "preload_n" in data:
-            # also the torque of guides, seals and bearings is above that of the nut
+            # the torque holds that of guides, seals and bearings, and then no shape over speed tests the law
             data |= {
                 "preload_is_upper_bound": True,
                 "preload_low_n": 0.0,
                 "preload_log_low_n": 0.0,
-                "shape_fits": False,
+                "shape_fits": None,
             }
     if args.measurements and friction is not None:
         known = fit.preload if args.preload_n is None else args.preload_n
@@ -198,7 +198,8 @@ def _with_law(
     if args.before:
         past_log = before, preload.found_preload(before, law, then), then
         data |= preload.change_of_preload((friction, result, temperature), past_log, law)._asdict()
-    data |= {"screw": law.parameters.name, "friction_set": law.friction_set.name}
+    used = {"oil_temperature_c": temperature - CELSIUS}
+    data |= used | {"screw": law.parameters.name, "friction_set": law.friction_set.name}
     return friction
 
 
