@@ -31,8 +31,6 @@ SLOW_ROWS, SLOW_SAMPLES, IN_PHASE, FOLLOW = 3, 20, 0.95, 0.4
 WINDOW, UNEVEN, REPEATS = 200, 1e-3, 0.05
 #: temperatures of the oil of an axis [K];  deviations from the median, and least one [K], that are no temperature
 OIL, FAR, FAR_LEAST = (CELSIUS - 45.0, CELSIUS + 180.0), 10.0, 5.0
-
-
 #: filter before the sign is looked at [s];  slowest speed there over the largest;  share of the rest that is clear
 SMOOTH, SLOWEST, CLEARLY = 0.01, 0.05, 0.4
 
@@ -70,9 +68,8 @@ def relative_speed(time: Array, position: Array) -> Array:
     """Speed of each row over the largest, 0 at rest."""
     over = min(OVER, len(time) // 4)
     speed = np.zeros(len(time))
-    speed[over:-over] = (position[2 * over :] - position[: -2 * over]) / (
-        time[2 * over :] - time[: -2 * over]
-    )
+    pieces = (one[2 * over :] - one[: -2 * over] for one in (position, time))
+    speed[over:-over] = np.divide(*pieces)
     speed /= max(float(np.quantile(np.abs(speed), 0.99)), 1e-300)
     # not beside rows at rest, which the difference reaches
     return speed * scipy.ndimage.binary_erosion(np.abs(speed) >= MOVES, iterations=over)
@@ -140,19 +137,15 @@ def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Fin
     moved = (fastest > 0.0) & (slowest < 0.0) if coarse else fastest - slowest > MOVES
     held = np.repeat((length >= fewest) & moved, length) & ~bad
     clipped = np.zeros(len(values), dtype=bool)
-    signal = values[~bad]
-    mirrored = coarse and float(signal.max()) == -float(signal.min())
+    mirrored = coarse and float(values[~bad].max()) == -float(values[~bad].min())
     for sign in (1.0, -1.0):
         # below its limit a signal is within its noise of it as often as at it
         signed = np.where(bad, -np.inf, sign * values)
         top = float(signed.max())
         at = signed == top
         near = int(np.sum(signed > top - max(1.01 * step, usual))) - int(at.sum())
-        if (
-            at.sum() >= max(10, (1e-2 if coarse else 2e-4) * len(values))
-            and at.sum() >= (float(not mirrored) if coarse else 0.3) * near
-            and np.any(at & (speed != 0.0))
-        ):
+        rows, share = (1e-2 * len(values), float(not mirrored)) if coarse else (2e-4 * len(values), 0.3)
+        if at.sum() >= max(10, rows, share * near) and np.any(at & (speed != 0.0)):
             clipped |= at
     if coarse and clipped.any():
         text = f"{name}, in steps of {step:.3g} (SI), stays at its extreme"
@@ -168,15 +161,9 @@ def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Fin
             "left out with its neighbours; raise the range or limit of the signal, or accelerate more slowly",
         ))  # fmt: skip
     if held.any():
-        text = f"{name} is held at equal values while the axis moves"
-        found.append(
-            finding(
-                text,
-                held,
-                "left out; the longest for "
-                f"{int(length[np.repeat(np.arange(len(length)), length)[held]].max())} rows",
-            )
-        )
+        longest = int(length[held[starts]].max())
+        text = f"{name} is held at equal values while the axis moves, for up to {longest} rows"
+        found.append(finding(text, held, "left out"))
     return bad | clipped | held, found
 
 

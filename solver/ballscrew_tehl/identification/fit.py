@@ -90,13 +90,8 @@ class Fit(NamedTuple):
 
 
 def fit_of(
-    samples: Samples,
-    time: Timing,
-    bins: np.ndarray,
-    size: int,
-    inertia: float | None,
-    more: Sequence[Array] = (),
-) -> Fit:
+    samples: Samples, time: Timing, bins: np.ndarray, size: int, inertia: float | None, more: Sequence[Array] = ()
+) -> Fit:  # fmt: skip
     """Fit to samples in bins, NaN without samples; inertia None: free; more: other regressors."""
     effort = samples.effort(time.delay) + time.lag * samples.effort(time.delay, 1)
     within, number = without_friction(samples.speed, bins), np.bincount(bins, minlength=size).astype(float)

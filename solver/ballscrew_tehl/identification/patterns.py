@@ -15,8 +15,6 @@ from .signals import Signals
 #: power of a wave over the usual one, its share of the variance of the residual;  least share of a loss or drift, of
 #: samples that brake;  error of a loss that tells none
 WAVE, WAVE_SHARE, LEAST_PATTERN, BRAKES, UNSURE_LOSS = 30.0, 0.02, 0.02, 0.03, 0.02
-#: longest period of a resonance [s]
-SLOWEST = 0.3
 #: share of the error by steps that noise leaves, from which on data do not exclude truncation;  variance of the
 #: residual over that of the noise from which on something else acts
 KEPT, MORE = 0.05, 2.5
@@ -25,11 +23,9 @@ KEPT, MORE = 0.05, 2.5
 Pattern = Callable[[Samples], Array]
 
 
-def wave_of(
-    place: Array, residual: Array, shortest: float, longest: float, whole: bool
-) -> tuple[float, float]:
-    """Wave number over a place or time that the residual shows most clearly, of a period in a range, and its amplitude;
-    0: none; whole: a whole number is meant where it is near.
+def wave_of(place: Array, residual: Array, shortest: float, whole: bool) -> tuple[float, float]:
+    """Wave number over the position that the residual shows most clearly, and its amplitude; 0: none; whole: a whole
+    number is meant where it is near.
     """
     place = place - place.min()
     span = float(place.max()) or 1.0
@@ -37,8 +33,7 @@ def wave_of(
     sums = np.bincount((place / span * (number - 1)).astype(int), residual, number)
     power = np.abs(np.fft.rfft(sums, 2 * number)) ** 2
     # at least two periods in the span, eight pieces of it in one
-    low = max(4, math.ceil(2.0 * span / longest))
-    high = max(number // 4, low + 2)
+    low, high = 4, number // 4
     around = np.maximum(scipy.ndimage.median_filter(power, 101, mode="nearest"), 1e-12 * power.max() + 1e-300)
     at = low + int(np.argmax((power / around)[low:high]))
     usual = float(np.median(power[max(at - 50, low) : at + 51]))
@@ -56,20 +51,12 @@ def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[s
     units, samples, found = UNITS[signals.rotary], fit.samples, list[Pattern]()
     position, effort = samples.position, units.names[2]
     shortest = 0.5 * math.pi if signals.rotary else float(np.ptp(position)) / 1024.0
-    wave, amplitude = wave_of(position, fit.residual, shortest, math.inf, signals.rotary)
+    wave, amplitude = wave_of(position, fit.residual, shortest, signals.rotary)
     if wave:
         period = f"{wave:.4g} times a turn" if signals.rotary else f"each {2e3 * math.pi / wave:.4g} mm"
         shown = f"friction varies by +-{amplitude:.2g} {units.si[1]} {period}, over the position"
         notes.append(f"{shown}: fitted as a wave")
         found = [lambda s: np.cos(wave * s.position), lambda s: np.sin(wave * s.position)]
-    clock = samples.row * signals.step
-    if len(signals.sections) == 1 and (
-        omega := wave_of(clock, fit.residual, 1.0 / samples.cutoff, SLOWEST, False)[0]
-    ):
-        hertz = omega / (2.0 * math.pi)
-        notes.append(
-            f"the residual oscillates with {hertz:.3g} Hz: a resonance or a loop, which is in no interval"
-        )
     raw = [section.effort for section in signals.sections]
     noise = white_noise(raw, 1, signals.effort_quantum) * samples.rate + fit.inertia**2 * samples.noise
     deviation = float(np.mean(without_friction(samples.speed, fit.bins)(fit.residual) ** 2))
