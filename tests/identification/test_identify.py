@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import servo_log as axis
 from scipy.interpolate import CubicSpline
+from scipy.signal import lfilter
 from servo_log import GAIN, GUIDES, LEAD, MASS, emps_log, screw_log, write_log
 
 from ballscrew_tehl.friction.sets import default_friction_set
@@ -197,10 +198,94 @@ def test_preload_and_its_change_with_known_guides(law):
         assert found[-1][1].shape_fits
     change = change_of_preload(*found, law)
     assert change.preload_ratio_low <= 0.9 <= change.preload_ratio_high < 1.0
-    # the law's interval is common to both
+    # the law's interval is common to both, but the exponent of the preload may be up to 1
     wide = found[0][1].preload_high_n - found[0][1].preload_low_n
-    assert change.preload_ratio_high - change.preload_ratio_low < 0.2 * wide / 1800.0
+    assert change.preload_ratio_high - change.preload_ratio_low < 0.35 * wide / 1800.0
     light = screw_friction(screw(law, 1000.0, 3), None)
     apart = separated_parts([(logs[1], 2000.0, 303.15), (light, 1000.0, 303.15)], law)
     assert apart.without_nut_low_nm <= GUIDES * LEAD <= apart.without_nut_high_nm
     assert apart.law_factor_low <= 1.0 <= apart.law_factor_high
+
+
+def axis_log(seed, sine=False, step=1e-3, noise=0.01):
+    """Time [s], angle [rad], torque [N.m] of 2e-3 kg m2, 0.3 N.m + 1e-3 N.m s times the speed, offset 0.1."""
+    rng, moves = np.random.default_rng(seed), [np.zeros(200)]
+    for speed in 120.0 * np.array([0.04, 0.1, 0.2, 0.4, 0.7, 1.0]):
+        ramp = np.linspace(0.0, speed, int(speed / 400.0 / step) + 2)
+        for sign in (1.0, -1.0):
+            moves += [sign * ramp, np.full(500, sign * speed), sign * ramp[::-1], np.zeros(100)]
+    window = np.hanning(22)[1:-1]
+    speed = np.convolve(np.concatenate(moves), window / window.sum(), "same")
+    if sine:
+        speed = 120.0 * np.sin(np.pi * step * np.arange(20_000))
+    time, angle = step * np.arange(len(speed)), np.cumsum(speed) * step - 0.5 * speed * step
+    friction = np.where(np.abs(speed) > 1e-9, 0.3 * np.sign(speed) + 1e-3 * speed, 0.0)
+    torque = 2e-3 * np.gradient(speed, step) + friction + 0.1 + rng.normal(0.0, noise, len(speed))
+    return time, np.round(angle, 4), torque
+
+
+def of_rows(where, *columns):
+    log = read_log(write_log(where / "log.csv", "time [s],position [rad],torque [N.m]", *columns))
+    return identify(signals_of(log, Drive()), travel=0.04)
+
+
+def holds(found):
+    """Whether inertia and offset are inside their limits, and the share of bins that are."""
+    speed, friction = found.friction.speed, found.friction
+    truth = 0.3 * np.sign(speed) + 1e-3 * speed
+    limits = (found.inertia_limits, 2e-3), (found.offset_limits, 0.1)
+    inside = [low <= value <= high for (low, high), value in limits]
+    return *inside, np.mean((friction.low <= truth) & (truth <= friction.high))
+
+
+def rows_of(t, size):
+    return np.random.default_rng(9).random(len(t)) < size
+
+
+#: what a drive or an export does to a log, by what a note says of it
+KINDS = {
+    "held at equal values": lambda t, x, y: (t, x, np.where(np.arange(len(t)) < 2500, y[0], y)),
+    "clipped": lambda t, x, y: (t, x, np.clip(y, -1.0, 1.15)),
+    "drops to 0": lambda t, x, y: (t, x, np.where(rows_of(t, 0.05), 0.0, y)),
+    "the code 32.767": lambda t, x, y: (t, x, np.where(rows_of(t, 0.02), 32.767, y)),
+    "stamps jitter": lambda t, x, y: (np.sort(t + 2e-3 * np.random.default_rng(9).random(len(t))), x, y),
+    "an even raster": lambda t, x, y: (t[np.minimum(np.arange(len(t)) // 16 * 16 + 15, len(t) - 1)], x, y),
+    "positive when it drives": lambda t, x, y: (t, x, y * np.where(np.gradient(x) < -1e-3, -1.0, 1.0)),
+    "by straight lines over 10 rows": lambda t, x, y: (t, x, np.interp(t, t[::10], y[::10])),
+    "is smoothed": lambda t, x, y: (t, x, lfilter([0.05], [1.0, -0.95], y - y[0]) + y[0]),
+    "12 ms behind": lambda t, x, y: (t, x, np.interp(t - 0.012, t, y)),
+    "truncation": lambda t, x, y: (t, x, np.trunc(y / 0.06) * 0.06),
+    "1 times a turn": lambda t, x, y: (t, x, y + 0.05 * np.sin(x)),
+    "unsigned words": lambda t, x, y: (t, x, np.round(y / 5e-5) % 65536 * 5e-5),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("note", KINDS)
+def test_what_drives_and_exports_do_is_named_and_in_the_intervals(note, tmp_path):
+    found = of_rows(tmp_path, *KINDS[note](*axis_log(3)))
+    assert note in "\n".join(found.notes)
+    inertia, offset, bins = holds(found)
+    assert inertia
+    assert offset or found.offset == pytest.approx(0.1, abs=0.01)
+    assert bins >= 0.85
+
+
+def test_a_sine_does_not_tell_the_delay_and_one_direction_not_the_offset(tmp_path):
+    time, angle, torque = axis_log(4, sine=True)
+    found = of_rows(tmp_path, time, angle, np.interp(time - 5e-3, time, torque))
+    assert found.inertia_limits[0] <= 2e-3 <= found.inertia_limits[1]
+    assert "does not tell the delay" in "\n".join(found.notes)
+    one = axis_log(5)
+    ahead = np.maximum.accumulate(one[1])
+    rows = np.r_[True, np.diff(ahead) > 0.0] & (np.arange(len(ahead)) > 6000)
+    signals = Signals(
+        True, False, 1e-3, 0.0, [Section(x[rows], y[rows]) for x, y in [one[1:]]], None, None, {}, []
+    )
+    with pytest.raises(ValueError, match="--inertia-kgm2 with its value, for the friction of one direction"):
+        identify(signals, travel=0.04)
+
+
+def test_intervals_of_plain_logs_hold_the_truth_as_often_as_they_say(tmp_path):
+    inside = np.mean([holds(of_rows(tmp_path, *axis_log(100 + seed))) for seed in range(40)], axis=0)
+    assert np.all(inside >= 0.85)
+    assert inside[2] <= 0.985

@@ -1,5 +1,6 @@
 """Friction over the signed speed of an axis and its units; both directions at common speeds: mean and difference."""
 
+import math
 from statistics import NormalDist
 from typing import NamedTuple, Self
 
@@ -86,22 +87,30 @@ class Bidirectional(NamedTuple):
         return f"{self.speed.min() / RPM:.4g} to {self.speed.max() / RPM:.4g} r/min"
 
 
+def weights(error: Array) -> Array:
+    """1/error^2; errors of 0, of signals without noise, count as the least other one."""
+    least = float(np.min(error, where=error > 0.0, initial=math.inf))
+    return np.asarray(np.maximum(error, least if math.isfinite(least) else 1.0) ** -2.0)
+
+
 def bidirectional_friction(friction: Friction, offset_error: float = 0.0) -> Bidirectional:
     """At the speeds that both directions have; offset_error: of a known offset, which the bins hold."""
     back = friction.speed < 0.0
     other = friction.speed[back]
+    if not len(other):
+        return Bidirectional(*[np.empty(0)] * 4)
     both = (friction.speed >= -0.97 * other[-1]) & (friction.speed <= -1.03 * other[0])
     speed, value = friction.speed[both], friction.value[both]
     half = 0.5 * (friction.high - friction.low) / LIMIT
     against, half_back = (np.interp(-speed, other, values[back]) for values in (-friction.value, half))
-    error = 0.5 * np.sqrt(half[both] ** 2 + half_back**2 - 2.0 * offset_error**2)
+    error = 0.5 * np.sqrt(np.maximum(half[both] ** 2 + half_back**2 - 2.0 * offset_error**2, 0.0))
     return Bidirectional(speed, 0.5 * (value + against), 0.5 * (value - against), error)
 
 
 def varies(both: Bidirectional) -> bool:
     """Whether the difference of the directions depends on speed, so that it cannot all be an offset."""
-    weight = 1.0 / both.error**2
-    if len(weight) < 2:
+    if len(both.speed) < 2:
         return False
+    weight = weights(both.error)
     squares = float(np.sum(weight * (both.difference - np.average(both.difference, weights=weight)) ** 2))
     return squares > float(scipy.special.chdtri(len(weight) - 1, CHANCE))

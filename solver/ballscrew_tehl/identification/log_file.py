@@ -14,9 +14,8 @@ from ..tables.headings import EFFORT, LOG, MOTION, Column, one_column, si
 
 #: may be logged more slowly
 SLOW = ("temperature", "preload")
-#: fewest rows of a log; largest fraction of rows without a value, of damaged rows; fraction of repeated time stamps
-#: from which on they have too few digits;  largest error of such a stamp over its last digit
-MIN_ROWS, MAX_EMPTY, MAX_DAMAGED, FEW_REPEATED, DIGIT = 200, 0.5, 0.01, 0.05, 1.5
+#: fewest rows of a log; largest fraction of rows without a value, of damaged rows
+MIN_ROWS, MAX_EMPTY, MAX_DAMAGED = 200, 0.5, 0.01
 #: a value beyond this is damaged [SI];  one of several times, T2 without a unit may be a temperature
 MAX_VALUE = 1e12
 NUMBERED = re.compile(r"(?i)(?:(?:time|zeit)\w*?[ _]?\d+|t ?\d+(?= ?[\[(/] ?[mun]?s))(?: ?[\[(/].*)?")
@@ -113,7 +112,7 @@ def _check_written(table: Table, columns: Mapping[str, Column], signals: Mapping
 
 
 def _in_time(signals: dict[str, Array], left_out: dict[str, int], notes: list[str]) -> dict[str, Array]:
-    """The signals without repeated time stamps, or at even times if the stamps have too few digits."""
+    """The signals with blocks of a trigger apart; stamps may repeat."""
     time = signals["time"]
     step = np.diff(time)
     back = np.flatnonzero(step < 0.0)
@@ -127,16 +126,4 @@ def _in_time(signals: dict[str, Array], left_out: dict[str, int], notes: list[st
         row = int(back[0])
         where = f"first from {time[row]:.9g} to {time[row + 1]:.9g} s after row {row + 1}"
         raise ValueError(f"time runs backwards {back.size} times, {where}; remedy: sort rows, one log a file")
-    first = np.r_[True, step > 0.0]
-    repeated = int((~first).sum())
-    if repeated <= FEW_REPEATED * len(time):
-        left_out["repeated time stamps"] = repeated
-        return {name: values[first] for name, values in signals.items()}
-    # too few digits: samples at even times, if those agree with the stamps
-    index = np.arange(len(time))
-    even = np.asarray(np.polyval(np.polyfit(index, time, 1), index), dtype=np.float64)
-    if len(time) - repeated >= MIN_ROWS and np.abs(even - time).max() <= DIGIT * np.median(step[step > 0.0]):
-        notes.append(f"{repeated} time stamps repeat the one before: taken as evenly sampled")
-        return signals | {"time": even}
-    few = f"{len(time) - repeated} different times in {len(time)} rows"
-    raise ValueError(f"{few}; allowed: a time for each row with digits enough for the sampling")
+    return signals

@@ -40,6 +40,7 @@ class Samples(NamedTuple):
     run : number of the piece between reversals;  section, row : where each is in the signals
     each : samples of the log for one of these;  rate : independent samples for one of the log
     noise : variance of that of the acceleration;  curves : filtered effort of each section over its rows
+    rate_noise : variance of that of the derivative of the effort
     """
 
     speed: Array
@@ -56,18 +57,19 @@ class Samples(NamedTuple):
     left_out: dict[str, int]
     curves: list["scipy.interpolate.CubicSpline"]
     step: float
+    rate_noise: float
 
     def where(self, use: np.ndarray) -> "Samples":
         """A part of the samples."""
         arrays = self._fields[:7]
         return self._replace(**{name: getattr(self, name)[use] for name in arrays})
 
-    def effort(self, delay: float) -> Array:
-        """Filtered effort a delay [s] later."""
+    def effort(self, delay: float, order: int = 0) -> Array:
+        """Filtered effort a delay [s] later, or its derivative by time."""
         result = np.empty(len(self.speed))
         for number, curve in enumerate(self.curves):
             of_it = self.section == number
-            result[of_it] = curve(self.row[of_it] + delay / self.step)
+            result[of_it] = curve(self.row[of_it] + delay / self.step, order) / self.step**order
         return result
 
 
@@ -75,35 +77,38 @@ def _filter(cutoff: float, step: float) -> Array:
     return np.asarray(scipy.signal.butter(ORDER, cutoff, fs=1.0 / step, output="sos"))
 
 
-def acceleration_noise(variance: float, cutoff: float, signals: Signals) -> float:
-    """Variance of the acceleration from white noise of the motion behind the filter."""
-    omega, response = scipy.signal.freqz_sos(_filter(cutoff, signals.step), worN=2048)
-    # a central first difference of a speed, a second one of a position
-    gain = np.sin(omega) ** 2 if signals.of_speed else (2.0 - 2.0 * np.cos(omega)) ** 2
-    order = 1 if signals.of_speed else 2
-    return float(variance * np.mean(np.abs(response) ** 4 * gain) / signals.step ** (2 * order))
+def noise_of(variance: float, cutoff: float, step: float, order: int) -> float:
+    """Variance of a central difference of an order, from white noise of a signal behind the filter."""
+    omega, response = scipy.signal.freqz_sos(_filter(cutoff, step), worN=2048)
+    gain = np.sin(omega) ** 2 if order == 1 else (2.0 - 2.0 * np.cos(omega)) ** 2
+    return float(variance * np.mean(np.abs(response) ** 4 * gain) / step ** (2 * order))
+
+
+def white_noise(pieces: list[Array], order: int, quantum: float) -> float:
+    """Variance of the white noise of a signal, by its differences of an order, where they have no more than noise."""
+    difference = np.diff(max(pieces, key=len)[:LOOKED_AT], order)
+    frequency, density = scipy.signal.welch(difference, nperseg=min(len(difference), 1024))
+    gain = (2.0 - 2.0 * np.cos(2.0 * math.pi * frequency)) ** order
+    high = frequency >= ABOVE
+    # density over 0 to 1/2, one-sided; quantisation at rest is no less than that in motion
+    return max(0.5 * float(np.median(density[high] / gain[high])), quantum**2 / 12.0)
 
 
 def chosen_cutoff(signals: Signals) -> tuple[float, float]:
     """Cutoff [Hz] and variance of the noise of the motion."""
     motion = max((section.motion for section in signals.sections), key=len)[:LOOKED_AT]
     order = 1 if signals.of_speed else 2
-    difference = np.diff(motion, order)
-    frequency, density = scipy.signal.welch(difference, nperseg=min(len(difference), 1024))
-    gain = (2.0 - 2.0 * np.cos(2.0 * math.pi * frequency)) ** order
-    high = frequency >= ABOVE
-    # density over 0 to 1/2, one-sided; quantisation at rest is no less than that in motion
-    variance = max(0.5 * float(np.median(density[high] / gain[high])), signals.quantum**2 / 12.0)
+    variance = white_noise([motion], order, signals.quantum)
     for cutoff in np.array(CUTOFFS) / signals.step:
         if cutoff < MIN_CUTOFF:
             break
-        acceleration = _differences(motion, cutoff, signals)[2]
-        if acceleration_noise(variance, cutoff, signals) <= MAX_NOISE * float(np.var(acceleration)):
+        acceleration = differences(motion, cutoff, signals)[2]
+        if noise_of(variance, cutoff, signals.step, order) <= MAX_NOISE * float(np.var(acceleration)):
             break
     return max(float(cutoff), MIN_CUTOFF), variance
 
 
-def _differences(motion: Array, cutoff: float, signals: Signals) -> tuple[Array, Array, Array]:
+def differences(motion: Array, cutoff: float, signals: Signals) -> tuple[Array, Array, Array]:
     """Position, speed and acceleration at the inner samples of a section."""
     step = signals.step
     pad = min(len(motion) - 1, int(3.0 / (cutoff * step)) + 1)
@@ -114,12 +119,14 @@ def _differences(motion: Array, cutoff: float, signals: Signals) -> tuple[Array,
     return motion[1:-1], slope, (motion[2:] - 2.0 * motion[1:-1] + motion[:-2]) / step**2
 
 
-def filtered(signals: Signals, travel: float, cutoff: float, variance: float) -> Samples:
-    """Samples farther from reversals than a travel and the response of the filter; variance: noise of the motion."""
+def filtered(signals: Signals, travel: float, cutoff: float, variance: float, settle: float = 0.0) -> Samples:
+    """Samples farther from reversals than a travel, the response of the filter and a time [s] that the effort settles
+    in; variance: noise of the motion.
+    """
     step = signals.step
     each = max(int(1.0 / (PER_PERIOD * cutoff * step)), 1)
-    reach = math.ceil(RESPONSE / (cutoff * step))
-    pieces = [_differences(section.motion, cutoff, signals) for section in signals.sections]
+    reach = math.ceil((RESPONSE / cutoff + settle) / step)
+    pieces = [differences(section.motion, cutoff, signals) for section in signals.sections]
     slow = SLOW * max(float(np.quantile(np.abs(speed), 0.999)) for _, speed, _ in pieces)
     runs, left, parts = 0, np.zeros(3, dtype=int), []
     for number, (position, speed, acceleration) in enumerate(pieces):
@@ -142,9 +149,17 @@ def filtered(signals: Signals, travel: float, cutoff: float, variance: float) ->
     left_out = dict(zip(LEFT_OUT, left.tolist(), strict=True))
     # noise behind the filter, run twice, is independent over about this time
     rate = min(1.0, 2.0 * 0.8 * cutoff * step)
-    sos = _filter(cutoff, step)
-    efforts = [scipy.signal.sosfiltfilt(sos, section.effort) for section in signals.sections]
-    curves = [scipy.interpolate.CubicSpline(np.arange(len(effort)), effort) for effort in efforts]
+    curves = effort_curves(signals, cutoff)
     arrays = map(np.concatenate, zip(*parts, strict=True))
-    noise = acceleration_noise(variance, cutoff, signals)
-    return Samples._make([*arrays, each, rate, cutoff, noise, left_out, curves, step])
+    noise = noise_of(variance, cutoff, step, 1 if signals.of_speed else 2)
+    of_effort = white_noise([section.effort for section in signals.sections], 1, 0.0)
+    rate_noise = noise_of(of_effort, cutoff, step, 1)
+    return Samples._make([*arrays, each, rate, cutoff, noise, left_out, curves, step, rate_noise])
+
+
+def effort_curves(signals: Signals, cutoff: float) -> list["scipy.interpolate.CubicSpline"]:
+    """Filtered effort of each section over its rows."""
+    efforts = [
+        scipy.signal.sosfiltfilt(_filter(cutoff, signals.step), one.effort) for one in signals.sections
+    ]
+    return [scipy.interpolate.CubicSpline(np.arange(len(effort)), effort) for effort in efforts]

@@ -9,7 +9,7 @@ import numpy as np
 from .._version import __version__
 from ..parameters.units import CELSIUS, RPM
 from ..physics.ball_law import Array
-from .directions import LIMIT, UNITS, Bidirectional, option, varies
+from .directions import LIMIT, UNITS, Bidirectional, option, varies, weights
 from .dynamics import Identified
 
 #: what friction from one log is of
@@ -28,8 +28,10 @@ TOO_HIGH = (
 )
 #: lines of the text on the preload, by a key that they need
 PRELOAD_LINES = {
-    "preload_n": "preload   {preload_n:.5g} N{too_high}, {preload_low_n:.5g} to {preload_high_n:.5g} N "
-    "({preload_interval})\n"
+    "preload_is_upper_bound": "preload   at most {preload_high_n:.5g} N at {oil_temperature_c:.4g} C, an upper bound"
+    + TOO_HIGH,
+    "shape_fits": "preload   {preload_n:.5g} N at {oil_temperature_c:.4g} C, {preload_low_n:.5g} to "
+    "{preload_high_n:.5g} N ({preload_interval})\n"
     "shape     over speed: law {fits} within the errors, deviation {shape_deviation:.2%}, exponent of speed "
     "{shape_exponent_difference:+.2g}",
     "preload_ratio": "change    preload over that of the log before {preload_ratio:.4f}, {preload_ratio_low:.4f} to "
@@ -44,7 +46,7 @@ def identified_data(result: Identified) -> dict[str, Any]:
     """Keys of --json."""
     units, friction, both = UNITS[result.rotary], result.friction, result.both
 
-    def limits(key: str, value: float, bounds: tuple[float, float] | None) -> dict[str, float | None]:
+    def limits(key: str, value: float | None, bounds: tuple[float, float] | None) -> dict[str, float | None]:
         low, high = bounds or (None, None)
         return {key.format(""): value, key.format("low_"): low, key.format("high_"): high}
 
@@ -64,7 +66,7 @@ def identified_data(result: Identified) -> dict[str, Any]:
             f"{units.offset.format('')} + friction(speed); friction is without the offset and has the sign of the speed"
         ),
         **limits(units.inertia, result.inertia, result.inertia_limits),
-        **limits(units.offset, result.offset, result.offset_limits),
+        **limits(units.offset, None if result.offset_limits is None else result.offset, result.offset_limits),
         "offset_given": result.offset_error is not None,
         "friction": [row | {"samples": int(n)} for row, n in zip(bins, friction.samples, strict=True)],
         "direction_difference": rows(units.speed, both.speed / units.one, both.difference, error),
@@ -77,6 +79,7 @@ def identified_data(result: Identified) -> dict[str, Any]:
         "samples": result.samples,
         "left_out": {reason: count for reason, count in result.left_out.items() if count},
         "temperature_c": None if result.temperature is None else result.temperature - CELSIUS,
+        "findings": [one._asdict() for one in result.findings],
         "notes": result.notes,
         "version": __version__,
     }
@@ -91,14 +94,19 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
     if result.offset_error is not None:
         of_offset = " (given)"
         if len(both.speed):
-            weight = both.error**-2.0
+            weight = weights(both.error)
             own = np.average(both.difference, weights=weight)
             half = LIMIT * np.hypot(np.sum(weight) ** -0.5, result.offset_error)
             of_offset += f"; friction's own (f+ - f-)/2 {own:+.3g} +- {half:.2g} {effort} in the mean"
     of_delay = f" of the {units.names[2]} behind the motion, with friction that still rises behind reversals"
+    if data.get("preload_is_upper_bound"):
+        data = data | {
+            "preload_interval": "an upper bound: nothing was subtracted, so that no shape tests the law"
+        }
     fits = "fits" if data.get("shape_fits") else "does not fit"
-    said = {"fits": fits, "too_high": TOO_HIGH if "contains" in data else ""}
-    lines = [text.format(**said, **data) for key, text in PRELOAD_LINES.items() if key in data]
+    lines = [
+        text.format(fits=fits, **data) for key, text in PRELOAD_LINES.items() if data.get(key) is not None
+    ]
     contains = [] if lines else filter(None, [data.get("contains")])
     for name, key, factor, unit, remark in (
         (units.names[0], units.inertia, 1.0, inertia, ""),
@@ -106,6 +114,8 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
         ("delay", "delay_{}s", 1e3, "ms", of_delay),
     ):
         value, low, high = (data[key.format(part)] for part in ("", "low_", "high_"))
+        if value is None:
+            continue
         limits = " (given)" if low is None else f", 95 %: {factor * low:.5g} to {factor * high:.5g}"
         lines.append(f"{name:<10}{factor * value:.6g} {unit}{limits * (low is None or low < high)}{remark}")
     left_out = ", ".join(f"{count} {reason}" for reason, count in data["left_out"].items()) or "none"
@@ -137,8 +147,8 @@ def measurements_text(friction: Bidirectional, preload: float, temperature: floa
     lines = [HEAD]
     for piece in np.array_split(np.arange(len(friction.speed)), min(MAX_ROWS, len(friction.speed))):
         # errors of neighbours are hardly independent: their mean, not that over the root of their number
-        weights = friction.error[piece] ** -2
-        speed, torque, _, error = (np.average(values[piece], weights=weights) for values in friction)
+        weight = weights(friction.error[piece])
+        speed, torque, _, error = (np.average(values[piece], weights=weight) for values in friction)
         point = f"{preload:.6g},{speed / RPM:.6g},{temperature - CELSIUS:.5g}"
         lines.append(f"{point},{torque:.6g},{max(error, 1e-6 * torque):.3g}")
     return "\n".join(lines) + "\n"

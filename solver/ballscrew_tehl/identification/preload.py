@@ -194,7 +194,9 @@ PreloadedLog = tuple[Bidirectional, FoundPreload, float]
 
 
 def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: Law) -> Change:
-    """The law's error is common to both: it moves the ratio only as far as the law is no power of the preload."""
+    """The law's level is common to both: it moves the ratio only as far as the law is no power of the preload. The
+    exponent of that power may be wrong as far as it is from 1 (torque in proportion to the preload, as in ISO 3408).
+    """
     from ..nut_map.interval import map_interval
 
     ratio = now[1].preload_n / before[1].preload_n
@@ -209,7 +211,11 @@ def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: Law) -> Chan
             ends = [_fitted(_inside(part, law), law, kelvin, factor) for part, _, kelvin in (now, before)]
             if all(map(law.holds, ends)):
                 moved.append(math.log(ends[0] / ends[1] / ratio))
-    wide = math.hypot(own, max(map(abs, moved)))
+    low, high = law.nut_map.header["axes"]["speed"][:2]
+    speed = now[0].speed[(now[0].speed >= low) & (now[0].speed <= high)]
+    torques = [float(np.mean(law.torque(log[1].preload_n, speed, now[2]))) for log in (now, before)]
+    of_exponent = abs(math.log(ratio) - math.log(torques[0] / torques[1]))
+    wide = math.hypot(own, max(map(abs, moved))) + of_exponent
     return Change(before[1].preload_n, ratio, ratio * math.exp(-wide), ratio * math.exp(wide))
 
 

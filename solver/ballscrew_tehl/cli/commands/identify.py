@@ -109,6 +109,14 @@ def run_identify(args: Namespace) -> Answer:
         curve = _curve(axis, axis.law, fit, friction, data["preload_n"]) if args.plot else None
     if not (other or axis.known or "without_nut_nm" in data):
         data["contains"] = output.CONTAINS
+        if "preload_n" in data:
+            # the torque holds that of guides, seals and bearings, and then no shape over speed tests the law
+            data |= {
+                "preload_is_upper_bound": True,
+                "preload_low_n": 0.0,
+                "preload_log_low_n": 0.0,
+                "shape_fits": None,
+            }
     if args.measurements and friction is not None:
         known = fit.preload if args.preload_n is None else args.preload_n
         if known is None:
@@ -133,6 +141,9 @@ def _axis(args: Namespace) -> _Axis:
     for one, other in (INERTIAS, OFFSETS):
         if getattr(args, one) is not None and getattr(args, other) is not None:
             raise ValueError(f"{option(one)} and {option(other)}; allowed: one of them")
+    for name in ("before_preload_n", "before_temperature_c"):
+        if getattr(args, name) is not None and not args.before:
+            raise ValueError(f"{option(name)}, no --before; allowed: with the log that it is of")
     with_map = any(value is not None for value in (args.map, args.screw, args.friction))
     if args.before and not with_map:
         raise ValueError("--before, no --screw, --map; allowed: with both, which turn friction into preload")
@@ -170,9 +181,16 @@ def _with_law(
         before = axis.nut(earlier, other)
         now = fit.preload if args.preload_n is None else args.preload_n
         past = earlier.preload if args.before_preload_n is None else args.before_preload_n
+        if args.before_preload_n is not None and now is None:
+            raise ValueError("--preload-n (missing); needed with --before-preload-n, or a column preload [N]")
         if now is not None and past is not None:
             apart = preload.separated_parts([(friction, now, temperature), (before, past, then)], law)
             data |= apart._asdict()
+            if apart.without_nut_nm < 0.0:
+                data["notes"].append(
+                    "the part that does not depend on the preload is negative and counts as 0: the torque rises more "
+                    "with the preload than the law: check both preloads and temperatures"
+                )
             rest = max(apart.without_nut_nm, 0.0)
             friction, before = (preload.without(part, rest) for part in (friction, before))
     result = preload.found_preload(friction, law, temperature)
@@ -180,7 +198,8 @@ def _with_law(
     if args.before:
         past_log = before, preload.found_preload(before, law, then), then
         data |= preload.change_of_preload((friction, result, temperature), past_log, law)._asdict()
-    data |= {"screw": law.parameters.name, "friction_set": law.friction_set.name}
+    used = {"oil_temperature_c": temperature - CELSIUS}
+    data |= used | {"screw": law.parameters.name, "friction_set": law.friction_set.name}
     return friction
 
 
