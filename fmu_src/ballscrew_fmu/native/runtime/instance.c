@@ -2,6 +2,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* --- create and free --------------------------------------------------------------------------------------------- */
@@ -26,7 +27,7 @@ INTERNAL Status instance_reset(Instance *instance)
     Situation *now = &instance->now;
 
     memset(now, 0, sizeof *now);
-    model_reset(&now->model, instance->map, instance->screw.start, instance->kind == MODEL_EXCHANGE);
+    model_reset(&now->model, instance->map, instance->screw.start, instance->kind == KIND_ME);
     now->stop = HUGE_VAL;
     now->state = INSTANTIATED;
     now->stale = true;
@@ -49,7 +50,7 @@ INTERNAL Instance *instance_create(const Importer *importer, unsigned kind, cons
     if (map == NULL) {
         return NULL;
     }
-    instance = importer->allocate(1, sizeof *instance + strlen(name));
+    instance = calloc(1, sizeof *instance + strlen(name));
     if (instance == NULL) {
         importer_error(importer, name, "not enough memory");
         map_free(map);
@@ -61,8 +62,7 @@ INTERNAL Instance *instance_create(const Importer *importer, unsigned kind, cons
     instance->map = map;
     instance->screw = screw;
     instance->call = "";
-    instance->logging = logging;
-    instance->categories = ALL_CATEGORIES;
+    instance->categories = logging ? ALL_CATEGORIES : PROBLEMS;
     instance->saved.next = instance->saved.previous = &instance->saved;
     (void)instance_reset(instance);
     report_map(instance);
@@ -78,7 +78,7 @@ INTERNAL void instance_free(Instance *instance)
             (void)instance_free_state(instance, &state);
         }
         map_free(instance->map);
-        instance->importer.release(instance);
+        free(instance);
     }
 }
 
@@ -86,7 +86,7 @@ INTERNAL void instance_free(Instance *instance)
 
 static const char *kind_name(unsigned kind)
 {
-    return kind == CO_SIMULATION ? "co-simulation" : "model exchange";
+    return kind == KIND_CS ? "co-simulation" : "model exchange";
 }
 
 /* Start of every FMI call. NULL: the call is illegal, which is logged, and the instance has failed. */
@@ -126,9 +126,15 @@ static bool may_warn(const Instance *instance, unsigned warning)
 /* One warning for each variable that is clamped. */
 static void warn_of_clamping(Instance *instance)
 {
+    const unsigned known = instance->now.warned, temperature = 1U << (TEMPERATURE - INPUT_FIRST);
+    const bool absent = instance->now.model.value[TEMPERATURE] == 0.0; /* many tools set unconnected inputs to 0 */
     unsigned beyond;
     char text[32];
 
+    if (absent && (known & temperature) == 0U && (model_clamped(&instance->now.model) & temperature) != 0U) {
+        instance->now.warned |= temperature;
+        instance_tell(instance, "temperature = 0 is outside the map and is clamped; is the input connected? (logged once)");
+    }
     if (!instance_logs(instance, STATUS_WARNING)) {
         return;
     }
@@ -176,7 +182,7 @@ INTERNAL Status instance_exit_initialization(Instance *instance)
     instance_follow(instance);
     now->postponed = now->unchecked; /* a value is not valid: the elements begin with the good one in its place */
     now->state = STEP_MODE;
-    if (instance->kind == MODEL_EXCHANGE) {
+    if (instance->kind == KIND_ME) {
         model_initial_event(&now->model);
         now->state = EVENT_MODE;
     }
@@ -196,13 +202,14 @@ static Status begin_step(Instance *instance, double time, double step, bool zero
     char text[32], other[32];
 
     if (!(is_time(time) && step >= 0.0 && step < TOO_LARGE && (step > 0.0 || zero_allowed))) {
-        return instance_fail(instance,
-                             "communication point = %s s, step size = %s s; needs finite numbers, step size %s 0",
-                             number_text(time, text), number_text(step, other), zero_allowed ? ">=" : ">");
+        (void)instance_fail(instance,
+                            "communication point = %s s, step size = %s s; needs finite numbers, step size %s 0",
+                            number_text(time, text), number_text(step, other), zero_allowed ? ">=" : ">");
+        return instance_end(instance, STATUS_ERROR);
     }
-    if (time + step > now->stop + tolerance) {
-        return instance_fail(instance, "step ends at %s s, beyond the stop time %s s", number_text(time + step, text),
-                             number_text(now->stop, other));
+    if (time + step > now->stop + tolerance) { /* the standards require an error; the instance is as before */
+        return instance_fail(instance, "step ends at %s s, beyond the stop time %s s: not done",
+                             number_text(time + step, text), number_text(now->stop, other));
     }
     if (!instance_is_valid(instance)) {
         return STATUS_DISCARD;
@@ -220,6 +227,7 @@ static Status begin_step(Instance *instance, double time, double step, bool zero
     return STATUS_OK;
 }
 
+/* A step; its status is that of the call. */
 INTERNAL Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
     const Status status = begin_step(instance, time, step, zero_allowed, check_time);
