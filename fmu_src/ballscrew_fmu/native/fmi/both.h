@@ -18,7 +18,7 @@ FORWARD(Reset, BOTH_KINDS, ANY_STATE, (void *instance), instance_reset(self))
 
 FORWARD(FMI_OF(Get, STATE), BOTH_KINDS, ANY_STATE, (void *instance, void **state), instance_save(self, state))
 FORWARD(FMI_OF(Set, STATE), BOTH_KINDS, ANY_STATE, (void *instance, void *state), instance_restore(self, state))
-FORWARD(FMI_OF(Free, STATE), BOTH_KINDS, ANY_STATE, (void *instance, void **state), instance_free_state(self, state))
+FORWARD(FMI_OF(Free, STATE), BOTH_KINDS, ANY_STATE, (void *instance, void **state), instance_free_state(state))
 FORWARD(FMI_OF(FMI_OF(Serialized, STATE), Size), BOTH_KINDS, ANY_STATE, (void *instance, void *state, size_t *size),
         instance_serialized_size(self, state, size))
 FORWARD(FMI_OF(Serialize, STATE), BOTH_KINDS, ANY_STATE,

@@ -75,7 +75,7 @@ INTERNAL void instance_free(Instance *instance)
         /* the standards require that freeInstance frees all memory, including saved states */
         while (instance->saved.next != &instance->saved) {
             void *state = instance->saved.next;
-            (void)instance_free_state(instance, &state);
+            (void)instance_free_state(&state);
         }
         map_free(instance->map);
         free(instance);

@@ -58,7 +58,7 @@ INTERNAL Status instance_restore(Instance *instance, const void *state)
     return STATUS_OK;
 }
 
-INTERNAL Status instance_free_state(Instance *instance, void **state)
+INTERNAL Status instance_free_state(void **state)
 {
     if (state != NULL && *state != NULL) {
         Saved *saved = *state;
