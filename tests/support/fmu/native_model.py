@@ -85,7 +85,7 @@ def compile_once(sources, units, name, *options):
     return folder / name
 
 
-COUNTS = b"""
+COUNTS = b"""#define _POSIX_C_SOURCE 200809L
 #include <stdlib.h>
 extern long counts[2]; /* of memory taken and given back */
 static inline void *counted(void *memory) { counts[0] += memory != NULL; return memory; }

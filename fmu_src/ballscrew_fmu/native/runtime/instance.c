@@ -123,25 +123,24 @@ static bool may_warn(const Instance *instance, unsigned warning)
     return (instance->now.warned & warning) == 0U && instance_logs(instance, STATUS_WARNING);
 }
 
-/* One warning for each variable that is clamped. */
+/* One warning for each variable that is clamped; without debug logging for a temperature of 0 K alone, that of tools
+   which set an input that is not connected to 0. */
 static void warn_of_clamping(Instance *instance)
 {
-    const unsigned known = instance->now.warned, temperature = 1U << (TEMPERATURE - INPUT_FIRST);
-    const bool absent = instance->now.model.value[TEMPERATURE] == 0.0; /* many tools set unconnected inputs to 0 */
+    const unsigned temperature = 1U << (TEMPERATURE - INPUT_FIRST);
+    const bool absent = instance->now.model.value[TEMPERATURE] == 0.0, logs = instance_logs(instance, STATUS_WARNING);
     unsigned beyond;
     char text[32];
 
-    if (absent && (known & temperature) == 0U && (model_clamped(&instance->now.model) & temperature) != 0U) {
-        instance->now.warned |= temperature;
-        instance_tell(instance, "temperature = 0 is outside the map and is clamped; is the input connected? (logged once)");
-    }
-    if (!instance_logs(instance, STATUS_WARNING)) {
+    if (!logs && (!absent || (instance->now.warned & temperature) != 0U)) {
         return;
     }
-    beyond = model_clamped(&instance->now.model) & ~instance->now.warned;
+    beyond = model_clamped(&instance->now.model) & ~instance->now.warned & (logs ? ~0U : temperature);
     instance->now.warned |= beyond;
     for (int reference = (int)INPUT_FIRST; beyond != 0U; ++reference, beyond >>= 1) {
-        if ((beyond & 1U) != 0U) {
+        if ((beyond & 1U) != 0U && reference == TEMPERATURE && absent) {
+            instance_tell(instance, "temperature = 0 is outside the map and is clamped; is the input connected? (logged once)");
+        } else if ((beyond & 1U) != 0U) {
             instance_warn(instance, "%s = %s is outside the map and is clamped (logged once)", model_variables[reference].name,
                  number_text(model_get(&instance->now.model, reference), text));
         }
