@@ -48,7 +48,7 @@ class Compiler(NamedTuple):
 # Windows 10 and later have the C library (UCRT) in these. The probe of stack pages has another name in ntdll.
 _UCRT = {
     "heap": "calloc free malloc",
-    "math": "exp floor log pow sqrt tanh",
+    "math": "ceil cos exp expm1 floor hypot log pow sin sqrt tanh",
     "private": "memcmp memcpy strstr",
     "runtime": "_errno strerror",
     "stdio": "__stdio_common_vsprintf _wfopen fclose fgets fopen fread fseek ftell",
