@@ -63,19 +63,20 @@ def flags(true: str, false: str) -> dict[str, str]:
 _PYTHON = flags(
     "canHandleVariableCommunicationStepSize canNotUseMemoryManagementFunctions canGetAndSetFMUstate "
     "canSerializeFMUstate",
-    # requirements on the host: documentation/externalDependencies.txt
+    # the code runs in the process of the host, with its Python (documentation/externalDependencies.txt), and PyFMI
+    # refuses an FMU that needs a tool
     "needsExecutionTool canInterpolateInputs canRunAsynchronuously canBeInstantiatedOnlyOncePerProcess "
     "providesDirectionalDerivative",
 ) | {"maxOutputDerivativeOrder": "0"}
-# of native FMUs by version of FMI; their instances are in memory of the importer
+# of native FMUs by version of FMI
 _DERIVED = {
     2: "providesDirectionalDerivative",
     3: "providesDirectionalDerivatives providesAdjointDerivatives",
 }
 _COMMON = {
     2: flags(
-        f"canGetAndSetFMUstate canSerializeFMUstate {_DERIVED[2]}",
-        "needsExecutionTool canBeInstantiatedOnlyOncePerProcess canNotUseMemoryManagementFunctions",
+        f"canGetAndSetFMUstate canSerializeFMUstate canNotUseMemoryManagementFunctions {_DERIVED[2]}",
+        "needsExecutionTool canBeInstantiatedOnlyOncePerProcess",
     ),
     3: flags(
         f"canGetAndSetFMUState canSerializeFMUState {_DERIVED[3]}",
@@ -142,7 +143,8 @@ def native_description(
     for unit_name, unit in UNITS.items():
         if any(v.unit == unit_name for v in listed):
             node = SubElement(units, "Unit", name=unit_name)
-            SubElement(node, "BaseUnit", {base: str(exponent) for base, exponent in unit.base.items()})
+            if unit.base or unit_name == "1":
+                SubElement(node, "BaseUnit", {base: str(exponent) for base, exponent in unit.base.items()})
             for display, factor, offset in unit.displays:
                 SubElement(node, "DisplayUnit", name=display, factor=repr(factor), offset=repr(offset))
     logged = SubElement(root, "LogCategories")
@@ -203,8 +205,10 @@ def _variables(parent: Element, variables: Sequence[Variable], fmi_version: int)
         about = {"name": v.name, "valueReference": reference[v.name], "description": v.description}
         about |= {"causality": v.causality, "variability": v.variability}
         # inputs: exact is what they are by default, and CasADi refuses it
-        if v.causality == "parameter" or (v.name in states and v.start is not None):
+        if v.causality == "parameter":
             about["initial"] = "exact"
+        elif v.name in states and v.start is not None:
+            about["initial"] = "approx"  # set by presliding_side, unless it is set
         elif v.causality not in ("input", "independent"):
             about["initial"] = "calculated"
         attributes = {"quantity": v.quantity, "unit": v.unit, "displayUnit": v.display_unit}
@@ -229,8 +233,7 @@ def _structure(parent: Element, variables: Sequence[Variable], fmi_version: int)
     """Unknowns with their dependencies: in FMI 2.0 in groups, without event indicators."""
     place = {v.name: n for n, v in enumerate(variables, 1 if fmi_version == 2 else FIRST_REFERENCE)}
     states = {v.derivative_of for v in variables}
-    unset = {v.name for v in variables if v.name in states and v.start is None}
-    initial = [v for v in variables if v.causality == "output" or v.derivative_of or v.name in unset]
+    initial = [v for v in variables if v.causality == "output" or v.derivative_of or v.name in states]
     kinds = [
         ("Outputs", "Output", [v for v in variables if v.causality == "output"]),
         ("Derivatives", "ContinuousStateDerivative", [v for v in variables if v.derivative_of]),
@@ -242,7 +245,7 @@ def _structure(parent: Element, variables: Sequence[Variable], fmi_version: int)
             continue  # the schema forbids an empty group
         node = SubElement(parent, group) if fmi_version == 2 else parent
         for v in unknowns:
-            names = set(v.initial_dependencies) - unset if unknowns is initial else v.depends_on
+            names = set(v.initial_dependencies) - states if unknowns is initial else v.depends_on
             known = sorted(place[name] for name in names)
             about = {
                 "index" if fmi_version == 2 else "valueReference": str(place[v.name]),

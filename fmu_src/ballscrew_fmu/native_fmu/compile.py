@@ -2,6 +2,9 @@
 
 Same sources and same ziglang give the same bytes. A binary contains no path, date or debug information: the compiler
 runs in the folder of the sources with relative file names.
+
+For Windows and WebAssembly zig would first compile a C library, which takes it a minute. Both are linked without one:
+to the functions that Windows itself has, and to those of JavaScript.
 """
 
 import contextlib
@@ -28,6 +31,9 @@ class Platform(NamedTuple):
     target: str  # of zig
     suffix: str  # of the shared library
     options: tuple[str, ...]
+    linker: tuple[str, ...] = ()  # of zig, with its options; (): the compiler links, with a C library
+    imports: tuple[tuple[str, str], ...] = ()  # libraries of the system with the functions of them
+    source: str = ""  # in C, compiled in addition
 
 
 class Compiler(NamedTuple):
@@ -39,21 +45,63 @@ class Compiler(NamedTuple):
     crosses: bool  # builds for other machines, by the option -target of zig
 
 
+# Windows 10 and later have the C library (UCRT) in these. The probe of stack pages has another name in ntdll.
+_UCRT = {
+    "heap": "calloc free malloc",
+    "math": "ceil cos exp expm1 floor hypot log pow sin sqrt tanh",
+    "private": "memcmp memcpy strstr",
+    "runtime": "_errno strerror",
+    "stdio": "__stdio_common_vsprintf _wfopen fclose fgets fopen fread fseek ftell",
+    "string": "memset strcmp strcpy strcspn strlen strspn",
+}
+_WINDOWS = (
+    *((f"api-ms-win-crt-{name}-l1-1-0", functions) for name, functions in _UCRT.items()),
+    ("ntdll", "___chkstk_ms==__chkstk"),
+    (
+        "kernel32",
+        "AcquireSRWLockExclusive GetLastError GetModuleFileNameW GetModuleHandleExW GetProcAddress GetShortPathNameW "
+        "LoadLibraryW MultiByteToWideChar ReleaseSRWLockExclusive",
+    ),
+)
+# what headers of a C library declare and the UCRT has under other names
+_WINDOWS_SOURCE = """\
+#include <stdarg.h>
+#include <stddef.h>
+int __stdio_common_vsprintf(unsigned long long, char *, size_t, const char *, void *, va_list);
+int vsnprintf(char *to, size_t size, const char *format, va_list arguments)
+{
+    return __stdio_common_vsprintf(2, to, size, format, NULL, arguments); /* 2: as the standard */
+}
+int snprintf(char *to, size_t size, const char *format, ...)
+{
+    va_list arguments;
+    int used;
+    va_start(arguments, format);
+    used = vsnprintf(to, size, format, arguments);
+    va_end(arguments);
+    return used;
+}
+int __fpclassify(double x) { return x != x ? 0x0100 : x - x != 0.0 ? 0x0500 : 0x0400; }
+"""
 _ELF = ("-shared", "-fPIC", "-Wl,--build-id=none", "-lm")
 PLATFORMS: Mapping[str, Platform] = {  # by platform tuple of FMI 3
     "x86_64-linux": Platform("x86_64-linux-gnu.2.17", ".so", _ELF),
     "aarch64-linux": Platform("aarch64-linux-gnu.2.17", ".so", _ELF),
-    "x86_64-windows": Platform("x86_64-windows-gnu", ".dll", ("-shared",)),
+    "x86_64-windows": Platform(
+        "x86_64-windows-gnu", ".dll", ("-D__USE_MINGW_ANSI_STDIO=0",),
+        ("lld-link", "/dll", "/noentry", "/nodefaultlib", "/brepro", "/out:{library}"), _WINDOWS, _WINDOWS_SOURCE,
+    ),
     "x86_64-darwin": Platform("x86_64-macos", ".dylib", ("-shared", "-fPIC")),
     "aarch64-darwin": Platform("aarch64-macos", ".dylib", ("-shared", "-fPIC")),
-}
-WASM = "WebAssembly"  # a module that imports nothing, with the functions of default visibility
+}  # fmt: skip
+WASM = "WebAssembly"  # a module that imports Math of JavaScript, with the functions of default visibility
 TARGETS = {
     **PLATFORMS,
     WASM: Platform(
-        "wasm32-wasi", ".wasm", ("-mexec-model=reactor", "-DBALLSCREW_NO_THREADS", "-Wl,--export-dynamic")
+        "wasm32-wasi", ".wasm", ("-DBALLSCREW_NO_THREADS",),
+        ("wasm-ld", "--no-entry", "--export-dynamic", "--import-undefined", "--strip-all", "-o", "{library}"),
     ),
-}
+}  # fmt: skip
 # -ffp-contract=off: no fused multiply-add on aarch64, so that all platforms round alike
 COMPILER_OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden")
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
@@ -158,24 +206,41 @@ def _compiled(
     library, options = f"{name}{target.suffix}", target.options
     if platform.endswith("darwin"):
         options = (*options, f"-Wl,-install_name,@rpath/{library}")
+    if not compiler.crosses and target.linker:  # by the C library of this machine
+        options = ("-shared",)
+    # of a compiler that the sources have not been tried with, a warning is not an error
+    strict = ("-target", target.target, *WARNINGS) if compiler.crosses else ()
+    # FMI 3.0 headers cause warnings, which -isystem suppresses
+    command = [*compiler.command, *strict, *COMPILER_OPTIONS, "-s", "-isystem", "fmi"]
     with tempfile.TemporaryDirectory(prefix="ballscrew_native_") as scratch:
         folder = Path(scratch)
         (folder / "fmi").mkdir()
         for file, content in sources.items():
             (folder / ("fmi" if is_fmi_header(file) else ".") / file).write_bytes(content)
-        # FMI 3.0 headers cause warnings, which -isystem suppresses
-        command = [
-            *compiler.command,
-            *(("-target", target.target) if compiler.crosses else ()),
-            *COMPILER_OPTIONS,
-            # of a compiler that the sources have not been tried with, a warning is not an error
-            *(WARNINGS if compiler.crosses else ()),
-            "-s",
-            "-isystem",
-            "fmi",
-        ]
-        _run([*command, "-o", library, *units, *options], folder, platform)
+        if compiler.crosses and target.linker:
+            _link([*command, *options], units, target, library, folder)
+        else:
+            _run([*command, "-o", library, *units, *options], folder, platform)
         return (folder / library).read_bytes()
+
+
+def _link(command: Sequence[str], units: Sequence[str], target: Platform, library: str, folder: Path) -> None:
+    """Compile and link without a C library."""
+    parts = []
+    if target.source:
+        (folder / "system.c").write_text(target.source)
+        units = [*units, "system.c"]
+    for unit in units:
+        parts.append(f"{unit}.o")
+        _run([*command, "-c", "-o", parts[-1], unit], folder, target.target)
+    for system, functions in target.imports:
+        exports = "\n".join(functions.split()).replace("==", " == ")
+        (folder / f"{system}.def").write_text(f"LIBRARY {system}.dll\nEXPORTS\n{exports}\n")
+        parts.append(f"{system}.lib")
+        tool = [*_ZIG, "dlltool", "-m", "i386:x86-64", "-d", f"{system}.def", "-l", parts[-1]]
+        _run(tool, folder, target.target)
+    linker = [option.format(library=library) for option in target.linker]
+    _run([*_ZIG, *linker, *parts], folder, target.target)
 
 
 def _with_cache() -> dict[str, str]:

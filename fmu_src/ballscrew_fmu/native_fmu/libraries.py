@@ -157,11 +157,6 @@ def prepare(
     ]
     if needed:
         advance(f"compiling {len(needed)} libraries, some minutes", 0)
-    # of these the compiler first makes their C library, half of all time, and others of them would wait for it
-    costly = "x86_64-windows", WASM
-    first = list({one[1]: one for one in reversed(needed) if one[1] in costly}.values())
-    needed = first + sorted((one for one in needed if one not in first), key=lambda one: one[1] in costly)
-
     one_line, number = threading.Lock(), iter(range(1, len(needed) + 1))
 
     def compiled(library: Library, platform: str) -> None:

@@ -28,6 +28,7 @@ from ballscrew_tehl.runtime.constants import TOO_LARGE
 
 INITIALIZING, STEPPING, TERMINATED, UNUSABLE = range(4)  # as in entry.c
 CHECKSUM = hashlib.sha256().digest_size  # [bytes] of a serialized state
+ALWAYS = "always"  # category of a message that is logged without debug logging, too: entry.c
 SAVED = ("values", "phase", "stale", "started", "warned")  # of a slave, in a saved state
 
 
@@ -158,16 +159,18 @@ class MapSlave(Fmi2Slave):
             self._values[self._shared.outputs] = self._shared.named(outputs)
             for name in clamped:
                 value = self._values[self._shared.place[name]]
-                message = f"{name} = {value} is outside the map and is clamped (logged once)"
-                self._log_once(name, message, Fmi2Status.warning)
+                absent = name == "temperature" and value == 0.0  # many tools set unconnected inputs to 0
+                message = f"{name} = {value} is outside the map and is clamped"
+                message += "; is the input connected? (logged once)" if absent else " (logged once)"
+                self._log_once(name, message, Fmi2Status.warning, ALWAYS if absent else None)
             return True
         except Exception as error:  # an exception would crash the host (see the module docstring)
             return self._discard(f"step failed: {type(error).__name__}: {error}")
 
-    def _log_once(self, key: str, message: str, status: Fmi2Status) -> None:
+    def _log_once(self, key: str, message: str, status: Fmi2Status, category: str | None = None) -> None:
         if key not in self._warned:
             self._warned.append(key)
-            self.log(message, status)
+            self.log(message, status, category)
 
 
 def _restore_imports(resources: str) -> None:

@@ -110,7 +110,7 @@ ROWS: tuple[Variable | Shared, ...] = (
         display_unit="rev/min",
     ),
     Variable(
-        "position", "output", "Position of the table, along the screw", "m", nominal=0.1,
+        "position", "output", "Position of the table, along the screw", "m", nominal=0.1, display_unit="mm",
         depends_on=("position",), initially_depends_on=_START,
     ),
     Variable(
@@ -131,7 +131,7 @@ ROWS: tuple[Variable | Shared, ...] = (
     _shared("force_nut_a", _LOADS, _ELASTIC),
     _shared("force_nut_b", _LOADS, _ELASTIC),
     Variable(
-        "lost_motion", "output", "Way by which the screw leads the table: lead angle/(2 pi) - position", "m",
+        "axial_deflection", "output", "Way by which the screw leads the table: lead angle/(2 pi) - position", "m",
         nominal=1e-6, depends_on=("angle", "position"), initially_depends_on=_START, display_unit="um",
     ),
     _shared("axial_stiffness", _LOADS, _ELASTIC),
@@ -152,7 +152,8 @@ ROWS: tuple[Variable | Shared, ...] = (
     ),
     _energy(
         "supplied_energy",
-        "Work of motor torque and external force in all steps of co-simulation. Model exchange: 0, integrate power",
+        "Work of motor torque and external force in all steps since the start. Model exchange does not compute it: 0, "
+        "integrate motor_torque speed + external_force velocity",
         _ALL,
     )._replace(from_zero=True),
     *film_rows(_LOADS, _FRICTION, _ELASTIC),
@@ -167,8 +168,12 @@ ROWS: tuple[Variable | Shared, ...] = (
     _parameter(
         "screw_mass", "Mass of the screw, used with a support. 0: of a cylinder of steel", "kg", 0.0, 10.0,
     ),
-    _parameter("screw_diameter", "Diameter of the screw, for inertia and mass", "m", nominal=0.01),
-    _parameter("screw_length", "Length of the screw, for inertia and mass (assumed)", "m"),
+    _parameter(
+        "screw_diameter", "Diameter of the screw, for inertia and mass", "m", nominal=0.01, display_unit="mm", fixed=True,
+    ),
+    _parameter(
+        "screw_length", "Length of the screw, for inertia and mass (assumed)", "m", display_unit="mm", fixed=True,
+    ),
     _parameter("table_mass", "Mass of the table with its load (assumed)", "kg", nominal=100.0),
     _parameter("guide_viscous", "Viscous friction of the guide (assumed)", "N.s/m", nominal=100.0),
     _parameter("guide_coulomb", "Coulomb friction of the guide (assumed)", "N", nominal=100.0),
@@ -178,14 +183,15 @@ ROWS: tuple[Variable | Shared, ...] = (
     ),
     _parameter(
         "inclination", "Inclination of the screw: pi/2 with the position upwards", "rad", 0.0, minimum=-0.5 * math.pi,
-        maximum=0.5 * math.pi, display_unit="deg",
+        maximum=0.5 * math.pi, display_unit="deg", fixed=True,
     ),
     _parameter(
         "support_stiffness", "Axial stiffness of the bearings of the screw and their seat. 0: rigid", "N/m", 0.0, 1e8,
-        display_unit="N/um",
+        display_unit="N/um", fixed=True,
     ),
     _parameter(
-        "initial_position", "Position of the table at the start", "m", 0.0, 0.1, minimum=-1000.0, fixed=True,
+        "initial_position", "Position of the table at the start", "m", 0.0, 0.1, minimum=-1000.0, display_unit="mm",
+        fixed=True,
     ),
     _parameter(
         "error_bound", "Allowed relative error of a part of a step of co-simulation", "1", 1e-6, 1e-6, minimum=1e-9
@@ -205,13 +211,13 @@ LOCALS: tuple[Variable | Shared, ...] = (
     *(
         Variable(
             name, "local", f"Deflection of presliding element {i} times the root of its stiffness, a continuous state",
-            "rad", initially_depends_on=(*_ELASTIC, *_LAW, "temperature", "preload"), nominal=1e-3, display_unit="deg",
+            "sqrt(J)", initially_depends_on=(*_ELASTIC, *_LAW, "temperature", "preload"), nominal=1e-3,
         )
         for i, name in enumerate(_ELEMENTS, 1)
     ),
     Variable(
-        "guide_element", "local", "Deflection of the guide times the root of its stiffness, a continuous state", "m",
-        nominal=1e-2, display_unit="um",
+        "guide_element", "local", "Deflection of the guide times the root of its stiffness, a continuous state",
+        "sqrt(J)", nominal=1e-2,
     ),
     _rate("angle", "rad/s", 10.0, ("speed",), display_unit="rev/min"),
     _rate("speed", "rad/s2", 100.0, (*_FORCE, *_TORQUE, "motor_torque"), (*_ACCELERATED, *_INERTIA)),
@@ -223,10 +229,10 @@ LOCALS: tuple[Variable | Shared, ...] = (
     _rate(_SCREW[0], "m/s", 1e-2, (_SCREW[1],), ("support_stiffness",), display_unit="m/min"),
     _rate(_SCREW[1], "m/s2", 1.0, _FORCE, (*_DAMPED, *_MASS)),
     *(
-        _rate(name, "rad/s", 0.1, (*_FRICTION, name), (*_ELASTIC, *_LAW), display_unit="rev/min")
+        _rate(name, "sqrt(J)/s", 0.1, (*_FRICTION, name), (*_ELASTIC, *_LAW))
         for name in _ELEMENTS
     ),
-    _rate("guide_element", "m/s", 1.0, _GUIDE, _GUIDED, display_unit="m/min"),
+    _rate("guide_element", "sqrt(J)/s", 1.0, _GUIDE, _GUIDED),
     _shared("in_range_indicator", _FRICTION, _ELASTIC),
     _shared("stiffness_indicator", _LOADS, (*_ELASTIC, *_LAW)),
     *(
@@ -246,7 +252,7 @@ LOCALS: tuple[Variable | Shared, ...] = (
 STEEL_DENSITY = 7850.0  # [kg/m3]
 
 
-def _starts(header: Header) -> dict[str, dict[str, float]]:
+def _starts(header: Header) -> dict[str, dict[str, Any]]:
     """Start values of an axis that suits the screw, in two digits: docs/axis.md."""
     diameter, mass = float(header["screw"]["diameter"]), 0.23 * float(header["screw"]["stiffness_preload"])
     values = {
@@ -267,7 +273,8 @@ def axis_variables(header: Header) -> tuple[Variable, ...]:
     """The table for the map with this header: inputs, outputs, parameters, then the other states, rates, indicators."""
     others = (*transmission_variables(header), *states(header))
     damping = (
-        f"Damping of the elasto-slip elements. 0: stiffness times {1e3 * AXIS_DAMPING_TIME:g} ms (assumed)"
+        f"Damping of the elasto-slip elements. 0: stiffness times {1e3 * AXIS_DAMPING_TIME:g} ms (assumed), a quarter "
+        "of that of BallScrewFriction, which needs it in explicit coupling"
     )
     changes: dict[str, dict[str, Any]] = {"presliding_damping": {"description": damping}}
     changes |= of_screw(header, screw_diameter="diameter") | _starts(header)

@@ -19,7 +19,7 @@ Names = tuple[str, ...]  # of variables
 class Unit(NamedTuple):
     """SI unit: exponents of its base units, display units (name, factor, offset), quantity of all variables with it."""
 
-    base: Mapping[str, int]
+    base: Mapping[str, int]  # empty: 1, or no product of whole powers
     displays: tuple[tuple[str, float, float], ...] = ()
     quantity: str | None = None
 
@@ -36,10 +36,12 @@ UNITS: Mapping[str, Unit] = {
     "K": Unit({"K": 1}, (("degC", 1.0, -273.15),), "ThermodynamicTemperature"),
     "N.m": Unit({"kg": 1, "m": 2, "s": -2}, (), "Torque"),
     "W": Unit({"kg": 1, "m": 2, "s": -3}, (), "Power"),
-    "m": Unit({"m": 1}, (("um", 1e6, 0.0), ("nm", 1e9, 0.0)), "Length"),
+    "m": Unit({"m": 1}, (("mm", 1e3, 0.0), ("um", 1e6, 0.0), ("nm", 1e9, 0.0)), "Length"),
     "N/m": Unit({"kg": 1, "s": -2}, (("N/um", 1e-6, 0.0),), "TranslationalSpringConstant"),
     "N.s/m": Unit({"kg": 1, "s": -1}),
     "J": Unit({"kg": 1, "m": 2, "s": -2}, (), "Energy"),
+    "sqrt(J)": Unit({}),
+    "sqrt(J)/s": Unit({}),
     "Pa": Unit({"kg": 1, "m": -1, "s": -2}, (("GPa", 1e-9, 0.0),), "Pressure"),
     "N.m/N": Unit({"m": 1}),
     "N.m/rad": Unit({"kg": 1, "m": 2, "s": -2, "rad": -1}),
@@ -66,7 +68,7 @@ class Variable(NamedTuple):
     depends_on: Names = ()  # inputs that an output depends on
     initially_depends_on: Names = ()  # parameters that it depends on too in initialization mode
     from_zero: bool = False  # 0 at the start, so that it depends on nothing in initialization mode
-    fixed: bool = False  # a parameter that is used at initialization only
+    fixed: bool = False  # a parameter that is geometry, or used at initialization only
     derivative_of: str | None = None  # the continuous state of which this is the time derivative
     indicates: bool = False  # its change of sign is an event
     python_only: bool = False  # not in the native FMUs
@@ -161,23 +163,35 @@ def _coulomb(header: Header) -> Names:
     return ("preload", "speed", "axial_load") if header["law"] == FILM_SHEAR else _ALL
 
 
+def input_text(header: Header, name: str, meaning: str) -> str:
+    """Description of an input with the range of the map. Not min and max: a value beyond is clamped, not illegal."""
+    low, high = map(float, header["axes"][name][:2])
+    if name == "speed":
+        low = -high
+    unit = {"preload": "N", "speed": "rad/s", "temperature": "K"}[name]
+    high = largest_force(header) if name == "preload" else high
+    return f"{meaning}. Map: {low:.5g} to {high:.5g} {unit}, clamped beyond"
+
+
 def inputs(header: Header) -> tuple[Variable, ...]:
     """Rows of the inputs."""
-    force, fastest = largest_force(header), float(header["axes"]["speed"][1])
     cold, hot = map(float, header["axes"]["temperature"][:2])
     return (
-        Variable("preload", "input", "Preload of the screw", "N", start_preload(header), 0.0, force, 1000.0),
         Variable(
-            "speed", "input", "Speed of the screw relative to the nut", "rad/s", 0.0, -fastest, fastest, 100.0,
-            "rev/min",
+            "preload", "input", input_text(header, "preload", "Preload of the screw"), "N", start_preload(header), 0.0,
+            nominal=1000.0,
         ),
         Variable(
-            "temperature", "input", "Oil temperature at the contact inlet", "K", min(max(303.15, cold), hot), cold, hot,
-            300.0, "degC",
+            "speed", "input", input_text(header, "speed", "Speed of the screw relative to the nut"), "rad/s", 0.0,
+            nominal=100.0, display_unit="rev/min",
+        ),
+        Variable(
+            "temperature", "input", input_text(header, "temperature", "Oil temperature at the contact inlet"), "K",
+            min(max(303.15, cold), hot), nominal=300.0, display_unit="degC",
         ),
         Variable(
             "axial_load", "input", "Axial load on the nut body, positive if it loads the nut at whose flange it acts",
-            "N", 0.0, -force, force, 1000.0,
+            "N", 0.0, nominal=1000.0,
         ),
     )  # fmt: skip
 
@@ -261,8 +275,8 @@ _OTHERS = (
     ),
     Variable(
         "heat", "output",
-        "Heat of all steps of co-simulation since the start. Model exchange: of events only, at which power_loss has "
-        "no time; add the integral of power_loss",
+        "Heat of all steps since the start. Model exchange does not compute it: integrate power_loss and add this, the "
+        "heat of events alone",
         "J", nominal=100.0, depends_on=_ALL, from_zero=True,
     ),
 )  # fmt: skip
@@ -388,11 +402,6 @@ _HOLDING = (*_COEFFICIENTS, "presliding_stiffness", "presliding_damping", "seal_
 _SLIPPING = (*_COEFFICIENTS, "seal_torque", "presliding", "presliding_stiffness", "presliding_side")
 
 
-def other_elements(name: str) -> tuple[str, ...]:
-    """The other states: one of them that is set is why presliding_side is not used."""
-    return tuple(other for other in ELEMENT_STATES if other != name)
-
-
 def states(header: Header) -> tuple[Variable, ...]:
     """Rows of the elasto-slip elements, their rates and the event indicators; native FMUs only."""
     coulomb = _coulomb(header)
@@ -401,15 +410,15 @@ def states(header: Header) -> tuple[Variable, ...]:
             Variable(
                 name, "local",
                 f"Deflection of elasto-slip element {i} times the root of its stiffness, a continuous state; half its "
-                "square is its energy in J",
-                "rad", 0.0, nominal=1e-2,
+                "square is its energy in J. 0 at the start: by presliding_side",
+                "sqrt(J)", 0.0, nominal=1e-2, initially_depends_on=(*coulomb, *_SLIPPING),
             )
             for i, name in enumerate(ELEMENT_STATES, 1)
         ),
         *(
             Variable(
-                f"{name}_rate", "local", f"Time derivative of {name}", "rad/s", nominal=1.0,
-                initially_depends_on=(*_SLIPPING, *other_elements(name)), derivative_of=name,
+                f"{name}_rate", "local", f"Time derivative of {name}", "sqrt(J)/s", nominal=1.0,
+                initially_depends_on=_SLIPPING, derivative_of=name,
                 depends_on=(*coulomb, name),
             )
             for name in ELEMENT_STATES
@@ -428,7 +437,7 @@ def states(header: Header) -> tuple[Variable, ...]:
             Variable(
                 f"slip_indicator_{i}", "local",
                 f"Event indicator of elasto-slip element {i}: it begins or ends to slide",
-                "1", nominal=1.0, initially_depends_on=(*_SLIPPING, *other_elements(name)), indicates=True,
+                "1", nominal=1.0, initially_depends_on=_SLIPPING, indicates=True,
                 depends_on=(*coulomb, name),
             )
             for i, name in enumerate(ELEMENT_STATES, 1)

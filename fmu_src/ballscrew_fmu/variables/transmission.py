@@ -11,8 +11,8 @@ from ballscrew_fmu.variables.friction import (
     Shared,
     Variable,
     film_rows,
+    input_text,
     inputs,
-    other_elements,
     outputs,
     parameters,
     states,
@@ -44,13 +44,14 @@ ROWS: tuple[Variable | Shared, ...] = (
     Variable(
         "angle", "input", "Angle of the screw, at the start of a step", "rad", 0.0, nominal=1.0, display_unit="deg",
     ),
-    Shared("speed", {"description": "Speed of the screw"}),
+    Shared("speed"),
     Variable(
         "position", "input", "Position of the nut along the screw, at the start of a step", "m", 0.0, nominal=0.1,
+        display_unit="mm",
     ),
     Variable("velocity", "input", "Velocity of the nut", "m/s", 0.0, nominal=0.1, display_unit="m/min"),
     Shared("temperature"),
-    Shared("preload", {"description": "Preload of the screw without axial load"}),
+    Shared("preload"),
     Variable(
         "screw_torque", "output",
         "Torque that the screw takes: J dw/dt = motor torque - screw_torque; lead/(2 pi) nut_force + friction_torque",
@@ -117,20 +118,20 @@ ROWS: tuple[Variable | Shared, ...] = (
     _friction_row("heat", initially=()),
     Variable(
         "lead", "parameter", "Travel of the nut in one turn of the screw. Negative: left-hand thread", "m",
-        minimum=-1.0, nominal=0.01,
+        minimum=-1.0, nominal=0.01, display_unit="mm", fixed=True,
     ),
     Variable(
         "nut_stiffness", "parameter",
         "Axial stiffness of the unloaded nut at stiffness_preload; start value: Hertz contacts between rigid bodies",
-        "N/m", minimum=0.0, nominal=1e9, display_unit="N/um",
+        "N/m", minimum=0.0, nominal=1e9, display_unit="N/um", fixed=True,
     ),
     Variable(
         "stiffness_preload", "parameter", "Preload at which the nut has nut_stiffness", "N", minimum=0.0,
-        nominal=1000.0,
+        nominal=1000.0, fixed=True,
     ),
     Variable(
         "axial_play", "parameter", "Free way of the nut while preload is 0", "m", 0.0, 0.0, nominal=1e-5,
-        display_unit="um",
+        display_unit="um", fixed=True,
     ),
     Variable(
         "contact_damping_time", "parameter", "Damping of the contacts divided by their stiffness (assumed)",
@@ -143,18 +144,18 @@ ROWS: tuple[Variable | Shared, ...] = (
 def _state_row(v: Variable) -> Variable:
     """A row of STATES, which here depends on the motion."""
     if not (v.derivative_of or v.indicates):
-        return v
+        return v._replace(initially_depends_on=(*_ALL, *_ELASTIC, *_FRICTION))
     kind, *number = v.name.removesuffix("_rate").rsplit("_", 1)  # presliding_element_1_rate, slip_indicator_1
     if number[-1].isdigit():
         return v._replace(
             depends_on=(*_ALL, f"presliding_element_{number[-1]}"),
-            initially_depends_on=(*_ELASTIC, *_FRICTION, *other_elements(f"presliding_element_{number[-1]}")),
+            initially_depends_on=(*_ELASTIC, *_FRICTION),
         )
     loads = _LOADS if kind == "stiffness" else _ALL
     return v._replace(depends_on=loads, initially_depends_on=(*_ELASTIC, *v.initially_depends_on))
 
 
-def of_screw(header: Header, **names: str) -> dict[str, dict[str, float]]:
+def of_screw(header: Header, **names: str) -> dict[str, dict[str, Any]]:
     """Start values of parameters from the numbers of the screw of these names that the map carries."""
     return {name: {"start": float(header["screw"][number])} for name, number in names.items()}
 
@@ -162,7 +163,10 @@ def of_screw(header: Header, **names: str) -> dict[str, dict[str, float]]:
 def transmission_variables(header: Header) -> tuple[Variable, ...]:
     """The table for the map with this header: inputs, outputs, parameters, then the elasto-slip elements."""
     others = (*inputs(header), *outputs(header), *parameters(header))
-    starts = of_screw(
-        header, lead="lead", nut_stiffness="nut_stiffness", stiffness_preload="stiffness_preload"
-    )
-    return (*table_of(ROWS, others, starts), *map(_state_row, states(header)))
+    changes: dict[str, dict[str, Any]] = {
+        "speed": {"description": input_text(header, "speed", "Speed of the screw")},
+        "preload": {"description": input_text(header, "preload", "Preload of the screw without axial load")},
+    }
+    numbers = ("lead", "nut_stiffness", "stiffness_preload")
+    changes |= of_screw(header, **dict(zip(numbers, numbers, strict=True)))
+    return (*table_of(ROWS, others, changes), *map(_state_row, states(header)))

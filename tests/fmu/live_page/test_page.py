@@ -5,6 +5,7 @@ In a browser: pip install --editable ".[test,browser]", and a Chromium of the sy
 
 import importlib.util
 import json
+import re
 import shutil
 
 import numpy as np
@@ -13,6 +14,7 @@ from command_line import answer
 from processes import output
 
 from ballscrew_fmu.__main__ import main
+from ballscrew_fmu.command import main as run_init
 from ballscrew_tehl.cli.commands.torque import EXTREMES
 from ballscrew_tehl.cli.shared.inputs import key_of
 
@@ -39,10 +41,21 @@ GOOD = "preload [kN]; speed [1/min]; temperature [K]; torque [N mm]\n1,0; 1000; 
 
 
 @pytest.fixture(scope="session")
-def pages(tmp_path_factory):
-    files = {n: tmp_path_factory.mktemp("live") / f"{n}.html" for n in ("three_parameter", "mechanistic")}
+def options(tmp_path_factory):
+    """Options of each page: packaged sets, and another screw, with seals."""
+    sealed = tmp_path_factory.mktemp("screw") / "sealed.toml"
+    assert run_init(["init", str(sealed), "--diameter-mm", "32", "--lead-mm", "10"]) == 0
+    sealed.write_text(re.sub(r"(?m)^#? *seal_torque_Nm.*$", "seal_torque_Nm = 0.08", sealed.read_text()))
+    assert "seal_torque_Nm = 0.08" in sealed.read_text()
+    own = {name: ["--friction", name] for name in ("three_parameter", "mechanistic")}
+    return own | {"sealed": ["--screw", str(sealed)]}
+
+
+@pytest.fixture(scope="session")
+def pages(options, tmp_path_factory):
+    files = {name: tmp_path_factory.mktemp("live") / f"{name}.html" for name in options}
     for name, file in files.items():
-        assert main(["page", "--friction", name, "--output", str(file)]) == 0
+        assert main(["page", *options[name], "--output", str(file)]) == 0
         assert file.stat().st_size <= LARGEST
     return files
 
@@ -86,9 +99,9 @@ def drawn(page):
 
 
 @pytest.mark.parametrize(
-    ("engine", "name", "count"), [("node", "three_parameter", 200), ("browser", "mechanistic", 8)]
+    ("engine", "name", "count"), [("node", "three_parameter", 200), ("node", "sealed", 50), ("browser", "mechanistic", 8)]
 )
-def test_numbers_are_those_of_the_command_torque(pages, request, capsys, tmp_path, engine, name, count):
+def test_numbers_are_those_of_the_command_torque(pages, options, request, capsys, tmp_path, engine, name, count):
     place = np.random.default_rng(7).uniform(size=(count, 4))
     lo, hi = np.array([130.0, 6.0, 11.0, -4000.0]), np.array([9000.0, 5500.0, 79.0, 4000.0])
     keys = ("preload", "speed", "temperature", "axial_load")
@@ -104,7 +117,7 @@ def test_numbers_are_those_of_the_command_torque(pages, request, capsys, tmp_pat
     file = tmp_path / "points.csv"
     rows = [",".join(map(str, point.values())) for point in points]
     file.write_text("\n".join(["preload_n,speed_rpm,temperature_c,axial_load_n", *rows]))
-    wanted, _ = answer(capsys, "torque", "--friction", name, "--points", file)
+    wanted, _ = answer(capsys, "torque", *options[name], "--points", file)
 
     def ratios(columns):
         return np.array(

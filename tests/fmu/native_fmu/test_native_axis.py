@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from native_library import DISCARD, OK, NativeInstance
 from native_model import NativeModel
 from scipy.integrate import LSODA
 from synthetic_map import SCREW, closed_form
@@ -153,6 +154,23 @@ def test_steps_of_any_length_give_the_same_motion_and_energies_balance(support):
         ends.append(one.values(SHOWN))
     assert np.ptp(ends, axis=0) == pytest.approx(np.zeros(len(SHOWN)), abs=1e-4 * np.abs(ends[0]).max())
     assert np.allclose(ends[0], ends[2], rtol=1e-4, atol=1e-9)
+
+
+def test_the_weight_pulls_a_table_down_the_inclination():
+    """From rest, without friction of the guide: the acceleration of gravity along the screw."""
+    for angle in (0.3, -0.3, math.pi / 2):
+        at_rest = axis(True, inclination=angle, guide_coulomb=0.0)
+        at_rest.initial_event()
+        assert at_rest.get("velocity_rate") == pytest.approx(-9.80665 * math.sin(angle), rel=1e-12)
+
+
+def test_a_motion_that_is_too_fast_for_the_error_bound_is_said_once():
+    with NativeInstance(2, model=AXIS).start(motor_inertia=1e-6, table_mass=0.1, guide_viscous=0.0) as one:
+        one.go(1e-3, motor_torque=0.1)
+        assert one.messages == []
+        for n in range(2):
+            assert one.step(1e-3 + n, 1.0) in (OK, DISCARD)
+        assert sum("too fast for error_bound" in m.text for m in one.messages) == 1
 
 
 @SUPPORTED

@@ -152,8 +152,6 @@ def test_impossible_experiments_and_time_of_steps(version):
         for _ in range(3):
             assert one.step(time, 0.1) == OK  # the last one ends beyond 0.3 by rounding
             time += 0.1
-        assert one.step(time, 0.1) == ERROR
-        assert "stop time 0.3 s" in one.last
     with NativeInstance(version).start() as one:
         time, reached = 0.0, doubles(0.0)
         for _ in range(1000):
@@ -168,6 +166,24 @@ def test_impossible_experiments_and_time_of_steps(version):
             assert one.get_raw(one.vr(native.TIME_REFERENCE), reached) == OK
         assert reached[0] == pytest.approx(1.001, rel=1e-15)
         assert [m.text[:29] for m in one.messages] == ["communication point = 5 s, en"][: version - 2]
+
+
+@hosts
+def test_a_step_past_the_stop_time_is_an_error_and_the_instance_goes_on(opened, version):
+    """The standards require the error; the last successful time is that of the step before."""
+    with opened(version).start(stop=0.3, speed=5.0) as one:
+        one.go(0.2)
+        before, time = one.outputs(), doubles(0.0)
+        if version == 3:
+            given = (c_double(0.2), c_double(0.2), True, *(byref(ctypes.c_bool()) for _ in range(3)), time)
+            assert one.call("DoStep", *given) == ERROR
+        else:
+            assert one.step(0.2, 0.2) == ERROR
+            assert one.call("GetRealStatus", 2, time) == OK
+        assert "stop time 0.3 s" in one.last
+        assert time[0] == pytest.approx(0.2)
+        assert one.outputs() == before
+        assert one.step(0.2, 0.1) == OK
 
 
 @hosts
@@ -403,13 +419,47 @@ def test_clamped_inputs_are_reported_once(opened, version, kind):
         assert [m.text.split()[0] for m in one.messages] == ["preload", "temperature"]
         assert {m[:2] for m in one.messages} == {(native.WARNING, "logStatusWarning")}
         assert one.last.startswith("temperature = 0")
-        assert "is outside the map and is clamped (logged once)" in one.last
+        assert one.last.endswith("is outside the map and is clamped; is the input connected? (logged once)")
         for speed in (1e4, 2e4):
             one.set(speed=speed, axial_load=-1e6)
             one.go() if kind == CS else one.update()
         one.call("Reset")
         one.start(preload=0.0)
         assert [m.text.split()[0] for m in one.messages][2:] == ["speed", "axial_load", "preload"]
+
+
+@hosts
+def test_problems_have_a_text_without_debug_logging_and_categories_select(opened, version):
+    """A discarded step, an error and an input that is not connected; a category that is unknown costs a warning."""
+
+    def texts(one):
+        one.set(temperature=0.0, speed=1e6)
+        one.go()
+        assert one.set(speed=math.nan) == OK
+        assert one.step(one.time, 1e-3) == DISCARD
+        assert one.set_raw(one.vr(999), doubles(1.0)) == ERROR
+        found = [(m.category, m.text.split()[0]) for m in one.messages]
+        assert one.call("Reset") == OK
+        one.messages.clear()
+        return found
+
+    absent, discard = ("logStatusWarning", "temperature"), ("logStatusDiscard", "speed")
+    clamped, error = ("logStatusWarning", "speed"), ("logStatusError", "no")
+    with opened(version, logging=False).start() as one:
+        assert texts(one) == [absent, discard, error]
+        for on, names, status, expected in (
+            (1, (), OK, [absent, clamped, discard, error]),
+            (1, ("logStatusDiscard",), OK, [absent, discard]),
+            (1, ("logStatusError", "noise"), native.WARNING, [("logStatusWarning", "log"), absent, error]),
+            (1, ("logStatusWarning",), OK, [absent, clamped]),
+            (1, ("logAll",), OK, [absent, clamped, discard, error]),
+            (0, ("logAll",), OK, [absent, discard, error]),
+        ):  # fmt: skip
+            chosen = (ctypes.c_char_p * len(names))(*(name.encode() for name in names))
+            assert one.call("SetDebugLogging", on, c_size_t(len(names)), chosen) == status
+            found = [(m.category, m.text.split()[0]) for m in one.messages]
+            one.start(), one.messages.clear()
+            assert sorted(found + texts(one)) == sorted(expected)
 
 
 @pytest.mark.parametrize("version", [2, "python"])

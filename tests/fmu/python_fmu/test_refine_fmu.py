@@ -11,6 +11,7 @@ from processes import output
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_fmu.python_fmu.slave_base import CHECKSUM
+from ballscrew_fmu.python_fmu.solver_cache import installed, solver_name
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import load_screw
 
@@ -108,6 +109,7 @@ IMPORT_ALL = """
 import importlib, json, sys
 from pathlib import Path
 from ballscrew_fmu.python_fmu.slave_base import CHECKSUM
+from ballscrew_fmu.python_fmu.solver_cache import installed, solver_name
 from ballscrew_fmu.python_fmu.solver_cache import load_solver
 from ballscrew_tehl.runtime.evaluate import NutMap
 
@@ -123,6 +125,19 @@ refinement.restore(refinement.state())
 own = [name for name in sys.modules if name.startswith("ballscrew_tehl") and ".runtime" not in name]
 print(json.dumps([remark, str(root), refinement.state() is not None, sorted(own)]))
 """
+
+
+def test_a_solver_in_the_cache_that_is_cut_short_or_changed_is_replaced(tmp_path):
+    files = {"__init__.py": b"", "refinement/refine.py": b"WHOLE = True\n"}
+    shipped = tmp_path / "fmu" / solver_name(files)
+    for name, content in files.items():
+        (shipped / name).parent.mkdir(parents=True, exist_ok=True)
+        (shipped / name).write_bytes(content)
+    for damage in (b"", b"WHOLE = False\n"):
+        kept = installed(shipped, tmp_path / "cache")
+        (kept / "refinement/refine.py").write_bytes(damage)
+        assert installed(shipped, tmp_path / "cache") == kept
+        assert {name: (kept / name).read_bytes() for name in files} == files
 
 
 def test_the_packaged_solver_is_complete_and_its_packages_are_named_when_missing(tmp_path):

@@ -20,12 +20,12 @@ DIMENSIONS = {
     "N.m/rad": (1, 2, -2, 0, -1), "N.m.s/rad": (1, 2, -1, 0, -1), "rad": (0, 0, 0, 0, 1), "s": (0, 0, 1, 0, 0),
     "N.m/N": (0, 1, 0, 0, 0), "m/s": (0, 1, -1, 0, 0), "N/m": (1, 0, -2, 0, 0),
     "rad/s2": (0, 0, -2, 0, 1), "m/s2": (0, 1, -2, 0, 0), "kg": (1, 0, 0, 0, 0), "kg.m2": (1, 2, 0, 0, 0),
-    "N.s/m": (1, 0, -1, 0, 0),
+    "N.s/m": (1, 0, -1, 0, 0), "sqrt(J)": None, "sqrt(J)/s": None,
 }  # fmt: skip
 DISPLAYS = {
     ("rad/s", "rev/min"): (9.549296585513721, 0.0), ("K", "degC"): (1.0, -273.15), ("m", "um"): (1e6, 0.0),
     ("m", "nm"): (1e9, 0.0), ("Pa", "GPa"): (1e-9, 0.0), ("rad", "deg"): (57.29577951308232, 0.0),
-    ("m/s", "m/min"): (60.0, 0.0), ("N/m", "N/um"): (1e-6, 0.0),
+    ("m/s", "m/min"): (60.0, 0.0), ("m", "mm"): (1e3, 0.0), ("N/m", "N/um"): (1e-6, 0.0),
 }  # fmt: skip
 # format and processors of the library in each folder
 MACHINES = {
@@ -79,8 +79,9 @@ def unit_findings(root):
         found.append(f"units defined are not those used, {sorted(used)}")
     for unit in units:
         name, base = unit.get("name"), unit.find("BaseUnit")
-        exponents = tuple(int(base.get(key, "0")) for key in ("kg", "m", "s", "K", "rad"))
-        if exponents != DIMENSIONS.get(name) or set(base.keys()) - {"kg", "m", "s", "K", "rad"}:
+        keys, powers = ("kg", "m", "s", "K", "rad"), {} if base is None else base.attrib
+        exponents = None if base is None else tuple(int(powers.get(key, "0")) for key in keys)
+        if exponents != DIMENSIONS.get(name, ()) or set(powers) - set(keys):
             found.append(f"unit {name} has exponents {exponents} of kg, m, s, K, rad")
         for display in unit.findall("DisplayUnit"):
             numbers = (float(display.get("factor", "1")), float(display.get("offset", "0")))

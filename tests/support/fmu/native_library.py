@@ -8,8 +8,6 @@ from collections import namedtuple
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 
 from fmpy.fmi2 import (
-    fmi2CallbackAllocateMemoryTYPE,
-    fmi2CallbackFreeMemoryTYPE,
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
     fmi2EventInfo,
@@ -53,10 +51,10 @@ class NativeInstance:
 
     def __init__(
         self, version, kind=CS, name=b"one", token=TOKEN, resources="", logging=True, logger=True, functions=None,
-        event_mode=False, intermediate=(), nut_map=NUT_MAP, model=FRICTION, library=None,
+        event_mode=False, intermediate=(), nut_map=NUT_MAP, model=FRICTION, library=None, counts=False,
     ):  # fmt: skip
         table = model.variables if library else model.native_variables
-        library, variables = library or compiled_model(nut_map, model), table(nut_map.header)
+        library, variables = library or compiled_model(nut_map, model, counts), table(nut_map.header)
         self.names = {v.name: n for n, v in enumerate(variables, FIRST_REFERENCE)}
         self.output = next(v.name for v in variables if v.causality == "output")
         kinds = "output", "local"
@@ -241,23 +239,3 @@ class NativeInstance:
         state = c_void_p()
         name = f"{'DeSerialize' if self.version == 2 else 'Deserialize'}{self.saved}"
         return self.call(name, c_char_p(content), c_size_t(len(content)), byref(state)), state
-
-
-def counting_functions():
-    """FMI 2 callbacks whose memory is counted: addresses given out, addresses taken back."""
-    c = ctypes.CDLL(None)
-    c.calloc.restype = c_void_p
-    given, taken = [], []
-
-    def allocate(count, size):
-        given.append(c.calloc(c_size_t(count), c_size_t(size)))
-        return given[-1]
-
-    def release(memory):
-        taken.append(memory)
-        c.free(c_void_p(memory))
-
-    functions = fmi2CallbackFunctions()
-    functions.allocateMemory = fmi2CallbackAllocateMemoryTYPE(allocate)
-    functions.freeMemory = fmi2CallbackFreeMemoryTYPE(release)
-    return functions, given, taken

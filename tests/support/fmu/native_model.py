@@ -85,13 +85,27 @@ def compile_once(sources, units, name, *options):
     return folder / name
 
 
+COUNTS = b"""#define _POSIX_C_SOURCE 200809L
+#include <stdlib.h>
+extern long counts[2]; /* of memory taken and given back */
+static inline void *counted(void *memory) { counts[0] += memory != NULL; return memory; }
+static inline void given_back(void *memory) { counts[1] += memory != NULL; free(memory); }
+#define calloc(count, size) counted(calloc(count, size))
+#define malloc(size) counted(malloc(size))
+#define free(memory) given_back(memory)
+"""
+
+
 @functools.cache
-def compiled_model(nut_map, model=FRICTION):
+def compiled_model(nut_map, model=FRICTION, counts=False):
     """Library of the runtime with both FMI versions, beside the file of its map; functions have external names."""
     shared = [option for option in COMPILER_OPTIONS if not option.startswith("-fvisibility")]
-    sources = runtime_sources(nut_map, model) | resources(nut_map, model)
-    names = ("-DINTERNAL=extern", "-shared", "-fPIC")
-    return compile_once(sources, units_of(model), "runtime.so", *shared, "-Wshadow", *names)
+    sources, units = runtime_sources(nut_map, model) | resources(nut_map, model), units_of(model)
+    names = ["-DINTERNAL=extern", "-shared", "-fPIC"]
+    if counts:
+        sources |= {"counts.h": COUNTS, "counts.c": b"long counts[2];\n"}
+        units, names = (*units, "counts.c"), [*names, "-include", "counts.h"]
+    return compile_once(sources, units, "runtime.so", *shared, "-Wshadow", *names)
 
 
 def c_host(nut_map, name, *options):

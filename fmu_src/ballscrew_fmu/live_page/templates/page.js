@@ -23,7 +23,7 @@ async function numbers(id) {
 
 // Function of an operating point in the units of the state: object with the values by name, valid until the next call.
 async function openModel() {
-  const { instance } = await WebAssembly.instantiate(await content("wasm"));
+  const { instance } = await WebAssembly.instantiate(await content("wasm"), { env: Math });
   const c = instance.exports;
   const text = (start) => {
     const bytes = new Uint8Array(c.memory.buffer, start);
@@ -34,7 +34,6 @@ async function openModel() {
     new Uint8Array(c.memory.buffer, start, bytes.length).set(bytes);
     return start;
   };
-  c._initialize();
   const map = await numbers("map");
   const problem = text(c.page_open(placed(map), map.length, about.law, about.lead, about.seal));
   if (problem) throw new Error(problem);

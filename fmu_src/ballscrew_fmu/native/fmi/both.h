@@ -18,7 +18,7 @@ FORWARD(Reset, BOTH_KINDS, ANY_STATE, (void *instance), instance_reset(self))
 
 FORWARD(FMI_OF(Get, STATE), BOTH_KINDS, ANY_STATE, (void *instance, void **state), instance_save(self, state))
 FORWARD(FMI_OF(Set, STATE), BOTH_KINDS, ANY_STATE, (void *instance, void *state), instance_restore(self, state))
-FORWARD(FMI_OF(Free, STATE), BOTH_KINDS, ANY_STATE, (void *instance, void **state), instance_free_state(self, state))
+FORWARD(FMI_OF(Free, STATE), BOTH_KINDS, ANY_STATE, (void *instance, void **state), instance_free_state(state))
 FORWARD(FMI_OF(FMI_OF(Serialized, STATE), Size), BOTH_KINDS, ANY_STATE, (void *instance, void *state, size_t *size),
         instance_serialized_size(self, state, size))
 FORWARD(FMI_OF(Serialize, STATE), BOTH_KINDS, ANY_STATE,
@@ -30,18 +30,18 @@ FORWARD(FMI_OF(DESERIALIZE, STATE), BOTH_KINDS, ANY_STATE,
 
 /* --- model exchange --- */
 
-FORWARD(EnterContinuousTimeMode, MODEL_EXCHANGE, EVENT_MODE, (void *instance),
+FORWARD(EnterContinuousTimeMode, KIND_ME, EVENT_MODE, (void *instance),
         instance_enter(self, CONTINUOUS_TIME_MODE))
-FORWARD(SetTime, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (void *instance, double time),
+FORWARD(SetTime, KIND_ME, EVENT_MODE | CONTINUOUS_TIME_MODE, (void *instance, double time),
         instance_set_time(self, time))
-FORWARD(SetContinuousStates, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE, (void *instance, const double states[], size_t count),
+FORWARD(SetContinuousStates, KIND_ME, CONTINUOUS_TIME_MODE, (void *instance, const double states[], size_t count),
         instance_set_states(self, states, count))
-FORWARD(GetContinuousStates, MODEL_EXCHANGE, EVALUATED, (void *instance, double states[], size_t count),
+FORWARD(GetContinuousStates, KIND_ME, EVALUATED, (void *instance, double states[], size_t count),
         instance_get_all(self, CAUSALITY_STATE, false, states, count))
-FORWARD(DERIVATIVES, MODEL_EXCHANGE, EVALUATED, (void *instance, double derivatives[], size_t count),
+FORWARD(DERIVATIVES, KIND_ME, EVALUATED, (void *instance, double derivatives[], size_t count),
         instance_get_all(self, CAUSALITY_RATE, false, derivatives, count))
-FORWARD(GetEventIndicators, MODEL_EXCHANGE, EVALUATED, (void *instance, double indicators[], size_t count),
+FORWARD(GetEventIndicators, KIND_ME, EVALUATED, (void *instance, double indicators[], size_t count),
         instance_get_all(self, CAUSALITY_INDICATOR, false, indicators, count))
 /* fmi4c asks without an array, and ends if it is refused */
-FORWARD(GetNominalsOfContinuousStates, MODEL_EXCHANGE, NOMINALS_IN, (void *instance, double nominals[], size_t count),
+FORWARD(GetNominalsOfContinuousStates, KIND_ME, NOMINALS_IN, (void *instance, double nominals[], size_t count),
         nominals == NULL ? STATUS_OK : instance_get_all(self, CAUSALITY_STATE, true, nominals, count))

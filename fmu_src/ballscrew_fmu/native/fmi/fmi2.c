@@ -46,21 +46,17 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
                               fmi2Boolean visible, fmi2Boolean loggingOn)
 {
-    Importer importer = {log_fmi2, NULL, NULL, calloc, free, false};
+    Importer importer = {log_fmi2, NULL, NULL, false};
 
     if (functions != NULL) {
         importer.logger = (void (*)(void))functions->logger;
         importer.environment = functions->componentEnvironment;
-        if (functions->allocateMemory != NULL && functions->freeMemory != NULL) {
-            importer.allocate = functions->allocateMemory;
-            importer.release = functions->freeMemory;
-        }
     }
     if (fmuType != fmi2CoSimulation && fmuType != fmi2ModelExchange) {
         importer_error(&importer, instanceName, "FMU type = %d; needs co-simulation or model exchange", (int)fmuType);
         return NULL;
     }
-    return instance_create(&importer, fmuType == fmi2CoSimulation ? CO_SIMULATION : MODEL_EXCHANGE, instanceName,
+    return instance_create(&importer, fmuType == fmi2CoSimulation ? KIND_CS : KIND_ME, instanceName,
                            fmuGUID, fmuResourceLocation, loggingOn != fmi2False);
 }
 
@@ -131,7 +127,7 @@ FORWARD(GetDirectionalDerivative, BOTH_KINDS, EVALUATED,
 
 /* --- model exchange ---------------------------------------------------------------------------------------------- */
 
-FORWARD(EnterEventMode, MODEL_EXCHANGE, EVENT_MODE | CONTINUOUS_TIME_MODE, (fmi2Component instance),
+FORWARD(EnterEventMode, KIND_ME, EVENT_MODE | CONTINUOUS_TIME_MODE, (fmi2Component instance),
         instance_enter(self, EVENT_MODE))
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component instance, fmi2EventInfo *eventInfo)
@@ -139,7 +135,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component instance, fmi2EventInfo *eventInf
     bool changed = false;
     Status status;
 
-    BEGIN(NewDiscreteStates, MODEL_EXCHANGE, EVENT_MODE)
+    BEGIN(NewDiscreteStates, KIND_ME, EVENT_MODE)
     if (eventInfo == NULL) {
         RETURN(instance_fail(self, "event info is a NULL pointer"));
     }
@@ -156,7 +152,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component instance, fmi2EventInfo *eventInf
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component instance, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation)
 {
-    BEGIN(CompletedIntegratorStep, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE)
+    BEGIN(CompletedIntegratorStep, KIND_ME, CONTINUOUS_TIME_MODE)
     PUT(enterEventMode, fmi2False);
     PUT(terminateSimulation, fmi2False);
     return fmi2OK;
@@ -165,30 +161,33 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component instance, fmi2Boolean noSet
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
 /* the standard requires step sizes > 0, but importers use 0 to detect feedthrough */
-FORWARD(DoStep, CO_SIMULATION, STEP_MODE,
-        (fmi2Component instance, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
-         fmi2Boolean noSetFMUStatePriorToCurrentPoint),
-        instance_step(self, currentCommunicationPoint, communicationStepSize, true, false))
+fmi2Status fmi2DoStep(fmi2Component instance, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
+                      fmi2Boolean noSetFMUStatePriorToCurrentPoint)
+{
+    BEGIN(DoStep, KIND_CS, STEP_MODE)
+    return (fmi2Status)instance_step(self, currentCommunicationPoint, communicationStepSize, true, false);
+}
 
 /* steps never run in the background */
-FORWARD(CancelStep, CO_SIMULATION, 0U, (fmi2Component instance), STATUS_ERROR)
-FORWARD(SetRealInputDerivatives, CO_SIMULATION, INSTANTIATED | INITIALIZATION_MODE | STEP_MODE,
+FORWARD(CancelStep, KIND_CS, 0U, (fmi2Component instance), STATUS_ERROR)
+FORWARD(SetRealInputDerivatives, KIND_CS, INSTANTIATED | INITIALIZATION_MODE | STEP_MODE,
         (fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
          const fmi2Real value[]),
         instance_fail(self, "no derivatives of inputs: inputs are constant over a step"))
-FORWARD(GetRealOutputDerivatives, CO_SIMULATION, STEP_MODE | TERMINATED | FAILED,
+FORWARD(GetRealOutputDerivatives, KIND_CS, STEP_MODE | TERMINATED | FAILED,
         (fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
          fmi2Real value[]),
         instance_fail(self, "no derivatives of outputs over time"))
 
-/* Other status kinds are for asynchronous steps. */
+/* Other status kinds are for asynchronous steps; fmi2Terminated may be asked after a discarded step, but fmpy takes the
+   answer "false" for a step to repeat. */
 static Status no_status(Instance *self, fmi2StatusKind kind)
 {
     return instance_discard(self, "status %d of a step is not available", (int)kind);
 }
 
 #define NO_STATUS(name, type)                                                                               \
-    FORWARD(name, CO_SIMULATION, STATUS_STATES, (fmi2Component instance, const fmi2StatusKind s, type *value),      \
+    FORWARD(name, KIND_CS, STATUS_STATES, (fmi2Component instance, const fmi2StatusKind s, type *value),      \
             no_status(self, s))
 NO_STATUS(GetStatus, fmi2Status)
 NO_STATUS(GetIntegerStatus, fmi2Integer)
@@ -197,7 +196,7 @@ NO_STATUS(GetStringStatus, fmi2String)
 
 fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind s, fmi2Real *value)
 {
-    BEGIN(GetRealStatus, CO_SIMULATION, STATUS_STATES)
+    BEGIN(GetRealStatus, KIND_CS, STATUS_STATES)
     if (s != fmi2LastSuccessfulTime || value == NULL) {
         RETURN(no_status(self, s));
     }

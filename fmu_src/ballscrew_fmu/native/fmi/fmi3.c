@@ -9,8 +9,6 @@
 #pragma clang diagnostic pop
 #endif
 
-#include <stdlib.h>
-
 #include "calls.h"
 
 #undef FMI /* in one unit with fmi2.c */
@@ -42,7 +40,7 @@ static void log_fmi3(const Importer *importer, const char *instance_name, Status
 
 static Importer importer_of(fmi3InstanceEnvironment environment, fmi3LogMessageCallback log_message)
 {
-    Importer importer = {log_fmi3, NULL, NULL, calloc, free, true};
+    Importer importer = {log_fmi3, NULL, NULL, true};
 
     importer.logger = (void (*)(void))log_message;
     importer.environment = environment;
@@ -61,7 +59,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String in
 {
     const Importer importer = importer_of(instanceEnvironment, logMessage);
 
-    return instance_create(&importer, MODEL_EXCHANGE, instanceName, instantiationToken, resourcePath, loggingOn);
+    return instance_create(&importer, KIND_ME, instanceName, instantiationToken, resourcePath, loggingOn);
 }
 
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String instantiationToken,
@@ -83,7 +81,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String instanceName, fmi3String ins
         importer_error(&importer, instanceName, "requiredIntermediateVariables: this FMU has no intermediate updates");
         return NULL;
     }
-    return instance_create(&importer, CO_SIMULATION, instanceName, instantiationToken, resourcePath, loggingOn);
+    return instance_create(&importer, KIND_CS, instanceName, instantiationToken, resourcePath, loggingOn);
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3String instantiationToken,
@@ -203,7 +201,7 @@ FORWARD(GetAdjointDerivative, BOTH_KINDS, EVALUATED, (SENSITIVITIES),
 
 /* --- events ------------------------------------------------------------------------------------------------------ */
 
-FORWARD(EnterEventMode, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE, (fmi3Instance instance),
+FORWARD(EnterEventMode, KIND_ME, CONTINUOUS_TIME_MODE, (fmi3Instance instance),
         instance_enter(self, EVENT_MODE))
 FORWARD(EvaluateDiscreteStates, BOTH_KINDS, AT_EVENTS, (fmi3Instance instance),
         instance_fail(self, "providesEvaluateDiscreteStates is false"))
@@ -216,7 +214,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
     bool changed = false;
     Status status;
 
-    BEGIN(UpdateDiscreteStates, MODEL_EXCHANGE, EVENT_MODE)
+    BEGIN(UpdateDiscreteStates, KIND_ME, EVENT_MODE)
     status = instance_event(self, &changed);
     PUT(discreteStatesNeedUpdate, false);
     PUT(terminateSimulation, false);
@@ -232,7 +230,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation)
 {
-    BEGIN(CompletedIntegratorStep, MODEL_EXCHANGE, CONTINUOUS_TIME_MODE)
+    BEGIN(CompletedIntegratorStep, KIND_ME, CONTINUOUS_TIME_MODE)
     PUT(enterEventMode, false);
     PUT(terminateSimulation, false);
     return fmi3OK;
@@ -247,16 +245,16 @@ static Status put_number(Instance *self, size_t *to, size_t number)
     return STATUS_OK;
 }
 
-FORWARD(GetNumberOfEventIndicators, MODEL_EXCHANGE, ANY_STATE, (fmi3Instance instance, size_t *nEventIndicators),
+FORWARD(GetNumberOfEventIndicators, KIND_ME, ANY_STATE, (fmi3Instance instance, size_t *nEventIndicators),
         put_number(self, nEventIndicators, instance_count(CAUSALITY_INDICATOR)))
-FORWARD(GetNumberOfContinuousStates, MODEL_EXCHANGE, ANY_STATE, (fmi3Instance instance, size_t *nContinuousStates),
+FORWARD(GetNumberOfContinuousStates, KIND_ME, ANY_STATE, (fmi3Instance instance, size_t *nContinuousStates),
         put_number(self, nContinuousStates, instance_count(CAUSALITY_STATE)))
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
 /* no event mode to leave */
-FORWARD(EnterStepMode, CO_SIMULATION, 0U, (fmi3Instance instance), STATUS_ERROR)
-FORWARD(GetOutputDerivatives, CO_SIMULATION, STEP_MODE | TERMINATED | FAILED,
+FORWARD(EnterStepMode, KIND_CS, 0U, (fmi3Instance instance), STATUS_ERROR)
+FORWARD(GetOutputDerivatives, KIND_CS, STEP_MODE | TERMINATED | FAILED,
         (VARIABLES, const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues),
         instance_fail(self, "no derivatives of outputs over time"))
 
@@ -266,11 +264,11 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
 {
     Status status;
 
-    BEGIN(DoStep, CO_SIMULATION, STEP_MODE)
+    BEGIN(DoStep, KIND_CS, STEP_MODE)
     status = instance_step(self, currentCommunicationPoint, communicationStepSize, false, true);
     PUT(eventHandlingNeeded, false);
     PUT(terminateSimulation, false);
     PUT(earlyReturn, false);
     PUT(lastSuccessfulTime, self->now.time);
-    RETURN(status);
+    return (fmi3Status)status;
 }

@@ -1,8 +1,41 @@
 /* The live page: BallScrewFriction in motion at one point, by the laws of the FMU. JavaScript writes the inputs into the
-   values, calls page_point and reads the results, both by name. Memory is allocated in page_bytes and page_open alone. */
+   values, calls page_point and reads the results, both by name. Memory is allocated in page_bytes and page_open alone.
+   There is no C library: exp, log and pow are those of JavaScript, other functions are below. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+extern unsigned char __heap_base; /* of the linker: end of the data */
+
+/* Zeroed memory that is never used again. */
+void *malloc(size_t size)
+{
+    enum { PAGE = 65536, ALIGNMENT = 16 };
+    static size_t used;
+    const size_t base = (size_t)&__heap_base, first = (base + used + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    const size_t pages = (first + size + PAGE - 1) / PAGE, present = __builtin_wasm_memory_size(0);
+
+    if (pages > present && __builtin_wasm_memory_grow(0, pages - present) == (size_t)-1) {
+        return NULL;
+    }
+    used = first + size - base;
+    return (void *)first;
+}
+
+void *calloc(size_t count, size_t size) { return malloc(count * size); }
+
+void free(void *memory) { (void)memory; }
+
+/* The only problem of a map that is in the page. */
+int snprintf(char *to, size_t size, const char *format, ...)
+{
+    static const char damaged[] = "the map of this page is damaged";
+
+    (void)format;
+    memcpy(to, damaged, size < sizeof damaged ? size : sizeof damaged);
+    return 0;
+}
 
 #include "point.h"
 
@@ -109,7 +142,7 @@ static void add_ends(double force, double torque)
 EXPORTED void page_point(void)
 {
     double *value = page.value;
-    const double speed = value[SPEED], ideal = fabs(value[AXIAL_LOAD] * page.lead) / (2.0 * acos(-1.0));
+    const double speed = value[SPEED], ideal = fabs(value[AXIAL_LOAD] * page.lead) / 6.283185307179586;
     const double sign = speed > 0.0 ? 1.0 : speed < 0.0 ? -1.0 : 0.0;
     const bool loads_a = !(value[AXIAL_LOAD] < 0.0);
     const Friction friction = friction_of(value);

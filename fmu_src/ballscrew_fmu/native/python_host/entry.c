@@ -39,7 +39,7 @@ static const char *const phases[] = {"Initialization Mode", "Step Mode", "Termin
 #define LONGEST_TOKEN 127
 
 #define CALLS(X)                                                                                        \
-    X(Instantiate) X(FreeInstance) X(SetDebugLogging) X(SetupExperiment) X(EnterInitializationMode)     \
+    X(Instantiate) X(FreeInstance) X(SetupExperiment) X(EnterInitializationMode)     \
     X(ExitInitializationMode) X(Terminate) X(Reset) X(GetReal) X(GetInteger) X(GetBoolean) X(GetString) \
     X(SetReal) X(SetInteger) X(SetBoolean) X(SetString) X(GetFMUstate) X(SetFMUstate) X(FreeFMUstate)   \
     X(SerializedFMUstateSize) X(SerializeFMUstate) X(DeSerializeFMUstate) X(GetDirectionalDerivative)   \
@@ -58,12 +58,16 @@ typedef struct {
     fmi2ComponentEnvironment environment;
     const char *call; /* current call, for messages */
     unsigned logged;  /* bit per status */
+    double stop;      /* [s] infinity: not defined */
     bool failed;      /* state "error" of the standard: a call was refused */
     char reason[1200]; /* why there is no instance */
     char name[1];     /* of the instance */
 } Entry;
 
 /* --- messages ---------------------------------------------------------------------------------------------------- */
+
+/* Category of a message that is logged without debug logging too: slave_base.py. */
+#define UNFILTERED "always"
 
 /* Logger of pythonfmu. */
 static void log_message(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status, fmi2String category,
@@ -72,11 +76,13 @@ static void log_message(fmi2ComponentEnvironment environment, fmi2String name, f
     const Entry *entry = environment;
     char format[2048];
 
-    if (entry->logger == NULL || message == NULL) {
+    const bool always = category != NULL && strcmp(category, UNFILTERED) == 0;
+
+    if (entry->logger == NULL || message == NULL || !(always || (entry->logged >> status & 1U) != 0U)) {
         return;
     }
     format_of(message, format, sizeof format);
-    if (category == NULL || category[0] == '\0') {
+    if (always || category == NULL || category[0] == '\0') {
         category = log_categories[(unsigned)status < CATEGORIES ? status : 0];
     }
     entry->logger(entry->environment, name, status, category, format);
@@ -91,9 +97,7 @@ static fmi2Status fail(Entry *entry, const char *format, ...)
     va_start(arguments, format);
     write_message(message, sizeof message, entry->call, format, arguments);
     va_end(arguments);
-    if ((entry->logged >> fmi2Error & 1U) != 0U) {
-        log_message(entry, entry->name, fmi2Error, log_categories[fmi2Error], message);
-    }
+    log_message(entry, entry->name, fmi2Error, log_categories[fmi2Error], message);
     entry->failed = true;
     return fmi2Error;
 }
@@ -168,8 +172,7 @@ static bool find_resources(Entry *entry, char *folder, const char *guid, const c
 }
 
 /* Makes the slave of pythonfmu. False, with the reason, which is empty if pythonfmu has logged it. */
-static bool make_slave(Entry *entry, fmi2Type type, fmi2String guid, fmi2String uri, fmi2Boolean visible,
-                       fmi2Boolean logging)
+static bool make_slave(Entry *entry, fmi2Type type, fmi2String guid, fmi2String uri, fmi2Boolean visible)
 {
     char *folder;
 
@@ -189,7 +192,7 @@ static bool make_slave(Entry *entry, fmi2Type type, fmi2String guid, fmi2String 
     path_of_uri(uri, folder);
     if (find_resources(entry, folder, guid, uri) && load(entry)) {
         entry->slave =
-            entry->calls.Instantiate(entry->name, type, guid, folder, &entry->callbacks, visible, logging);
+            entry->calls.Instantiate(entry->name, type, guid, folder, &entry->callbacks, visible, fmi2True);
     }
     free(folder);
     return entry->slave != NULL;
@@ -205,7 +208,8 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
         return NULL;
     }
     strcpy(entry->name, instanceName != NULL ? instanceName : "");
-    entry->logged = loggingOn != fmi2False ? ALL_CATEGORIES : 0U;
+    entry->logged = loggingOn != fmi2False ? ALL_CATEGORIES : PROBLEMS;
+    entry->stop = HUGE_VAL;
     if (functions != NULL) {
         entry->callbacks = *functions;
         entry->logger = functions->logger;
@@ -213,7 +217,7 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     }
     entry->callbacks.logger = log_message;
     entry->callbacks.componentEnvironment = entry;
-    if (make_slave(entry, fmuType, fmuGUID, fmuResourceLocation, visible, loggingOn)) {
+    if (make_slave(entry, fmuType, fmuGUID, fmuResourceLocation, visible)) {
         return entry;
     }
     if (entry->reason[0] != '\0') {
@@ -260,10 +264,6 @@ void fmi2FreeInstance(fmi2Component c)
         return entry->calls.name(entry->slave); \
     }
 
-FORWARD(BEGIN_GOOD, SetupExperiment,
-        (fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
-         fmi2Boolean stopTimeDefined, fmi2Real stopTime),
-        toleranceDefined, tolerance, startTime, stopTimeDefined, stopTime)
 FORWARD_PLAIN(EnterInitializationMode)
 FORWARD_PLAIN(ExitInitializationMode)
 FORWARD_PLAIN(Terminate)
@@ -280,22 +280,31 @@ FORWARD(BEGIN, GetRealOutputDerivatives,
         nvr, order, value)
 FORWARD(BEGIN, GetRealStatus, (fmi2Component c, const fmi2StatusKind s, fmi2Real *value), s, value)
 
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
+                               fmi2Boolean stopTimeDefined, fmi2Real stopTime)
+{
+    BEGIN_GOOD(SetupExperiment)
+    entry->stop = stopTimeDefined != fmi2False ? stopTime : HUGE_VAL;
+    return entry->calls.SetupExperiment(entry->slave, toleranceDefined, tolerance, startTime, stopTimeDefined, stopTime);
+}
+
+/* pythonfmu logs all: log_message selects. */
 fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String chosen[])
 {
     const char *unknown_name;
-    unsigned mask;
+    char message[200];
 
     BEGIN(SetDebugLogging)
     if (nCategories > 0 && chosen == NULL) {
         return fail(entry, "an array is a NULL pointer");
     }
-    unknown_name = categories_mask(nCategories, chosen, &mask);
-    if (unknown_name != NULL) {
-        return fail(entry, "log category %.80s is unknown", unknown_name);
+    unknown_name = categories_mask(loggingOn != fmi2False, nCategories, chosen, &entry->logged);
+    if (unknown_name == NULL) {
+        return fmi2OK;
     }
-    entry->logged = loggingOn != fmi2False ? mask : 0U;
-    /* pythonfmu compares names: to it "logAll" is a category that no message has, and no category at all is all */
-    return entry->calls.SetDebugLogging(entry->slave, loggingOn, mask == ALL_CATEGORIES ? 0 : nCategories, chosen);
+    (void)snprintf(message, sizeof message, "log category %.80s is unknown and has no effect", unknown_name);
+    log_message(entry, entry->name, fmi2Warning, UNFILTERED, message);
+    return fmi2Warning;
 }
 
 /* The limits are those of the native FMU. */
@@ -308,6 +317,12 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real point, fmi2Real step, fmi2Boolea
         return fail(entry, "communication point = %s s, step size = %s s; needs finite numbers, step size >= 0",
                     number_text(point, text), number_text(step, other));
     }
+    if (point + step > entry->stop + 1e-3 * step + 1e-15 * fabs(point)) {
+        fail(entry, "step ends at %s s, beyond the stop time %s s: not done", number_text(point + step, text),
+             number_text(entry->stop, other));
+        entry->failed = false; /* the instance is as before */
+        return fmi2Error;
+    }
     return entry->calls.DoStep(entry->slave, point, step, noSetFMUStatePriorToCurrentPoint);
 }
 
@@ -315,6 +330,7 @@ fmi2Status fmi2Reset(fmi2Component c)
 {
     BEGIN(Reset)
     entry->failed = false;
+    entry->stop = HUGE_VAL;
     return entry->calls.Reset(entry->slave);
 }
 
@@ -456,8 +472,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
     return fmi2OK;
 }
 
-/* These are for asynchronous steps, except for fmi2Terminated: the FMU does not end a simulation, and an importer that
-   gets "false" may go on without a message after a discarded step. As in the native FMU. */
+/* As in the native FMU. */
 #define NO_STATUS(name, type)                                                               \
     fmi2Status fmi2Get##name(fmi2Component c, const fmi2StatusKind s, type *value)          \
     {                                                                                       \

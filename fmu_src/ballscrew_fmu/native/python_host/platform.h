@@ -141,12 +141,13 @@ static char *readable_path(char *path) { return path; }
 /* First line of a file in the folder; false: it cannot be read. */
 static bool first_line(const char *folder, const char *file, char *line, int size)
 {
-    char *path = calloc(1, strlen(folder) + strlen(file) + 2);
+    const size_t length = strlen(folder) + strlen(file) + 2;
+    char *path = calloc(1, length);
     FILE *stream = NULL;
     bool found = false;
 
     if (path != NULL) {
-        (void)sprintf(path, "%s/%s", folder, file);
+        (void)snprintf(path, length, "%s/%s", folder, file);
         stream = fopen(path, "rb");
         free(path);
     }

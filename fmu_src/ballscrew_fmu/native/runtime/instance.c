@@ -2,6 +2,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* --- create and free --------------------------------------------------------------------------------------------- */
@@ -26,7 +27,7 @@ INTERNAL Status instance_reset(Instance *instance)
     Situation *now = &instance->now;
 
     memset(now, 0, sizeof *now);
-    model_reset(&now->model, instance->map, instance->screw.start, instance->kind == MODEL_EXCHANGE);
+    model_reset(&now->model, instance->map, instance->screw.start, instance->kind == KIND_ME);
     now->stop = HUGE_VAL;
     now->state = INSTANTIATED;
     now->stale = true;
@@ -49,7 +50,7 @@ INTERNAL Instance *instance_create(const Importer *importer, unsigned kind, cons
     if (map == NULL) {
         return NULL;
     }
-    instance = importer->allocate(1, sizeof *instance + strlen(name));
+    instance = calloc(1, sizeof *instance + strlen(name));
     if (instance == NULL) {
         importer_error(importer, name, "not enough memory");
         map_free(map);
@@ -61,8 +62,7 @@ INTERNAL Instance *instance_create(const Importer *importer, unsigned kind, cons
     instance->map = map;
     instance->screw = screw;
     instance->call = "";
-    instance->logging = logging;
-    instance->categories = ALL_CATEGORIES;
+    instance->categories = logging ? ALL_CATEGORIES : PROBLEMS;
     instance->saved.next = instance->saved.previous = &instance->saved;
     (void)instance_reset(instance);
     report_map(instance);
@@ -75,10 +75,10 @@ INTERNAL void instance_free(Instance *instance)
         /* the standards require that freeInstance frees all memory, including saved states */
         while (instance->saved.next != &instance->saved) {
             void *state = instance->saved.next;
-            (void)instance_free_state(instance, &state);
+            (void)instance_free_state(&state);
         }
         map_free(instance->map);
-        instance->importer.release(instance);
+        free(instance);
     }
 }
 
@@ -86,7 +86,7 @@ INTERNAL void instance_free(Instance *instance)
 
 static const char *kind_name(unsigned kind)
 {
-    return kind == CO_SIMULATION ? "co-simulation" : "model exchange";
+    return kind == KIND_CS ? "co-simulation" : "model exchange";
 }
 
 /* Start of every FMI call. NULL: the call is illegal, which is logged, and the instance has failed. */
@@ -123,19 +123,24 @@ static bool may_warn(const Instance *instance, unsigned warning)
     return (instance->now.warned & warning) == 0U && instance_logs(instance, STATUS_WARNING);
 }
 
-/* One warning for each variable that is clamped. */
+/* One warning for each variable that is clamped; without debug logging for a temperature of 0 K alone, that of tools
+   which set an input that is not connected to 0. */
 static void warn_of_clamping(Instance *instance)
 {
+    const unsigned temperature = 1U << (TEMPERATURE - INPUT_FIRST);
+    const bool absent = instance->now.model.value[TEMPERATURE] == 0.0, logs = instance_logs(instance, STATUS_WARNING);
     unsigned beyond;
     char text[32];
 
-    if (!instance_logs(instance, STATUS_WARNING)) {
+    if (!logs && (!absent || (instance->now.warned & temperature) != 0U)) {
         return;
     }
-    beyond = model_clamped(&instance->now.model) & ~instance->now.warned;
+    beyond = model_clamped(&instance->now.model) & ~instance->now.warned & (logs ? ~0U : temperature);
     instance->now.warned |= beyond;
     for (int reference = (int)INPUT_FIRST; beyond != 0U; ++reference, beyond >>= 1) {
-        if ((beyond & 1U) != 0U) {
+        if ((beyond & 1U) != 0U && reference == TEMPERATURE && absent) {
+            instance_tell(instance, "temperature = 0 is outside the map and is clamped; is the input connected? (logged once)");
+        } else if ((beyond & 1U) != 0U) {
             instance_warn(instance, "%s = %s is outside the map and is clamped (logged once)", model_variables[reference].name,
                  number_text(model_get(&instance->now.model, reference), text));
         }
@@ -176,7 +181,7 @@ INTERNAL Status instance_exit_initialization(Instance *instance)
     instance_follow(instance);
     now->postponed = now->unchecked; /* a value is not valid: the elements begin with the good one in its place */
     now->state = STEP_MODE;
-    if (instance->kind == MODEL_EXCHANGE) {
+    if (instance->kind == KIND_ME) {
         model_initial_event(&now->model);
         now->state = EVENT_MODE;
     }
@@ -196,13 +201,14 @@ static Status begin_step(Instance *instance, double time, double step, bool zero
     char text[32], other[32];
 
     if (!(is_time(time) && step >= 0.0 && step < TOO_LARGE && (step > 0.0 || zero_allowed))) {
-        return instance_fail(instance,
-                             "communication point = %s s, step size = %s s; needs finite numbers, step size %s 0",
-                             number_text(time, text), number_text(step, other), zero_allowed ? ">=" : ">");
+        (void)instance_fail(instance,
+                            "communication point = %s s, step size = %s s; needs finite numbers, step size %s 0",
+                            number_text(time, text), number_text(step, other), zero_allowed ? ">=" : ">");
+        return instance_end(instance, STATUS_ERROR);
     }
-    if (time + step > now->stop + tolerance) {
-        return instance_fail(instance, "step ends at %s s, beyond the stop time %s s", number_text(time + step, text),
-                             number_text(now->stop, other));
+    if (time + step > now->stop + tolerance) { /* the standards require an error; the instance is as before */
+        return instance_fail(instance, "step ends at %s s, beyond the stop time %s s: not done",
+                             number_text(time + step, text), number_text(now->stop, other));
     }
     if (!instance_is_valid(instance)) {
         return STATUS_DISCARD;
@@ -220,6 +226,7 @@ static Status begin_step(Instance *instance, double time, double step, bool zero
     return STATUS_OK;
 }
 
+/* A step; its status is that of the call. */
 INTERNAL Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
     const Status status = begin_step(instance, time, step, zero_allowed, check_time);

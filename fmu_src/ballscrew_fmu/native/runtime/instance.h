@@ -29,8 +29,6 @@ struct Importer {
                  const char *message); /* calls the logger as in this FMI version */
     void (*logger)(void);              /* of the importer, cast back by emit; NULL: none */
     void *environment;
-    void *(*allocate)(size_t count, size_t size); /* zeroed, as calloc */
-    void (*release)(void *memory);
     bool time_variable; /* FMI 3: time has a value reference */
 };
 
@@ -69,7 +67,7 @@ struct Saved {
     Situation situation;
 };
 
-enum { CO_SIMULATION = 1, MODEL_EXCHANGE = 2, BOTH_KINDS = 3 };
+enum { KIND_CS = 1, KIND_ME = 2, BOTH_KINDS = 3 }; /* co-simulation, model exchange */
 
 typedef struct {
     const char *name;
@@ -80,8 +78,7 @@ typedef struct Instance Instance;
 struct Instance {
     Situation now;
     unsigned kind;
-    bool logging;
-    unsigned categories; /* bit per status */
+    unsigned categories; /* bit per status that is logged */
     const char *call;    /* current call, for messages */
     Map *map;
     Screw screw;
@@ -102,5 +99,13 @@ static inline Status instance_end(Instance *instance, Status status)
 #define instance_fail(instance, ...) instance_log(instance, STATUS_ERROR, __VA_ARGS__)
 #define instance_discard(instance, ...) instance_log(instance, STATUS_DISCARD, __VA_ARGS__)
 #define instance_warn(instance, ...) (void)instance_log(instance, STATUS_WARNING, __VA_ARGS__)
+/* Without debug logging, too. */
+#define instance_tell(instance, ...) \
+    do { \
+        const unsigned chosen = (instance)->categories; \
+        (instance)->categories = ALL_CATEGORIES; \
+        instance_warn(instance, __VA_ARGS__); \
+        (instance)->categories = chosen; \
+    } while (false)
 
 #endif

@@ -7,7 +7,7 @@ static const char *const state_names[] = {"Instantiated", "Initialization Mode",
 
 INTERNAL bool instance_logs(const Instance *instance, Status status)
 {
-    return instance->logging && instance->importer.logger != NULL && (instance->categories >> status & 1U) != 0U;
+    return instance->importer.logger != NULL && (instance->categories >> status & 1U) != 0U;
 }
 
 /* Message if no instance can be created. Logged whatever the log settings. */
@@ -47,15 +47,14 @@ INTERNAL Status instance_set_logging(Instance *instance, bool on, size_t count, 
     if (count > 0 && wanted == NULL) {
         return instance_fail(instance, "%lu log categories, but the array is NULL", (unsigned long)count);
     }
-    unknown_name = categories_mask(count, wanted, &mask);
-    if (unknown_name != NULL) {
-        return instance_fail(instance, "log category %.80s is unknown; needs one of %s, %s, %s, %s, %s", unknown_name,
-                             log_categories[0], log_categories[1], log_categories[2], log_categories[3],
-                             log_categories[4]);
-    }
-    instance->logging = on;
+    unknown_name = categories_mask(on, count, wanted, &mask);
     instance->categories = mask;
-    return STATUS_OK;
+    if (unknown_name == NULL) {
+        return STATUS_OK;
+    }
+    instance_tell(instance, "log category %.80s is unknown and has no effect; known: %s, %s, %s, %s, %s", unknown_name,
+                  log_categories[0], log_categories[1], log_categories[2], log_categories[3], log_categories[4]);
+    return STATUS_WARNING;
 }
 
 /* Names of a set of states, e.g. "Event Mode, Terminated". */

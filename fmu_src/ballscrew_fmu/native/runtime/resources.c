@@ -116,14 +116,14 @@ INTERNAL Map *importer_resources(const Importer *importer, const char *name, con
         return NULL;
     }
     resources = resources != NULL ? resources : "";
-    folder = importer->allocate(1, strlen(resources) + sizeof "/" SCREW_FILE MAP_FILE);
+    folder = calloc(1, strlen(resources) + sizeof "/" SCREW_FILE MAP_FILE);
     if (folder == NULL) {
         importer_error(importer, name, "not enough memory");
         return NULL;
     }
     path_of_uri(resources, folder);
     map = read_resources(folder, token, screw, message, sizeof message);
-    importer->release(folder);
+    free(folder);
     if (map == NULL) {
         importer_error(importer, name, "%s", message);
     }

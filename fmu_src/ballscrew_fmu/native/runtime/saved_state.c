@@ -1,6 +1,7 @@
-/* Saved states of an instance, in memory of the importer, and as bytes that are the same on every platform: a file of
+/* Saved states of an instance, in memory, and as bytes that are the same on every platform: a file of
    file.c with token and map of the FMU, then the fields in the order of pass_situation, each as a double. */
 #include <math.h>
+#include <stdlib.h>
 
 #include "instance.h"
 
@@ -21,7 +22,7 @@ static Status store(Instance *instance, const Situation *situation, void **state
     Saved *saved = *state;
 
     if (saved == NULL) {
-        saved = instance->importer.allocate(1, sizeof *saved);
+        saved = calloc(1, sizeof *saved);
         if (saved == NULL) {
             return instance_fail(instance, "not enough memory for an FMU state");
         }
@@ -46,7 +47,7 @@ INTERNAL Status instance_restore(Instance *instance, const void *state)
     if (saved == NULL) {
         return missing(instance);
     }
-    if (saved->situation.model.continuous != (instance->kind == MODEL_EXCHANGE)) {
+    if (saved->situation.model.continuous != (instance->kind == KIND_ME)) {
         return instance_fail(instance, "FMU state is of the other kind, %s: not restored",
                              saved->situation.model.continuous ? "model exchange" : "co-simulation");
     }
@@ -57,14 +58,14 @@ INTERNAL Status instance_restore(Instance *instance, const void *state)
     return STATUS_OK;
 }
 
-INTERNAL Status instance_free_state(Instance *instance, void **state)
+INTERNAL Status instance_free_state(void **state)
 {
     if (state != NULL && *state != NULL) {
         Saved *saved = *state;
 
         saved->previous->next = saved->next;
         saved->next->previous = saved->previous;
-        instance->importer.release(saved);
+        free(saved);
         *state = NULL;
     }
     return STATUS_OK;

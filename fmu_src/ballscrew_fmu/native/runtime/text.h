@@ -12,22 +12,26 @@ enum { CATEGORIES = 5 };
 static const char *const log_categories[CATEGORIES] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError",
                                                        "logStatusFatal"}; /* by status */
 #define ALL_CATEGORIES ((1U << CATEGORIES) - 1U)
+#define PROBLEMS (ALL_CATEGORIES & ~3U) /* what is logged without debug logging: why a call is discarded or an error */
 
-/* Bit per status of the named log categories, of all without a name. NULL, or the name that is unknown. */
-static inline const char *categories_mask(size_t count, const char *const names[], unsigned *mask)
+/* Bit per status of the named log categories, of all without a name. NULL, or the first name that is unknown. */
+static inline const char *categories_mask(bool on, size_t count, const char *const names[], unsigned *mask)
 {
-    *mask = count == 0 ? ALL_CATEGORIES : 0U;
+    const char *unknown = NULL;
+
+    *mask = !on ? PROBLEMS : count == 0 ? ALL_CATEGORIES : 0U;
     for (size_t i = 0; i < count; ++i) {
         size_t known = 0;
         while (known < CATEGORIES && (names[i] == NULL || strcmp(names[i], log_categories[known]) != 0)) {
             ++known;
         }
         if (known == CATEGORIES) {
-            return names[i] != NULL ? names[i] : "NULL";
+            unknown = unknown != NULL ? unknown : names[i] != NULL ? names[i] : "NULL";
+        } else if (on) {
+            *mask |= known == 0 ? ALL_CATEGORIES : 1U << known;
         }
-        *mask |= known == 0 ? ALL_CATEGORIES : 1U << known;
     }
-    return NULL;
+    return unknown;
 }
 
 /* Text of a number, the same on every platform. */

@@ -64,7 +64,7 @@ INTERNAL bool instance_is_valid(Instance *instance)
 INTERNAL void instance_follow(Instance *instance)
 {
     if (instance->now.stale
-        && (instance->kind == MODEL_EXCHANGE || instance->now.state == INITIALIZATION_MODE)) {
+        && (instance->kind == KIND_ME || instance->now.state == INITIALIZATION_MODE)) {
         instance->now.stale = false;
         if (instance_is_valid(instance)) {
             model_latch(&instance->now.model);
@@ -159,7 +159,7 @@ INTERNAL Status instance_set(Instance *instance, const unsigned references[], si
     for (size_t i = 0; !boolean && i < count; ++i) {
         const unsigned index = instance_index(references[i]);
         if (!model_accepts((int)index, reals[i])) {
-            if (instance->kind == MODEL_EXCHANGE) {
+            if (instance->kind == KIND_ME) {
                 return invalid(instance, index, reals[i]);
             }
             instance->now.unchecked = true; /* the step is discarded */

@@ -188,7 +188,7 @@ static inline void axis_outputs(const Point *point, const Number at[], const Mom
     out[NUT_FORCE] = force;
     out[FORCE_NUT_A] = contacts->a.force;
     out[FORCE_NUT_B] = contacts->b.force;
-    out[LOST_MOTION] = subtract(multiply(mechanics->lever[SHAFT], at[ANGLE]), at[POSITION]);
+    out[AXIAL_DEFLECTION] = subtract(multiply(mechanics->lever[SHAFT], at[ANGLE]), at[POSITION]);
     out[AXIAL_STIFFNESS] = stiffness;
     power = add(add(multiply(point->parts.viscous, absolute(speed)), elements.power),
                 add(multiply(damping, contacts->drift), add(multiply(drag, velocity), guide.power)));
