@@ -70,7 +70,12 @@ DERIVED = {DERIVATIVES, "providesDirectionalDerivatives", "providesAdjointDeriva
 TRUE = {  # flags by kind of FMU and interface; tests/fmu/native_fmu calls what they promise
     ("python", "CoSimulation"): {*STATES, UNEVEN, "canNotUseMemoryManagementFunctions"},
     (2, "CoSimulation"): {*STATES, UNEVEN, DERIVATIVES, "canNotUseMemoryManagementFunctions"},
-    (2, "ModelExchange"): {*STATES, DERIVATIVES, "canNotUseMemoryManagementFunctions", "completedIntegratorStepNotNeeded"},
+    (2, "ModelExchange"): {
+        *STATES,
+        DERIVATIVES,
+        "canNotUseMemoryManagementFunctions",
+        "completedIntegratorStepNotNeeded",
+    },
     (3, "CoSimulation"): {*FMI3, UNEVEN},
     (3, "ModelExchange"): FMI3,
 }
@@ -120,7 +125,9 @@ def test_variables_are_those_of_the_interface(model, kind):
         states = STATES_OF.get(model.name, ()) if kind != "python" else ()
         # elements follow from presliding_side unless they are set, states of the axis from parameters
         approx = name in states and model is not AXIS
-        initial = {"parameter": "exact", "input": None}.get(row["causality"], "approx" if approx else "calculated")
+        initial = {"parameter": "exact", "input": None}.get(
+            row["causality"], "approx" if approx else "calculated"
+        )
         assert node.get("initial") == initial, name  # FMI 2.0 forbids it on inputs, CasADi refuses it
         derivative = str(list(nodes).index(RATES[name]) + 1) if name in RATES else None
         assert numbers.get("derivative") == derivative

@@ -99,9 +99,12 @@ def drawn(page):
 
 
 @pytest.mark.parametrize(
-    ("engine", "name", "count"), [("node", "three_parameter", 200), ("node", "sealed", 50), ("browser", "mechanistic", 8)]
+    ("engine", "name", "count"),
+    [("node", "three_parameter", 200), ("node", "sealed", 50), ("browser", "mechanistic", 8)],
 )
-def test_numbers_are_those_of_the_command_torque(pages, options, request, capsys, tmp_path, engine, name, count):
+def test_numbers_are_those_of_the_command_torque(
+    pages, options, request, capsys, tmp_path, engine, name, count
+):
     place = np.random.default_rng(7).uniform(size=(count, 4))
     lo, hi = np.array([130.0, 6.0, 11.0, -4000.0]), np.array([9000.0, 5500.0, 79.0, 4000.0])
     keys = ("preload", "speed", "temperature", "axial_load")

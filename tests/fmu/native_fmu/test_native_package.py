@@ -101,7 +101,9 @@ def test_the_libraries_are_the_same_for_all_screws_and_versions():
         found = [{n: c for n, c in files.items() if n.startswith("binaries/")} for files in packed]
         assert all(one == found[0] != {} for one in found)
         changed = library._replace(sources=library.sources | {"model.c": b""})
-        assert changed.file(HOST[0]) != library.file(HOST[0])  # else an update would take the library of old sources
+        assert changed.file(HOST[0]) != library.file(
+            HOST[0]
+        )  # else an update would take the library of old sources
     assert len({entry_library(nut_map.header, FRICTION).file(HOST[0]) for nut_map in maps}) == 1
     assert len({page_library(nut_map.header).file(WASM) for nut_map in maps}) == 1
 

@@ -8,14 +8,16 @@ from processes import RUNS_HERE
 from synthetic_map import closed_form
 
 from ballscrew_fmu.checks.reference import reference_of
-from ballscrew_fmu.models import FRICTION, MODELS, NATIVE_MODELS
+from ballscrew_fmu.models import MODELS, NATIVE_MODELS
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.python_fmu.package import build_fmu
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(not RUNS_HERE, reason="compares with x86_64 Linux")]
 NUT_MAP = closed_form()
 WINDOWS = "x86_64-windows"
-AGREEMENT = 1e-12  # of the range of an output: C libraries differ in the last digits of exp, log, pow and tanh
+AGREEMENT = (
+    1e-12  # of the range of an output: C libraries differ in the last digits of exp, log, pow and tanh
+)
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +48,9 @@ def test_another_platform_gives_the_numbers_of_linux(folder, platform, model):
     here, there = (run_on(p, place, folder, reference.step, reference.inputs) for p in (HERE, platform))
     assert there.log == here.log
     assert len(here.outputs) == len(reference.inputs) == len(there.outputs)
-    difference = np.abs(there.outputs - here.outputs).max(axis=0) / np.maximum(np.abs(here.outputs).max(axis=0), 1e-300)
+    difference = np.abs(there.outputs - here.outputs).max(axis=0) / np.maximum(
+        np.abs(here.outputs).max(axis=0), 1e-300
+    )
     worst = dict(zip(here.names, difference, strict=True))
     assert all(x <= (1e-9 if model.step_derivatives is False else AGREEMENT) for x in worst.values()), worst
     assert {file: file.read_bytes() for file in files} == files

@@ -87,7 +87,11 @@ def run_on(platform, unpacked, folder, step, rows):
     # no pipes: the servers of wine inherit them and keep them open
     subprocess.run(command, cwd=folder, env=environment, timeout=TIME_LIMIT, stdout=subprocess.DEVNULL,
                    stderr=subprocess.DEVNULL, check=False)  # fmt: skip
-    found = np.frombuffer((folder / "host.out").read_bytes(), "<f8") if (folder / "host.out").exists() else np.array([])
+    found = (
+        np.frombuffer((folder / "host.out").read_bytes(), "<f8")
+        if (folder / "host.out").exists()
+        else np.array([])
+    )
     return Run(found.reshape(-1, len(names)), names, (folder / "host.log").read_text(errors="replace"))
 
 
