@@ -169,7 +169,8 @@ ROWS: tuple[Variable | Shared, ...] = (
         "screw_mass", "Mass of the screw, used with a support. 0: of a cylinder of steel", "kg", 0.0, 10.0,
     ),
     _parameter(
-        "screw_diameter", "Diameter of the screw, for inertia and mass", "m", nominal=0.01, display_unit="mm", fixed=True,
+        "screw_diameter", "Diameter of the screw, for inertia and mass", "m", nominal=0.01, display_unit="mm",
+        fixed=True,
     ),
     _parameter(
         "screw_length", "Length of the screw, for inertia and mass (assumed)", "m", display_unit="mm", fixed=True,
