@@ -238,6 +238,8 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
     if stamped := any(map(STAMP.fullmatch, time)):
         del marks[columns["time"].heading]
     notes = _without_thousands(marks)
+    with_one = {k: column for k, column in columns.items() if column.multiple not in (None, 1.0)}
+    notes += [f"{c.heading}: one of {k} is {c.multiple:g} {c.unit}" for k, c in with_one.items()]
     if time:
         texts["time"] = _seconds(time, columns["time"], kind.quantities["time"].units)
     read = {key: _numbers(texts[key]) for key in columns if key in kind.quantities}

@@ -35,6 +35,13 @@ RELATIVE = {
 MULTIPLE = re.compile(r"[\[(]\s*((\d*[.,]?\d+)(?:/([1-9]\d*))?\s+)(?=[^\d\s/][^\[\]()]*[\])]$)")
 
 
+#: smallest usual range of a sensor [SI], by quantity; a round number of at least so much before a unit may be the range
+#: of the sensor or what one is
+RANGES = {
+    "torque": 0.1, "screw_torque": 0.1, "force": 5.0, "preload": 5.0, "axial_load": 5.0, "current": 0.5, "voltage": 0.5,
+    "position": 5e-3, "screw_position": 1.5, "speed": 0.1, "screw_speed": 10.0, "temperature": 5.0,
+}  # fmt: skip
+
 ALIASES: set[str] = set()
 
 
@@ -248,13 +255,27 @@ def named_places(headings: Sequence[str], kind: Kind, stated: Mapping[str, str])
     return [] if -1 in needed else needed
 
 
-def _multiple(heading: str, stated: bool = False) -> tuple[str, float | None]:
-    """Heading without the number before its unit, and that; None: no number, or the range of a sensor: (100 N.m)."""
+def _multiple(heading: str) -> tuple[str, float | None]:
+    """Heading without the number before its unit, and that; None: no number."""
     match = MULTIPLE.search(heading)
     multiple = float(match[2].replace(",", ".")) / int(match[3] or 1) if match else 0.0
-    if not match or multiple == 0.0 or (multiple > 1.0 and not stated):
+    if not match or multiple == 0.0:
         return heading, None
     return heading[: match.start(1)] + heading[match.end() :], multiple
+
+
+def _refuse_range(key: str, heading: str, unit: str, multiple: float, factor: float) -> None:
+    """HeadingError for a number that may be the range of a sensor: round, of a usual size, (0.5 N.m), (100 N.m)."""
+    round_one = float(f"{multiple:.2g}") == multiple
+    if multiple != 1.0 and round_one and multiple * factor >= RANGES.get(key, math.inf):
+        stem = parted(heading)[0]
+        raise HeadingError(
+            key,
+            f"column {heading!r}: {multiple:g} {unit} may be the range of the sensor, or what one is; allowed: "
+            f'--column "{key}={stem} [{unit}]" for a range, --column "{key}={stem} [{multiple:g} {unit}]" where one is '
+            "that; in a file without that option: the heading with the unit alone, or values in it",
+            unknown_unit=True,
+        )
 
 
 def _places_of(text: str, headings: Sequence[str]) -> list[int]:
@@ -282,14 +303,19 @@ def columns_of(
             )
         (place,), own = places, parted(text)[1]
         unit = own or parted(headings[place])[1] or units[place]
-        text, multiple = _multiple(f"{key} [{unit}]" if unit else key, bool(own))
+        text, multiple = _multiple(f"{key} [{unit}]" if unit else key)
         unit = (quantity_of(text, kind) or ("", ""))[1]
+        if not own and multiple is not None:
+            _refuse_range(key, headings[place], unit, multiple, kind.quantities[key].units[unit][0])
         columns[key] = [Column(place, headings[place], unit, bool(own), multiple)]
     taken, problems = {column.place for (column,) in columns.values()}, []
     for place, heading in enumerate(headings):
         text, multiple = _multiple(heading)
         try:
             result = None if place in taken else quantity_of(text, kind, units[place])
+            if result is not None and multiple is not None:
+                key, unit = result
+                _refuse_range(key, heading, unit, multiple, kind.quantities[key].units[unit][0])
         except HeadingError as error:
             problems.append(error)
             continue
