@@ -15,7 +15,7 @@ from ballscrew_tehl.friction.sets import FITTED, friction_set_of_file, with_supp
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, changed
 from ballscrew_tehl.parameters.units import RPM
-from ballscrew_tehl.refinement.direct import contacts_of
+from ballscrew_tehl.refinement.contacts import contacts_of
 
 K, LENGTH, PLACE = 0.009, 15.0, (1500.0, 310.0)
 POINTS = [Measurement(PLACE[0], rpm * RPM, PLACE[1], 1.0) for rpm in (100.0, 400.0, 1000.0, 1700.0, 2500.0)]

@@ -34,7 +34,13 @@ for fmu in sorted(os.listdir("fmus")):
     assert main(["check", f"fmus/{fmu}"]) == 0
 assert main(["page", "--output", "page.html"]) == 0
 assert main(["build", "--embed-map", "--output", "embedded"]) == 1
+point = "--torque-nm 0.4 --preload-n 1000 --speed-rpm 100 --temperature-c 30".split()
+assert main(["calibrate", *point, "--screw", "my.toml", "--output", "fit.toml", "--plot", "fit.png"]) == 0
+with open("measured.csv", "w") as file:
+    file.write("preload [N],speed [r/min],torque [N.m]\\n1000,100,0.4\\n1000,500,0.38\\n1000,1500,0.45\\n")
+assert main(["calibrate", "measured.csv", "--screw", "my.toml", "--plot", "fit.png"]) == 0
 import ballscrew_tehl
+assert ballscrew_tehl.bearing(60e-3, 12.3e-3, 14, 0.7, 0.52, 0.52).torque(1e3, 100.0, 313.0).total > 0.0
 print(ballscrew_tehl.__file__)
 """
 LEFT_OUT = (".*", "dist", "build", "*.egg-info", "__pycache__", "*.nb[ci]", "*.pyc")

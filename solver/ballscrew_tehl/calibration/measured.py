@@ -33,6 +33,7 @@ from ..parameters.units import CELSIUS, RPM
 from ..physics.ball_law import Array
 from ..physics.hertz import RACEWAYS
 from ..physics.load import nut_loads
+from ..refinement.contacts import contacts_of
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import MECHANISTIC
 from ..tables.headings import TORQUE
@@ -344,8 +345,8 @@ class MapFilm:
 
 def solved_film(name: str, parameters: Parameters) -> Any:
     """FilmModel of a set, by the solver, or the ContactValues of the mechanistic law, of the atlas if it holds them."""
-    from ..refinement.direct import DirectFilm, contacts_of
+    if name == MECHANISTIC:
+        return contacts_of(parameters)
+    from ..refinement.direct import DirectFilm
 
-    if name != MECHANISTIC:
-        return DirectFilm(parameters, Law(name).film_model == "solved_thermal")
-    return contacts_of(parameters)
+    return DirectFilm(parameters, Law(name).film_model == "solved_thermal")

@@ -9,8 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..atlas.ball_contacts import BallContacts
-from ..atlas.contact_atlas import OutsideAtlasError
 from ..atlas.groups import QUANTITIES, closed_forms, rolling_contacts, unmodelled
 from ..contact import THICKEST, ContactResult, solve_ball
 from ..friction.mechanistic import mean_load, neighbour_power, nuts_powers, rolling_torque
@@ -211,14 +209,6 @@ class DirectContacts:
         contact = self._solved(raceway, mean, float(speed.flat[0]), float(temperature.flat[0]))
         contacts = MeanBallContacts(self.parameters, {raceway: [(mean, contact)]})
         return contacts.values(raceway, load, speed, temperature)
-
-
-def contacts_of(parameters: Parameters) -> BallContacts | DirectContacts:
-    """Contacts from the atlas, or solved if it does not hold this oil or geometry."""
-    try:
-        return BallContacts(parameters)
-    except OutsideAtlasError:
-        return DirectContacts(parameters)
 
 
 def mean_ball_state(

@@ -124,13 +124,8 @@ def _by_map(
 def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
     """States by solves of the contacts, arguments as of _by_map; keys of their provenance."""
     from ...atlas.contact_atlas import load_atlas
-    from ...refinement.direct import (
-        DirectContacts,
-        DirectFilm,
-        contacts_of,
-        direct_extremes,
-        rolling_parameters,
-    )
+    from ...refinement.contacts import contacts_of
+    from ...refinement.direct import DirectContacts, DirectFilm, direct_extremes, rolling_parameters
 
     parameters, friction_set = chosen.parameters, chosen.friction_set
     mechanistic = friction_set.film_model == MECHANISTIC
