@@ -14,7 +14,7 @@ from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
 from ..shared.inputs import screw_of
 from ..shared.output import QUIET, Answer, check_output, progress_bar, say, written
-from ..shared.quantities import CALIBRATION_POINT
+from ..shared.quantities import CALIBRATION_POINT, TOLERANCES
 
 
 def run_calibrate(args: Namespace) -> Answer:
@@ -32,6 +32,7 @@ def run_calibrate(args: Namespace) -> Answer:
         if path:
             check_output(option, path, f"a file {kind}", inputs=(args.measurements, args.screw))
     options = {"name": name, "drop": args.drop}
+    options |= {each.axis: 0.01 * (getattr(args, each.name) or 0.0) for each in TOLERANCES}
     if args.temperature_c is not None:
         options["temperature"] = args.temperature_c + CELSIUS
     with progress_bar(QUIET) as progress:
