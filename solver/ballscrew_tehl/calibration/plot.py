@@ -1,6 +1,5 @@
 """Figure of a calibration: torque over speed with its interval, measured points and residuals."""
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +18,8 @@ from ..physics.ball_law import Array
 from ..whole_file import whole_file
 from .result import Calibration
 
-#: colour-blind safe: lightness rises with the preload; outliers in a colour of Okabe & Ito
-COLOURS, CAUTION = "viridis", "#D55E00"
+#: colour-blind safe: lightness rises with the preload; outliers in a colour of Okabe & Ito; speeds around one as a factor
+COLOURS, CAUTION, AROUND = "viridis", "#D55E00", 3.0
 
 
 def calibration_figure(result: Calibration) -> Figure:
@@ -60,9 +59,10 @@ def calibration_figure(result: Calibration) -> Figure:
     below.set(xlabel="screw speed [r/min]", ylabel="model/measured - 1 [%]", xscale="log")
     below.xaxis.set(major_formatter="{x:g}", minor_formatter=LogFormatter())
     entry = result.friction_set
-    mean, unseen = (100.0 * entry.errors.get(key, math.nan) for key in ("mean", "leave_one_out_mean"))
-    title = f"{result.parameters.name}, {len(points)} points ({entry.kinematics}, {entry.name})"
-    figure.suptitle(f"{title}: mean error {mean:.2f} %, left out {unseen:.2f} %", fontsize="medium")
+    title = f"{result.parameters.name}, points: {len(points)} ({entry.kinematics}, {entry.name})"
+    for key, text in (("mean", "mean error"), ("leave_one_out_mean", "left out")):
+        title += f", {text} {100.0 * entry.errors[key]:.2f} %" if key in entry.errors else ""
+    figure.suptitle(title, fontsize="medium")
     return figure
 
 
@@ -72,7 +72,10 @@ def _curve(result: Calibration, rows: list[int], speed: Array) -> list[Array]:
     if not isinstance(film, BallContacts):
         return [speed[rows], *3 * [result.basis.torque(result.fit.values)[rows]]]
     parameters, m = with_supply(result.parameters, entry), points[0]
-    speeds = np.geomspace(speed.min(), speed.max(), 40)
+    low, high = speed.min(), speed.max()
+    # around points at one speed
+    low, high = (low, high) if high > low else (low / AROUND, high * AROUND)
+    speeds = np.geomspace(low, high, 40)
     at, temperature = speeds * RPM, np.array([m.temperature])
     forces = nut_forces(parameters, m.preload, m.axial_load)
     rest, slope = torque_line(nuts_powers(parameters, forces, film, at[:, None], temperature))

@@ -73,8 +73,8 @@ OF_OIL = {
 BY_ONE_TORQUE = (FITTED_COEFFICIENT, "boundary_friction", "limiting_shear_coefficient")
 #: speed, temperature, contacts, as powers_of_nuts takes them
 At = tuple[Any, Any, ContactValues]
-#: what the ends of an interval are
-MEANING = "about 80 %, from bounded constants"
+#: what the ends of an interval are, without and with a fit to the screw
+MEANING = "about 80 %, from bounded constants", "about 80 %, from measured torques and bounded constants"
 
 
 class Effects(NamedTuple):
@@ -116,7 +116,7 @@ class TorqueInterval(NamedTuple):
     def meaning(self) -> str:
         """What it is, with the two constants that contribute most, and what narrows it most."""
         shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(self.shares.items())[:2])
-        return f"{MEANING}: {shares}{self.advice and '; narrower by '}{self.advice}"
+        return f"{MEANING[LEFT_OUT in self.shares]}: {shares}{self.advice and '; narrower by '}{self.advice}"
 
     @property
     def advice(self) -> str:

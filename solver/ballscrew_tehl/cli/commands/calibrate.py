@@ -65,9 +65,8 @@ def run_calibrate(args: Namespace) -> Answer:
 
 def _point(args: Namespace) -> Measurement:
     """The one point of the options."""
-    if args.plot or args.drop:
-        option = "--plot" if args.plot else "--drop"
-        raise ValueError(f"{option} with --torque-nm; allowed: with MEASUREMENTS.csv only")
+    if args.drop:
+        raise ValueError("--drop with --torque-nm; allowed: with MEASUREMENTS.csv only")
     if args.set not in (None, MECHANISTIC):
         raise ValueError(f"--set = {args.set}; allowed with --torque-nm: {MECHANISTIC}, which has one number")
     values = {quantity.option: getattr(args, quantity.name) for quantity in CALIBRATION_POINT}
