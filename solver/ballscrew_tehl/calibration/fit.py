@@ -310,7 +310,9 @@ class Fit(NamedTuple):
 
 
 def fit(
-    basis: TorqueBasis, groups: Sequence[Sequence[int]], chosen: Callable[[Sequence[int]], TorqueBasis] | None = None
+    basis: TorqueBasis,
+    groups: Sequence[Sequence[int]],
+    chosen: Callable[[Sequence[int]], TorqueBasis] | None = None,
 ) -> Fit:
     """Least squares with hat values, Student t intervals and errors of points left out, those of a group together.
 
@@ -345,7 +347,7 @@ def fit(
         with suppress(ValueError):
             part = (chosen or basis.subset)(others)
             if len(others) >= len(part.names):
-                own = replace(basis, names=part.names, fixed=part.fixed, rolling=None if part.rolling is None else basis.rolling)
+                own = replace(basis, names=part.names, fixed=part.fixed)
                 left_out[group] = (own.torque(fit_values(part)) / basis.measured - 1.0)[group]
     studentised, limit = np.full(n, math.nan), math.inf
     if freedom >= 2:
@@ -373,7 +375,7 @@ def fit_law(
     def chosen(rows: Sequence[int]) -> tuple[TorqueBasis, Supply | None]:
         part = whole.subset(rows)
         if len(rows) < FOR_SUPPLY:
-            return replace(part, rolling=None), None
+            return part, None
         supply = supply_limits(part)
         if not supply.inverse[0] <= default <= supply.inverse[1]:
             level = not (supply.coefficient[0] <= low and high <= supply.coefficient[1])

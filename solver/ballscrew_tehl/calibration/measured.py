@@ -65,9 +65,10 @@ HELD = (
     "effects; scatter as of the packaged fit"
 )
 EXACT = (
-    "the torque counts as measured on this screw, to 2 %: one of a catalogue or a sheet has a tolerance (ISO 3408-3: 20 "
-    "to 50 %), state it: --torque-tolerance-percent"
+    "the torque counts as measured on this screw, to 2 %: one of a catalogue or a sheet has a tolerance, 20 to 50 % by "
+    "ISO 3408-3: state it by --torque-tolerance-percent"
 )
+TOLERATED = "tolerances are in the interval of the torque, not in the limits of the fitted numbers"
 
 #: why a point cannot be used; "": it can
 Reason = Callable[[Measurement], str]
@@ -175,18 +176,18 @@ def _calibration(
         }  # fmt: skip
         outliers = _outliers(points, found).items()
         notes += [f"{points[i].point}: {text}; to leave it out: --drop outliers" for i, text in outliers]
-    if ends := [m.limits for m in points if m.limits]:
-        spread = math.exp(max(math.log(high / low) for low, high in ends))
-        statistics["provenance"] += f", tolerance of the torque: high over low end {spread:.3g}"
+    if any(m.limits or m.preload_tolerance for m in points):
+        notes.append(TOLERATED if name == MECHANISTIC else f"tolerances are not used: {name} has no interval")
+        statistics["provenance"] += ", with tolerances"
     statistics["provenance"] += f", ballscrew_tehl {__version__}"
     statistics |= {"screw": parameters.name, "parameters_hash": parameters_hash(parameters)}
+    if name == MECHANISTIC:
+        statistics["screw_hash"] = parameters_hash(parameters, oil=False)
     ratio, net, height = found.values.tolist()
     if INVERSE_SUPPLY in basis.names:
         statistics[SUPPLY], height = 1.0 / height if height > 0.0 else math.inf, 0.0
     friction_set = FrictionSet(Law(name), ratio, net, height, **statistics)
     if name == MECHANISTIC:
-        statistics["screw_hash"] = parameters_hash(parameters, oil=False)
-        friction_set = FrictionSet(Law(name), ratio, net, height, **statistics)
         friction_set = with_learned(friction_set, basis, found.deviation, parameters, film)
     notes += number_notes(friction_set, parameters)
     notes += supply_notes(basis, found, parameters)
@@ -200,25 +201,26 @@ def with_learned(
     parameters = with_supply(parameters, entry)
     measured = basis.measurements
 
-    def points(side: float) -> list[tuple[list[float], float, float]]:
+    def points(side: float) -> list[tuple[Sequence[float], float, float]]:
         preloads = [m.preload * (1.0 + side * m.preload_tolerance) for m in measured]
-        forces = [nut_forces(parameters, preload, m.axial_load) for preload, m in zip(preloads, measured, strict=True)]
-        return [(list(each), m.speed, m.temperature) for each, m in zip(forces, measured, strict=True)]
+        forces = [
+            nut_forces(parameters, *at) for at in zip(preloads, (m.axial_load for m in measured), strict=True)
+        ]
+        return [(each, m.speed, m.temperature) for each, m in zip(forces, measured, strict=True)]
 
     def level(side: float) -> Array:
-        at = points(side)
-        return np.log([double_nut_parts(parameters, f, contacts, *other, *entry.values[:2]).total for f, *other in at])
+        values = entry.values[:2]
+        parts = [double_nut_parts(parameters, f, contacts, n, t, *values).total for f, n, t in points(side)]
+        return np.log(parts)
 
-    tolerances = []
-    if any(m.limits for m in measured):
-        low, high = np.log([m.limits or (m.torque, m.torque) for m in measured]).T - np.log(basis.measured)
-        tolerances.append((low, high))
+    ends = np.log([m.limits or (m.torque, m.torque) for m in measured]).T - np.log(basis.measured)
+    tolerances = [ends] if np.any(ends) else []
     if any(m.preload_tolerance for m in measured):
-        # a larger preload than stated: the law has more, the torque is less over it
-        tolerances.append((level(0.0) - level(1.0), level(0.0) - level(-1.0)))
+        # with a larger preload the law has more, and the torque is less over it
+        tolerances.append(level(0.0) - [level(1.0), level(-1.0)])
     own = np.array([(m.uncertainty or 0.0) / m.torque for m in measured])
-    of_points = points(0.0), -np.log1p(deviation), basis.weights
-    found = learned(parameters, *of_points, contacts, entry, own, tolerances)
+    errors = -np.log1p(deviation)
+    found = learned(parameters, points(0.0), errors, basis.weights, contacts, entry, own, tolerances)
     return replace(entry, learned=found)
 
 

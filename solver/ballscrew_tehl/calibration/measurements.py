@@ -43,8 +43,8 @@ class Measurement:
     weight  factor on its relative error
     axial_load [N] of the double nut;  uncertainty: standard one of the torque [N.m], None if not known
     rows    of the file, from 1
-    limits  tolerance of the torque [N.m], low and high end;  preload_tolerance: of the preload, as a fraction of it.
-            One error for all points of a calibration (friction.interval says how it counts)
+    limits  tolerance of the torque [N.m], low and high end, or none;  preload_tolerance: as a fraction of the preload;
+            each one error that all points of a calibration share (friction.interval)
     """
 
     preload: float
@@ -56,7 +56,7 @@ class Measurement:
     axial_load: float = 0.0
     uncertainty: float | None = None
     rows: tuple[int, ...] = field(default=(), compare=False)
-    limits: tuple[float, float] | None = None
+    limits: tuple[float, ...] = ()
     preload_tolerance: float = 0.0
 
     @property
@@ -170,17 +170,19 @@ class MeasurementFile(NamedTuple):
         """The same, with tolerances as fractions where a row states none; ValueError: out of range."""
         for name, value in (("torque_tolerance", torque), ("preload_tolerance", preload)):
             if not 0.0 <= value <= MAX_TOLERANCE:
-                raise ValueError(f"{name} = {value:g}; allowed: 0 to {MAX_TOLERANCE:g} of the {name.split('_')[0]}")
+                raise ValueError(
+                    f"{name} = {value:g}; allowed: 0 to {MAX_TOLERANCE:g} of the {name.split('_')[0]}"
+                )
 
         def stated(m: Measurement) -> Measurement:
-            limits = m.limits or ((m.torque * (1.0 - torque), m.torque * (1.0 + torque)) if torque else None)
+            limits = m.limits or tuple(m.torque * (1.0 + side * torque) for side in (-1.0, 1.0) if torque)
             return replace(m, limits=limits, preload_tolerance=m.preload_tolerance or preload)
 
         return self._replace(measurements=[stated(m) for m in self.measurements])
 
     def without_seals(self, seal_torque: float) -> Self:
         """The same without the torque of the seals [N.m]; ValueError: nothing is left."""
-        least = min([min(m.torque, *m.limits or ()) if m.limits else m.torque for m in self.measurements], default=math.inf)
+        least = min((end for m in self.measurements for end in (m.torque, *m.limits)), default=math.inf)
         if not least > seal_torque:
             raise ValueError(
                 f"{self.where}torque = {least:g} N.m; needs more than seal_torque = {seal_torque:g} N.m of the screw "
@@ -188,11 +190,7 @@ class MeasurementFile(NamedTuple):
             )
         return self._replace(
             measurements=[
-                replace(
-                    m,
-                    torque=m.torque - seal_torque,
-                    limits=m.limits and (m.limits[0] - seal_torque, m.limits[1] - seal_torque),
-                )
+                replace(m, torque=m.torque - seal_torque, limits=tuple(end - seal_torque for end in m.limits))
                 for m in self.measurements
             ],
             notes=[*self.notes, f"seal_torque = {seal_torque:g} N.m subtracted from all torques"],
@@ -233,7 +231,7 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
         usable.append(Measurement(
             value["preload"], abs(value["speed"]), value.get("temperature", temperature), torque,
             (name,) if name else (), value.get("weight", 1.0), value.get("axial_load", 0.0), uncertainty, (number,),
-            (ends[0], ends[1]) if ends else None, value.get("preload_tolerance", 0.0),
+            tuple(ends), value.get("preload_tolerance", 0.0),
         ))  # fmt: skip
     notes = [*filter(None, [table.unused(columns)]), *rows.notes]
     if assumed:

@@ -18,8 +18,10 @@ from ..physics.ball_law import Array
 from ..whole_file import whole_file
 from .result import Calibration
 
-#: colour-blind safe: lightness rises with the preload; outliers in a colour of Okabe & Ito; speeds around one as a factor
-COLOURS, CAUTION, AROUND = "viridis", "#D55E00", 3.0
+#: colour-blind safe: lightness rises with the preload; outliers in a colour of Okabe & Ito
+COLOURS, CAUTION = "viridis", "#D55E00"
+#: speeds shown around points at one, as a factor
+AROUND = 3.0
 
 
 def calibration_figure(result: Calibration) -> Figure:
@@ -32,7 +34,7 @@ def calibration_figure(result: Calibration) -> Figure:
         )
         groups.setdefault(f"{points[i].preload:.6g} N{load}, {kelvin - CELSIUS:.0f} C", []).append(i)
     speed = np.array([m.speed / RPM for m in points])
-    shown = [result.basis.measured, 100.0 * fit.deviation]
+    shown = [result.basis.measured, np.round(100.0 * fit.deviation, 6)]
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
     for k, (name, rows) in enumerate(groups.items()):
@@ -72,10 +74,8 @@ def _curve(result: Calibration, rows: list[int], speed: Array) -> list[Array]:
     if not isinstance(film, BallContacts):
         return [speed[rows], *3 * [result.basis.torque(result.fit.values)[rows]]]
     parameters, m = with_supply(result.parameters, entry), points[0]
-    low, high = speed.min(), speed.max()
-    # around points at one speed
-    low, high = (low, high) if high > low else (low / AROUND, high * AROUND)
-    speeds = np.geomspace(low, high, 40)
+    around = AROUND if np.ptp(speed) == 0.0 else 1.0
+    speeds = np.geomspace(speed.min() / around, speed.max() * around, 40)
     at, temperature = speeds * RPM, np.array([m.temperature])
     forces = nut_forces(parameters, m.preload, m.axial_load)
     rest, slope = torque_line(nuts_powers(parameters, forces, film, at[:, None], temperature))

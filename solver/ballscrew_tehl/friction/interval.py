@@ -211,13 +211,13 @@ def learned(
     contacts: ContactValues,
     friction_set: FrictionSet,
     own: Array | float = 0.0,
-    tolerances: Sequence[tuple[Array, Array]] = (),
+    tolerances: Sequence[Array] = (),
 ) -> dict[str, dict[str, Any]]:
     """Entry `learned` of a friction set: mean of the standardised constants and rows of their covariance, by constant.
 
     points : forces of the nuts [N], speed [rad/s], temperature [K];  errors : ln(measured/computed) with the set;
     weights : over which the error of a torque is larger;  own : stated standard errors of ln(torque), independent
-    tolerances : of each error that all points share, low and high end of ln(torque) there
+    tolerances : of each error that all points share, low and high end of ln(torque) there, (2, n)
     """
     found = [
         _effects(

@@ -282,9 +282,9 @@ def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
         return ""
     if of_other_oil(friction_set, parameters):
         return (
-            f"the numbers of friction set {friction_set.name} were measured on {friction_set.screw} with another oil "
-            f"than {parameters.lubricant.name}: its friction between balls is taken over, what is known of the first oil "
-            "is not; torques measured with this oil narrow the interval"
+            f"the numbers of friction set {friction_set.name} were measured on {friction_set.screw} in another oil "
+            f"than {parameters.lubricant.name}: the friction between balls is taken over, nothing that is of an oil; "
+            "torques measured with this oil narrow the interval"
         )
     return (
         f"the numbers of friction set {friction_set.name} were measured on {friction_set.screw or 'another screw'}, "

@@ -112,10 +112,7 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def parameters_hash(parameters: Parameters, oil: bool = True) -> str:
-    """Start of the SHA-256 of the parameters that a map, and a fit to its films, depends on, or without those of its oil.
-
-    Names are none of them.
-    """
+    """Start of the SHA-256 of the parameters that a map and a fit to it depend on, no names; oil: with its own."""
     content = without_names(map_parameters_json(parameters))
     content = content if oil else {table: content[table] for table in content if table != "lubricant"}
     return hashlib.sha256(_canonical(content).encode()).hexdigest()[:12]
