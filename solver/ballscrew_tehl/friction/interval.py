@@ -19,12 +19,13 @@ and the interval elsewhere has these, with the mean error of a point left out of
 quantity; of one torque that of the packaged fit. So a calibration takes up what constants do as far as it sees it.
 
 A stated standard error of a torque is one of measuring, independent of the others: s_e is not below it. A tolerance, or
-minimum and maximum, of a catalogue or a delivery sheet is one error that all points share. It is taken as what is known
-of the torque of this screw there after all, whatever the constants say: ln T normal, with 80 % of it between the ends,
-as of this interval. So e is taken at the middle of the ends in ln T, each tolerance has a deviation t = half the width
-at the points over 1.2816, and with the gain G = D (D^T D + s_e^2)^-1 it adds G t t^T G^T to the covariance. That of a
-preload acts likewise, by what the law has at both of its ends. At its point the interval so holds the tolerance. Of
-SHEETS
+minimum and maximum, of a sheet is one error that all points share. It is taken as what is known of the torque there
+after all, whatever the constants say: ln T normal, 80 % of it between the ends. So e is taken at the middle of the ends
+in ln T, and with G = D (D^T D + s_e^2)^-1 and half their width t over 1.2816 at the points, G t t^T G^T is added to the
+covariance; a tolerance of the preload acts by the torques of the law at its ends. The interval then holds the tolerance.
+Of 99 sheets of random screws (tolerance 5 to 50 %, oil 5 K off) it holds 81 % of the torques at the point, 79 and 82 %
+at other speeds and preloads, 79 and 81 % in another oil; 100 % at the point if truths are uniform over the tolerance.
+In another oil of the same screw, the constants that are of the oil count as before any fit.
 
 A constant that the screw file states counts as known. The supply of the oil counts by the length of its inlet, from 3
 half-widths to flooded, uniform in 1/length. The temperature of the oil counts with the tolerance of the screw file, its
