@@ -168,11 +168,9 @@ class MeasurementFile(NamedTuple):
 
     def with_tolerances(self, torque: float, preload: float) -> Self:
         """The same, with tolerances as fractions where a row states none; ValueError: out of range."""
-        for name, value in (("torque_tolerance", torque), ("preload_tolerance", preload)):
+        for name, value in {"torque_tolerance": torque, "preload_tolerance": preload}.items():
             if not 0.0 <= value <= MAX_TOLERANCE:
-                raise ValueError(
-                    f"{name} = {value:g}; allowed: 0 to {MAX_TOLERANCE:g} of the {name.split('_')[0]}"
-                )
+                raise ValueError(f"{name} = {value:g}; allowed: 0 to {MAX_TOLERANCE:g}, as a fraction")
 
         def stated(m: Measurement) -> Measurement:
             limits = m.limits or tuple(m.torque * (1.0 + side * torque) for side in (-1.0, 1.0) if torque)

@@ -22,7 +22,7 @@ A stated standard error of a torque is one of measuring, independent of the othe
 minimum and maximum, of a sheet is one error that all points share. It is taken as what is known of the torque there
 after all, whatever the constants say: ln T normal, 80 % of it between the ends. So e is taken at the middle of the ends
 in ln T, and with G = D (D^T D + s_e^2)^-1 and half their width t over 1.2816 at the points, G t t^T G^T is added to the
-covariance; a tolerance of the preload acts by the torques of the law at its ends. The interval then holds the tolerance.
+covariance; that of a preload acts by the torques of the law at its ends. The interval then holds the tolerance.
 Of 99 sheets of random screws (tolerance 5 to 50 %, oil 5 K off) it holds 81 % of the torques at the point, 79 and 82 %
 at other speeds and preloads, 79 and 81 % in another oil; 100 % at the point if truths are uniform over the tolerance.
 In another oil of the same screw, the constants that are of the oil count as before any fit.

@@ -283,8 +283,8 @@ def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
     if of_other_oil(friction_set, parameters):
         return (
             f"the numbers of friction set {friction_set.name} were measured on {friction_set.screw} in another oil "
-            f"than {parameters.lubricant.name}: the friction between balls is taken over, nothing that is of an oil; "
-            "torques measured with this oil narrow the interval"
+            "than that of the screw file: the friction between balls is taken over, nothing that is of an oil; torques "
+            "measured in this oil narrow the interval"
         )
     return (
         f"the numbers of friction set {friction_set.name} were measured on {friction_set.screw or 'another screw'}, "

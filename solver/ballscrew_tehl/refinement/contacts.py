@@ -1,4 +1,4 @@
-"""Contacts of the mechanistic law, of the atlas or solved; the solver is imported where it solves only."""
+"""Contacts of the mechanistic law, of the atlas or solved: the solver, with numba, is imported only there."""
 
 from ..atlas.ball_contacts import BallContacts
 from ..atlas.contact_atlas import OutsideAtlasError
@@ -7,20 +7,15 @@ from ..parameters.file import Parameters
 
 
 def contacts_of(parameters: Parameters, solved: bool = False) -> ContactValues:
-    """Contacts from the atlas, or solved if it does not hold this oil or geometry; solved: in any case.
-
-    Raises       OutsideAtlasError (a ValueError): the atlas does not hold them, and numba, which solves, is missing
-    """
-    outside = ""
-    if not solved:
-        try:
-            return BallContacts(parameters)
-        except OutsideAtlasError as error:
-            outside = str(error)
+    """Contacts from the atlas, or solved if it does not hold this oil or geometry, or in any case."""
     try:
-        from .direct import DirectContacts
-    except ModuleNotFoundError as error:
-        if not outside:
-            raise
-        raise OutsideAtlasError(f"{outside}; {error.msg}") from error
-    return DirectContacts(parameters)
+        if not solved:
+            return BallContacts(parameters)
+    except OutsideAtlasError as outside:
+        try:
+            from . import direct
+        except ModuleNotFoundError as error:
+            raise OutsideAtlasError(f"{outside}; {error.msg}") from error
+    from . import direct
+
+    return direct.DirectContacts(parameters)
