@@ -30,8 +30,6 @@ LIMITS = ("torque_low", "torque_high")
 MAX_TOLERANCE = 0.95
 #: errors over stated uncertainties that need no advice
 EXPECTED = (0.5, 2.0)
-#: share of these errors in the scatter of repeats from which on the stated uncertainties are the cause
-CAUSE = 0.5
 
 
 @dataclass(frozen=True)
@@ -106,32 +104,17 @@ def repeat_notes(measurements: Sequence[Measurement], lines: Sequence[int]) -> l
     return notes
 
 
-def repeat_scatter(measurements: Sequence[Measurement]) -> float | None:
-    """Scatter of repeats, without copies, over the stated uncertainties, root mean square; None: there are none."""
-    squares, freedom = 0.0, 0
-    stated = [m for m in measurements if m.uncertainty]
-    for group in repeats_of(stated):
-        unlike = {stated[i].torque: stated[i].uncertainty or math.inf for i in group}
-        mean = sum(unlike) / len(unlike)
-        squares += sum(((torque - mean) / uncertainty) ** 2 for torque, uncertainty in unlike.items())
-        freedom += len(unlike) - 1
-    return math.sqrt(squares / freedom) if freedom else None
-
-
-def spread_advice(spread: float, scatter: float | None) -> str:
-    """What errors over stated uncertainties far from 1 mean, "" if they are not; scatter: see repeat_scatter."""
-    if EXPECTED[0] <= spread <= EXPECTED[1]:
-        return ""
+def spread_advice(spread: float) -> str:
+    """What errors over stated uncertainties far from 1 mean, "" if they are not."""
     if spread < EXPECTED[0]:
         return (
             "the rows agree better than stated: the uncertainties are too large, or one error is common to all rows, "
             "which is a tolerance (torque_low and torque_high, or --torque-tolerance-percent)"
         )
-    small = "the stated uncertainties are too small by that factor"
-    shape = "the law does not fit in shape: subtract guides and seals, check oil and temperature, fit fewer speeds"
-    if scatter is None:
-        return f"{small}, or {shape}; repeats of a point tell which"
-    return f"repeats scatter by {scatter:.2g}: {small if scatter > CAUSE * spread else shape}"
+    return (spread > EXPECTED[1]) * (
+        "the stated uncertainties are too small by that factor, or the law does not fit in shape: subtract guides and "
+        "seals, check oil and temperature, fit fewer speeds; the spread of repeats tells which"
+    )
 
 
 class RowProblem(NamedTuple):

@@ -95,7 +95,7 @@ def _text(result: Calibration, data: dict[str, Any]) -> str:
     lines += friction_set_lines(entry)
     lines += [f"    {key:<26}{value:.4g}" for key, value in result.level.items()]
     if (spread := data["error_over_uncertainty"]) is not None:
-        advice = spread_advice(spread, data["repeat_over_uncertainty"])
+        advice = spread_advice(spread)
         text = f"    errors over stated uncertainties: {spread:.2g} (about 1 expected)"
         lines.append(f"{text}{advice and f': {advice}'}")
     if entry.not_identified:
