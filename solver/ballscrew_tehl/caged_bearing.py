@@ -26,7 +26,7 @@ from .parameters.file import (
 )
 from .parameters.units import COLDEST
 from .physics.hertz import RACEWAYS, reduced_radii
-from .refinement.contacts import contacts_of, solved_contacts
+from .refinement.contacts import contacts_of
 
 #: what a screw needs and a bearing has not, so small that it does not count: lead over ball diameter, and section of
 #: the bodies between two balls over its square. The loads of the balls then differ by less than 1e-3; they would be
@@ -164,7 +164,7 @@ def bearing(
     # a lead at which the grooves of a screw would meet
     flat = {"lead": LEAD * d, "lead_angle": math.atan(LEAD * d / (math.pi * D))}
     parameters = parameters.model_copy(update={"screw": screw.model_copy(update=flat)})
-    return Bearing(parameters, solved_contacts(parameters) if solved else contacts_of(parameters))
+    return Bearing(parameters, contacts_of(parameters, solved))
 
 
 def _needs(valid: bool, name: str, value: object, unit: str, allowed: str, remedy: str) -> None:

@@ -45,6 +45,19 @@ def test_both_numbers_come_back_and_the_default_is_kept_where_it_agrees():
         assert torque_basis(known[0], ClosedContacts(), known[1]).rolling is None
 
 
+def test_a_point_left_out_has_the_error_of_a_new_fit_without_it():
+    """With the choice of that fit, of level or level and shape."""
+    whole = measured(BASIS, K, 1.0 / LENGTH, np.array([0.0, 0.04, -0.04, 0.03, -0.02]))
+    chosen, found = fitted(whole)
+    names = {chosen.names}
+    for i, m in enumerate(whole.measurements):
+        new, fit = fitted(whole.subset([k for k in range(len(whole)) if k != i]))
+        expected = replace(whole, names=new.names).torque(fit.values)[i] / m.torque - 1.0
+        assert found.left_out[i] == pytest.approx(expected, abs=1e-6)
+        names.add(new.names)
+    assert len(names) == 2
+
+
 def test_limits_hold_95_percent_of_truths_after_any_choice():
     rng, held, chosen = np.random.default_rng(4), [], []
     for _ in range(200):

@@ -51,6 +51,21 @@ def test_uncertainties_become_weights(csv_file):
         assert [m.uncertainty for m in found.measurements] == pytest.approx([0.004, 0.01, 0.04])
 
 
+def test_minimum_and_maximum_of_both_directions_are_a_tolerance(csv_file):
+    head = "preload [N],speed [r/min],torque_low [N.m],torque_high [N.m],torque [N.m],preload_tolerance [%]\n"
+    rows = "1000,60,0.3,0.5,,10\n1000,-60,-0.35,-0.55,-0.4,\n1000,60,,,0.4,\n1000,60,0.3,,0.4,\n1000,60,0.3,0.5,0.6,\n"
+    found = read_measurement_file(csv_file(head + rows), 300.0).with_tolerances(0.2, 0.05)
+    values = [(m.torque, *m.limits, m.preload_tolerance) for m in found.measurements]
+    assert values == [
+        pytest.approx(x) for x in [(0.4, 0.3, 0.5, 0.1), (0.4, 0.35, 0.55, 0.05), (0.4, 0.32, 0.48, 0.05)]
+    ]
+    assert [problem.row for problem in found.problems] == [4, 5]
+    bare = read_measurement_file(
+        csv_file("preload_n,speed_rpm,torque_low_nm,torque_high_nm\n900,-60,-0.3,-0.5\n"), 300.0
+    )
+    assert bare.without_seals(0.1).measurements[0].limits == pytest.approx((0.2, 0.4))
+
+
 IMPOSSIBLE = """
 0,60,30,0.4 => preload = 0 N; allowed: > 0
 1000,0,30,0.4 => speed = 0 r/min; allowed: not 0 (no film at rest)

@@ -16,8 +16,16 @@ from ballscrew_tehl.friction.interval import (
     torque_interval,
 )
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
-from ballscrew_tehl.friction.sets import friction_set_of_file, load_friction_sets, write_friction_sets
+from ballscrew_tehl.friction.sets import (
+    carried_over,
+    friction_set_of_file,
+    load_friction_sets,
+    refuse_other_fit,
+    write_friction_sets,
+)
+from ballscrew_tehl.parameters.file import changed, graded_oil
 from ballscrew_tehl.parameters.units import RPM
+from ballscrew_tehl.runtime.packed import MapError
 
 CONTACTS = ClosedContacts()
 K = 0.0113
@@ -50,6 +58,31 @@ def test_coefficient_comes_back_and_the_interval_is_narrow_at_the_point_and_wide
     free = torque_interval(VG100, 2 * [5e3], CONTACTS, 2500.0 * RPM, 310.0, replace(read, learned={}))
     assert there.high / there.low < free.high / free.low
     assert there.shares[LEFT_OUT] < 1.0
+
+
+@pytest.mark.parametrize("of", ["torque", "preload"])
+def test_a_sheet_with_a_tolerance_holds_it_in_its_oil_and_in_another(of):
+    limits = (0.75 * TORQUE, 1.25 * TORQUE)
+    stated = {"torque": {"limits": limits}, "preload": {"preload_tolerance": 0.25}}[of]
+    found = calibrate_point(Measurement(*PLACE, TORQUE, **stated), VG100, CONTACTS).friction_set
+    ends = (
+        limits
+        if of == "torque"
+        else [torque_at((1.0 + side) * PLACE[0], *PLACE[1:], K) for side in (-0.25, 0.25)]
+    )
+    thin = VG100.model_copy(update={"lubricant": graded_oil(68, 95.0)})
+    widths = []
+    for parameters, note in ((VG100, ""), (thin, "in another oil")):
+        refuse_other_fit(found, parameters)
+        assert note in carried_over(found, parameters)
+        here = torque_interval(parameters, [PLACE[0]] * 2, CONTACTS, *PLACE[1:], found)
+        widths.append(here.high / here.low)
+    assert ends[1] / ends[0] <= widths[0] <= 1.05 * ends[1] / ends[0]
+    # what is not known of the other oil counts, less than without a fit
+    free = torque_interval(thin, [PLACE[0]] * 2, CONTACTS, *PLACE[1:], replace(found, learned={}))
+    assert widths[0] < widths[1] < free.high / free.low
+    with pytest.raises(MapError, match="other sizes or bodies than this screw file"):
+        refuse_other_fit(found, changed(VG100, screw={"lead": 0.0081}))
 
 
 REFUSED = [

@@ -78,7 +78,7 @@ REFUSALS = {
     "calibrate": [
         ((), "either MEASUREMENTS.csv or --torque-nm with its point"),
         (POINT, "--torque-nm (missing); allowed: --torque-nm, --preload-n, --speed-rpm, --temperature-c together"),
-        (("--torque-nm", "1", *POINT, "--plot", "x.png"), "--plot with --torque-nm; allowed: with MEASUREMENTS.csv"),
+        (("--torque-nm", "1", *POINT, "--drop", "outliers"), "--drop with --torque-nm; allowed: with MEASUREMENTS.csv"),
         (("--torque-nm", "1", *POINT, "--set", "two_parameter"), "allowed with --torque-nm: mechanistic"),
         (("--torque-nm", "1", *POINT, "--screw", "{published}"), "allowed with kinematics published"),
         (("--torque-nm", "1", *POINT, "--map", "{vg100}", "--preload-n", "99999"), "outside the map: force of a nut"),

@@ -142,16 +142,27 @@ def test_measured_torques_condition_a_constant_as_the_normal_distribution_has_it
     assert list(prior.ends) == ["ball_thrust"]
     middle = 0.5 * math.log(prior.low * prior.high / prior.torque**2)
     variance = (math.log(prior.high / prior.low) / 2.0 / DEVIATIONS) ** 2
-    for n in (1, 4):
-        errors = np.full(n, 0.05)
-        noise = 0.05**2 + KNOWN_ERROR**2 / n
-        say = learned(known, [SLOW] * n, errors, np.ones(n), ClosedContacts(), entry)
+    # number, stated standard error, tolerance that all share: as an end over the torque
+    for n, own, low, high in (
+        (1, 0.0, 1.0, 1.0),
+        (4, 0.0, 1.0, 1.0),
+        (1, 0.3, 1.0, 1.0),
+        (4, 0.01, 0.75, 1.25),
+    ):
+        errors, ends = np.full(n, 0.05), np.log([np.full(n, low), np.full(n, high)])
+        noise = max(0.05**2 + KNOWN_ERROR**2 / n, own**2)
+        say = learned(known, [SLOW] * n, errors, np.ones(n), ClosedContacts(), entry, own, [ends])
         gain = variance / (variance + noise / n)
-        assert say["covariance"]["ball_thrust"] == pytest.approx([1.0 - gain], rel=1e-5)
+        shift, shared = 0.5 * math.log(low * high), (0.5 * math.log(high / low) / DEVIATIONS) ** 2
+        assert say["covariance"]["ball_thrust"] == pytest.approx(
+            [1.0 - gain + gain**2 * shared / variance], rel=1e-5
+        )
         fit = dataclasses.replace(entry, learned=say)
         found = torque_interval(known, SLOW[0], ClosedContacts(), *SLOW[1:], fit)
-        wide = DEVIATIONS * math.sqrt(variance * (1.0 - gain) + 0.5 * math.pi * 0.03**2)
-        expected = middle + gain * (0.05 - middle) + np.array([-wide, wide])
+        left = variance * (1.0 - gain) + gain**2 * shared
+        wide = DEVIATIONS * math.sqrt(left + 0.5 * math.pi * 0.03**2)
+        expected = middle + gain * (0.05 + shift - middle) + np.array([-wide, wide])
+        expected = [min(expected[0], 0.0), max(expected[1], 0.0)]
         assert np.log(found.relative) == pytest.approx(expected, abs=1e-5)
         other = known.model_copy(update={"screw": changed(LAW, screw={"lead": 0.0081}).screw})
         assert is_fitted(fit, known)

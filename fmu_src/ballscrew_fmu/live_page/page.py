@@ -88,7 +88,9 @@ def live_page(
         "trend": (trend.THICK, trend.STEP_K, trend.STEP_LN, trend.MIN_CHANGE, _TRENDS),
         "slip": trend.MIN_FORCE_RATIO if law == MECHANISTIC and kind == FOUR_POINT else 0.0,
         "nodes": None if ends is None else TABLE_NODES,
-        "meaning": MEANING if ends is not None else f"no interval for this friction set{fitted}",
+        "meaning": MEANING[bool(header["mechanistic_interval"]["fitted"])]
+        if ends is not None
+        else f"no interval for this friction set{fitted}",
         "units": {name: {"names": q.names, "units": q.units} for name, q in MEASURED.items()},
         "published": published,
     }

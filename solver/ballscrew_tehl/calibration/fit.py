@@ -7,7 +7,7 @@ one over the supply length of the mechanistic law, all lengths of which take the
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
@@ -45,6 +45,8 @@ THIRD = 2
 HEIGHTS = np.r_[0.0, np.geomspace(0.03, 30.0, 50)]
 #: deviation of a torque below which it is no outlier: drag torques of one screw do not repeat more closely
 MIN_OUTLIER = 0.03
+#: fewest points of which a length of the supply is asked
+FOR_SUPPLY = 3
 #: largest 1/length [1], lengths of which the rolling part is computed, and to which it is interpolated
 MAX_INVERSE = 1.0 / BOUNDED[SUPPLY].low
 INVERSES, DENSE = np.linspace(0.0, MAX_INVERSE, 25), np.linspace(0.0, MAX_INVERSE, 301)
@@ -167,7 +169,7 @@ def torque_basis(
     """Both nuts at every operating point by a FilmModel, or by ContactValues of the mechanistic law."""
     mechanistic, nuts = film_model.name == MECHANISTIC, list[Any]()
     what, variants = f"operating points with {film_model.name}", [parameters]
-    if len(measurements) > 2 and SUPPLY not in parameters.friction.model_fields_set:
+    if len(measurements) >= FOR_SUPPLY and SUPPLY not in parameters.friction.model_fields_set:
         # the first of finite length, too: beyond R_x none changes anything
         variants += [with_constants(parameters, {SUPPLY: 1.0 / max(each, 1e-6)}) for each in INVERSES]
     screw = parameters.screw
@@ -307,8 +309,14 @@ class Fit(NamedTuple):
         return {name: {"low": max(low, 0.0), "high": high} for name, (low, high) in ends.items()}
 
 
-def fit(basis: TorqueBasis, groups: Sequence[Sequence[int]]) -> Fit:
+def fit(
+    basis: TorqueBasis,
+    groups: Sequence[Sequence[int]],
+    chosen: Callable[[Sequence[int]], TorqueBasis] | None = None,
+) -> Fit:
     """Least squares with hat values, Student t intervals and errors of points left out, those of a group together.
+
+    chosen : basis of some of the points with the parameters that their fit determines; None: those of the basis
 
     Validity     intervals and hat values: exact for a linear model; errors independent, normal, of equal relative size
     Source       Cook & Weisberg, Residuals and Influence in Regression (1982), section 2.2.1: deleted studentised
@@ -337,9 +345,10 @@ def fit(basis: TorqueBasis, groups: Sequence[Sequence[int]]) -> Fit:
         others = [i for i in range(n) if i not in group]
         # ValueError: they do not determine all parameters
         with suppress(ValueError):
-            if len(others) >= p:
-                found = fit_values(basis.subset(others))
-                left_out[group] = (basis.torque(found) / basis.measured - 1.0)[group]
+            part = (chosen or basis.subset)(others)
+            if len(others) >= len(part.names):
+                own = replace(basis, names=part.names, fixed=part.fixed)
+                left_out[group] = (own.torque(fit_values(part)) / basis.measured - 1.0)[group]
     studentised, limit = np.full(n, math.nan), math.inf
     if freedom >= 2:
         checked = leverage < 1.0 - 1e-6
@@ -360,14 +369,24 @@ def fit_law(
     """
     if basis.rolling is None:
         return basis, fit(basis, groups)
-    default = 1.0 / parameters.friction.supply_length
-    supply, bound = supply_limits(basis), BOUNDED["ball_thrust"]
+    whole, default, bound = basis, 1.0 / parameters.friction.supply_length, BOUNDED["ball_thrust"]
     low, high = (ball_ball_coefficient(parameters.friction, thrust) for thrust in (bound.low, bound.high))
-    if not supply.inverse[0] <= default <= supply.inverse[1]:
-        level = not (supply.coefficient[0] <= low and high <= supply.coefficient[1])
-        names = OF_MECHANISTIC[1:] if level else OF_MECHANISTIC[THIRD:]
-        basis = replace(basis, names=names, fixed=(1.0, coefficient, 0.0))
-    found = fit(basis, groups)
+
+    def chosen(rows: Sequence[int]) -> tuple[TorqueBasis, Supply | None]:
+        part = whole.subset(rows)
+        if len(rows) < FOR_SUPPLY:
+            return part, None
+        supply = supply_limits(part)
+        if not supply.inverse[0] <= default <= supply.inverse[1]:
+            level = not (supply.coefficient[0] <= low and high <= supply.coefficient[1])
+            names = OF_MECHANISTIC[1:] if level else OF_MECHANISTIC[THIRD:]
+            part = replace(part, names=names, fixed=(1.0, coefficient, 0.0))
+        return part, supply
+
+    basis, supply = chosen(range(len(whole)))
+    found = fit(basis, groups, lambda rows: chosen(rows)[0])
+    if supply is None:
+        return basis, found
     k = float(found.values[1])
     ends = min(supply.coefficient[0], k), max(supply.coefficient[1], k)
     half_width = {FITTED[1]: 0.5 * (ends[1] - ends[0])}

@@ -12,7 +12,7 @@ import numpy as np
 from .._version import __version__
 from ..friction.baselines import nsk_torque
 from ..friction.interval import TorqueInterval, learned, torque_interval
-from ..friction.mechanistic import ContactValues, mean_load
+from ..friction.mechanistic import ContactValues, double_nut_parts, mean_load
 from ..friction.sets import (
     CATALOGUE,
     CATALOGUE_DIFFERS,
@@ -64,6 +64,11 @@ HELD = (
     "the interval of the torque is narrow at this point and wider away from it, where the bounded constants have other "
     "effects; scatter as of the packaged fit"
 )
+EXACT = (
+    "the torque counts as measured on this screw, to 2 %: one of a catalogue or a sheet has a tolerance, 20 to 50 % by "
+    "ISO 3408-3: state it by --torque-tolerance-percent"
+)
+TOLERATED = "tolerances are in the interval of the torque, not in the limits of the fitted numbers"
 
 #: why a point cannot be used; "": it can
 Reason = Callable[[Measurement], str]
@@ -77,6 +82,8 @@ def calibrate(
     name: str | None = None,
     temperature: float | None = None,
     drop: Collection[str] = (),
+    torque_tolerance: float = 0.0,
+    preload_tolerance: float = 0.0,
     progress: Progress = lambda finished, total, what: None,
 ) -> Calibration:
     """Fit the friction numbers of a screw to measured torques by least squares, to a single one exactly.
@@ -88,6 +95,8 @@ def calibrate(
                  name : friction set to fit; None = that of the screw
                  temperature : of rows without one [K]; None = reference temperature of the oil
                  drop : kinds of rows to leave out, of DROPS;  progress : called while points are computed
+                 torque_tolerance, preload_tolerance : as fractions, of all rows that state none: 0.25 of a sheet's
+                 +-25 %. One error shared by all rows, in the interval (friction.interval)
     Returns      Calibration; load_map(map_file, parameters, calibration.friction_set) takes its numbers
     Raises       ValueError: names file and row; a set of another law; rows that cannot be used and may not be
                  dropped; too few points; torques far from the law; viscous and sliding part proportional at all points
@@ -104,6 +113,7 @@ def calibrate(
     else:
         reference = parameters.lubricant.reference_temperature
         file = read_measurement_file(measurements, reference if temperature is None else temperature)
+    file = file.with_tolerances(torque_tolerance, preload_tolerance)
     return _calibration(file, parameters, name, *film_of(name, parameters, map_file), drop, progress)
 
 
@@ -152,7 +162,8 @@ def _calibration(
             f"{m.speed / RPM:g} r/min, {m.temperature - CELSIUS:g} C",
         }  # fmt: skip
         catalogue = float(nsk_torque(parameters.screw, m.preload))
-        notes += [HELD, f"catalogue torque ({CATALOGUE}) {catalogue:.3g} N.m: {CATALOGUE_DIFFERS}"]
+        notes += [HELD] + [EXACT] * (not m.limits and not m.uncertainty)
+        notes += [f"catalogue torque ({CATALOGUE}) {catalogue:.3g} N.m: {CATALOGUE_DIFFERS}"]
     else:
         others = len(repeats_of(points)) > len(basis.names)
         without = f", without {named_rows([problem.row for problem in dropped])}" if dropped else ""
@@ -165,8 +176,13 @@ def _calibration(
         }  # fmt: skip
         outliers = _outliers(points, found).items()
         notes += [f"{points[i].point}: {text}; to leave it out: --drop outliers" for i, text in outliers]
+    if any(m.limits or m.preload_tolerance for m in points):
+        notes.append(TOLERATED if name == MECHANISTIC else f"tolerances are not used: {name} has no interval")
+        statistics["provenance"] += ", with tolerances"
     statistics["provenance"] += f", ballscrew_tehl {__version__}"
     statistics |= {"screw": parameters.name, "parameters_hash": parameters_hash(parameters)}
+    if name == MECHANISTIC:
+        statistics["screw_hash"] = parameters_hash(parameters, oil=False)
     ratio, net, height = found.values.tolist()
     if INVERSE_SUPPLY in basis.names:
         statistics[SUPPLY], height = 1.0 / height if height > 0.0 else math.inf, 0.0
@@ -183,10 +199,28 @@ def with_learned(
 ) -> FrictionSet:
     """A set of the mechanistic law with what its torques say of the constants; deviation: model/measured - 1."""
     parameters = with_supply(parameters, entry)
-    points = [
-        (nut_forces(parameters, m.preload, m.axial_load), m.speed, m.temperature) for m in basis.measurements
-    ]
-    found = learned(parameters, points, -np.log1p(deviation), basis.weights, contacts, entry)
+    measured = basis.measurements
+
+    def points(side: float) -> list[tuple[Sequence[float], float, float]]:
+        preloads = [m.preload * (1.0 + side * m.preload_tolerance) for m in measured]
+        forces = [
+            nut_forces(parameters, *at) for at in zip(preloads, (m.axial_load for m in measured), strict=True)
+        ]
+        return [(each, m.speed, m.temperature) for each, m in zip(forces, measured, strict=True)]
+
+    def level(side: float) -> Array:
+        values = entry.values[:2]
+        parts = [double_nut_parts(parameters, f, contacts, n, t, *values).total for f, n, t in points(side)]
+        return np.log(parts)
+
+    ends = np.log([m.limits or (m.torque, m.torque) for m in measured]).T - np.log(basis.measured)
+    tolerances = [ends] if np.any(ends) else []
+    if any(m.preload_tolerance for m in measured):
+        # with a larger preload the law has more, and the torque is less over it
+        tolerances.append(level(0.0) - [level(1.0), level(-1.0)])
+    own = np.array([(m.uncertainty or 0.0) / m.torque for m in measured])
+    errors = -np.log1p(deviation)
+    found = learned(parameters, points(0.0), errors, basis.weights, contacts, entry, own, tolerances)
     return replace(entry, learned=found)
 
 
@@ -345,8 +379,8 @@ class MapFilm:
 
 def solved_film(name: str, parameters: Parameters) -> Any:
     """FilmModel of a set, by the solver, or the ContactValues of the mechanistic law, of the atlas if it holds them."""
-    if name != MECHANISTIC:
-        from ..refinement.direct import DirectFilm
+    if name == MECHANISTIC:
+        return contacts_of(parameters)
+    from ..refinement.direct import DirectFilm
 
-        return DirectFilm(parameters, Law(name).film_model == "solved_thermal")
-    return contacts_of(parameters)
+    return DirectFilm(parameters, Law(name).film_model == "solved_thermal")

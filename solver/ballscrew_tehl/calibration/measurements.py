@@ -23,11 +23,13 @@ MIN_COEFFICIENT, MAX_COEFFICIENT = 1e-4, 1.0
 #: nominal diameter times speed [mm r/min]; catalogues end near 2e5
 MAX_DN = 5e5
 #: columns whose fields may be empty
-OPTIONAL = ("temperature", "axial_load", "weight")
+OPTIONAL = ("torque", "torque_low", "torque_high", "preload_tolerance", "temperature", "axial_load", "weight")
+#: tolerance of the torque, or its minimum and maximum
+LIMITS = ("torque_low", "torque_high")
+#: largest tolerance, as a fraction: at 1 the torque may be 0
+MAX_TOLERANCE = 0.95
 #: errors over stated uncertainties that need no advice
 EXPECTED = (0.5, 2.0)
-#: share of these errors in the scatter of repeats from which on the stated uncertainties are the cause
-CAUSE = 0.5
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,8 @@ class Measurement:
     weight  factor on its relative error
     axial_load [N] of the double nut;  uncertainty: standard one of the torque [N.m], None if not known
     rows    of the file, from 1
+    limits  tolerance of the torque [N.m], low and high end, or none;  preload_tolerance: as a fraction of the preload;
+            each one error that all points of a calibration share (friction.interval)
     """
 
     preload: float
@@ -50,6 +54,8 @@ class Measurement:
     axial_load: float = 0.0
     uncertainty: float | None = None
     rows: tuple[int, ...] = field(default=(), compare=False)
+    limits: tuple[float, ...] = ()
+    preload_tolerance: float = 0.0
 
     @property
     def point(self) -> str:
@@ -98,29 +104,17 @@ def repeat_notes(measurements: Sequence[Measurement], lines: Sequence[int]) -> l
     return notes
 
 
-def repeat_scatter(measurements: Sequence[Measurement]) -> float | None:
-    """Scatter of repeats, without copies, over the stated uncertainties, root mean square; None: there are none."""
-    squares, freedom = 0.0, 0
-    stated = [m for m in measurements if m.uncertainty]
-    for group in repeats_of(stated):
-        unlike = {stated[i].torque: stated[i].uncertainty or math.inf for i in group}
-        mean = sum(unlike) / len(unlike)
-        squares += sum(((torque - mean) / uncertainty) ** 2 for torque, uncertainty in unlike.items())
-        freedom += len(unlike) - 1
-    return math.sqrt(squares / freedom) if freedom else None
-
-
-def spread_advice(spread: float, scatter: float | None) -> str:
-    """What errors over stated uncertainties far from 1 mean, "" if they are not; scatter: see repeat_scatter."""
-    if EXPECTED[0] <= spread <= EXPECTED[1]:
-        return ""
+def spread_advice(spread: float) -> str:
+    """What errors over stated uncertainties far from 1 mean, "" if they are not."""
     if spread < EXPECTED[0]:
-        return "the stated uncertainties are too large by its inverse"
-    small = "the stated uncertainties are too small by that factor"
-    shape = "the law does not fit in shape: subtract guides and seals, check oil and temperature, fit fewer speeds"
-    if scatter is None:
-        return f"{small}, or {shape}; repeats of a point tell which"
-    return f"repeats scatter by {scatter:.2g}: {small if scatter > CAUSE * spread else shape}"
+        return (
+            "the rows agree better than stated: the uncertainties are too large, or one error is common to all rows, "
+            "which is a tolerance (torque_low and torque_high, or --torque-tolerance-percent)"
+        )
+    return (spread > EXPECTED[1]) * (
+        "the stated uncertainties are too small by that factor, or the law does not fit in shape: subtract guides and "
+        "seals, check oil and temperature, fit fewer speeds; the spread of repeats tells which"
+    )
 
 
 class RowProblem(NamedTuple):
@@ -155,15 +149,31 @@ class MeasurementFile(NamedTuple):
         """A single torque without a file."""
         return cls("", "", [replace(m, rows=(1,))], [], [], (1,), "N.m")
 
+    def with_tolerances(self, torque: float, preload: float) -> Self:
+        """The same, with tolerances as fractions where a row states none; ValueError: out of range."""
+        for name, value in {"torque_tolerance": torque, "preload_tolerance": preload}.items():
+            if not 0.0 <= value <= MAX_TOLERANCE:
+                raise ValueError(f"{name} = {value:g}; allowed: 0 to {MAX_TOLERANCE:g}, as a fraction")
+
+        def stated(m: Measurement) -> Measurement:
+            limits = m.limits or tuple(m.torque * (1.0 + side * torque) for side in (-1.0, 1.0) if torque)
+            return replace(m, limits=limits, preload_tolerance=m.preload_tolerance or preload)
+
+        return self._replace(measurements=[stated(m) for m in self.measurements])
+
     def without_seals(self, seal_torque: float) -> Self:
         """The same without the torque of the seals [N.m]; ValueError: nothing is left."""
-        if not (least := min([m.torque for m in self.measurements], default=math.inf)) > seal_torque:
+        least = min((end for m in self.measurements for end in (m.torque, *m.limits)), default=math.inf)
+        if not least > seal_torque:
             raise ValueError(
                 f"{self.where}torque = {least:g} N.m; needs more than seal_torque = {seal_torque:g} N.m of the screw "
                 "file: check both"
             )
         return self._replace(
-            measurements=[replace(m, torque=m.torque - seal_torque) for m in self.measurements],
+            measurements=[
+                replace(m, torque=m.torque - seal_torque, limits=tuple(end - seal_torque for end in m.limits))
+                for m in self.measurements
+            ],
             notes=[*self.notes, f"seal_torque = {seal_torque:g} N.m subtracted from all torques"],
         )
 
@@ -176,8 +186,9 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
     """Read a file and separate usable rows from others; temperature [K] of the oil where the file gives none.
 
     CSV with headings of tables.headings: preload, speed, torque; optional temperature, axial_load, torque_uncertainty
-    (standard one, or % of the torque) or weight (factor on the relative error), table, comment. A negative speed with a
-    negative torque counts as both positive.
+    (standard one, or % of the torque) or weight (factor on the relative error), torque_low and torque_high (tolerance,
+    or minimum and maximum, from which a missing torque follows as their mean), preload_tolerance [%], table, comment. A
+    negative speed with a negative torque counts as both positive.
     """
     table = open_table(path, TORQUES)
     columns = table.single_columns()
@@ -193,12 +204,15 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
             continue
         if "temperature" not in value:
             assumed.append(number)
-        torque, uncertainty, name = abs(value["torque"]), value.get("torque_uncertainty"), texts.get("table")
+        ends = sorted(abs(value[key]) for key in LIMITS if key in value)
+        torque = abs(value["torque"]) if "torque" in value else 0.5 * sum(ends)
+        uncertainty, name = value.get("torque_uncertainty"), texts.get("table")
         if uncertainty is not None and columns["torque_uncertainty"].unit == PERCENT:
             uncertainty *= torque
         usable.append(Measurement(
             value["preload"], abs(value["speed"]), value.get("temperature", temperature), torque,
             (name,) if name else (), value.get("weight", 1.0), value.get("axial_load", 0.0), uncertainty, (number,),
+            tuple(ends), value.get("preload_tolerance", 0.0),
         ))  # fmt: skip
     notes = [*filter(None, [table.unused(columns)]), *rows.notes]
     if assumed:
@@ -208,7 +222,7 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
     # standard uncertainties as weights of the relative errors, 1 for the median of them
     typical = median([m.uncertainty / m.torque for m in usable if m.uncertainty] or [1.0])
     usable = [replace(m, weight=typical * m.torque / m.uncertainty) if m.uncertainty else m for m in usable]
-    points, unit = merged(usable), columns["torque"].unit
+    points, unit = merged(usable), columns["torque" if "torque" in columns else LIMITS[0]].unit
     notes += repeat_notes(points, rows.lines)
     return MeasurementFile(f"{path}: ", source, points, problems, notes, rows.lines, unit)
 
@@ -221,16 +235,26 @@ def _reasons(
     if missing := [key for key, value in values.items() if not math.isfinite(value)]:
         fields = {key: f"{texts[key]!r} {columns[key].unit}" if texts[key] else "empty" for key in missing}
         return [f"{key} = {field.rstrip()}; allowed: a finite number" for key, field in fields.items()]
-    torque, speed, kelvin = values["torque"], values["speed"], values.get("temperature", COLDEST)
+    torques = {key: values[key] for key in ("torque", *LIMITS) if key in values}
+    if not torques or len(torques.keys() & set(LIMITS)) == 1:
+        stated = ", ".join(torques) or "neither"
+        return [f"{stated} stated; allowed: torque, or torque_low and torque_high, or all three"]
+    speed, kelvin = values["speed"], values.get("temperature", COLDEST)
     positive = ("preload", "weight", "torque_uncertainty")
     bad = {key: "> 0" for key in positive if not values.get(key, 1.0) > 0.0}
     bad |= {"speed": "not 0 (no film at rest)"} if speed == 0.0 else {}
-    bad |= {"torque": "not 0"} if torque == 0.0 else {}
+    bad |= {key: "not 0" for key, torque in torques.items() if torque == 0.0}
+    if not 0.0 <= values.get("preload_tolerance", 0.0) <= MAX_TOLERANCE:
+        bad["preload_tolerance"] = f"0 to {100.0 * MAX_TOLERANCE:g}"
     reasons = [f"{shown[key]}; allowed: {allowed}" for key, allowed in bad.items()]
-    if torque * speed < 0.0:
-        reasons.append(
-            f"{shown['torque']} at {shown['speed']}; allowed: friction torque with the sign of the speed"
-        )
+    reasons += [
+        f"{shown[key]} at {shown['speed']}; allowed: friction torque with the sign of the speed"
+        for key, torque in torques.items()
+        if torque * speed < 0.0
+    ]
+    sizes = sorted(map(abs, torques.values()))
+    if len(sizes) == 3 and abs(torques["torque"]) != sizes[1]:
+        reasons.append(f"{shown['torque']}; allowed: from {shown['torque_low']} to {shown['torque_high']}")
     if not COLDEST <= kelvin <= HOTTEST:
         other, offset = ("K", 0.0) if kelvin > HOTTEST else ("degC", CELSIUS)
         written = columns["temperature"].unit

@@ -1,6 +1,5 @@
 """Figure of a calibration: torque over speed with its interval, measured points and residuals."""
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,8 @@ from .result import Calibration
 
 #: colour-blind safe: lightness rises with the preload; outliers in a colour of Okabe & Ito
 COLOURS, CAUTION = "viridis", "#D55E00"
+#: speeds shown around points at one, as a factor
+AROUND = 3.0
 
 
 def calibration_figure(result: Calibration) -> Figure:
@@ -33,7 +34,7 @@ def calibration_figure(result: Calibration) -> Figure:
         )
         groups.setdefault(f"{points[i].preload:.6g} N{load}, {kelvin - CELSIUS:.0f} C", []).append(i)
     speed = np.array([m.speed / RPM for m in points])
-    shown = [result.basis.measured, 100.0 * fit.deviation]
+    shown = [result.basis.measured, np.round(100.0 * fit.deviation, 6)]
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
     for k, (name, rows) in enumerate(groups.items()):
@@ -60,9 +61,10 @@ def calibration_figure(result: Calibration) -> Figure:
     below.set(xlabel="screw speed [r/min]", ylabel="model/measured - 1 [%]", xscale="log")
     below.xaxis.set(major_formatter="{x:g}", minor_formatter=LogFormatter())
     entry = result.friction_set
-    mean, unseen = (100.0 * entry.errors.get(key, math.nan) for key in ("mean", "leave_one_out_mean"))
-    title = f"{result.parameters.name}, {len(points)} points ({entry.kinematics}, {entry.name})"
-    figure.suptitle(f"{title}: mean error {mean:.2f} %, left out {unseen:.2f} %", fontsize="medium")
+    title = f"{result.parameters.name}, points: {len(points)} ({entry.kinematics}, {entry.name})"
+    for key, text in (("mean", "mean error"), ("leave_one_out_mean", "left out")):
+        title += f", {text} {100.0 * entry.errors[key]:.2f} %" if key in entry.errors else ""
+    figure.suptitle(title, fontsize="medium")
     return figure
 
 
@@ -72,7 +74,8 @@ def _curve(result: Calibration, rows: list[int], speed: Array) -> list[Array]:
     if not isinstance(film, BallContacts):
         return [speed[rows], *3 * [result.basis.torque(result.fit.values)[rows]]]
     parameters, m = with_supply(result.parameters, entry), points[0]
-    speeds = np.geomspace(speed.min(), speed.max(), 40)
+    around = AROUND if np.ptp(speed) == 0.0 else 1.0
+    speeds = np.geomspace(speed.min() / around, speed.max() * around, 40)
     at, temperature = speeds * RPM, np.array([m.temperature])
     forces = nut_forces(parameters, m.preload, m.axial_load)
     rest, slope = torque_line(nuts_powers(parameters, forces, film, at[:, None], temperature))

@@ -12,7 +12,7 @@ from ..parameters.file import Parameters
 from ..parameters.units import RPM
 from ..runtime.packed import MECHANISTIC
 from .fit import INVERSE_SUPPLY, MAX_INVERSE, OF_MECHANISTIC, THIRD, Fit, TorqueBasis
-from .measurements import RowProblem, repeat_scatter
+from .measurements import RowProblem
 
 #: a parameter counts as identified if half its 95 % interval is at most this fraction of its value
 PRECISION = 0.25
@@ -135,5 +135,4 @@ def calibration_data(result: Calibration) -> dict[str, Any]:
         "notes": result.notes,
         "not_identified": result.friction_set.not_identified,
         "error_over_uncertainty": spread if math.isfinite(spread) else None,
-        "repeat_over_uncertainty": repeat_scatter(points),
     }

@@ -153,15 +153,16 @@ COMMANDS = {
         "voltage [V]."),
     "calibrate": Command("fit the friction parameters to measured torques", f"{RUN}.calibrate:run_calibrate", (
         option("measurements", "measured torques", "MEASUREMENTS.csv", nargs="?"),
-        *numbers(*q.CALIBRATION_POINT),
+        *numbers(*q.CALIBRATION_POINT, *q.TOLERANCES),
         option("--output", "where to write the sets, for --friction", "FILE.toml"),
         PLOT,
         option("--set", "parameters to fit; default: as in the screw file", choices=SET_NAMES),
         option("--drop", "rows to leave out (repeat it for several)", choices=DROP_KINDS, action="append", default=[]),
     ), (SCREW, MAP_FILE, KINEMATIC, JSON), "measurements.csv --map my_map.npz --output friction.toml",
         "Columns by headings with units: preload [N], speed [r/min], temperature [degC], torque [N.m]; optional "
-        "axial_load, torque_uncertainty or weight, table, comment. Or one torque, measured or of a catalogue: the four "
-        "options of a point. Prints errors, 95 % intervals, outliers and what the data do not identify."),
+        "axial_load, torque_uncertainty or weight, torque_low and torque_high, preload_tolerance, table, comment. Or "
+        "one torque, measured or of a catalogue with its tolerance: the four options of a point. Prints errors, 95 % "
+        "intervals, outliers and what the data do not identify."),
     "export": Command("friction of a map or a log as a table for a controller or a tool", f"{RUN}.export:run_export", (
         option("--format", "twincat: list frict_comp; modelica: CombiTable1Ds", choices=EXPORT_FORMATS, required=True),
         option("--output", OUTPUT + "; of several lists the stem of their names", "PATH", required=True),

@@ -74,6 +74,7 @@ class FrictionSet:
     )
     screw: str = ""  # of the fit
     parameters_hash: str = ""  # of all that the films of the fit depend on; "": not known
+    screw_hash: str = ""  # mechanistic: of the screw without its oil; "": not known
     #: mechanistic: fitted length of the oil supply [b], in place of that of the screw file; None: not fitted
     supply_length: float | None = None
     #: mechanistic: what the torques say of the bounded constants, of friction.interval.learned
@@ -279,6 +280,12 @@ def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
     ours = friction_set.parameters_hash in ("", parameters_hash(parameters))
     if ours or stated >= set(SETS[friction_set.name]):
         return ""
+    if of_other_oil(friction_set, parameters):
+        return (
+            f"the numbers of friction set {friction_set.name} were measured on {friction_set.screw} in another oil "
+            "than that of the screw file: the friction between balls is taken over, nothing that is of an oil; torques "
+            "measured in this oil narrow the interval"
+        )
     return (
         f"the numbers of friction set {friction_set.name} were measured on {friction_set.screw or 'another screw'}, "
         f"not on {parameters.name} with this oil: compare the catalogue torque ({CATALOGUE}, 100 r/min), or calibrate "
@@ -311,16 +318,26 @@ def with_supply(parameters: Parameters, entry: FrictionSet | None) -> Parameters
     return parameters if length is None else changed(parameters, friction={SUPPLY: length})
 
 
+def of_other_oil(friction: FrictionSet, parameters: Parameters) -> bool:
+    """Whether a set is fitted to this screw with another oil."""
+    own = friction.screw_hash == parameters_hash(parameters, oil=False)
+    return own and friction.parameters_hash != parameters_hash(parameters)
+
+
 def refuse_other_fit(friction: FrictionSet, parameters: Parameters) -> None:
-    """Refuse a set of other kinematics, and one fitted to another screw or oil: MapError (a ValueError)."""
+    """Refuse a set of other kinematics, and one fitted to another screw: MapError (a ValueError).
+
+    The numbers of the mechanistic law serve other oils of the same screw, those of the others belong to their oil.
+    """
     ours = parameters_hash(parameters)
     if friction.kinematics != parameters.friction.kinematics:
         raise MapError(
             f"friction set {friction.name}: kinematics = {friction.kinematics}; "
             f"expected {parameters.friction.kinematics}"
         )
-    if friction.parameters_hash and friction.parameters_hash != ours:
+    if friction.parameters_hash not in ("", ours) and not of_other_oil(friction, parameters):
+        other = "other sizes or bodies than" if friction.screw_hash else "sizes, bodies or an oil other than"
         raise MapError(
             f"friction set {friction.name} is fitted for the screw {friction.screw} ({friction.parameters_hash}); "
-            f"expected {parameters.name} ({ours}): calibrate again with this screw file"
+            f"expected {parameters.name} ({ours}): it has {other} this screw file; calibrate with torques of this screw"
         )

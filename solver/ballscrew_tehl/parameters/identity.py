@@ -111,10 +111,11 @@ def _same(one: Any, other: Any) -> bool:
     return bool(one == other)
 
 
-def parameters_hash(parameters: Parameters) -> str:
-    """Start of the SHA-256 of the parameters that a map, and a fit to its films, depends on; names are none of them."""
-    text = _canonical(without_names(map_parameters_json(parameters)))
-    return hashlib.sha256(text.encode()).hexdigest()[:12]
+def parameters_hash(parameters: Parameters, oil: bool = True) -> str:
+    """Start of the SHA-256 of the parameters that a map and a fit to it depend on, no names; oil: with its own."""
+    content = without_names(map_parameters_json(parameters))
+    content = content if oil else {table: content[table] for table in content if table != "lubricant"}
+    return hashlib.sha256(_canonical(content).encode()).hexdigest()[:12]
 
 
 def _canonical(content: dict[str, Any]) -> str:

@@ -1,25 +1,21 @@
-"""Where the contacts of a screw come from: the atlas, or the solver, which needs numba."""
-
-from typing import TYPE_CHECKING, Union
+"""Contacts of the mechanistic law, of the atlas or solved: the solver, with numba, is imported only there."""
 
 from ..atlas.ball_contacts import BallContacts
 from ..atlas.contact_atlas import OutsideAtlasError
+from ..friction.mechanistic import ContactValues
 from ..parameters.file import Parameters
 
-if TYPE_CHECKING:
-    from .direct import DirectContacts
 
-
-def contacts_of(parameters: Parameters) -> Union[BallContacts, "DirectContacts"]:
-    """Contacts from the atlas, or solved if it does not hold this oil or geometry."""
+def contacts_of(parameters: Parameters, solved: bool = False) -> ContactValues:
+    """Contacts from the atlas, or solved if it does not hold this oil or geometry, or in any case."""
     try:
-        return BallContacts(parameters)
-    except OutsideAtlasError:
-        return solved_contacts(parameters)
+        if not solved:
+            return BallContacts(parameters)
+    except OutsideAtlasError as outside:
+        try:
+            from . import direct
+        except ModuleNotFoundError as error:
+            raise OutsideAtlasError(f"{outside}; {error.msg}") from error
+    from . import direct
 
-
-def solved_contacts(parameters: Parameters) -> "DirectContacts":
-    """Contacts by the solver, whatever the atlas holds."""
-    from .direct import DirectContacts
-
-    return DirectContacts(parameters)
+    return direct.DirectContacts(parameters)

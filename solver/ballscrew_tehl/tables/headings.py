@@ -112,8 +112,13 @@ MEASURED_EXAMPLE = "preload [N], speed [r/min], temperature [degC], torque [N.m]
 #: of a number as it is written
 NO_UNIT: Units = {"": (1.0, 0.0)}
 TORQUES = Kind(
-    MEASURED | {"weight": Quantity(("weight",), NO_UNIT)},
-    {key: (key,) for key in ("preload", "speed", "torque")},
+    MEASURED
+    | {
+        "weight": Quantity(("weight",), NO_UNIT),
+        "preload_tolerance": Quantity(("preload_tolerance",), {PERCENT: (1e-2, 0.0)}),
+    }
+    | {name: Quantity((name,), TORQUE) for name in ("torque_low", "torque_high")},
+    {"preload": ("preload",), "speed": ("speed",), "torque": ("torque", "torque_low")},
     MEASURED_EXAMPLE,
     ("table", "comment"),
 )

@@ -14,7 +14,7 @@ from ...parameters.units import CELSIUS, RPM
 from ...runtime.packed import MECHANISTIC
 from ..shared.inputs import screw_of
 from ..shared.output import QUIET, Answer, check_output, progress_bar, say, written
-from ..shared.quantities import CALIBRATION_POINT
+from ..shared.quantities import CALIBRATION_POINT, TOLERANCES
 
 
 def run_calibrate(args: Namespace) -> Answer:
@@ -32,6 +32,7 @@ def run_calibrate(args: Namespace) -> Answer:
         if path:
             check_output(option, path, f"a file {kind}", inputs=(args.measurements, args.screw))
     options = {"name": name, "drop": args.drop}
+    options |= {each.axis: 0.01 * (getattr(args, each.name) or 0.0) for each in TOLERANCES}
     if args.temperature_c is not None:
         options["temperature"] = args.temperature_c + CELSIUS
     with progress_bar(QUIET) as progress:
@@ -64,9 +65,8 @@ def run_calibrate(args: Namespace) -> Answer:
 
 def _point(args: Namespace) -> Measurement:
     """The one point of the options."""
-    if args.plot or args.drop:
-        option = "--plot" if args.plot else "--drop"
-        raise ValueError(f"{option} with --torque-nm; allowed: with MEASUREMENTS.csv only")
+    if args.drop:
+        raise ValueError("--drop with --torque-nm; allowed: with MEASUREMENTS.csv only")
     if args.set not in (None, MECHANISTIC):
         raise ValueError(f"--set = {args.set}; allowed with --torque-nm: {MECHANISTIC}, which has one number")
     values = {quantity.option: getattr(args, quantity.name) for quantity in CALIBRATION_POINT}
@@ -95,7 +95,7 @@ def _text(result: Calibration, data: dict[str, Any]) -> str:
     lines += friction_set_lines(entry)
     lines += [f"    {key:<26}{value:.4g}" for key, value in result.level.items()]
     if (spread := data["error_over_uncertainty"]) is not None:
-        advice = spread_advice(spread, data["repeat_over_uncertainty"])
+        advice = spread_advice(spread)
         text = f"    errors over stated uncertainties: {spread:.2g} (about 1 expected)"
         lines.append(f"{text}{advice and f': {advice}'}")
     if entry.not_identified:

@@ -80,6 +80,15 @@ TOLERANCE = Quantity(
 )
 AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", -MAX_FORCE, MAX_FORCE, 0.0)
 TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", 0.0)
+TOLERANCES = tuple(
+    Quantity(
+        f"{name}_tolerance_percent",
+        f"of the {name} of all rows that state none, one error shared by all",
+        0.0,
+        95.0,
+    )
+    for name in ("torque", "preload")
+)
 
 TURNS = Quantity("turns", "loaded turns of one start of one nut, also as 2.5x2", 0.0, 100.0, not_zero=True)
 
