@@ -34,10 +34,12 @@ from ballscrew_tehl.runtime.evaluate import NutMap
 
 from .contacts import solve_contact
 from .journal import Journal, solve_missing
-from .screws import Contact, random_screw
+from .screws import Contact, of_other_materials, random_screw
 
 #: seed of the screws, points of each, screws drawn for one that is taken
 SEED, POINTS_PER_SCREW, TRIES = 20261126, 4, 20
+#: number from which on screws have any bodies and half of them oils of other pressure exponents
+OTHER_MATERIALS = 300
 #: minimum film [m] below which it counts in no error: oil is hardly a continuum there
 LEAST_FILM = 10e-9
 #: what is compared at a point; film: the central one, larger error of the contacts
@@ -68,9 +70,10 @@ def certificate_screw(number: int) -> Parameters:
     random = np.random.default_rng((SEED, number))
     for _ in range(TRIES):
         parameters = random_screw(random)
+        if number >= OTHER_MATERIALS:
+            parameters = of_other_materials(parameters, random, 0.5)
         try:
             screw_grid(parameters)
-            BallContacts(parameters)
         except (ValueError, ArithmeticError):
             continue
         return parameters

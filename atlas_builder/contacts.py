@@ -15,7 +15,7 @@ from ballscrew_tehl.physics.film import thermal_load_parameter
 from ballscrew_tehl.refinement.direct import THICKEST, contact_quantities
 
 from .journal import Journal, solve_missing
-from .screws import Contact, contact_pool
+from .screws import Contact, any_body, contact_pool
 
 #: nodes along rolling, and of further attempts. 22 contacts against 385 to 513 nodes: rolling loss within 0.4 %,
 #: minimum film within 0.3 %
@@ -38,6 +38,11 @@ LARGEST_M, LARGEST_L, LARGEST_N = 5e5, 160.0, 80.0
 #: 3,546 the largest torque of 386, 4.4 %; after 3,750 a thrust bearing at L = 32, N = 5
 CRITICAL_M = 2.0, 250.0
 STAGES = (2000, 15.0, 0.0), (3600, 45.0, 0.3), (3750, 15.0, 0.3)
+#: from this number on, contacts whose walls matter, above an M and an N, with walls of any body: the first ones have
+#: those of four pairs of materials only
+ANY_WALL, WALL_MATTERS = 4250, (2.0, 3e-3)
+#: from this number on, contacts with any walls and oils of other pressure exponents, of so many screws
+OTHER_OILS, OTHER_SCREWS = 4500, 1500
 #: distances in ln(M), ln(L), ln(R_x/R_y), z, ln(p_max), ln(N + COLD), ln(effusivity of the walls) that count alike
 SPACING = 1.0, 2.0, 2.0, 0.8, 3.0, 3.0, 0.6
 #: what a contact is given by in the journal
@@ -65,31 +70,43 @@ def _place(contact: Contact) -> list[float]:
     return [float(value / unit) for value, unit in zip(place, SPACING, strict=True)]
 
 
-def critical(contact: Contact, min_L: float, min_N: float) -> bool:
+def critical(contact: Contact, min_L: float, min_N: float, of_M: tuple[float, float] = CRITICAL_M) -> bool:
     """Whether a contact is where torques of maps are least certain: in the transition, with thick, stiff or hot oil."""
     c, scales = contact.conditions, scales_of(contact.conditions, contact.oil)
     N = thermal_load_parameter(contact.oil, c.u_e, c.temperature)
-    return bool(CRITICAL_M[0] <= scales.M <= CRITICAL_M[1] and min_L <= scales.L and min_N <= N)
+    return bool(of_M[0] <= scales.M <= of_M[1] and min_L <= scales.L and min_N <= N)
 
 
 def atlas_contacts(count: int) -> list[Contact]:
     """The first `count` contacts: by turns the one of the pool farthest from those before, and one at random.
 
-    From the first number of STAGES on, of those that are critical.
+    From the first number of STAGES on, of those that are critical; from ANY_WALL on, with walls of any body; from
+    OTHER_OILS on, with oils of other pressure exponents.
     """
     pool = [contact for contact in contact_pool(POOL_SEED, POOL_SCREWS, POOL_TRIES) if usable(contact)]
-    np.random.default_rng(POOL_SEED).shuffle(pool)  # type: ignore[arg-type]
+    random = np.random.default_rng(POOL_SEED)
+    random.shuffle(pool)  # type: ignore[arg-type]
     places = np.array([_place(contact) for contact in pool])
-    nearest, wanted, order = np.full(len(pool), np.inf), np.ones(len(pool), dtype=bool), list[int]()
+    nearest, wanted, taken = np.full(len(pool), np.inf), np.ones(len(pool), dtype=bool), list[Contact]()
     begins = {at: limits for at, *limits in STAGES}
     for k in range(count):
         if k in begins:
             wanted = np.array([critical(contact, *begins[k]) for contact in pool])
+        if k in (ANY_WALL, OTHER_OILS):
+            if k == ANY_WALL:
+                least_M, least_N = WALL_MATTERS
+                warm = [c for c in pool if critical(c, 0.0, least_N, (least_M, LARGEST_M))]
+                pool = [contact._replace(solids=2 * (any_body(random),)) for contact in warm]
+            else:
+                pool = [c for c in contact_pool(POOL_SEED + 1, OTHER_SCREWS, POOL_TRIES, True) if usable(c)]
+            places, wanted = np.array([_place(contact) for contact in pool]), np.ones(len(pool), dtype=bool)
+            before = np.array([_place(contact) for contact in taken])
+            nearest = np.array([np.min(np.sum((before - place) ** 2, axis=1)) for place in places])
         left = np.where(wanted, nearest, 0.0)  # what was taken has no distance left
         own = int(np.argmax(left > 0.0)) if k % 2 else int(np.argmax(left))
-        order.append(own)
+        taken.append(pool[own])
         nearest = np.minimum(nearest, np.sum((places - places[own]) ** 2, axis=1))
-    return [pool[own] for own in order]
+    return taken
 
 
 def solve_contact(contact: Contact) -> dict[str, float | str]:

@@ -2,7 +2,8 @@
 
 Sizes 6 to 125 mm, leads of 0.08 to 1.2 diameters with up to four starts, grooves 0.51 to 0.58 ball diameters, contact
 angles 15 to 60 deg, mineral oils ISO VG 10 to 680 with viscosity index 60 to 160, synthetic oils by two viscosities and
-a pressure exponent of 0.36 to 0.76; balls of steel or silicon nitride, bodies of bearing or stainless steel.
+a pressure exponent of 0.36 to 0.76; balls of steel or silicon nitride, bodies of bearing or stainless steel. Others of
+the same sizes have bodies of any effusivity and oils with exponents of 0.24 to 1.05.
 Contacts: pressure to 3 GPa (60 % of the dynamic rating ends near 2.4), n d_m to 240,000 mm r/min, -10 to 90 C.
 """
 
@@ -36,6 +37,19 @@ VISCOSITIES = (1.2e-3, 5.0)
 #: bodies: Young's modulus [Pa] and walls
 STEEL = 206e9, SolidParameters(density=7800.0, specific_heat=460.0, thermal_conductivity=46.0)
 STAINLESS = 204e9, SolidParameters(density=7700.0, specific_heat=460.0, thermal_conductivity=22.0)
+#: pressure exponents of ordinary oils, of polyglycols and thin esters (alpha 10 to 15 1/GPa), of perfluoropolyethers and
+#: traction fluids (30 to 45)
+ORDINARY_Z, OTHER_Z = (0.36, 0.76), ((0.24, 0.40), (0.72, 1.05))
+#: effusivity of bodies over that of bearing steel: from balls of zirconia on stainless steel to plain carbon steel, and
+#: beyond
+WALLS = 0.4, 1.35
+
+
+def any_body(random: np.random.Generator) -> SolidParameters:
+    """A body of the density and heat of steel whose effusivity lies anywhere in WALLS."""
+    wall = WALLS[0] * (WALLS[1] / WALLS[0]) ** random.random()
+    steel = STEEL[1]
+    return steel.model_copy(update={"thermal_conductivity": wall**2 * steel.thermal_conductivity})
 
 
 def random_oil(random: np.random.Generator) -> LubricantParameters:
@@ -47,12 +61,17 @@ def random_oil(random: np.random.Generator) -> LubricantParameters:
                 return graded_oil(grade, index)
             except ValueError:  # no such index at the lowest grades
                 continue
+    return synthetic_oil(random, ORDINARY_Z)
+
+
+def synthetic_oil(random: np.random.Generator, of_z: tuple[float, float]) -> LubricantParameters:
+    """An oil by two viscosities, with a pressure exponent between two."""
     nu_40 = 10.0 * 68.0 ** random.random()
     # slope of ASTM D341: 2.8 for silicone-like, 3.3 to 4.1 for mineral, 6 for the law of Zhao et al. 2023
     slope = random.uniform(2.8, 4.0) if random.random() < 0.8 else random.uniform(4.0, 6.3)
     step = math.log10(373.15 / 313.15)
     other = 10.0**10.0 ** (math.log10(math.log10(nu_40 + D341_SHIFT)) - slope * step) - D341_SHIFT
-    density, z = random.uniform(800.0, 960.0), random.uniform(0.36, 0.76)
+    density, z = random.uniform(800.0, 960.0), random.uniform(*of_z)
     level = math.log(1e-6 * nu_40 * density) + ROELANDS_LN
     return LubricantParameters(
         name="synthetic", viscosity_law="astm_d341", density=density, reference_temperature=40.0 + CELSIUS,
@@ -89,6 +108,14 @@ def random_screw(random: np.random.Generator) -> Parameters:
     return Parameters(name=f"random {diameter:.3g}x{lead:.3g}", screw=screw, solid=body, lubricant=oil)
 
 
+def of_other_materials(drawn: Parameters, random: np.random.Generator, other_oils: float) -> Parameters:
+    """The same screw with any body, and with a share of other_oils an oil beyond the ordinary pressure exponents."""
+    found = drawn.model_copy(update={"solid": any_body(random)})
+    if random.random() >= other_oils:
+        return found
+    return found.model_copy(update={"lubricant": synthetic_oil(random, OTHER_Z[int(random.random() < 0.5)])})
+
+
 class Contact(NamedTuple):
     """A contact to solve: conditions, oil, solids of body and ball."""
 
@@ -118,11 +145,13 @@ def random_contact(drawn: Parameters, random: np.random.Generator) -> Contact | 
     return Contact(ContactConditions(load, R_x, R_y, u_e, u_e, temperature, modulus), oil, drawn.solids)
 
 
-def contact_pool(seed: int, screws: int, each: int) -> list[Contact]:
-    """Contacts of random screws, `each` tries of `screws` of them."""
+def contact_pool(seed: int, screws: int, each: int, other_oils: bool = False) -> list[Contact]:
+    """Contacts of random screws, `each` tries of `screws` of them; other_oils: with any body and other oils."""
     random = np.random.default_rng(seed)
     found = []
     for _ in range(screws):
         drawn = random_screw(random)
+        if other_oils:
+            drawn = of_other_materials(drawn, random, 1.0)
         found += [contact for _ in range(each) if (contact := random_contact(drawn, random)) is not None]
     return found
