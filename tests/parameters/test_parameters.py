@@ -96,16 +96,11 @@ loaded_ball_count = 72 => loaded_ball_count = 80 => screw.loaded_ball_count = 80
 viscosity_Pas = 0.033 => viscosity_Pas = 0.033@astm_viscosity_1_cSt = 100 => lubricant.astm_viscosity_1_cSt = 100; d341
 ^astm_temperature_2_degC = 100.0 =>  => lubricant.astm_temperature_2_degC = (missing); two points
 ^astm_viscosity_2_mm2_s = 11.1 => astm_viscosity_2_mm2_s = 111 => lubricant.astm_viscosity_2_mm2_s = 111; below point 1
-<<<<<<< HEAD
-^astm_viscosity_1_mm2_s = 100.0 => astm_viscosity_1_mm2_s = 1e5 => 1 to 6 as slope of D341 through both points, not 8.8
+^astm_viscosity_1_mm2_s = 100.0 => astm_viscosity_1_mm2_s = 1e5 => 1 to 6.5 as slope of D341; points, not 8.8
 conductivity_W_mK = 0.14 => conductivity_W_mK = 0.00014 => lubricant.thermal_conductivity_W_mK = 0.00014; >= 0.05
 viscosity_Pas = 0.033 => viscosity_Pas = 46 => lubricant.viscosity_Pas = 46; up to 30 Pa s; is 0.046 Pa s meant?
 ^pressure_viscosity_per_GPa = 21.0 => pressure_viscosity_per_GPa = 2.1 => per_GPa = 2.1; mineral oils: 15
 sliding_coefficient = 0.15  => sliding_coefficient = 0.9  => sliding_coefficient = 0.9; net_sliding_coefficient has it
-=======
-^astm_viscosity_1_mm2_s = 100.0 => astm_viscosity_1_mm2_s = 1e5 => 1 to 6.5 as slope of D341 through both points, not 8.8
-conductivity_W_mK = 0.14 => conductivity_W_mK = 0.00014 => lubricant.thermal_conductivity_W_mK = 0.00014; >= 0.01
->>>>>>> atlas
 ^astm_viscosity_1_mm2_s => viscosity_Pas = 0.1@astm_viscosity_1_mm2_s => lubricant.viscosity_Pas = 0.1; no entry
 law = "three_parameter" => set = "two_parameter"@kinematics = "rolling_frame" => friction.set = 'two_parameter'; mecha
 law = "three_parameter" => kinematics = "fixed" => friction.kinematics = 'fixed'; published or rolling_frame
