@@ -37,7 +37,7 @@ VISCOSITIES = (1.2e-3, 5.0)
 #: bodies: Young's modulus [Pa] and walls
 STEEL = 206e9, SolidParameters(density=7800.0, specific_heat=460.0, thermal_conductivity=46.0)
 STAINLESS = 204e9, SolidParameters(density=7700.0, specific_heat=460.0, thermal_conductivity=22.0)
-#: pressure exponents of ordinary oils, of polyglycols and thin esters (alpha 10 to 15 1/GPa), of perfluoropolyethers and
+#: pressure exponents of ordinary oils, of polyglycols and thin esters (alpha 10 to 15 1/GPa), of fluorinated oils and
 #: traction fluids (30 to 45)
 ORDINARY_Z, OTHER_Z = (0.36, 0.76), ((0.24, 0.40), (0.72, 1.05))
 #: effusivity of bodies over that of bearing steel: from balls of zirconia on stainless steel to plain carbon steel, and

@@ -1,10 +1,10 @@
 """Equilibrium of a ball: against scipy's minimum of the same potential, closed limits, forces that vanish."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from paths import ROOT
 from scipy.optimize import minimize
 
 from ballscrew_tehl.friction.ball_equilibrium import (
@@ -21,7 +21,7 @@ from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
 
 ROLLING = changed(load_screw(), friction={"kinematics": "rolling_frame"})
 SCREW = ROLLING.screw
-SCREWS = sorted((Path(__file__).parents[1] / "data" / "screws").glob("*.toml"))
+SCREWS = sorted((ROOT / "examples/screws").glob("*.toml"))
 LIMITING, TAU_0, BOUNDARY = 0.05, 5e6, 0.12
 
 

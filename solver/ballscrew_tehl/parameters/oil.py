@@ -172,7 +172,9 @@ class LubricantParameters(Table):
             falls = math.isfinite(self.viscosity)
             require(falls, "astm_viscosity_2", "below point 1 at a higher temperature", "check both points")
             slope = mineral_oil.slope_d341(*(getattr(self, name) for name in _POINTS))
-            allowed = f"1 to 6.5 as slope of D341 through both points, not {slope:.2g} (mineral oils 3 to 4.5)"
+            allowed = (
+                f"1 to 6.5 as slope of D341 through both points, not {slope:.2g} (mineral oils 3 to 4.5)"
+            )
             require(1.0 <= slope <= 6.5, "astm_viscosity_1", allowed, "check both points and their units")
             return self
         for name, bad in zip(_POINTS, given, strict=True):
