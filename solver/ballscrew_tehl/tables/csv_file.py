@@ -301,7 +301,9 @@ def _heading(
     heading, needed = -1, [0]
     for place in content:
         if places := named_places(fields[place], kind, stated):
-            heading, needed = place, places
+            # a row without a time has numbers from its begin on
+            counted = "time" in kind.quantities and "time" not in kind.needed
+            heading, needed = place, [0] * counted + places
         elif heading >= 0 and max(needed) < len(row := fields[place]):
             usable = [is_missing(row[k]) or _is_value(row[k]) for k in needed]
             if all(usable) and not is_missing(row[needed[0]]):
@@ -420,7 +422,7 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
             raise ValueError("no rows; allowed: a line of headings and one line per row")
         for key, column in read.items():
             _without_units(texts[key], key, column, kind)
-        stamped = "time" in read and any(map(STAMP.fullmatch, texts["time"]))
+        stamped = "time" in read and any(STAMP.fullmatch(text) for text in texts["time"] if ":" in text)
         marked = {column.heading: texts[key] for key, column in read.items() if key != "time" or not stamped}
         notes = without_thousands(marked) + _notes(read, body.repeats)
         if "time" in read:
@@ -495,7 +497,9 @@ def read_rows(path: Path | str) -> list[dict[str, str]]:
 
 def _seconds(texts: list[str], column: Column, units: Mapping[str, tuple[float, float]]) -> list[str]:
     """Times of day, which may pass midnight, as seconds; whole numbers that a float would round less the first."""
-    stamps = [(row, stamp) for row, text in enumerate(texts) if (stamp := STAMP.fullmatch(text))]
+    stamps = [
+        (row, stamp) for row, text in enumerate(texts) if ":" in text and (stamp := STAMP.fullmatch(text))
+    ]
     if not stamps:
         first = next((int(text) for text in texts if text.isdigit()), 0)
         low, high = 1e9, 1e11  # s since 1970, 1601 or the year 1

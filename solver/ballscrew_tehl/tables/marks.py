@@ -48,7 +48,7 @@ def numbers(texts: Sequence[str]) -> tuple[NDArray[np.float64], NDArray[np.bool_
     """Values of fields, NaN where one is missing or text, and where it is text."""
     import pandas as pd
 
-    plain = "\n".join(texts).replace(",", ".").split("\n") if texts else []
+    plain = [text.replace(",", ".") for text in texts]
     found = pd.to_numeric(pd.Series(plain, dtype=object), errors="coerce").to_numpy(np.float64)
     good, values = np.isfinite(found), np.full(len(plain), np.nan)
     # float rounds correctly
