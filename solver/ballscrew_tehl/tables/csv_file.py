@@ -280,8 +280,21 @@ def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> 
         if not results:
             raise errors[-1]
         line, columns, problems = min(results, key=lambda result: len(result[2]))
+        _check_counted(columns, [fields[k] for k in content if k >= first][:3])
         repeated = frozenset(lines[k] for k in (heading, *units))
         return Table(path, names, separator, lines, line, first, columns, problems, repeated)
+
+
+def _check_counted(columns: Mapping[str, Sequence[Column]], rows: Sequence[Sequence[str]]) -> None:
+    """ValueError: the period of the samples would be the time, but a first column that is not used may be that."""
+    used = {column.place: column.stated for same in columns.values() for column in same}
+    begin = [row[0].replace(",", ".") for row in rows if is_number(row[0])]
+    if used.get(-1, True) or 0 in used or len(begin) < 3:
+        return
+    one, two, three = map(float, begin)
+    if two > one and math.isclose(three - two, two - one, rel_tol=1e-3) and not math.isclose(two - one, 1.0):
+        remedy = f'--column "time=HEADING [UNIT]" if it is, else --column "time={ROW} [UNIT]"'
+        raise ValueError(f"the first column may be the time: {one:g}, {two:g}, {three:g}; allowed: {remedy}")
 
 
 def _row_names(names: Sequence[str], rows: Sequence[Sequence[str]]) -> bool:
@@ -338,17 +351,8 @@ def _heading(
 
 
 def _periods(lines: Sequence[str], content: Sequence[int], fields: Mapping[int, list[str]]) -> set[float]:
-    """Periods of the samples [s] that the lines above the rows state; none if the rows seem to begin with a time."""
+    """Periods of the samples [s] that the lines above the rows state."""
     first = next((k for k in content if _numeric(fields[k])), 0)
-    begin = [fields[k][0].replace(",", ".") for k in content if k >= first][:3]
-    if len(begin) == 3 and all(map(is_number, begin)):
-        one, two, three = map(float, begin)
-        if (
-            two > one
-            and math.isclose(three - two, two - one, rel_tol=1e-3)
-            and not math.isclose(two - one, 1.0)
-        ):
-            return set()
     periods = set()
     for line in lines[:first]:
         if (name := PERIOD.search(line)) and (match := RATE.match(line, name.end())):

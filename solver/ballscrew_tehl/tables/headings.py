@@ -283,7 +283,7 @@ def _refuse_range(key: str, heading: str, unit: str, multiple: float, factor: fl
 def _places_of(text: str, headings: Sequence[str]) -> list[int]:
     """Where a stated heading is: as it is written, else without units."""
     same = [place for place, heading in enumerate(headings) if heading == text]
-    stem = parted(text)[0]
+    stem = parted(text.lstrip("#% "))[0]
     return same or [k for k, heading in enumerate(headings) if stem in (heading, parted(heading)[0])]
 
 
