@@ -67,18 +67,9 @@ PERIOD = re.compile(
     r"|\b(?:period|interval|increment|step|delta[ _]?[xt]|dt)\b"
 )
 RATE = re.compile(
-    r"(?:[\[(]\s*([^\d\s\])]+)\s*[\])])?[^\d\[(]*?(\d*[.,]?\d+(?:[eE][+-]?\d+)?)[^\w/]*([^\W\d]+(?:/s\w*)?)?"
+    r"\s*(?:[\[(]\s*([^\d\s\])]+)\s*[\])])?[^\d\[(]*?(\d*[.,]?\d+(?:[eE][+-]?\d+)?)[^\w/]*([^\W\d]+(?:/s\w*)?)?"
 )
-RATES = {
-    "hz": 1.0,
-    "khz": 1e3,
-    "mhz": 1e6,
-    "sps": 1.0,
-    "s/s": 1.0,
-    "sa/s": 1.0,
-    "ks/s": 1e3,
-    "samples/s": 1.0,
-}
+RATES = {"hz": 1.0, "khz": 1e3, "sps": 1.0, "s/s": 1.0, "sa/s": 1.0, "ks/s": 1e3, "samples/s": 1.0}
 
 
 @contextmanager
@@ -86,7 +77,7 @@ def naming(path: Path | str) -> Iterator[None]:
     """ValueErrors name the file."""
     try:
         yield
-    except ValueError as error:
+    except (ValueError, csv.Error) as error:
         if str(error).startswith(f"{path}: "):
             raise
         raise ValueError(f"{path}: {error}") from error
@@ -153,8 +144,8 @@ def _lines(path: Path, stated: Collection[str]) -> list[str]:
     except OSError as error:
         raise ValueError(f"cannot be read ({error.strerror}); {remedy}") from error
     wide = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}.get(content[:2])
-    wide = wide or {(1, 3): "utf-16-le", (0, 2): "utf-16-be"}.get(
-        tuple(k for k in range(4) if content[k : k + 1] == b"\0")
+    wide = wide or (
+        "utf-16-le" if content[1:4:2] == b"\0\0" else "utf-16-be" if content[:3:2] == b"\0\0" else None
     )
     try:
         text = content.decode(wide or "utf-8-sig", "replace" if wide else "strict")
@@ -163,9 +154,8 @@ def _lines(path: Path, stated: Collection[str]) -> list[str]:
         usual = "cp932" if re.search(rb"[\x81\x83\x8d\x8f\x90\x9d]", content) else "cp1252"
         names = [parted(heading)[0] for heading in stated if not heading.isascii()]
         texts = (content.decode(code, "replace") for code in (usual, *ENCODINGS))
-        text = next(
-            (text for text in texts if all(name in text for name in names)), content.decode(usual, "replace")
-        )
+        good = (text for text in texts if all(name in text for name in names))
+        text = next(good, content.decode(usual, "replace"))
     if "\0" in text[:1000]:
         raise ValueError(f"is no text; {remedy}")
     text = text.lstrip("\ufeff").replace("\u2212", "-")
@@ -174,10 +164,8 @@ def _lines(path: Path, stated: Collection[str]) -> list[str]:
     while len(odd) > 1:
         first, last = odd[:2]
         if joined := bool(OPEN.search(lines[first])) and last - first <= MAX_BREAKS:
-            lines[first : last + 1] = [
-                " ".join(map(str.strip, lines[first : last + 1])),
-                *[""] * (last - first),
-            ]
+            pieces = map(str.strip, lines[first : last + 1])
+            lines[first : last + 1] = [" ".join(pieces), *[""] * (last - first)]
         odd = odd[1 + joined :]
     return lines
 
@@ -207,10 +195,10 @@ def _separator(lines: Sequence[str]) -> tuple[str, int]:
     """The mark that gives most numbers and least texts, and the usual number of fields; "", 0: there are no numbers."""
     best, chosen, count = 0, "", 0
     for mark in SEPARATORS:
+        other = re.compile("[;\t|]" if mark == " " else "$^")
         rows = [
-            _split(line, mark) for line in lines if mark != " " or not any(other in line for other in ";\t|")
+            row for line in lines if not other.search(line) and any(map(_is_value, row := _split(line, mark)))
         ]
-        rows = [row for row in rows if any(map(_is_value, row))]
         score = sum(1 if _is_value(text) else -1 for row in rows for text in row if not is_missing(text))
         if score > best:
             best, chosen, count = score, mark, mode(map(len, rows))
@@ -240,11 +228,9 @@ def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> 
         lines = _lines(path, stated.values())
         content = [k for k, line in enumerate(lines[:HEAD]) if not SKIPPED.match(line)]
         separator, count = _separator([lines[k] for k in content[-SAMPLE:]])
-        separator = (
-            lines[0][4:5] * lines[0].startswith("sep=")
-            or separator
-            or _mark(lines[content[0]] if content else "")
-        )
+        if said := re.match("sep=(.)", lines[0]):
+            separator = said[1]
+        separator = separator or _mark(lines[content[0]] if content else "")
         comments = [k for k, line in enumerate(lines[:HEAD]) if line.lstrip().startswith(("#", "%"))]
         fields = {k: _fields(lines[k], separator, count) for k in (*comments, *content)}
         periods = _periods(lines, content, fields) if "time" in kind.needed else set()
@@ -254,9 +240,8 @@ def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> 
         if not 0 <= heading < first < len(lines):
             raise ValueError("no rows; allowed: a line of headings and one line per point")
         row, names = _split(lines[first].rstrip("; \t,"), separator), fields[heading]
-        if numbered := separator in "\t " and _row_names(
-            names, [_split(line, separator) for line in lines[first : first + 3]]
-        ):
+        several = [_split(line, separator) for line in lines[first : first + 3]]
+        if numbered := separator in "\t " and _row_names(names, several):
             names = ["", *names]
         most = max(2, len(row))
         if len(names) < most and needed and not named_places(names, kind._replace(needed=needed), stated):
@@ -304,12 +289,9 @@ def _row_names(names: Sequence[str], rows: Sequence[Sequence[str]]) -> bool:
 
 
 def _heading(
-    fields: Mapping[int, list[str]],
-    content: Sequence[int],
-    comments: Sequence[int],
-    kind: Kind,
+    fields: Mapping[int, list[str]], content: Sequence[int], comments: Sequence[int], kind: Kind,
     stated: Mapping[str, str],
-) -> tuple[int, int]:
+) -> tuple[int, int]:  # fmt: skip
     """The last line with the needed headings above its first row, and that, -1: none; else where they would be."""
     heading, needed = -1, [0]
     for place in content:
@@ -328,22 +310,16 @@ def _heading(
         heading, numeric, *_ = *content, -1, -1
         return heading, numeric
     above = [k for k in content if k < numeric]
-    alike = [
-        k for k in above if len(fields[k]) == len(fields[numeric]) and not any(map(is_number, fields[k]))
-    ]
+    same = [k for k in fields if k < numeric and len(fields[k]) == len(fields[numeric])]
+    alike = [k for k in above if k in same and not any(map(is_number, fields[k]))]
     block = [*takewhile(set(content).__contains__, range(max(above, default=0), -1, -1))]
     # with most of the stated headings, the first of those behind the last blank line
-    alike.sort(
-        key=lambda k: (
-            -sum(parted(text)[0] in ",".join(fields[k]) for text in stated.values()),
-            k not in block,
-        )
-    )
+    names = {k: sum(parted(text)[0] in ",".join(fields[k]) for text in stated.values()) for k in alike}
+    alike.sort(key=lambda k: (-names[k], k not in block))
     if alike or above:
         return (alike or above[-1:])[0], numeric
     # rows without headings, unless a comment has them
-    alike = [k for k in comments if k < numeric and len(fields[k]) == len(fields[numeric])]
-    alike = [k for k in alike if not kind.needed or named_places(fields[k], kind, stated)]
+    alike = [k for k in comments if k in same and (not kind.needed or named_places(fields[k], kind, stated))]
     if not alike:
         row = ",".join(fields[numeric])
         raise ValueError(f"no line of headings, the first line is {row[:40]!r}; allowed: headings with units")
@@ -357,10 +333,8 @@ def _periods(lines: Sequence[str], content: Sequence[int], fields: Mapping[int, 
     for line in lines[:first]:
         if (name := PERIOD.search(line)) and (match := RATE.match(line, name.end())):
             unit = match[1] or match[3] or "s" * name[0].lower().startswith("delta")
-            value, rate = (
-                float(match[2].replace(",", ".")),
-                RATES.get(re.sub("/s.*", "/s", unit.lower()), 0.0),
-            )
+            value = float(match[2].replace(",", "."))
+            rate = RATES.get(re.sub("/s.*", "/s", unit.lower()), 0.0)
             with suppress(HeadingError):
                 factor = 0.0 if rate else TIME[(quantity_of(f"time [{unit}]", LOG) or ("", "h"))[1]][0]
                 period = 1.0 / (rate * value) if rate * value else factor * value
