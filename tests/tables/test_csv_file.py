@@ -108,7 +108,7 @@ def test_a_first_row_that_is_no_measurement_is_a_row(tmp_path):
 
 ROWS = np.array([(0.0, 5.0, 0.25), (0.001, 5.5, -0.5), (0.002, 5.0, 0.75), (0.003, 4.0, 0.5)])
 HEADINGS = "time [s],position [deg],torque [N.m]"
-CHINESE = {"time": "\u65f6 [s]", "position": "\u89d2 [deg]", "torque": "\u529b [N.m]"}
+CHINESE = {"time": "\u6642 [s]", "position": "\u89d2 [deg]", "torque": "\u529b [N.m]"}
 #: lines above the rows, form of a row, stated headings, encoding, field for the position of the second row
 LOGS = [
     ('"time\n[s]","position [deg]","torque\n[N.m]"', "{},{},{}", {}, "utf-8", ""),
@@ -121,7 +121,10 @@ LOGS = [
     ("Sampling rate [kHz];1\nposition [deg];torque [N.m]", "{1};{2}", {}, "utf-8", ""),
     ("position [deg];torque [N.m]", "{1};{2}", {"time": "row [1 ms]"}, "utf-8", ""),
     ("%" + HEADINGS, "{},{},{}", {}, "utf-8", ""),
-    *((",".join(CHINESE.values()), "{},{},{}", CHINESE, code, "") for code in ("gbk", "cp949", "utf-16-be")),
+    *(
+        (",".join(CHINESE.values()), "{},{},{}", CHINESE, code, "")
+        for code in ("gbk", "cp949", "big5", "utf-16-be")
+    ),
     *((HEADINGS, "{},{},{}", {}, "utf-8", word) for word in ("#N/A", "None", "---", "1.#INF", "n/a", "<NA>")),
 ]
 

@@ -67,7 +67,7 @@ PERIOD = re.compile(
     r"|\b(?:period|interval|increment|step|delta[ _]?[xt]|dt)\b"
 )
 RATE = re.compile(
-    r"\s*(?:[\[(]\s*([^\d\s\])]+)\s*[\])])?[^\d\[(]*?(\d*[.,]?\d+(?:[eE][+-]?\d+)?)[^\w/]*([^\W\d]+(?:/s\w*)?)?"
+    r"\s*(?:[\[(]\s*([^\d\s\])]+)\s*[\])])?[^\d\[(]*?((?![1-9]\d{0,2},\d{3}\b)\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)[^\w/]*([^\W\d]+(?:/s\w*)?)?"
 )
 RATES = {"hz": 1.0, "khz": 1e3, "sps": 1.0, "s/s": 1.0, "sa/s": 1.0, "ks/s": 1e3, "samples/s": 1.0}
 
@@ -144,9 +144,9 @@ def _lines(path: Path, stated: Collection[str]) -> list[str]:
     except OSError as error:
         raise ValueError(f"cannot be read ({error.strerror}); {remedy}") from error
     wide = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}.get(content[:2])
-    wide = wide or (
-        "utf-16-le" if content[1:4:2] == b"\0\0" else "utf-16-be" if content[:3:2] == b"\0\0" else None
-    )
+    for code, begin in (("utf-16-le", 1), ("utf-16-be", 0)):
+        # every other byte of digits is 0
+        wide = wide or (code if content[begin:HEAD:2].count(0) > len(content[:HEAD]) // 4 else None)
     try:
         text = content.decode(wide or "utf-8-sig", "replace" if wide else "strict")
     except UnicodeDecodeError:
