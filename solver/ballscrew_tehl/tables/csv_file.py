@@ -38,7 +38,7 @@ from .headings import (
     quantity_of,
     si,
 )
-from .marks import COMMAS, check_marks, is_missing, is_number, numbers, without_thousands
+from .marks import COMMAS, STAMP, check_marks, is_missing, is_number, numbers, seconds, without_thousands
 
 SEPARATORS = (";", "\t", ",", "|", " ")
 ENCODINGS = ("cp1252", "cp932", "gb18030", "big5", "cp949", "cp1251", "cp1250")
@@ -46,12 +46,8 @@ ENCODINGS = ("cp1252", "cp932", "gb18030", "big5", "cp949", "cp1251", "cp1250")
 #: in;  lines of a quoted heading;  shortest and longest period of samples [s]
 HEAD, SAMPLE, MAX_LINES, MAX_BREAKS, PERIODS = 2000, 200, 100, 10, (5e-6, 0.05)
 #: a number with its unit
-SUFFIXED = re.compile(r"[+-]?[\d.,]+(?:[eE][+-]?\d+)?\s*([A-Za-z\u00b5\u03bc\u00b0%][^\d\s]*)")
-#: date or days, time of day in parts of 60 and a fraction, AM or PM, time zone
-STAMP = re.compile(
-    r"(?:(\d{1,4}([-./])\d\d?\2\d{1,4}[T ]|-?\d+ days?,?)\s*)?(?:(\d\d?):)?(\d\d?):(\d\d(?:[.,]\d+|[:;]\d{3})?)"
-    r"\s*([ap]m)?(?:z|utc|[+-]\d\d:?\d\d)?",
-    re.IGNORECASE,
+SUFFIXED = re.compile(
+    r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?\s*([A-Za-z\u00b5\u03bc\u00b0%][^\d\s]*)"
 )
 #: TwinCAT Scope heads each channel with a column of time [ms] of this name
 SCOPE = "Name"
@@ -194,8 +190,10 @@ def _is_value(text: str) -> bool:
 def _separator(lines: Sequence[str]) -> tuple[str, int]:
     """The mark that gives most numbers and least texts, and the usual number of fields; "", 0: there are no numbers."""
     best, chosen, count = 0, "", 0
+    # commas between headings are none of decimals: 20 5,1 are two fields
+    headed = any("," in line and not any(map(_is_value, _split(line, ","))) for line in lines)
     for mark in SEPARATORS:
-        other = re.compile("[;\t|]" if mark == " " else "$^")
+        other = re.compile(("[;\t|,]" if headed else "[;\t|]") if mark == " " else "$^")
         rows = [
             row for line in lines if not other.search(line) and any(map(_is_value, row := _split(line, mark)))
         ]
@@ -321,8 +319,10 @@ def _heading(
     # rows without headings, unless a comment has them
     alike = [k for k in comments if k in same and (not kind.needed or named_places(fields[k], kind, stated))]
     if not alike:
-        row = ",".join(fields[numeric])
-        raise ValueError(f"no line of headings, the first line is {row[:40]!r}; allowed: headings with units")
+        line = ",".join(fields[numeric])
+        raise ValueError(
+            f"no line of headings, the first line is {line[:40]!r}; allowed: headings with units"
+        )
     return alike[-1], numeric
 
 
@@ -404,7 +404,7 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
         marked = {column.heading: texts[key] for key, column in read.items() if key != "time" or not stamped}
         notes = without_thousands(marked) + _notes(read, body.repeats)
         if "time" in read:
-            texts["time"] = _seconds(texts["time"], read["time"], kind.quantities["time"].units)
+            texts["time"] = seconds(texts["time"], read["time"], kind.quantities["time"].units)
         found = {key: numbers(texts[key]) for key in read}
         # a blank field may be missing anywhere between blanks
         sizes = {k: n for k, n in body.uneven.items() if n > count or strict or table.separator == " "}
@@ -471,29 +471,3 @@ def read_rows(path: Path | str) -> list[dict[str, str]]:
         )
     texts |= {key: [text.replace(",", ".") for text in fields] for key, fields in numeric.items()}
     return [dict(zip(texts, row, strict=True)) for row in zip(*texts.values(), strict=True)]
-
-
-def _seconds(texts: list[str], column: Column, units: Mapping[str, tuple[float, float]]) -> list[str]:
-    """Times of day, which may pass midnight, as seconds; whole numbers that a float would round less the first."""
-    stamps = [
-        (row, stamp) for row, text in enumerate(texts) if ":" in text and (stamp := STAMP.fullmatch(text))
-    ]
-    if not stamps:
-        first = next((int(text) for text in texts if text.isdigit()), 0)
-        low, high = 1e9, 1e11  # s since 1970, 1601 or the year 1
-        if first * units[column.unit][0] * (column.multiple or 1.0) > high:
-            likely = [unit for unit, (one, _) in units.items() if low <= first * one <= high]
-            remedy = column.option("time", (*likely, "UNIT")[0])
-            raise ValueError(f"time = {first} {column.unit}; allowed: <= {high:g} s; likely {remedy}")
-        first = first if first > 2**53 else 0
-        return [str(int(text) - first) if first and text.isdigit() else text for text in texts]
-    results, days, before, date = list(texts), 0, 0.0, stamps[0][1][1]
-    for row, stamp in stamps:
-        day, _, hour, minute, second, half = stamp.groups()
-        hours = int(hour or 0) if half is None else int(hour or 0) % 12 + 12 * (half.lower() == "pm")
-        time = 3600 * hours + 60 * int(minute) + float(re.sub("[,:;]", ".", second))
-        # without hours it begins again each hour
-        period = 3600.0 if hour is None else 86400.0
-        days, before, date = days + (time < before - 0.5 * period or day != date), time, day
-        results[row] = f"{time + days * period:.9f}"
-    return results

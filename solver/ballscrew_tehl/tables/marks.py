@@ -1,4 +1,4 @@
-"""Numbers of a column as they are written: missing ones, decimal marks, marks of thousands.
+"""Numbers of a column as they are written: missing ones, decimal marks, marks of thousands, times of day.
 
 Numbers have a decimal point, or a decimal comma unless commas separate the fields, the same in the whole file. Marks of
 thousands are removed where the file shows them, as 1.234.567, 1.234,5, or 1.234 beside 999 in a file with decimal
@@ -11,10 +11,18 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from .headings import Column
+
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 #: what stands for a missing value; eof: last line of exports
 MISSING = re.compile(
     r"(?i)|[-+]?(nan|inf|infinity|1\.#\w+)|null?|nil|none|<?n/?a>?|#\S*|-+|\.+|\?+|missing|invalid|eof"
+)
+#: date or days, time of day in parts of 60 and a fraction, AM or PM, time zone
+STAMP = re.compile(
+    r"(?:(\d{1,4}([-./])\d\d?\2\d{1,4}[T ]|-?\d+ days?,?)\s*)?(?:(\d\d?):)?(\d\d?):(\d\d(?:[.,]\d+|[:;]\d{3})?)"
+    r"\s*([ap]m)?(?:z|utc|[+-]\d\d:?\d\d)?",
+    re.IGNORECASE,
 )
 COMMAS = "numbers with commas, decimal or of thousands, need semicolons between the fields"
 _EXPONENT = r"(?:[eE][+-]?\d+)?"
@@ -152,3 +160,29 @@ def _grouped(first: Mapping[tuple[str, str], str], comma: bool) -> Iterable[Prob
             yield (heading, form), "; allowed: a number without marks of thousands"
         elif form.endswith("group") and (grouped or not (comma or forms & {".", ",", "many"})):
             yield (heading, form), " can be read in two ways"
+
+
+def seconds(texts: list[str], column: Column, units: Mapping[str, tuple[float, float]]) -> list[str]:
+    """Times of day, which may pass midnight, as seconds; whole numbers that a float would round less the first."""
+    stamps = [
+        (row, stamp) for row, text in enumerate(texts) if ":" in text and (stamp := STAMP.fullmatch(text))
+    ]
+    if not stamps:
+        first = next((int(text) for text in texts if text.isdigit()), 0)
+        low, high = 1e9, 1e11  # s since 1970, 1601 or the year 1
+        if first * units[column.unit][0] * (column.multiple or 1.0) > high:
+            likely = [unit for unit, (one, _) in units.items() if low <= first * one <= high]
+            remedy = column.option("time", (*likely, "UNIT")[0])
+            raise ValueError(f"time = {first} {column.unit}; allowed: <= {high:g} s; likely {remedy}")
+        first = first if first > 2**53 else 0
+        return [str(int(text) - first) if first and text.isdigit() else text for text in texts]
+    results, days, before, date = list(texts), 0, 0.0, stamps[0][1][1]
+    for row, stamp in stamps:
+        day, _, hour, minute, second, half = stamp.groups()
+        hours = int(hour or 0) if half is None else int(hour or 0) % 12 + 12 * (half.lower() == "pm")
+        time = 3600 * hours + 60 * int(minute) + float(re.sub("[,:;]", ".", second))
+        # without hours it begins again each hour
+        period = 3600.0 if hour is None else 86400.0
+        days, before, date = days + (time < before - 0.5 * period or day != date), time, day
+        results[row] = f"{time + days * period:.9f}"
+    return results
