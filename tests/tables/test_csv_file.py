@@ -1,9 +1,10 @@
 """One CSV dialect: headings in a comment or below other lines, marks of thousands, decimal commas that begin late."""
 
+import numpy as np
 import pytest
 
 from ballscrew_tehl.tables.csv_file import open_table, read_columns, read_rows
-from ballscrew_tehl.tables.headings import TORQUES
+from ballscrew_tehl.tables.headings import LOG, TORQUES
 
 HEAD = "preload [N];speed [r/min];torque [Nm]\n"
 
@@ -22,6 +23,7 @@ READ = [
     ("a;b\n1.234;0.500\n", ["1.234", "0.500"]),
     # 1500 shows that thousands have no mark
     ("a;b\n1.234;1500\n", ["1.234", "1500"]),
+    ("a,b\n20 5,1\n", ["20 5", "1"]),
     ('"a; b",c\n" \u22121.5 ",x\n', ["-1.5", "x"]),
 ]
 
@@ -103,3 +105,54 @@ def test_a_first_row_that_is_no_measurement_is_a_row(tmp_path):
     for first in ("1_000;60;0.4", "x;60;0.4"):
         table = open_table(write(tmp_path / "x.csv", f"{HEAD}{first}\n1000;60;0.4\n"), TORQUES)
         assert read_columns(table, table.single_columns(), TORQUES).lines == [2, 3]
+
+
+ROWS = np.array([(0.0, 5.0, 0.25), (0.001, 5.5, -0.5), (0.002, 5.0, 0.75), (0.003, 4.0, 0.5)])
+HEADINGS = "time [s],position [deg],torque [N.m]"
+CHINESE = {"time": "\u6642 [s]", "position": "\u89d2 [deg]", "torque": "\u529b [N.m]"}
+#: lines above the rows, form of a row, stated headings, encoding, field for the position of the second row
+LOGS = [
+    ('"time\n[s]","position [deg]","torque\n[N.m]"', "{},{},{}", {}, "utf-8", ""),
+    ("# time [s], position [deg], torque [N m]", "{:.9e} {:.9e} {:.9e}", {}, "utf-8", ""),
+    ("  time [s]   position [deg]  torque [N.m]", "{:>9}{:>9}{:>9}", {}, "utf-8", ""),
+    ("|time [s]|position [deg]|torque [N.m]|\n|--:|---|:--|", "| {} | {} | {} |", {}, "utf-8", ""),
+    ("time,position,torque", "{} sec,{} deg,{} Nm", {}, "utf-8", ""),
+    ("time,position [deg],torque [N.m]", "0 days 00:00:0{:.6f},{},{}", {}, "utf-8", ""),
+    ("#Sampling period is 1000000 nSec\nposition [deg];torque [N.m]", "{1};{2}", {}, "utf-8", ""),
+    ("Sampling rate [kHz];1\nposition [deg];torque [N.m]", "{1};{2}", {}, "utf-8", ""),
+    ("position [deg];torque [N.m]", "{1};{2}", {"time": "row [1 ms]"}, "utf-8", ""),
+    ("%" + HEADINGS, "{},{},{}", {}, "utf-8", ""),
+    *(
+        (",".join(CHINESE.values()), "{},{},{}", CHINESE, code, "")
+        for code in ("gbk", "cp949", "big5", "utf-16-be")
+    ),
+    *((HEADINGS, "{},{},{}", {}, "utf-8", word) for word in ("#N/A", "None", "---", "1.#INF", "n/a", "<NA>")),
+]
+
+
+@pytest.mark.parametrize("log", LOGS)
+def test_logs_as_tools_write_them(tmp_path, log):
+    head, form, stated, encoding, word = log
+    rows, expected = [form.format(*row) for row in ROWS.tolist()], ROWS * [1.0, np.pi / 180.0, 1.0]
+    if word:
+        rows[1], expected[1, 1] = rows[1].replace("5.5", word), np.nan
+    # the headings repeat
+    text = "\n".join([head, *rows[:2], head.splitlines()[-1] if '"' not in head else "", *rows[2:]])
+    (tmp_path / "x.csv").write_bytes(text.encode(encoding))
+    table = open_table(tmp_path / "x.csv", LOG, stated)
+    values = read_columns(table, table.single_columns(), LOG, 0.01).values
+    found = np.column_stack([values[key] for key in ("time", "position", "torque")])
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+def test_a_number_before_a_unit_is_said_or_is_no_range(tmp_path):
+    for unit, factor in (("469.7 N", 469.7), ("0.04 N", 0.04), ("0.5 kN", None)):
+        path = write(tmp_path / "x.csv", HEAD.replace("[N]", f"[{unit}]") + "2;60;0.5\n")
+        if factor is None:
+            with pytest.raises(ValueError, match=r"may be the range of the sensor"):
+                open_table(path, TORQUES).single_columns()
+        else:
+            table = open_table(path, TORQUES)
+            found = read_columns(table, table.single_columns(), TORQUES)
+            assert found.values["preload"][0] == 2.0 * factor
+            assert f"is {factor:g} N" in found.notes[0]

@@ -1,45 +1,71 @@
 """The one reader of tables of numbers: logs, measured torques, operating points and packaged values.
 
-A line of headings, then a row a line. Fields are separated by semicolons, tabs or commas: the first of these marks that
-the line of headings has. Text is UTF-8, UTF-16, Windows-1252 or Shift-JIS. Blank lines, lines that begin
-with # and Excel's first line `sep=;` are skipped; if no other line has headings, a comment directly above the rows
-is taken for them, as np.savetxt writes it. Lines above the headings are skipped, a row of units may be below them.
-
-Numbers have a decimal point, or a decimal comma where semicolons or tabs separate the fields, the same in the whole
-file. Marks of thousands are removed where the file shows them, as 1.234.567, 1.234,5, or 1.234 beside 999 in a file
-with decimal commas; a file whose numbers can be read in two ways is refused. A time may be one of the day, with a date.
+Headings, then a row a line, whose fields pandas reads. Semicolons, tabs, commas, bars or blanks separate them: the mark
+that gives most numbers. Blank lines, comments after # or % and Excel's `sep=;` are skipped; if no other line has
+headings, a comment directly above the rows is taken for them, as np.savetxt writes it. Lines above the headings are
+skipped, but the period of the samples is read there if there is no time. A row of units may be below the headings, a
+unit in the fields; headings may repeat. A time may be one of the day, with a date or days. Text is UTF-8, UTF-16 or in
+the older encoding that stated headings are found in, else Windows-1252 or Shift-JIS: of so few letters, libraries that
+guess an encoding take Chinese for Korean. Decimal marks and those of thousands: `marks`.
 """
 
 import csv
+import math
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from io import StringIO
 from itertools import islice, takewhile
 from pathlib import Path
+from statistics import mode
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .headings import CLOCK, Column, HeadingError, Kind, columns_of, named_places, one_column, parted, si
+from .headings import (
+    CLOCK,
+    LOG,
+    ROW,
+    TIME,
+    Column,
+    HeadingError,
+    Kind,
+    columns_of,
+    named_places,
+    one_column,
+    parted,
+    quantity_of,
+    si,
+)
+from .marks import COMMAS, STAMP, check_marks, is_missing, is_number, numbers, seconds, without_thousands
 
-SEPARATORS = (";", "\t", ",")
-#: lines looked at for headings and first row;  lines without comments that headings are searched in
-HEAD, MAX_LINES = 2000, 100
-#: what stands for a missing value, in lower case; EOF: last line of exports
-MISSING = frozenset(["", "nan", "null", "-", "n/a", "inf", "+inf", "-inf", "1.#qnan", "-1.#ind", "eof"])
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-#: time of day in parts of 60 and a fraction, behind a date, before AM or PM and a time zone
-STAMP = re.compile(
-    r"(?:\d{1,4}([-./])\d\d?\1\d{1,4}[T ]\s*)?(?:(\d\d?):)?(\d\d?):(\d\d(?:[.,]\d+|[:;]\d{3})?)"
-    r"\s*([ap]m)?(?:z|utc|[+-]\d\d:?\d\d)?",
-    re.IGNORECASE,
+SEPARATORS = (";", "\t", ",", "|", " ")
+ENCODINGS = ("cp1252", "cp932", "gb18030", "big5", "cp949", "cp1251", "cp1250")
+#: lines looked at for headings and first row, the last of them for the separator;  lines that headings are searched
+#: in;  lines of a quoted heading;  shortest and longest period of samples [s]
+HEAD, SAMPLE, MAX_LINES, MAX_BREAKS, PERIODS = 2000, 200, 100, 10, (5e-6, 0.05)
+#: a number with its unit
+SUFFIXED = re.compile(
+    r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?\s*([A-Za-z\u00b5\u03bc\u00b0%][^\d\s]*)"
 )
 #: TwinCAT Scope heads each channel with a column of time [ms] of this name
 SCOPE = "Name"
 #: table whose columns are all texts
 ANY = Kind({}, {}, "")
-COMMAS = "numbers with commas, decimal or of thousands, need semicolons between the fields"
+#: a line that is no row: blank, of rules, a comment (no error of Excel), Excel's first;  one that ends inside quotes
+SKIPPED = re.compile(r"[ \t;,|+=:-]*$|\s*(?:#(?!N/A|N[AU]|VALUE|REF|DIV)|%)|sep=")
+OPEN = re.compile(r'(?:^|[;,\t| ])"(?:[^"]|"")*$')
+#: names of a period or rate of samples above the headings;  a number behind its unit in brackets, or above one
+PERIOD = re.compile(
+    r"(?i)(?:sampl|scan|abtast|cycle|task|takt|zyklus)\w*[ _-]*(?:time|zeit|period\w*|interval\w*|rate|freq\w*)?"
+    r"|(?:record\w*|trac\w*|acquisition|logging)[ _-]*(?:period|interval|rate|freq\w*)"
+    r"|\b(?:period|interval|increment|step|delta[ _]?[xt]|dt)\b"
+)
+RATE = re.compile(
+    r"\s*(?:[\[(]\s*([^\d\s\])]+)\s*[\])])?[^\d\[(]*?((?![1-9]\d{0,2},\d{3}\b)\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)[^\w/]*([^\W\d]+(?:/s\w*)?)?"
+)
+RATES = {"hz": 1.0, "khz": 1e3, "sps": 1.0, "s/s": 1.0, "sa/s": 1.0, "ks/s": 1e3, "samples/s": 1.0}
 
 
 @contextmanager
@@ -47,14 +73,17 @@ def naming(path: Path | str) -> Iterator[None]:
     """ValueErrors name the file."""
     try:
         yield
-    except ValueError as error:
+    except (ValueError, csv.Error) as error:
         if str(error).startswith(f"{path}: "):
             raise
         raise ValueError(f"{path}: {error}") from error
 
 
 class Table(NamedTuple):
-    """Where a table is: below headings and units, start of numbers; columns by quantity, headings not understood."""
+    """Where a table is: headings, units, start of numbers; columns by quantity, headings not understood.
+
+    repeated: lines of headings and units, which may repeat;  below: first line behind the headings or units
+    """
 
     path: Path
     headings: list[str]
@@ -64,16 +93,17 @@ class Table(NamedTuple):
     start: int
     columns: dict[str, list[Column]]
     problems: list[HeadingError]
+    repeated: frozenset[str]
 
     def rows(self, start: int) -> Iterator[tuple[int, list[str]]]:
         """Line in the file, from 1, and fields of each row; separators at its end are dropped."""
         fields = len(self.headings)
-        for number, line in enumerate(islice(self.lines, start, None), start=start + 1):
-            if not _is_comment(line):
+        for place, line in enumerate(islice(self.lines, start, None), start=start + 1):
+            if not (SKIPPED.match(line) or line in self.repeated):
                 row = _split(line, self.separator)
                 while len(row) > fields and not row[-1]:
                     row.pop()
-                yield number, row
+                yield place, row
 
     def single_columns(self, known: Collection[str] = ()) -> dict[str, Column]:
         """The column of each quantity, one heading each; known: quantities that are given otherwise."""
@@ -102,120 +132,257 @@ class Rows(NamedTuple):
     notes: list[str]
 
 
-def _split(line: str, separator: str) -> list[str]:
-    """Fields of a line, which may be in quotes."""
-    if '"' in line:
-        return [text.strip() for text in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
-    return [text.strip() for text in line.split(separator)]
-
-
-def _separator(line: str) -> str:
-    outside = re.sub('"[^"]*"', "", line)
-    return next((mark for mark in SEPARATORS if mark in outside), ",")
-
-
-def _is_number(text: str) -> bool:
-    return NUMBER.fullmatch(text.replace(",", ".")) is not None
-
-
-def _numeric(fields: Sequence[str]) -> bool:
-    return all(_is_number(text) for text in fields if text)
-
-
-def _is_comment(line: str) -> bool:
-    return not line.strip(" \t;,\r\n") or line.lstrip().startswith("#") or line.startswith("sep=")
-
-
-def _lines(path: Path) -> list[str]:
-    """Lines of a file of any encoding."""
+def _lines(path: Path, stated: Collection[str]) -> list[str]:
+    """Lines of a file of any encoding; those of a quoted field are joined, blank ones behind it keep the count."""
     remedy = "give a CSV file with a line of headings"
     try:
         content = path.read_bytes()
     except OSError as error:
         raise ValueError(f"cannot be read ({error.strerror}); {remedy}") from error
-    wide = content[:2] in (b"\xff\xfe", b"\xfe\xff") or content[1:4:2] == b"\0\0"
+    wide = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}.get(content[:2])
+    for code, begin in (("utf-16-le", 1), ("utf-16-be", 0)):
+        # every other byte of digits is 0
+        wide = wide or (code if content[begin:HEAD:2].count(0) > len(content[:HEAD]) // 4 else None)
     try:
-        text = content.decode("utf-16" if wide else "utf-8-sig")
+        text = content.decode(wide or "utf-8-sig", "replace" if wide else "strict")
     except UnicodeDecodeError:
         # Windows-1252 has none of these bytes but the florin sign; katakana begin with it
-        other = "cp932" if re.search(rb"[\x81\x83\x8d\x8f\x90\x9d]", content) else "cp1252"
-        text = content.decode("utf-16" if wide else other, "replace")
+        usual = "cp932" if re.search(rb"[\x81\x83\x8d\x8f\x90\x9d]", content) else "cp1252"
+        names = [parted(heading)[0] for heading in stated if not heading.isascii()]
+        texts = (content.decode(code, "replace") for code in (usual, *ENCODINGS))
+        good = (text for text in texts if all(name in text for name in names))
+        text = next(good, content.decode(usual, "replace"))
     if "\0" in text[:1000]:
         raise ValueError(f"is no text; {remedy}")
-    return text.replace("\u2212", "-").replace("\r\n", "\n").rstrip("\r").replace("\r", "\n").split("\n")
+    text = text.lstrip("\ufeff").replace("\u2212", "-")
+    lines = text.replace("\r\n", "\n").rstrip("\r").replace("\r", "\n").split("\n")
+    odd = [k for k, line in enumerate(lines) if line.count('"') % 2] if '"' in text else []
+    while len(odd) > 1:
+        first, last = odd[:2]
+        if joined := bool(OPEN.search(lines[first])) and last - first <= MAX_BREAKS:
+            pieces = map(str.strip, lines[first : last + 1])
+            lines[first : last + 1] = [" ".join(pieces), *[""] * (last - first)]
+        odd = odd[1 + joined :]
+    return lines
+
+
+def _split(line: str, separator: str) -> list[str]:
+    """Fields of a line, which may be in quotes."""
+    if separator == "|":
+        line = line.strip().removeprefix("|").removesuffix("|")
+    elif separator == " ":
+        line = line.replace("\t", " ").strip()
+    if '"' not in line:
+        return line.split() if separator == " " else [text.strip() for text in line.split(separator)]
+    return [text.strip() for text in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
+
+
+def _mark(line: str) -> str:
+    """The first of the separators, but blanks, that a line has outside quotes."""
+    outside = re.sub('"[^"]*"', "", line)
+    return next((mark for mark in SEPARATORS[:-1] if mark in outside), ",")
+
+
+def _is_value(text: str) -> bool:
+    return is_number(text) or STAMP.fullmatch(text) is not None or SUFFIXED.fullmatch(text) is not None
+
+
+def _separator(lines: Sequence[str]) -> tuple[str, int]:
+    """The mark that gives most numbers and least texts, and the usual number of fields; "", 0: there are no numbers."""
+    best, chosen, count = 0, "", 0
+    # commas between headings are none of decimals: 20 5,1 are two fields
+    headed = any("," in line and not any(map(_is_value, _split(line, ","))) for line in lines)
+    for mark in SEPARATORS:
+        other = re.compile(("[;\t|,]" if headed else "[;\t|]") if mark == " " else "$^")
+        rows = [
+            row for line in lines if not other.search(line) and any(map(_is_value, row := _split(line, mark)))
+        ]
+        score = sum(1 if _is_value(text) else -1 for row in rows for text in row if not is_missing(text))
+        if score > best:
+            best, chosen, count = score, mark, mode(map(len, rows))
+    return chosen, count
+
+
+def _fields(line: str, separator: str, count: int) -> list[str]:
+    """Fields of a line above the rows, of headings perhaps, which may be a comment and have another separator."""
+    line = line.lstrip("\ufeff#% ").rstrip()
+    texts = _split(line, separator if separator in line else _mark(line))
+    if separator == " " and '"' not in line:
+        # blanks in a name or before its unit
+        ways = [texts, _split(line, _mark(line)), re.split(r"\s{2,}|\t", line)]
+        ways.append(re.split(r"\s+(?![\[(/])(?![^\[(]*[\])])", line))
+        texts = next((way for way in ways if len(way) == count), texts)
+    return ["time [ms]", *texts[1:]] if texts.count(SCOPE) > 1 and texts[0] == SCOPE else texts
+
+
+def _numeric(fields: Sequence[str]) -> bool:
+    return all(is_number(text) for text in fields if text)
 
 
 def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> Table:
     """Find headings, rows and columns; stated: headings with units by quantity, from an option."""
     path = Path(path)
     with naming(path):
-        lines = _lines(path)
-        comments = [number for number, line in enumerate(lines[:HEAD]) if line.lstrip().startswith("#")]
-        content = [number for number, line in enumerate(lines[:HEAD]) if not _is_comment(line)]
-        fields = {k: _head_fields(lines[k]) for k in (*comments, *content)}
-        heading, first = _heading({k: fields[k] for k in content[:MAX_LINES]}, lines, kind, stated)
-        if heading in content and _numeric(fields[heading]):
-            # rows without headings, unless a comment has them
-            alike = [k for k in comments if k < heading and len(fields[k]) == len(fields[heading])]
-            alike = [k for k in alike if not kind.needed or named_places(fields[k], kind, stated)]
-            if not alike:
-                line = f"the first line is {lines[heading][:40]!r}"
-                raise ValueError(f"no line of headings, {line}; allowed: headings with units")
-            heading, first = alike[-1], heading
+        lines = _lines(path, stated.values())
+        content = [k for k, line in enumerate(lines[:HEAD]) if not SKIPPED.match(line)]
+        separator, count = _separator([lines[k] for k in content[-SAMPLE:]])
+        if said := re.match("sep=(.)", lines[0]):
+            separator = said[1]
+        separator = separator or _mark(lines[content[0]] if content else "")
+        comments = [k for k, line in enumerate(lines[:HEAD]) if line.lstrip().startswith(("#", "%"))]
+        fields = {k: _fields(lines[k], separator, count) for k in (*comments, *content)}
+        periods = _periods(lines, content, fields) if "time" in kind.needed else set()
+        counted = periods or parted(stated.get("time", ""))[0] == ROW
+        needed = {what: keys for what, keys in kind.needed.items() if not counted or what != "time"}
+        heading, first = _heading(fields, content[:MAX_LINES], comments, kind._replace(needed=needed), stated)
         if not 0 <= heading < first < len(lines):
             raise ValueError("no rows; allowed: a line of headings and one line per point")
-        most = max(2, len(_head_fields(lines[first].rstrip("; \t,"))))
-        if len(fields[heading]) < most and kind.needed and not named_places(fields[heading], kind, stated):
-            raise ValueError(f"no line of headings: {lines[heading][:40]!r}; allowed: {most}, with ; between")
-        separator = _separator(lines[heading])
-        for place, text in enumerate(_split(lines[first], separator)[: len(fields[heading])]):
+        row, names = _split(lines[first].rstrip("; \t,"), separator), fields[heading]
+        several = [_split(line, separator) for line in lines[first : first + 3]]
+        if numbered := separator in "\t " and _row_names(names, several):
+            names = ["", *names]
+        most = max(2, len(row))
+        if len(names) < most and needed and not named_places(names, kind._replace(needed=needed), stated):
+            between = {"\t": "tabs", " ": "blanks, each in quotes,"}.get(separator, separator)
+            raise ValueError(
+                f"no line of headings: {lines[heading][:40]!r}; allowed: {most}, with {between} between"
+            )
+        for place, text in enumerate(row[: len(names)]):
             if "time" in kind.quantities and STAMP.fullmatch(text):
-                fields[heading][place] = f"{parted(fields[heading][place])[0]} [{CLOCK}]"
-        # a row of units may be below the headings
-        units = [k for k in content if heading < k < first and not any(map(_is_number, fields[k]))]
+                names[place] = f"{parted(names[place])[0] or 'time'} [{CLOCK}]"
+        # units are in the headings, in a row below them, or behind the numbers
+        units = [k for k in content if heading < k < first and not any(map(is_number, fields[k]))]
+        behind = [match[1] if (match := SUFFIXED.fullmatch(text)) else "" for text in row]
+        below = [(heading + 1, behind), *((k + 1, [""] * numbered + fields[k]) for k in units)]
         results, errors = [], []
-        for below, row in [(heading + 1, []), *((k + 1, fields[k]) for k in units)]:
+        for line, texts in below:
             try:
-                results.append((below, *columns_of(fields[heading], kind, stated, row)))
+                results.append((line, *columns_of(names, kind, stated, texts, periods)))
             except ValueError as error:
                 errors.append(error)
         if not results:
             raise errors[-1]
-        below, columns, problems = min(results, key=lambda result: len(result[2]))
-        return Table(path, fields[heading], separator, lines, below, first, columns, problems)
+        line, columns, problems = min(results, key=lambda result: len(result[2]))
+        _check_counted(columns, [fields[k] for k in content if k >= first][:3])
+        repeated = frozenset(lines[k] for k in (heading, *units))
+        return Table(path, names, separator, lines, line, first, columns, problems, repeated)
 
 
-def _head_fields(line: str) -> list[str]:
-    """Fields of a line that may be one of headings, also in a comment."""
-    texts = _split(line.lstrip("\ufeff# "), _separator(line))
-    return ["time [ms]", *texts[1:]] if texts.count(SCOPE) > 1 and texts[0] == SCOPE else texts
+def _check_counted(columns: Mapping[str, Sequence[Column]], rows: Sequence[Sequence[str]]) -> None:
+    """ValueError: the period of the samples would be the time, but a first column that is not used may be that."""
+    used = {column.place: column.stated for same in columns.values() for column in same}
+    begin = [row[0].replace(",", ".") for row in rows if is_number(row[0])]
+    if used.get(-1, True) or 0 in used or len(begin) < 3:
+        return
+    one, two, three = map(float, begin)
+    if two > one and math.isclose(three - two, two - one, rel_tol=1e-3) and not math.isclose(two - one, 1.0):
+        remedy = f'--column "time=HEADING [UNIT]" if it is, else --column "time={ROW} [UNIT]"'
+        raise ValueError(f"the first column may be the time: {one:g}, {two:g}, {three:g}; allowed: {remedy}")
+
+
+def _row_names(names: Sequence[str], rows: Sequence[Sequence[str]]) -> bool:
+    """Whether rows begin with their number, without a heading, as R writes them."""
+    counted = all(row[:1] == [str(k)] or row[:1] == [str(k + 1)] for k, row in enumerate(rows))
+    return counted and all(len(row) == len(names) + 1 for row in rows)
 
 
 def _heading(
-    rows: Mapping[int, list[str]], lines: Sequence[str], kind: Kind, stated: Mapping[str, str]
-) -> tuple[int, int]:
+    fields: Mapping[int, list[str]], content: Sequence[int], comments: Sequence[int], kind: Kind,
+    stated: Mapping[str, str],
+) -> tuple[int, int]:  # fmt: skip
     """The last line with the needed headings above its first row, and that, -1: none; else where they would be."""
     heading, needed = -1, [0]
-    for number, texts in rows.items():
-        if places := named_places(texts, kind, stated):
-            heading, needed = number, places
-        elif heading >= 0 and max(needed) < len(row := _split(lines[number], _separator(lines[heading]))):
-            time, *others = (row[place] for place in needed)
-            usable = all(_is_number(text) or text.lower() in MISSING for text in others)
-            if usable and (_is_number(time) or STAMP.fullmatch(time)):
-                return heading, number
+    for place in content:
+        if places := named_places(fields[place], kind, stated):
+            # a row without a time has numbers from its begin on
+            counted = "time" in kind.quantities and "time" not in kind.needed
+            heading, needed = place, [0] * counted + places
+        elif heading >= 0 and max(needed) < len(row := fields[place]):
+            usable = [is_missing(row[k]) or _is_value(row[k]) for k in needed]
+            if all(usable) and not is_missing(row[needed[0]]):
+                return heading, place
     if heading >= 0:
         return heading, heading + 1
-    numeric = next((k for k, texts in rows.items() if _numeric(texts)), -1)
+    numeric = next((k for k in content if _numeric(fields[k])), -1)
     if numeric < 0:
-        heading, numeric, *_ = *rows, -1, -1
+        heading, numeric, *_ = *content, -1, -1
         return heading, numeric
-    above = [k for k in rows if k < numeric]
-    alike = [k for k in above if len(rows[k]) == len(rows[numeric]) and not any(map(_is_number, rows[k]))]
-    block = [*takewhile(rows.__contains__, range(max(above, default=0), -1, -1))]
+    above = [k for k in content if k < numeric]
+    same = [k for k in fields if k < numeric and len(fields[k]) == len(fields[numeric])]
+    alike = [k for k in above if k in same and not any(map(is_number, fields[k]))]
+    block = [*takewhile(set(content).__contains__, range(max(above, default=0), -1, -1))]
     # with most of the stated headings, the first of those behind the last blank line
-    alike.sort(key=lambda k: (-sum(parted(text)[0] in lines[k] for text in stated.values()), k not in block))
-    return (alike or above[-1:] or [numeric])[0], numeric
+    names = {k: sum(parted(text)[0] in ",".join(fields[k]) for text in stated.values()) for k in alike}
+    alike.sort(key=lambda k: (-names[k], k not in block))
+    if alike or above:
+        return (alike or above[-1:])[0], numeric
+    # rows without headings, unless a comment has them
+    alike = [k for k in comments if k in same and (not kind.needed or named_places(fields[k], kind, stated))]
+    if not alike:
+        line = ",".join(fields[numeric])
+        raise ValueError(
+            f"no line of headings, the first line is {line[:40]!r}; allowed: headings with units"
+        )
+    return alike[-1], numeric
+
+
+def _periods(lines: Sequence[str], content: Sequence[int], fields: Mapping[int, list[str]]) -> set[float]:
+    """Periods of the samples [s] that the lines above the rows state."""
+    first = next((k for k in content if _numeric(fields[k])), 0)
+    periods = set()
+    for line in lines[:first]:
+        if (name := PERIOD.search(line)) and (match := RATE.match(line, name.end())):
+            unit = match[1] or match[3] or "s" * name[0].lower().startswith("delta")
+            value = float(match[2].replace(",", "."))
+            rate = RATES.get(re.sub("/s.*", "/s", unit.lower()), 0.0)
+            with suppress(HeadingError):
+                factor = 0.0 if rate else TIME[(quantity_of(f"time [{unit}]", LOG) or ("", "h"))[1]][0]
+                period = 1.0 / (rate * value) if rate * value else factor * value
+                periods |= {period} if PERIODS[0] <= period <= PERIODS[1] else set()
+    return periods
+
+
+class _Body(NamedTuple):
+    """Rows of a table: their lines, from 1, fields by place, sizes of those that are uneven, how many were headings."""
+
+    lines: list[int]
+    fields: dict[int, list[str]]
+    uneven: dict[int, int]
+    repeats: int
+
+
+def _body(table: Table, start: int, places: Collection[int]) -> _Body:
+    """Rows from a line on, columns of these places."""
+    import pandas as pd
+
+    mark, count = table.separator, len(table.headings)
+    lines = [k for k, line in enumerate(table.lines[start:], start) if not SKIPPED.match(line)]
+    body = [k for k in lines if table.lines[k] not in table.repeated]
+    rows = [table.lines[k] for k in body]
+    if mark == "|":
+        rows = [row.strip().removeprefix("|").removesuffix("|") for row in rows]
+    wide = max((len(row.split()) if mark == " " else row.count(mark) + 1 for row in rows), default=0)
+    wide = max(wide, count)
+    used = sorted({*places, count - 1, *range(count, wide)} - {-1})
+    # a last line has all columns; quotes are marks only if they are in pairs
+    text = "\n".join([*rows, mark.join("x" * wide)])
+    for quoting in (csv.QUOTE_MINIMAL, csv.QUOTE_NONE):
+        with suppress(pd.errors.ParserError):
+            frame = pd.read_csv(
+                StringIO(text), sep=r"\s+" if mark == " " else mark, header=None, names=range(wide), usecols=used,
+                dtype=object, na_filter=False, index_col=False, skipinitialspace=True, skip_blank_lines=False,
+                quoting=quoting, low_memory=False,
+            )  # fmt: skip
+            if len(frame) == len(rows) + 1:
+                break
+    fields = {place: [text.strip() for text in frame[place].tolist()[:-1]] for place in used}
+    # fields are missing at the end, or there are more of them
+    extra = {k for place in range(count, wide) for k, text in enumerate(fields[place]) if text}
+    sizes = {
+        k: len(_split(rows[k], mark)) for k, text in enumerate(fields[count - 1]) if not text or k in extra
+    }
+    uneven = {k: size for k, size in sorted(sizes.items()) if size < count or k in extra}
+    return _Body([k + 1 for k in body], fields, uneven, len(lines) - len(body))
 
 
 def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_damaged: float = 0.0) -> Rows:
@@ -223,42 +390,71 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
 
     max_damaged : fraction of rows that may be left out, 0: all have as many fields as the headings, and text is NaN
     """
-    fields, strict = len(table.headings), not max_damaged
-    lines: list[int] = []
-    damaged: dict[int, str] = {}
-    texts: dict[str, list[str]] = {key: [] for key in columns}
-    for line, row in table.rows(table.below if strict else table.start):
-        if len(row) > fields or (strict and len(row) < fields):
-            damaged[len(lines)] = f"{len(row)} fields under {fields} headings"
-        lines.append(line)
-        for key, column in columns.items():
-            texts[key].append(row[column.place] if column.place < len(row) else "")
-    marks = {column.heading: texts[key] for key, column in columns.items() if key in kind.quantities}
-    time = texts["time"] if "time" in kind.quantities and "time" in columns else []
-    if stamped := any(map(STAMP.fullmatch, time)):
-        del marks[columns["time"].heading]
-    notes = _without_thousands(marks)
-    with_one = {k: column for k, column in columns.items() if column.multiple not in (None, 1.0)}
-    notes += [f"{c.heading}: one of {k} is {c.multiple:g} {c.unit}" for k, c in with_one.items()]
-    if time:
-        texts["time"] = _seconds(time, columns["time"], kind.quantities["time"].units)
-    read = {key: _numbers(texts[key]) for key in columns if key in kind.quantities}
-    for key, (_, is_text) in read.items():
-        for k in () if strict else np.flatnonzero(is_text):
-            damaged.setdefault(int(k), f"{columns[key].heading} = {texts[key][k][:20]!r}")
-    first = f"line {lines[min(damaged)]}: {damaged[min(damaged)]}" if damaged else ""
+    count, strict = len(table.headings), not max_damaged
+    body = _body(table, table.below if strict else table.start, {column.place for column in columns.values()})
+    lines, places = body.lines, body.fields | {-1: [*map(str, range(len(body.lines)))]}
+    texts = {key: [*places[column.place]] for key, column in columns.items()}
+    read = {key: column for key, column in columns.items() if key in kind.quantities}
     with naming(table.path):
         if not lines:
             raise ValueError("no rows; allowed: a line of headings and one line per row")
+        for key, column in read.items():
+            _without_units(texts[key], key, column, kind)
+        stamped = "time" in read and any(STAMP.fullmatch(text) for text in texts["time"] if ":" in text)
+        marked = {column.heading: texts[key] for key, column in read.items() if key != "time" or not stamped}
+        notes = without_thousands(marked) + _notes(read, body.repeats)
+        if "time" in read:
+            texts["time"] = seconds(texts["time"], read["time"], kind.quantities["time"].units)
+        found = {key: numbers(texts[key]) for key in read}
+        # a blank field may be missing anywhere between blanks
+        sizes = {k: n for k, n in body.uneven.items() if n > count or strict or table.separator == " "}
+        damaged = {k: f"{size} fields under {count} headings" for k, size in sizes.items()}
+        for key, (_, is_text) in {} if strict else found.items():
+            for k in np.flatnonzero(is_text):
+                damaged.setdefault(int(k), f"{columns[key].heading} = {texts[key][k][:20]!r}")
+        first = f"line {lines[min(damaged)]}: {damaged[min(damaged)]}" if damaged else ""
         if len(damaged) > max_damaged * len(lines):
             few = f" ({len(damaged)} of {len(lines)} rows are damaged, at most {100.0 * max_damaged:g} % are left out)"
             end = few * (not strict) + f"; {COMMAS}" * (table.separator == "," and "fields under" in first)
             raise ValueError(f"{first}; allowed: a number, or an empty field, under each heading{end}")
-        _check_marks(table, marks, lines)
+        others = (text for _, row in islice(table.rows(table.start), HEAD) for text in row)
+        check_marks(marked, lines, table.separator == ",", others)
     kept = np.delete(np.arange(len(lines)), list(damaged))
-    units = {key: column.unit for key, column in columns.items()} | ({"time": CLOCK} if stamped else {})
-    values = {k: si(x[kept], kind.quantities[k], units[k], columns[k].multiple) for k, (x, _) in read.items()}
+    units = {key: column.unit for key, column in read.items()} | ({"time": CLOCK} if stamped else {})
+    values = {
+        k: si(x[kept], kind.quantities[k], units[k], columns[k].multiple) for k, (x, _) in found.items()
+    }
     return Rows(lines, texts, values, (len(damaged), first), notes)
+
+
+def _notes(columns: Mapping[str, Column], repeats: int) -> list[str]:
+    """What is to be said: a number before a unit, the time of rows, headings that repeat."""
+    with_one = {
+        k: column for k, column in columns.items() if column.multiple not in (None, 1.0) and column.place >= 0
+    }
+    notes = [f"{c.heading}: one of {k} is {c.multiple:g} {c.unit}" for k, c in with_one.items()]
+    if "time" in columns and (time := columns["time"]).place < 0:
+        above = "" if time.stated else ", the period stated above the headings"
+        notes.append(f"no column of time: a row each {time.multiple or 1.0:.6g} {time.unit}{above}")
+    return notes + [f"headings repeat {repeats} times: skipped"] * (repeats > 0)
+
+
+def _without_units(texts: list[str], key: str, column: Column, kind: Kind) -> None:
+    """Remove the unit behind the numbers of a column; ValueError: its heading has another."""
+    first = next((text for text in texts if not is_missing(text)), "")
+    if not (match := SUFFIXED.fullmatch(first)):
+        return
+    with suppress(HeadingError):
+        _, unit = quantity_of(f"{kind.quantities[key].names[0]} [{match[1]}]", kind) or ("", "")
+        known = kind.quantities[key].units
+        if known[unit] != known[column.unit] or column.multiple is not None:
+            heading = f"unit {match[1]!r} behind the numbers, {column.unit} in the heading"
+            raise ValueError(f"{column.heading} = {first!r}: {heading}; allowed: one unit")
+        end = re.compile(rf"\s*{re.escape(match[1])}")
+        texts[:] = [
+            text[: found.start()] if (found := end.search(text)) and found.end() == len(text) else text
+            for text in texts
+        ]
 
 
 def read_rows(path: Path | str) -> list[dict[str, str]]:
@@ -269,119 +465,9 @@ def read_rows(path: Path | str) -> list[dict[str, str]]:
         if len(columns) < len(table.headings):
             raise ValueError("columns given twice; allowed: each heading once")
         lines, texts, *_ = read_columns(table, columns, ANY)
-        numbers = {key: fields for key, fields in texts.items() if _numeric(fields)}
-        _check_marks(table, numbers, lines)
-    texts |= {key: [text.replace(",", ".") for text in fields] for key, fields in numbers.items()}
-    return [dict(zip(texts, row, strict=True)) for row in zip(*texts.values(), strict=True)]
-
-
-def _seconds(texts: list[str], column: Column, units: Mapping[str, tuple[float, float]]) -> list[str]:
-    """Times of day, which may pass midnight, as seconds; whole numbers that a float would round less the first."""
-    stamps = [(row, stamp.groups()) for row, text in enumerate(texts) if (stamp := STAMP.fullmatch(text))]
-    if not stamps:
-        first = next((int(text) for text in texts if text.isdigit()), 0)
-        low, high = 1e9, 1e11  # s since 1970, 1601 or the year 1
-        if first * units[column.unit][0] * (column.multiple or 1.0) > high:
-            likely = [unit for unit, (one, _) in units.items() if low <= first * one <= high]
-            remedy = column.option("time", (*likely, "UNIT")[0])
-            raise ValueError(f"time = {first} {column.unit}; allowed: <= {high:g} s; likely {remedy}")
-        first = first if first > 2**53 else 0
-        return [str(int(text) - first) if first and text.isdigit() else text for text in texts]
-    results, days, before = list(texts), 0, 0.0
-    for row, (_, hour, minute, second, half) in stamps:
-        hours = int(hour or 0) if half is None else int(hour or 0) % 12 + 12 * (half.lower() == "pm")
-        time = 3600 * hours + 60 * int(minute) + float(re.sub("[,:;]", ".", second))
-        # without hours it begins again each hour
-        period = 3600.0 if hour is None else 86400.0
-        days, before = days + (time < before - 0.5 * period), time
-        results[row] = f"{time + days * period:.9f}"
-    return results
-
-
-def _without_thousands(columns: dict[str, list[str]]) -> list[str]:
-    """Remove the marks of thousands in columns, by heading, that can only be read so; notes on them."""
-    joined = {heading: "\n".join(["", *texts, ""]) for heading, texts in columns.items()}
-    notes = []
-    for mark, point in ((r"\.", ","), (",", r"\."), ("[ '\u2019\u00a0\u202f]", "[.,]")):
-        group = rf"[+-]?[1-9]\d{{0,2}}(?:{mark}\d{{3}})"
-        decimal = rf"\n[+-]?(?![1-9]\d{{0,2}}{point}\d{{3}}\n)\d*{point}\d*\n"
-        marked = {heading: text for heading, text in joined.items() if re.search(mark, text)}
-        if any(re.search(rf"\n(?!{group}+(?:{point}\d*)?\n)[^\n]*{mark}", text) for text in marked.values()):
-            continue  # it is a decimal mark
-        # 1.234.567 or 1.234,5
-        two = rf"\n{group}(?:{mark}|{point})"
-        sure = {key for key, text in marked.items() if mark[0] == "[" or re.search(two, text)}
-        others = sure or any(re.search(decimal, joined[key]) for key in joined.keys() - marked.keys())
-        for heading, text in marked.items():
-            # whole numbers below 1000 without a mark, no larger ones
-            whole = others and re.search(r"\n[+-]?[1-9]\d\d\n", text) and not re.search(point, text)
-            if (heading in sure or whole) and not re.search(rf"\n[+-]?\d{{4,}}(?:\n|{point})", text):
-                first = next(number for number in columns[heading] if re.search(mark, number))
-                columns[heading][:] = [re.sub(mark, "", number) for number in columns[heading]]
-                notes.append(f"thousands are marked: {heading} = '{first}' is {re.sub(mark, '', first)}")
-    return notes
-
-
-def _numbers(texts: Sequence[str]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Values of fields, NaN where one is missing or text, and where it is text."""
-    values = np.array([float(x.replace(",", ".")) if _is_number(x) else np.nan for x in texts])
-    is_text = np.isnan(values) & np.array([x.lower() not in MISSING for x in texts], dtype=bool)
-    return np.where(np.isfinite(values), values, np.nan), is_text
-
-
-_EXPONENT = r"(?:[eE][+-]?\d+)?"
-#: numbers by what their marks can be: a group of thousands or decimals, decimals, thousands, none
-_FORMS = {
-    form: re.compile(rf"\n([+-]?(?:{pattern}))(?=\n)")
-    for form, pattern in {
-        "thousands": "\\d{1,3}(?:[ '\u2019\u00a0\u202f]\\d{3})+(?:[.,]\\d*)?|\\d{1,3}(?:[.,]\\d{3})+[.,]\\d+",
-        ".group": r"[1-9]\d{0,2}\.\d{3}",
-        ",group": r"[1-9]\d{0,2},\d{3}",
-        ".": rf"(?![1-9]\d{{0,2}}\.\d{{3}}\n)(?=\.?\d)\d*\.\d*{_EXPONENT}",
-        ",": rf"(?![1-9]\d{{0,2}},\d{{3}}\n)(?=,?\d)\d*,\d*{_EXPONENT}",
-        "hundreds": r"[1-9]\d\d",
-        "many": r"[1-9]\d{3,}",
-    }.items()
-}
-_NAMES = {".": "point", ",": "comma"}
-
-
-def _check_marks(table: Table, columns: Mapping[str, Sequence[str]], lines: Sequence[int]) -> None:
-    """ValueError: a number of a column, its fields by heading, can be read in two ways, with both."""
-    first = {}  # number of each form, by column
-    for heading, texts in columns.items():
-        joined = "\n".join(["", *texts, ""])
-        for form, pattern in _FORMS.items():
-            if (form[0] not in _NAMES or form[0] in joined) and (match := pattern.search(joined)):
-                first[heading, form] = match[1]
-    comma, forms = table.separator == ",", {form for _, form in first}
-    marked = {mark: [key for key, number in first.items() if mark in number] for mark in _NAMES}
-    problems = []
-    if comma:
-        problems += [(key, f"; {COMMAS}") for key in marked[","]]
-    shown = forms & {*_NAMES}
-    if not comma and not shown:
-        # columns that are not used show the decimal mark as well
-        fields = {text for _, row in islice(table.rows(table.start), HEAD) for text in row}
-        shown = {mark for mark in _NAMES if _FORMS[mark].search("\n".join(["", *fields, ""]))}
-    decimal, other = (".", ",") if shown == {"."} else (",", ".")
-    if marked[other] and (marked[decimal] or decimal in shown):
-        problem = (
-            f"; allowed in a file with decimal {_NAMES[decimal]}s: no {_NAMES[other]} (thousands or decimal?)"
+        numeric = {key: fields for key, fields in texts.items() if _numeric(fields)}
+        check_marks(
+            numeric, lines, table.separator == ",", [text for fields in texts.values() for text in fields]
         )
-        problems.append((min(marked[other], key=lambda key: "group" not in key[1]), problem))
-    for heading, form in first:
-        others = {other for column, other in first if column == heading}
-        # whole numbers below 1000 in the column, and no decimals; or no other number in the file
-        grouped = "hundreds" in others and not others & {form[0], "many"}
-        if form == "thousands":
-            problems.append(((heading, form), "; allowed: a number without marks of thousands"))
-        elif form.endswith("group") and (grouped or not (comma or forms & {".", ",", "many"})):
-            problems.append(((heading, form), " can be read in two ways"))
-    for (heading, form), problem in problems[:1]:
-        number, readings = first[heading, form], ""
-        if form.endswith("group"):
-            point, none = number.replace(",", "."), re.sub("[.,]", "", number)
-            readings = f", {point} or {none}: export without thousands, with the same decimals in each row"
-        line = lines[columns[heading].index(number)]
-        raise ValueError(f"line {line}: {heading} = {number!r}{problem}{readings}")
+    texts |= {key: [text.replace(",", ".") for text in fields] for key, fields in numeric.items()}
+    return [dict(zip(texts, row, strict=True)) for row in zip(*texts.values(), strict=True)]

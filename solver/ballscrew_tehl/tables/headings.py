@@ -8,7 +8,7 @@ Ncm, %).
 import difflib
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -67,8 +67,8 @@ ANGLE = _units({"rad": 1.0, "deg Grad degree degrees": math.pi / 180.0, "rev r t
                 "mrad": 1e-3, "urad": 1e-6, "mdeg": 1e-3 * math.pi / 180.0})  # fmt: skip
 #: time of day, a date before it
 CLOCK = "HH:MM:SS"
-TIME = _units({"s sec seconds": 1.0, "ms msec": 1e-3, "us usec": 1e-6, "ns": 1e-9, "100ns": 1e-7, "min": 60.0,
-               "h": 3600.0, "d days": 86400.0}) | {CLOCK: (1.0, 0.0)}  # fmt: skip
+TIME = _units({"s sec second seconds Sek": 1.0, "ms msec": 1e-3, "us usec": 1e-6, "ns nsec": 1e-9, "100ns": 1e-7,
+               "min": 60.0, "h": 3600.0, "d days": 86400.0}) | {CLOCK: (1.0, 0.0)}  # fmt: skip
 CURRENT = _units({"A": 1.0, "mA": 1e-3, "Arms Aeff Amprms": 1.0, "Apk Apeak Ap Amppeak Amppk": 1.0})
 VOLTAGE = _units({"V": 1.0, "mV": 1e-3})
 
@@ -97,6 +97,8 @@ def _of_the_motor(*words: str) -> tuple[str, ...]:
 
 _PRELOAD = Quantity(("preload", "vorspannung"), FORCE)
 _OIL = Quantity(("temperature", "oil_temperature", "temperatur", "\u00f6ltemperatur"), TEMPERATURE)
+#: stated in place of a heading of the time: the rows are counted
+ROW = "row"
 #: of measured torques and operating points
 MEASURED = {
     "preload": _PRELOAD,
@@ -286,33 +288,27 @@ def _refuse_range(key: str, heading: str, unit: str, multiple: float, factor: fl
 def _places_of(text: str, headings: Sequence[str]) -> list[int]:
     """Where a stated heading is: as it is written, else without units."""
     same = [place for place, heading in enumerate(headings) if heading == text]
-    stem = parted(text)[0]
+    stem = parted(text.lstrip("#% "))[0]
     return same or [k for k, heading in enumerate(headings) if stem in (heading, parted(heading)[0])]
 
 
 def columns_of(
-    headings: Sequence[str], kind: Kind, stated: Mapping[str, str], below: Sequence[str]
+    headings: Sequence[str],
+    kind: Kind,
+    stated: Mapping[str, str],
+    below: Sequence[str],
+    periods: Collection[float] = (),
 ) -> tuple[dict[str, list[Column]], list[HeadingError]]:
-    """Columns by key, headings that were not understood; stated: by an option, below: row of units, may be short."""
+    """Columns by key, headings that were not understood.
+
+    stated: by an option;  below: row of units, may be short;  periods: of the samples [s], for logs without a time
+    """
     # without brackets and what is behind: rpm (Rotational speed), but A(p)
     whole = r"[\[(\s]*([^\[\]()]*(\((p|pk|peak|rms)\))?).*"
     units = [re.sub(whole, r"\1", text).strip() for text in below] + len(headings) * [""]
-    columns: dict[str, list[Column]] = {}
     those = f"found: {', '.join(filter(None, headings))}"
     those += "; save the file as UTF-8" * ("\ufffd" in those)
-    for key, text in stated.items():
-        places = _places_of(text, headings)
-        if len(places) != 1:
-            raise ValueError(
-                f"--column {key}={text}: {len(places) or 'no'} such columns ({those}); allowed: one, rename others"
-            )
-        (place,), own = places, parted(text)[1]
-        unit = own or parted(headings[place])[1] or units[place]
-        text, multiple = _multiple(f"{key} [{unit}]" if unit else key)
-        unit = (quantity_of(text, kind) or ("", ""))[1]
-        if not own and multiple is not None:
-            _refuse_range(key, headings[place], unit, multiple, kind.quantities[key].units[unit][0])
-        columns[key] = [Column(place, headings[place], unit, bool(own), multiple)]
+    columns = {key: [_stated(key, text, headings, kind, units, those)] for key, text in stated.items()}
     taken, problems = {column.place for (column,) in columns.values()}, []
     for place, heading in enumerate(headings):
         text, multiple = _multiple(heading)
@@ -326,16 +322,57 @@ def columns_of(
             continue
         if result is not None and result[0] not in stated:
             columns.setdefault(result[0], []).append(Column(place, heading, result[1], False, multiple))
-    for what, keys in kind.needed.items():
-        if not columns.keys() & set(keys):
-            # names that are known first
-            for problem in sorted(problems, key=lambda one: not one.unknown_unit):
-                if problem.key in keys:
-                    raise problem
-            allowed = f"headings with units: {kind.example}"
-            allowed += ', or row numbers (add them), each 1 ms: --column "time=No. [1 ms]"' * (what == "time")
-            raise ValueError(f"column {what} missing ({those}); allowed: {allowed}")
+    if len(periods) == 1 and not any(problem.key == "time" for problem in problems):
+        columns.setdefault("time", [Column(-1, ROW, "s", False, *periods)])
+    _check_needed(columns, kind, problems, those, periods)
     return columns, problems
+
+
+def _stated(
+    key: str, text: str, headings: Sequence[str], kind: Kind, units: Sequence[str], those: str
+) -> Column:
+    """The column that an option states."""
+    places = _places_of(text, headings)
+    if not places and key == "time" and parted(text)[0] == ROW:
+        places = [-1]
+    if len(places) != 1:
+        raise ValueError(
+            f"--column {key}={text}: {len(places) or 'no'} such columns ({those}); allowed: one, rename others"
+        )
+    (place,), own = places, parted(text)[1]
+    heading = headings[place] if place >= 0 else ROW
+    unit = own or parted(heading)[1] or units[place]
+    text, multiple = _multiple(f"{key} [{unit}]" if unit else key)
+    unit = (quantity_of(text, kind) or ("", ""))[1]
+    if not own and multiple is not None:
+        _refuse_range(key, heading, unit, multiple, kind.quantities[key].units[unit][0])
+    return Column(place, heading, unit, bool(own), multiple)
+
+
+def _check_needed(
+    columns: Collection[str],
+    kind: Kind,
+    problems: Sequence[HeadingError],
+    those: str,
+    periods: Collection[float],
+) -> None:
+    """ValueError: none of the columns has a needed quantity, with a heading that was not understood or all of them."""
+    for what, keys in kind.needed.items():
+        if any(key in columns for key in keys):
+            continue
+        # names that are known first
+        for problem in sorted(problems, key=lambda one: not one.unknown_unit):
+            if problem.key in keys:
+                raise problem
+        allowed = f"headings with units: {kind.example}"
+        if what == "time":
+            seen = (
+                f" ({', '.join(f'{period:.6g} s' for period in periods)} above the headings)"
+                if periods
+                else ""
+            )
+            allowed += f', or row numbers, each 1 ms{seen}: --column "time={ROW} [1 ms]"'
+        raise ValueError(f"column {what} missing ({those}); allowed: {allowed}")
 
 
 def one_column(columns: Mapping[str, Iterable[Column]], key: str, remedy: str = "one") -> Column:
