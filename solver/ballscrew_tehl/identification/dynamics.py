@@ -185,9 +185,8 @@ def _identified(
     notes = list(signals.notes)
     free = [name for name, value in (("inertia", inertia), ("delay", delay)) if value is None]
     rough = filtered(signals, travel, min(cutoff, LAG_CUTOFF), variance)
-    rough = (
-        rough if len(rough.speed) * rough.each > ROUGH_LEFT * len(samples.speed) * samples.each else samples
-    )
+    if not len(rough.speed) * rough.each > ROUGH_LEFT * len(samples.speed) * samples.each:
+        rough = samples
     time = timing(signals, samples, rough, delay, inertia)
     if time.lag > 0.0:
         settled = filtered(signals, travel, rough.cutoff, variance, time.lag)
@@ -215,9 +214,8 @@ def _identified(
     if offset is None and len(sides) == 2:
         check_sign(signals, fit)
     patterns = patterns_of(fit, signals, inertia, notes)
-    fit = fit_of(
-        fit.samples, time, fit.bins, len(fit.number), inertia, [one(fit.samples) for one in patterns]
-    )
+    waves = [one(fit.samples) for one in patterns]
+    fit = fit_of(fit.samples, time, fit.bins, len(fit.number), inertia, waves)
     changed = [
         fit_of(other, time, bins(other.speed), size, inertia, [one(other) for one in patterns]) for other in others
     ]  # fmt: skip
@@ -303,13 +301,8 @@ def _check(
     units, value = UNITS[signals.rotary], fit.inertia
     what, unit = units.names[0], units.shown[0]
     if not explained >= 0.0:
-        seen = fit_of(
-            fit.samples,
-            timing(signals, fit.samples, fit.samples, None, None),
-            fit.bins,
-            len(fit.number),
-            None,
-        ).inertia
+        time = timing(signals, fit.samples, fit.samples, None, None)
+        seen = fit_of(fit.samples, time, fit.bins, len(fit.number), None).inertia
         shown = "" if free else f"; the log shows about {seen:.3g} {unit}"
         raise ValueError(
             f"inertia{' given' * (not free)} = {value:.4g} {unit}{shown}; it explains nothing of the effort; allowed: "
@@ -350,9 +343,8 @@ def _notes(result: Identified, noise: float, time: Timing) -> list[str]:
             f"the interval of the {inertia} holds that range: state it by --delay-ms, or log ramps"
         )
     elif result.delay_limits is not None and abs(time.delay) > LATE:
-        notes.append(
-            f"the {effort} is {ms} behind the motion: what a filter of the drive does besides is in no interval"
-        )
+        rest = "what a filter of the drive does besides is in no interval"
+        notes.append(f"the {effort} is {ms} behind the motion: {rest}")
     if noise > 10.0 * MAX_NOISE:
         notes.append(f"noise is {100.0 * noise:.2g} % of the acceleration's variance at the lowest cutoff")
     if directions.varies(both):
