@@ -105,6 +105,7 @@ REFUSALS = {
         ((*EXPORT, "csv", "--output", "x.csv", "--speed-rpm", "9", "9000"), "allowed: a rising range in 5 to 6000 "),
         ((*EXPORT, "csv", "--output", "x.csv", "--identified", "log.csv"), "--screw with --identified; allowed: with"),
         (("--format", "csv", "--output", "x.csv", "--identified", "log.csv"), "that identify --output has written"),
+        (("--format", "csv", "--output", "x.csv", "--identified", "one_way.json"), "friction of one direction, 1 to 3"),
     ],
     "report": [
         (("--output", "r.pdf"), "r.pdf; allowed: a file *.html, *.htm"),
@@ -140,6 +141,9 @@ def folder(tmp_path, monkeypatch):
         ("back", "time [s],position [m],voltage [V]", [f"{t},{t},{t}" for t in time[:9] + time[5:]]),
     ):  # fmt: skip
         (tmp_path / f"{name}.csv").write_text("\n".join([heading, *rows]))
+    torque = '"torque_nm": 1, "torque_error_nm": 1, "torque_low_nm": 0, "torque_high_nm": 2, "samples": 9'
+    bins = ", ".join(f'{{"speed_rpm": {n}, {torque}}}' for n in (1, 2, 3))
+    (tmp_path / "one_way.json").write_text(f'{{"kind": "rotary", "friction": [{bins}]}}')
     (tmp_path / "text.npz").write_text("notes")
     (tmp_path / "binary").write_bytes(b"a\x81\xff\n\x00")
     (tmp_path / "cut.npz").write_bytes(packaged_map(VG100).read_bytes()[:1000])

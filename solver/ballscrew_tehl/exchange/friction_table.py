@@ -176,10 +176,9 @@ def read_identified(path: Path | str) -> AxisFriction:
         if not (
             np.isfinite([speed, *values]).all()
             and np.all(np.diff(speed) > 0.0)
-            and speed[0] < 0.0 < speed[-1]
             and all(0.0 < number < math.inf for number in drive.values())
         ):
-            raise ValueError("friction in both directions at rising speeds, positive numbers of the drive")
+            raise ValueError("friction at rising speeds, positive numbers of the drive")
         keys = "temperature_c", "preload_n", units.offset.format("")
         about = {key: f"{data[key]:.6g}" for key in keys if data.get(key) is not None}
     except OSError as error:
@@ -188,6 +187,11 @@ def read_identified(path: Path | str) -> AxisFriction:
         raise ValueError(
             f"--identified = {path}; allowed: a file that identify --output has written"
         ) from error
+    if not speed[0] < 0.0 < speed[-1]:
+        raise ValueError(
+            f"--identified = {path}: friction of one direction, {speed[0]:.4g} to {speed[-1]:.4g} {units.shown[2]}; "
+            "allowed: of both directions: identify a log with motion both ways"
+        )
     lead, constant, ratio = (drive.get(key) for key in DRIVE)
     bins = Friction(speed * units.one, *values)
     return AxisFriction(

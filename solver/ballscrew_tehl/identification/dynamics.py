@@ -170,24 +170,21 @@ def _identified(
     cutoff = chosen if cutoff is None else cutoff
     samples = filtered(signals, travel, cutoff, variance)
     usable = {name: int((samples.speed * sign > 0.0).sum()) * samples.each for sign, name in SIDES.items()}
-    few = min(usable, key=lambda name: usable[name])
-    if usable[few] < MIN_BINS * MIN_SAMPLES and (
-        inertia is None or max(usable.values()) < MIN_BINS * MIN_SAMPLES
-    ):
+    few, least = min(usable, key=lambda name: usable[name]), MIN_BINS * MIN_SAMPLES
+    if usable[few] < least and (inertia is None or max(usable.values()) < least):
         magnitude = signals.of_speed and one_sign([section.motion for section in signals.sections])
         remedy = f"the speed never changes its sign: {MAGNITUDE}" if magnitude else "longer strokes both ways"
         known = option(UNITS[signals.rotary].inertia)
         known = f"; or {known} with its value, for the friction of one direction" * (inertia is None)
         raise ValueError(
             f"samples with {few} speed away from reversals = {usable[few]}, {1.0 / signals.step:.4g} a second; "
-            f"allowed: at least {MIN_BINS * MIN_SAMPLES} in each direction; remedy: {remedy}{known}"
+            f"allowed: at least {least} in each direction; remedy: {remedy}{known}"
         )
     notes = list(signals.notes)
     free = [name for name, value in (("inertia", inertia), ("delay", delay)) if value is None]
     rough = filtered(signals, travel, min(cutoff, LAG_CUTOFF), variance)
-    rough = (
-        rough if len(rough.speed) * rough.each > ROUGH_LEFT * len(samples.speed) * samples.each else samples
-    )
+    if not len(rough.speed) * rough.each > ROUGH_LEFT * len(samples.speed) * samples.each:
+        rough = samples
     time = timing(signals, samples, rough, delay, inertia)
     if time.lag > 0.0:
         settled = filtered(signals, travel, rough.cutoff, variance, time.lag)
@@ -215,9 +212,8 @@ def _identified(
     if offset is None and len(sides) == 2:
         check_sign(signals, fit)
     patterns = patterns_of(fit, signals, inertia, notes)
-    fit = fit_of(
-        fit.samples, time, fit.bins, len(fit.number), inertia, [one(fit.samples) for one in patterns]
-    )
+    waves = [one(fit.samples) for one in patterns]
+    fit = fit_of(fit.samples, time, fit.bins, len(fit.number), inertia, waves)
     changed = [
         fit_of(other, time, bins(other.speed), size, inertia, [one(other) for one in patterns]) for other in others
     ]  # fmt: skip
@@ -247,28 +243,24 @@ def _result(
     moved = COARSER * math.hypot(*(math.sqrt(max(one**2 - half**2, 0.0)) for one in change))
     parts = dict(zip(CAUSES, (half, NOISE_UNSURE * noise * fit.inertia, time.inertia, moved), strict=True))
     half = math.hypot(*parts.values())
-    _check(
-        signals, fit, "inertia" in free, explained, half, usual, speed * friction * (not one_way) < 0.0, parts
-    )
+    along = speed * friction * (not one_way) < 0.0
+    _check(signals, fit, "inertia" in free, explained, half, usual, along, parts)
     low, high = time.low, time.high
     if time.told and "delay" in free:
         of_others = [float(np.nan_to_num(other.coefficients[-1] - fit.coefficients[-1])) for other in changed]
         late = float(halves[-1]) + LATER * math.hypot(*of_others)
         low, high = time.delay - late, time.delay + late
-    wide = np.sqrt(
-        wide**2 + _within_a_bin(speed, friction, errors) ** 2 + smeared**2 + (LIMIT * offset_error) ** 2
-    )
+    bend = _within_a_bin(speed, friction, errors)
+    wide = np.sqrt(wide**2 + bend**2 + smeared**2 + (LIMIT * offset_error) ** 2)
     offset_wide = math.hypot(offset_wide, float(weights @ smeared), LIMIT * offset_error)
     of_bins, of_offset, of_inertia = of_steps(signals, fit, weights)
     steps = f"steps of {signals.effort_quantum:.3g} {UNITS[signals.rotary].si[1]}"
     if np.median(of_bins) > 0.1 * np.median(wide):
-        signals.notes.append(
-            f"{steps}: rounding, and truncation unless the data exclude it, are in the intervals"
-        )
+        excluded = "rounding, and truncation unless the data exclude it, are in the intervals"
+        signals.notes.append(f"{steps}: {excluded}")
     if 0.5 * signals.effort_quantum > 0.5 * offset_wide > 0.0:
-        signals.notes.append(
-            f"{steps}: if the drive rounds down, the offset is half a step higher than shown"
-        )
+        down = "if the drive rounds down, the offset is half a step higher than shown"
+        signals.notes.append(f"{steps}: {down}")
     wide, offset_wide, half = wide + of_bins, offset_wide + of_offset, half + of_inertia
     # residual over the position
     first, last = float(samples.position.min()), float(samples.position.max())
@@ -303,13 +295,8 @@ def _check(
     units, value = UNITS[signals.rotary], fit.inertia
     what, unit = units.names[0], units.shown[0]
     if not explained >= 0.0:
-        seen = fit_of(
-            fit.samples,
-            timing(signals, fit.samples, fit.samples, None, None),
-            fit.bins,
-            len(fit.number),
-            None,
-        ).inertia
+        time = timing(signals, fit.samples, fit.samples, None, None)
+        seen = fit_of(fit.samples, time, fit.bins, len(fit.number), None).inertia
         shown = "" if free else f"; the log shows about {seen:.3g} {unit}"
         raise ValueError(
             f"inertia{' given' * (not free)} = {value:.4g} {unit}{shown}; it explains nothing of the effort; allowed: "
@@ -350,9 +337,8 @@ def _notes(result: Identified, noise: float, time: Timing) -> list[str]:
             f"the interval of the {inertia} holds that range: state it by --delay-ms, or log ramps"
         )
     elif result.delay_limits is not None and abs(time.delay) > LATE:
-        notes.append(
-            f"the {effort} is {ms} behind the motion: what a filter of the drive does besides is in no interval"
-        )
+        rest = "what a filter of the drive does besides is in no interval"
+        notes.append(f"the {effort} is {ms} behind the motion: {rest}")
     if noise > 10.0 * MAX_NOISE:
         notes.append(f"noise is {100.0 * noise:.2g} % of the acceleration's variance at the lowest cutoff")
     if directions.varies(both):

@@ -176,15 +176,14 @@ def sensor(name: str, values: Array) -> tuple[float | None, list[Finding]]:
         middle = float(np.median(values[good]))
         spread = float(np.median(np.abs(values[good] - middle)))
         least = FAR_LEAST if name == "temperature" else 0.02 * abs(middle)
-        far = np.abs(values - middle) > max(FAR * spread, least)
-        good &= ~far
-    bad = np.isfinite(values) & ~good
+        good &= ~(np.abs(values - middle) > max(FAR * spread, least))
+    bad, mean = np.isfinite(values) & ~good, float(np.mean(values[good])) if good.any() else None
     if not bad.any():
-        return (float(np.mean(values[good])) if good.any() else None), []
+        return mean, []
     worst = float(values[bad][np.argmax(np.abs(values[bad]))])
     shown = f"{worst - CELSIUS:.6g} C" if name == "temperature" else f"{worst:.6g} N"
     text = f"{name} has values of no {name}, as {shown}"
-    return (float(np.mean(values[good])) if good.any() else None), [finding(text, bad, "left out")]
+    return mean, [finding(text, bad, "left out")]
 
 
 def slow_rows(name: str, values: Array) -> tuple[np.ndarray, int, str]:
@@ -230,13 +229,8 @@ def even_stamps(time: Array, motion: Array) -> tuple[Array, float, list[Finding]
         return float(np.mean(np.minimum(rest, np.quantile(rest, 0.99)) ** 2))
 
     best, even, raster = np.inf, time, usual
-    for step in (
-        usual,
-        float(np.median(steps)),
-        float(np.median(short)) / min(30, lag),
-        float(np.quantile(long, 0.1)) / lag,
-        float(np.polyfit(np.arange(number), time, 1)[0]),
-    ):
+    slopes = float(np.quantile(long, 0.1)) / lag, float(np.polyfit(np.arange(number), time, 1)[0])
+    for step in (usual, float(np.median(steps)), float(np.median(short)) / min(30, lag), *slopes):
         if not step > 0.05 * usual:
             continue
         late = time - step * np.arange(number)

@@ -107,9 +107,8 @@ def fit_of(
         influence = flat @ np.linalg.pinv(gram, rcond=1e-12, hermitian=True) / scale
         coefficients = influence.T @ effort
         if inertia is not None:
-            influence[:, 1:] = (
-                flat[:, 1:] @ np.linalg.pinv(gram[1:, 1:], rcond=1e-12, hermitian=True) / scale[1:]
-            )
+            inverse = np.linalg.pinv(gram[1:, 1:], rcond=1e-12, hermitian=True)
+            influence[:, 1:] = flat[:, 1:] @ inverse / scale[1:]
             coefficients = influence.T @ (effort - inertia * samples.acceleration)
             coefficients[0] = inertia
         every = np.column_stack(columns)

@@ -133,10 +133,8 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
     few = [side[:: max(len(side) // TEXT_ROWS, 1)] for side in (cells[back:], cells[:back][::-1])]
     sides = zip_longest(*([head, *side] for side in few), fillvalue="")
     lines += ["", *(f"{ahead:<46}  |{behind}" for ahead, behind in sides)]
-    lines += [
-        f"{'':>12}some of {len(cells)} bins; all: --json, --output" * (sum(map(len, few)) < len(cells)),
-        "",
-    ]
+    more = sum(map(len, few)) < len(cells)
+    lines += [f"{'':>12}some of {len(cells)} bins; all: --json, --output" * more, ""]
     lines.append(f"samples used: {result.samples}; left out: {left_out}")
     lines += [f"note: {note}" for note in [*result.notes, *contains]]
     return "\n".join(lines)

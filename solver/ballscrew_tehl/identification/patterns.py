@@ -82,17 +82,11 @@ def _losses_and_drifts(fit: Fit, effort: str, inertia: float | None, notes: list
         "of the friction is its drift over the log (temperature, running in): a bin is of its own time"
     )
     of_offset = "of the friction is the drift of the offset (load, tilt, temperature), in no interval"
-    columns = (
-        (sign * np.abs(model), 1.0, lost),
-        (sign * time, friction, of_friction),
-        (time, friction, of_offset),
-    )
-    for column, size, text in columns:
+    drifts = (sign * time, friction, of_friction), (time, friction, of_offset)
+    for column, size, text in ((sign * np.abs(model), 1.0, lost), *drifts):
         other = fit_of(samples, fit.timing, fit.bins, len(fit.number), inertia, [column])
-        half, slope = (
-            errors_of(other, np.zeros(len(fit.number)), inertia is None)[2][1],
-            other.coefficients[1],
-        )
+        slope = other.coefficients[1]
+        half = errors_of(other, np.zeros(len(fit.number)), inertia is None)[2][1]
         if size == 1.0 and (half > UNSURE_LOSS or brakes < BRAKES):
             notes.append(
                 f"the {effort} brakes too little in this log to tell a loss in proportion to it (motor, "

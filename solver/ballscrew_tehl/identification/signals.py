@@ -84,7 +84,7 @@ def signals_of(log: Log, drive: Drive) -> Signals:
     rows, found = _own_rate(log, names, left_out)
     words, more = findings.signed(effort, rows.effort)
     rows, found, effort_step = rows._replace(effort=words), found + more, quantum(words)
-    jumps, bad = np.empty(0, dtype=int), np.zeros(len(words), dtype=bool)
+    jumps = np.empty(0, dtype=int)
     if not of_speed:
         lost = findings.codes(rows.motion)[0]
         lost |= findings.spikes(np.where(lost, np.median(rows.motion), rows.motion))

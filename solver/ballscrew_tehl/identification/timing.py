@@ -55,9 +55,8 @@ def searched(samples: Samples, delays: Array, inertia: float | None) -> tuple[Se
         lag = min(along / max(bend - len(rate) * samples.rate_noise, 0.2 * bend, 1e-300), MAX_LAG)
         less = misfit - along**2 / max(bend, 1e-300)
         rows.append((delay, 0.0, moved[0], misfit, lag, moved[0] + lag * moved[1], less))
-    columns = np.array(rows).T
-    one = max(float(columns[6].min()), 0.0) / max(len(whole) * samples.each * samples.rate, 1.0)
-    delay, none, inertias, misfits, lags, lagged, less = columns
+    delay, none, inertias, misfits, lags, lagged, less = np.array(rows).T
+    one = max(float(less.min()), 0.0) / max(len(whole) * samples.each * samples.rate, 1.0)
     return Searched(delay, none, inertias, misfits, one), Searched(delay, lags, lagged, less, one)
 
 
@@ -68,9 +67,8 @@ def expected(signals: Signals, samples: Samples, delay: float, delays: Array, in
     fit = fit_of(samples, Timing(delay), place, size, inertia)
     some = np.isfinite(fit.total)
     speeds = np.bincount(place, samples.speed, size)[some] / fit.number[some]
-    constant, coulomb, viscous = (
-        offset_weights(speeds, fit.number[some], k) @ fit.total[some] for k in range(3)
-    )
+    rows = (offset_weights(speeds, fit.number[some], k) for k in range(3))
+    constant, coulomb, viscous = (row @ fit.total[some] for row in rows)
     sections = []
     for section in signals.sections:
         _, speed, acceleration = differences(section.motion, samples.cutoff, signals)

@@ -111,12 +111,8 @@ def run_identify(args: Namespace) -> Answer:
         data["contains"] = output.CONTAINS
         if "preload_n" in data:
             # the torque holds that of guides, seals and bearings, and then no shape over speed tests the law
-            data |= {
-                "preload_is_upper_bound": True,
-                "preload_low_n": 0.0,
-                "preload_log_low_n": 0.0,
-                "shape_fits": None,
-            }
+            data |= {"preload_is_upper_bound": True, "shape_fits": None}
+            data |= {"preload_low_n": 0.0, "preload_log_low_n": 0.0}
     if args.measurements and friction is not None:
         known = fit.preload if args.preload_n is None else args.preload_n
         if known is None:
