@@ -144,9 +144,10 @@ def check_rating_units(sizes: CatalogueSizes, like: Parameters) -> None:
             of_inches = rating_of_inches(stated * RATING_UNITS["lbf"], sizes.lead_mm)
             meant["lbf for a million inches of travel"] = of_inches
         unit = min(meant, key=lambda name: abs(math.log(computed / meant[name])))
+        smaller = ", or state the ball (--ball-mm) if it is smaller than usual" * (sizes.ball_mm is None)
         raise ValueError(
             f"{option} = {stated:g}; usual is {computed:.3g} N; allowed: N, for a million turns; {stated:g} {unit} are "
-            f"{option} {meant[unit]:.5g}, or state the ball (--ball-mm) if it is smaller than usual"
+            f"{option} {meant[unit]:.5g}{smaller}"
         )
 
 

@@ -175,9 +175,11 @@ def report_data(
         if not math.isclose(nearest(axes, axis, value), value, rel_tol=1e-9):
             unit = SHOWN[axis].unit
             low, high, stated = (SHOWN[axis].of(number) for number in (*axes[axis][:2], value))
+            remedy = "the range of the map: build one for a wider range"
+            if axis == "preload" and value == 0.0:
+                remedy = "of a nut with clearance: ballscrew torque --preload-n 0 --axial-load-n LOAD"
             raise ValueError(
-                f"{axis} = {stated:.6g} {unit}; allowed: {low:.6g} to {high:.6g} {unit}, the range of the map: "
-                "build one for a wider range"
+                f"{axis} = {stated:.6g} {unit}; allowed: {low:.6g} to {high:.6g} {unit}; {remedy}"
             )
     point = OperatingPoint(*(nearest(axes, axis, user.get(axis, value)) for axis, value in defaults.items()))
     slow, fast = axes["speed"][:2]

@@ -1,5 +1,6 @@
 """The commands screw and init: what a ball-screw program states of a screw; a screw file to fill in."""
 
+import math
 from argparse import Namespace
 from typing import Any
 
@@ -9,6 +10,7 @@ from ...parameters.template import example_parameters, screw_template
 from ...parameters.units import CELSIUS, RPM
 from ...physics.catalogue import (
     INCH,
+    RATING_UNITS,
     CatalogueSizes,
     catalogue_parameters,
     has_inches,
@@ -28,6 +30,8 @@ COLUMNS = ("preload_n", "axial_load_n", "catalogue_torque_nm", "friction_torque_
            "static_safety", "life_turns", "contact_pressure_max_pa")  # fmt: skip
 #: ratio of a computed rating to that of a catalogue within which they agree (examples/catalogue_screws.py)
 RATING_AGREES = (0.85, 1.18)
+#: ln of what a computed rating may be off one in another unit
+SAME_UNIT = 0.25
 
 
 def run_screw(args: Namespace) -> Answer:
@@ -58,8 +62,12 @@ def _say_ratings(screw: ScrewParameters) -> None:
     for name, ratio in rating_ratios(screw).items():
         if not RATING_AGREES[0] <= ratio <= RATING_AGREES[1]:
             stated, owner = getattr(screw, name), "start" if ratio > 1.0 and screw.starts > 1 else "nut"
+            units = [
+                unit for unit, newtons in RATING_UNITS.items() if abs(math.log(ratio / newtons)) < SAME_UNIT
+            ]
+            meant = f"in {units[0]}? " if units else ""
             what = f"({ratio:.2f} times): check unit, turns (of one {owner}), ball_diameter, raceway radii"
-            say(f"{name} {stated:.6g} N of the screw file; computed {ratio * stated:.4g} N {what}")
+            say(f"{name} {stated:.6g} N of the screw file; {meant}computed {ratio * stated:.4g} N {what}")
 
 
 def _add_efficiency(results: list[dict[str, Any]], chosen: Chosen, args: Namespace) -> None:

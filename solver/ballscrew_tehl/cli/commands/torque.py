@@ -40,6 +40,9 @@ BREAKAWAY = "breakaway_torque_nm"
 #: a film beyond lubrication theory, a torque that goes the wrong way, oversize balls that slip
 OUT_OF_RANGE = ("too_thick_film", "unphysical_trend", "unlike_flanks")
 RESERVATIONS = ("too_thin_film", *OUT_OF_RANGE)
+#: torque of both seals over the square of the diameter [N/m] (Bosch Rexroth, 2.4e-4 N.m/mm2; its rows from 12 mm on are
+#: 0.8 to 1.43 of that); reinforced ones have twice as much
+SEALS, MAX_SEALS = 240.0, 3.0
 
 
 def run_torque(args: Namespace) -> Answer:
@@ -59,6 +62,11 @@ def run_torque(args: Namespace) -> Answer:
         provenance = {"film_kinematics": header["film_kinematics"], "map_hash": header["file_hash"]}
     results = [_result(screw, point, state_at) for point in work]
     say_outside(results, axes)
+    usual = SEALS * (2.0 * screw.nominal_radius) ** 2
+    if screw.seal_torque > MAX_SEALS * usual:
+        say(
+            f"seal_torque_Nm {screw.seal_torque:g} of the screw file; catalogues have {usual:.2g} N.m for two seals"
+        )
     if other := carried_over(chosen.friction_set, chosen.parameters):
         say(other)
     if resting := [result for result in results if BREAKAWAY in result]:

@@ -127,7 +127,12 @@ IDENTIFY_OPTIONS = (
     LEAD._replace(signed=True, help="lead, negative: left-hand [mm]; default: by screw or map"),
     Quantity("inertia_kgm2", "known inertia at the screw, axis included [kg m2]", 1e-12, 1e6),
     Quantity("mass_kg", "known moved mass, screw and motor included [kg]", 1e-6, 1e7),
-    Quantity("guide_force_n", "friction of guides and covers, subtracted [N]", 0.0, MAX_FORCE),
+    Quantity(
+        "guide_force_n",
+        "friction of guides and covers, the same at every speed, subtracted [N]",
+        0.0,
+        MAX_FORCE,
+    ),
     Quantity("seal_torque_nm", "friction of bearings and further seals, subtracted [N.m]", 0.0, 1e6),
     PRELOAD._replace(help="known preload [N]: for --measurements or --before", not_zero=True),
     Quantity("before_preload_n", "known preload of the log before [N]", 0.0, not_zero=True),
