@@ -95,7 +95,8 @@ def test_option_acts_on_what_follows_from_it_alone(of, option, capsys):
         # twice the balls carry the force; C_0a goes as the balls
         balls = screw.loaded_ball_count / base.screw.loaded_ball_count
         assert balls == pytest.approx(2.0, rel=0.02)
-        assert ratio["ball_load_max_n"] == pytest.approx(1.0 / balls, rel=0.05)
+        # a longer nut shares the force less evenly
+        assert 1.0 / balls < ratio["ball_load_max_n"] < 1.1 / balls
         assert ratio["static_load_rating_n"] == pytest.approx(balls, rel=0.02)
         assert ratio["contact_pressure_max_pa"] == pytest.approx(
             ratio["ball_load_max_n"] ** (1.0 / 3.0), rel=1e-2
