@@ -151,7 +151,7 @@ def test_wheel_with_the_extra_fmu_runs_every_command_and_example(archives, envir
     fmus = sorted((tmp_path / "fmus").iterdir())
     assert len(fmus) == 10
     for fmu in fmus:
-        assert "fmpy: no finding; replay" in run((0,), "check", fmu, program="ballscrew")
+        assert re.search(r"no finding\n(.*\n)*replay", run((0,), "check", fmu, program="ballscrew"))
     with zipfile.ZipFile(tmp_path / "fmus" / "BallScrewAxis_fmi3.fmu") as archive:
         folders = {name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")}
     assert folders == set(PLATFORMS)
