@@ -7,6 +7,7 @@ from pydantic import ValidationError
 
 from ..parameters.file import Parameters, ScrewParameters
 from ..parameters.screw import ROOT_OF_BALL
+from ..tables.headings import FORCE, INCH
 from .rating import computed_dynamic_rating, computed_static_rating
 
 #: diameters of balls that are made [mm]
@@ -25,9 +26,8 @@ USUAL_TURNS, TURNS_OF_A_START = 3.0, 1.5
 USUAL_CONFORMITY, CONFORMITIES = 0.53, (0.515, 0.57)
 #: units that older catalogues state ratings in [N]; factor off the computed rating from which on a rating is in one:
 #: turns of two starts that are stated for one, and smaller balls, make it up to 3.5
-RATING_UNITS = {"kgf": 9.80665, "lbf": 4.4482216152605}
+RATING_UNITS = {unit: FORCE[unit][0] for unit in ("kgf", "lbf")}
 SUSPECT = 4.0
-INCH = 25.4  # mm
 #: exponents, with a minus, of 1 - 1/(2 f) in ratings
 OPENNESS = {"dynamic_rating": 0.41, "static_rating": 0.5}
 
@@ -161,7 +161,7 @@ def rating_of_inches(rating: float, lead_mm: float) -> float:
 
     Life L = (C/F)^3 in millions: of inches it is L/lead in turns, so C_turns = C_inches (lead/1 in)^(-1/3).
     """
-    return rating * (abs(lead_mm) / INCH) ** (-1.0 / 3.0)
+    return rating * (1e-3 * abs(lead_mm) / INCH) ** (-1.0 / 3.0)
 
 
 def rating_ratios(screw: ScrewParameters) -> dict[str, float]:

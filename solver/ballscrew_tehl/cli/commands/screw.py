@@ -9,7 +9,6 @@ from ...parameters.screw import ScrewParameters
 from ...parameters.template import example_parameters, screw_template
 from ...parameters.units import CELSIUS, RPM
 from ...physics.catalogue import (
-    INCH,
     RATING_UNITS,
     CatalogueSizes,
     catalogue_parameters,
@@ -18,6 +17,7 @@ from ...physics.catalogue import (
     rating_ratios,
 )
 from ...physics.rating import STATIC_PRESSURE, dynamic_rating
+from ...tables.headings import INCH
 from ..shared.inputs import Chosen, chosen_of, key_of, read_points, say_outside
 from ..shared.output import Answer, check_output, filled, say, write_text
 from ..shared.quantities import AXIAL_LOAD, PRELOAD
@@ -106,7 +106,7 @@ def run_init(args: Namespace) -> Answer:
         if (inches := getattr(args, f"{name}_in")) is not None:
             if f"{name}_mm" in sizes:
                 raise ValueError(f"--{name}-in with --{name}-mm; allowed: one of them")
-            sizes[f"{name}_mm"] = round(INCH * inches, 6)
+            sizes[f"{name}_mm"] = round(1e3 * INCH * inches, 6)
     if sizes:
         if not {"diameter_mm", "lead_mm"} <= sizes.keys():
             raise ValueError("--diameter-mm, --lead-mm (missing); allowed: both together, or no size")
