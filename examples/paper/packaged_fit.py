@@ -4,7 +4,7 @@
     python examples/paper/packaged_fit.py [FILE.toml]    (half an hour: the contacts of all balls are solved)
 
 Prints the sets with what the package does not store: correlations, and the result of the other loss. Writes FILE.toml,
-which takes the place of solver/ballscrew_tehl/data/friction_sets.toml.
+which takes the place of data/friction_sets.toml in the package.
 
 Losses of the weighted relative error r: least_squares is the sum of r^2; soft_l1 the sum of 2 s^2 (sqrt(1 + (r/s)^2) -
 1), s = 1 %: squares below about 1 %, absolute values above, which limits the effect of single outliers. The errors of

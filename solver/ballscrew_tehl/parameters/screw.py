@@ -25,6 +25,9 @@ NITRIDE_MODULUS, NITRIDE_POISSON = 310e9, 0.26
 ROOT_OF_BALL, ROOT_SPREAD = 1.022, 0.15
 #: radius of the ball centre circle [m] of the smallest screws that are made; of screws whose numbers may be inches
 SMALLEST, MAY_BE_INCHES = 0.75e-3, 3e-3
+#: largest radius of the ball centre circle over the ball diameter (125 x 5 with balls of 3.175 mm: 20), largest groove
+#: radius over that of the ball (1.02 to 1.2 are ground): beyond both a digit or a unit has slipped
+THIN_BALLS, OPEN_GROOVE = 22.0, 1.5
 
 
 def _loaded_balls(screw: dict[str, Any]) -> int:
@@ -154,6 +157,8 @@ class ScrewParameters(Table):
         for field in ("screw_raceway_radius", "nut_raceway_radius"):
             wide = radius < getattr(self, field)
             require(wide, field, "more than the ball radius", "a groove must be wider than the ball")
+            allowed, tight = f"at most {1e3 * OPEN_GROOVE * radius:.4g} mm", OPEN_GROOVE * radius >= getattr(self, field)
+            require(tight, field, allowed, "a groove encloses the ball: check both")
         self._can_be_made()
         tangent = self.lead / (2.0 * math.pi * self.nominal_radius)
         allowed = f"{math.degrees(math.atan(tangent)):.4g} deg within 2 % for this lead and radius"
@@ -169,6 +174,8 @@ class ScrewParameters(Table):
         allowed, thick = f"at least {1e3 * SMALLEST:g} mm", ball < self.nominal_radius
         require(self.nominal_radius >= SMALLEST, "nominal_radius", allowed, f"no screw is smaller{inches}")
         require(thick, "ball_diameter", "less than nominal_radius", f"check both{inches}")
+        allowed, many = f"at most {1e3 * THIN_BALLS * ball:.4g} mm", self.nominal_radius <= THIN_BALLS * ball
+        require(many, "nominal_radius", allowed, "no screw has so small balls: check both")
         pitch = self.lead / self.starts * math.cos(self.lead_angle)
         allowed = f"less than {1e3 * pitch:.4g} mm, lead over starts across the groove"
         require(ball < pitch, "ball_diameter", allowed, f"the grooves meet: check lead and starts{inches}")

@@ -137,7 +137,8 @@ def transmission_step(
     highest = nut_map.force.hi
     beyond = {"force_nut_a": force_a, "force_nut_b": force_b}
     clamped = [name for name, one in beyond.items() if one > highest * (1.0 + FORCE_ROUNDING)]
-    if not nut_map.preload.lo <= inputs.preload <= highest:
+    held = inputs.preload or max(force_a, force_b)  # without preload the loaded nut holds the force
+    if not nut_map.preload.lo <= held <= highest:
         clamped.insert(0, "preload")
     clamped += nut_map.outside(inputs.speed, inputs.temperature)
     low, high = sorted(min(one, highest) for one in beyond.values())
@@ -163,7 +164,7 @@ def transmission_step(
     mean = elastic + mean_damping
     ideal = ratio * force
     power_loss = outputs["power_loss"] + mean_damping * drift
-    margin = nut_map.range_margin(inputs.preload, inputs.speed, inputs.temperature, 0.0)
+    margin = nut_map.range_margin(held, inputs.speed, inputs.temperature, 0.0)
     outputs |= {
         "screw_torque": ideal + friction,
         "nut_force": force,

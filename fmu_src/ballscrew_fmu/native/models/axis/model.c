@@ -122,7 +122,7 @@ unsigned model_clamped(Model *model)
 {
     const Point *point = locate(model);
 
-    return contacts_clamped(model->map, &point->contacts, &point->conditions, model->latched[PRELOAD]);
+    return contacts_clamped(model->map, &point->contacts, &point->conditions, constant(model->latched[PRELOAD]));
 }
 
 bool model_possible(const Model *model)

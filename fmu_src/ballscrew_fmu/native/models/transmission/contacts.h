@@ -128,11 +128,18 @@ static inline Number force_left(const Map *map, Number force)
     return subtract(constant(map->force.hi * (1.0 + FORCE_ROUNDING)), force);
 }
 
+/* What the map must hold: the preload, without one the force of the loaded nut [N]. */
+static inline Number holding_force(const Contacts *contacts, Number preload)
+{
+    return value_of(preload) == 0.0 ? greater(contacts->a.force, contacts->b.force) : preload;
+}
+
 /* What is clamped, one bit per variable from the first input. */
 static inline unsigned contacts_clamped(const Map *map, const Contacts *contacts, const Conditions *conditions,
-                                        double preload)
+                                        Number preload)
 {
-    const bool preload_inside = preload >= map->preload.lo && preload <= map->force.hi;
+    const double held = value_of(holding_force(contacts, preload));
+    const bool preload_inside = held >= map->preload.lo && held <= map->force.hi;
 
     return (preload_inside ? 0U : 1U << (PRELOAD - INPUT_FIRST))
            | (conditions->speed_clamped ? 1U << (SPEED - INPUT_FIRST) : 0U)
@@ -147,7 +154,7 @@ static inline Number contacts_margin(const Map *map, const Contacts *contacts, c
 {
     const Number highest = greater(contacts->a.force, contacts->b.force);
 
-    return lesser(nut_margin(map, at[PRELOAD], at[SPEED], at[TEMPERATURE]),
+    return lesser(nut_margin(map, holding_force(contacts, at[PRELOAD]), at[SPEED], at[TEMPERATURE]),
                   over(force_left(map, highest), map->force.hi));
 }
 

@@ -78,7 +78,7 @@ static inline void point_outputs(const Point *point, const Parts *both, const Pr
 
 static inline unsigned point_clamped(const Map *map, const Point *point, const Number at[])
 {
-    return contacts_clamped(map, &point->contacts, &point->conditions, value_of(at[PRELOAD]));
+    return contacts_clamped(map, &point->contacts, &point->conditions, at[PRELOAD]);
 }
 
 static inline Number point_margin(const Map *map, const Point *point, const Number at[])
