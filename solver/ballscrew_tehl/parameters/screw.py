@@ -157,7 +157,10 @@ class ScrewParameters(Table):
         for field in ("screw_raceway_radius", "nut_raceway_radius"):
             wide = radius < getattr(self, field)
             require(wide, field, "more than the ball radius", "a groove must be wider than the ball")
-            allowed, tight = f"at most {1e3 * OPEN_GROOVE * radius:.4g} mm", OPEN_GROOVE * radius >= getattr(self, field)
+            allowed, tight = (
+                f"at most {1e3 * OPEN_GROOVE * radius:.4g} mm",
+                OPEN_GROOVE * radius >= getattr(self, field),
+            )
             require(tight, field, allowed, "a groove encloses the ball: check both")
         self._can_be_made()
         tangent = self.lead / (2.0 * math.pi * self.nominal_radius)
