@@ -5,7 +5,7 @@
 
 Data: degradation rig of Xi'an Jiaotong University, two new double nuts of lead 8 mm, preload 1500 N, a torque of each
 every 35 h. The first torque calibrates the one number of the law at 1500 N, as `calibrate --torque-nm` does; the others
-go through the preload monitor, one after the other, as in a controller.
+give a preload with its interval each, as the FMU BallScrewPreloadMonitor does in a controller.
 
 Interval: about 80 %. Of the change since the first reading: both readings scatter, by the mean square of successive
 differences of the series, which a slow loss hardly enters; law_uncertainty is 0. Of the preload itself: the interval of
@@ -37,7 +37,6 @@ from ballscrew_tehl.friction.torque import preload_from_torque
 from ballscrew_tehl.nut_map.interval import map_interval
 from ballscrew_tehl.parameters.file import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
-from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
 
 sys.path.append(str(Path(__file__).resolve().parent / "paper"))
 from rig import RIG_PRELOAD, RIG_SPEED, rig_screw, rig_series
@@ -56,7 +55,7 @@ def scatter(torque: np.ndarray) -> float:
 
 
 def monitored(torque: np.ndarray) -> dict[str, Any]:
-    """One screw: outputs of the monitor for each reading; low, high: of the change, law_low, law_high: with the law."""
+    """One screw: preload of each reading; low, high: of the change, law_low, law_high: with the law."""
     parameters = load_screw(PACKAGED_VG100)
     point = Measurement(RIG_PRELOAD, SPEED, TEMPERATURE, float(torque[0]))
     fitted = calibrate_point(point, parameters, BallContacts(parameters)).friction_set
@@ -65,23 +64,19 @@ def monitored(torque: np.ndarray) -> dict[str, Any]:
         parameters, nut_map.header["axes"], fitted, RIG_PRELOAD, SPEED, TEMPERATURE
     ).relative
     noise = DEVIATIONS * math.sqrt(2.0) * scatter(torque)
-    found: dict[str, list[float]] = {"preload": [], "low": [], "high": [], "law_low": [], "law_high": []}
+    ends = nut_map.header["axes"]["preload"][:2]
+
+    def torque_at(preload: Any) -> Any:
+        return nut_map.evaluate(preload, SPEED, TEMPERATURE).friction_torque
+
+    preload = np.array([preload_from_torque(torque_at, reading, *ends, 1e-9) for reading in torque.tolist()])
+    slope = (torque_at(1.0001 * preload) - torque_at(0.9999 * preload)) / (2e-4 * preload)
+    found = {"preload": preload}
     for law, prefix in ((0.0, ""), (0.5 * (high - low), "law_")):
-        held = None
-        for reading in torque.tolist():
-            inputs = MonitorInputs(reading, SPEED, TEMPERATURE, 0.0)
-            given = MonitorParameters(*fitted.values, 1.0, 0.1, 1.0, noise * reading, RIG_PRELOAD, law)
-            step = monitor_step(nut_map, inputs, given, held)
-            held = step.preload
-            assert step.outputs["in_range"]
-            found[f"{prefix}low"].append(step.outputs["preload_low"])
-            found[f"{prefix}high"].append(step.outputs["preload_high"])
-            if not prefix:
-                found["preload"].append(step.outputs["preload"])
+        half = math.hypot(noise, law) * torque / slope
+        found |= {f"{prefix}low": preload - half, f"{prefix}high": preload + half}
     colder = float(nut_map.evaluate(RIG_PRELOAD, SPEED, TEMPERATURE - 10.0).friction_torque) / torque[0]
-    return {name: np.array(values) for name, values in found.items()} | {
-        "torque": torque, "scatter": scatter(torque), "colder": colder - 1.0
-    }  # fmt: skip
+    return found | {"torque": torque, "scatter": scatter(torque), "colder": colder - 1.0}
 
 
 def other_screws(torque: np.ndarray) -> list[float]:

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Preload of a ball screw over its life, monitored by motor torque, speed and temperature.
 
-    python examples/preload_monitoring.py [--plot preload_monitoring.png] [--fmu dist/BallScrewPreloadMonitor.fmu]
+    python examples/preload_monitoring.py [--plot preload_monitoring.png] [--fmu FILE.fmu]
 
 Once per shift a batch of measurements is taken while the axis moves without load. Synthetic here: torque of
 the packaged map at a random speed and temperature, then 2 % noise (standard deviation) on torque, on speed and

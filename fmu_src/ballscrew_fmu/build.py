@@ -12,7 +12,7 @@ from ballscrew_fmu.archive import BuiltFmu
 from ballscrew_fmu.checks.check import check
 from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.live_page.page import live_page
-from ballscrew_fmu.models import FRICTION, MODELS, NATIVE_MODELS, FmuModel
+from ballscrew_fmu.models import FRICTION, MODELS, FmuModel
 from ballscrew_fmu.native_fmu import libraries
 from ballscrew_fmu.native_fmu.compile import INSTALL, WASM
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
@@ -75,13 +75,13 @@ def kinds(
 
     Raises       ValueError: there are none
     """
-    every = [Kind(model, 2, False) for model in MODELS]
+    every = [Kind(FRICTION, 2, False)]
     if not python_only:
-        every += [Kind(model, version, True) for model in NATIVE_MODELS for version in (2, 3)]
+        every += [Kind(model, version, True) for model in MODELS for version in (2, 3)]
     of_models = [kind for kind in every if not only or kind.model.layer in only]
     selected = [kind for kind in of_models if fmi_version in (None, kind.fmi_version)]
     if not selected:
-        raise ValueError("no FMU to build: those for Python hosts are friction and monitor, of FMI 2")
+        raise ValueError("no FMU to build: that for Python hosts is friction, of FMI 2")
     return selected
 
 
@@ -107,9 +107,7 @@ def build(
         with_page = compiler.crosses and any(kind.model is FRICTION for kind in selected)
         native = dict.fromkeys(kind.model for kind in selected if kind.native and not embed_map)
         needed = [libraries.native_library(nut_map.header, model) for model in native]
-        needed += [
-            libraries.entry_library(nut_map.header, kind.model) for kind in selected if not kind.native
-        ]
+        needed += [libraries.entry_library(nut_map.header) for kind in selected if not kind.native]
         page = ""
         if with_page:
             needed.append(libraries.page_library(nut_map.header))
@@ -125,7 +123,7 @@ def build(
                 like = (reference(model), compiler.platforms, model, embed_map, shown)
                 fmu = build_native_fmu(nut_map, kind.fmi_version, path, *like)
             else:
-                fmu = build_fmu(nut_map, path, model=model, live_page=shown)
+                fmu = build_fmu(nut_map, path, live_page=shown)
             advance(f"checking {kind.file_name}", 1)
             built.append((fmu, check(fmu.path, reference(model), model)))
         for fmu, _ in built:

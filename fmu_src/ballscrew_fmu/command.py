@@ -15,7 +15,7 @@ RUNS = "ballscrew_fmu.runs"
 #: documentation of a clone, and as a wheel puts it (pyproject.toml)
 DOCS = Path(__file__).resolve().parents[2] / "docs", Path(sys.prefix, "share", "ballscrew-tehl", "docs")
 # fmt: off
-#: of models.NATIVE_MODELS, repeated here
+#: of models.MODELS, repeated here
 LAYERS = ("friction", "monitor", "transmission", "axis")
 BUILD = Command("from a screw file to checked FMUs", f"{RUNS}:run_build", (
     option("screw_file", "screw file, also as --screw; default: that in the map, or the packaged GD4008-3", "FILE.toml",
@@ -24,15 +24,15 @@ BUILD = Command("from a screw file to checked FMUs", f"{RUNS}:run_build", (
     option("--only", "this model only: %(choices)s; may be repeated", "MODEL", action="append", choices=LAYERS,
            default=[]),
     option("--fmi", "this version of FMI only: 2 or 3; default: both", "VERSION", type=int, choices=(2, 3)),
-    switch("--python-only", "only the FMUs for Python hosts"),
+    switch("--python-only", "only the FMU for Python hosts"),
     switch("--embed-map", "native FMUs that open no file, of 15 MB each, for real-time targets"),
 ), (*INPUTS, JSON), "my_screw.toml --output my_fmus",
     "The map is made in memory in some seconds, unless --map gives one or that of the screw is packaged. Friction, "
-    "preload monitor, transmission and axis, for Python hosts and native, for Linux, Windows and macOS. A wheel has "
-    "the libraries. A clone compiles them once, some minutes with ziglang (extra compile), without it by the compiler "
-    "of this machine for it only; --embed-map always compiles. Each FMU is validated by fmpy "
-    "and replayed against the map; FMUs are delivered only if all checks pass. Same input, same bytes. Exit codes: 0 "
-    "done, 1 a check or the compiler failed, 2 invalid input.")
+    "preload monitor, transmission and axis, native, and friction for Python hosts; for Linux, Windows and macOS. A "
+    "wheel has the libraries. A clone compiles them once, some minutes with ziglang (extra compile), without it by the "
+    "compiler of this machine for it only; --embed-map always compiles. Each FMU is validated by fmpy and replayed "
+    "against the map; FMUs are delivered only if all checks pass. Same input, same bytes. Exit codes: 0 done, 1 a "
+    "check or the compiler failed, 2 invalid input.")
 FMU_FILE = option("fmu", "an FMU of this program", "FILE.fmu")
 #: of the FMUs, in both faces
 FMU_COMMANDS = {

@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from ballscrew_fmu.variables.axis import axis_variables
-from ballscrew_fmu.variables.friction import Variable, fmu_variables, native_variables
-from ballscrew_fmu.variables.monitor import monitor_variables, native_monitor_variables
+from ballscrew_fmu.variables.friction import Variable, native_variables
+from ballscrew_fmu.variables.monitor import monitor_variables
 from ballscrew_fmu.variables.transmission import transmission_variables
 
 Table = Callable[[Mapping[str, Any]], tuple[Variable, ...]]
@@ -25,16 +25,14 @@ class Terminal(NamedTuple):
 
 
 class FmuModel(NamedTuple):
-    """One model, as native FMUs and, if it has a slave, as an FMU for Python hosts."""
+    """One model, as native FMUs; FRICTION also as an FMU for Python hosts."""
 
-    name: str  # model name and identifier; native FMUs of a model with a slave add "Native"
+    name: str  # model name and identifier, of native FMUs with the suffix
     summary: str  # first words of the description
-    variables: Table
-    native_variables: Table
+    variables: Table  # of the native FMUs
     layer: str  # folder of the model in native/models
     dual: str = "tangent.c"  # file there with the laws in dual numbers
-    slave: str = ""  # module of the base class {name}Base; "": native only
-    refines: bool = False  # the FMU contains the contact solver
+    suffix: str = ""
     terminals: tuple[Terminal, ...] = ()
     borrowed: tuple[str, ...] = ()  # files of other models in native/models
     step: float = 1e-3  # [s] of the default experiment
@@ -43,7 +41,7 @@ class FmuModel(NamedTuple):
     @property
     def native_name(self) -> str:
         """Model name and identifier of the native FMUs."""
-        return f"{self.name}Native" if self.slave else self.name
+        return self.name + self.suffix
 
 
 HEAT = Terminal(
@@ -55,11 +53,9 @@ HEAT = Terminal(
 FRICTION = FmuModel(
     "BallScrewFriction",
     "Friction torque of a preloaded ball screw",
-    fmu_variables,
     native_variables,
     "friction",
-    slave="ballscrew_fmu.python_fmu.slave",
-    refines=True,
+    suffix="Native",
     terminals=(
         Terminal(
             "shaft",
@@ -75,10 +71,9 @@ MONITOR = FmuModel(
     "BallScrewPreloadMonitor",
     "Preload of a ball screw from its measured friction torque",
     monitor_variables,
-    native_monitor_variables,
     "monitor",
     dual="search.c",
-    slave="ballscrew_fmu.python_fmu.monitor_slave",
+    suffix="Native",
     terminals=(
         Terminal(
             "shaft",
@@ -98,7 +93,6 @@ MONITOR = FmuModel(
 TRANSMISSION = FmuModel(
     "BallScrewTransmission",
     "Preloaded ball screw between shaft and axis: axial stiffness and friction",
-    transmission_variables,
     transmission_variables,
     "transmission",
     terminals=(
@@ -132,7 +126,6 @@ AXIS = FmuModel(
     "BallScrewAxis",
     "Ball screw axis: motor inertia, preloaded nut with stiffness and friction, table and guide",
     axis_variables,
-    axis_variables,
     "axis",
     terminals=(
         Terminal(
@@ -152,5 +145,4 @@ AXIS = FmuModel(
     borrowed=("transmission/contacts.h", "friction/named_parts.h", "friction/screw_model.h"),
     step_derivatives=False,  # of a step of many parts they would cost as much as differences of steps
 )
-MODELS = (FRICTION, MONITOR)  # for Python hosts and native
-NATIVE_MODELS = (*MODELS, TRANSMISSION, AXIS)
+MODELS = (FRICTION, MONITOR, TRANSMISSION, AXIS)

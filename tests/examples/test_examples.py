@@ -13,7 +13,6 @@ from synthetic_map import SCREW
 
 from ballscrew_fmu.models import AXIS, MONITOR, TRANSMISSION
 from ballscrew_fmu.native_fmu.package import build_native_fmu
-from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.runtime.constants import ELEMENTS
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(not RUNS_HERE, reason="an FMU for x86_64 Linux")]
@@ -134,7 +133,9 @@ def test_preload_monitoring(results, synthetic_nut_map, tmp_path, monkeypatch):
     # 600 intervals: 95 % +- 0.9 % (one standard deviation)
     assert 0.93 <= found["coverage"] <= 0.97
     assert (found["detected"], found["false_alarms"]) == (1.0, 0)  # expected: 204/19000
-    fmu = build_fmu(synthetic_nut_map, tmp_path / "BallScrewPreloadMonitor.fmu", model=MONITOR).path
+    fmu = build_native_fmu(
+        synthetic_nut_map, 2, tmp_path / "monitor.fmu", platforms=("x86_64-linux",), model=MONITOR
+    ).path
     compared = monitoring.compared_with_fmu(fmu, synthetic_nut_map)
     assert compared["in_range"] == 1.0
     assert compared["difference_percent"] < 0.2

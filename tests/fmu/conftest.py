@@ -42,7 +42,7 @@ def built(tmp_path_factory):
         path = folder / f"{law}_{kind}_{model.name}.fmu"
         with FileLock(f"{path}.lock"):
             if not path.exists() and kind == "python":
-                build_fmu(closed_form(law), path, solver=stub_solver.SOURCES, model=model)
+                build_fmu(closed_form(law), path, solver=stub_solver.SOURCES)
             elif not path.exists():
                 nut_map = closed_form(law)
                 reference = reference_of(nut_map, model)

@@ -93,12 +93,11 @@ def clone(tmp_path_factory):
     shutil.copytree(ROOT, folder, ignore=hidden)
     dist, screw = folder / "dist", load_map(None, load_screw())
     dist.mkdir()
-    for version, model in ((2, FRICTION), (3, FRICTION), (2, TRANSMISSION), (2, AXIS)):
+    for version, model in ((2, FRICTION), (3, FRICTION), (2, MONITOR), (2, TRANSMISSION), (2, AXIS)):
         target = dist / native_file_name(version, model)
         build_native_fmu(screw, version, target, platforms=("x86_64-linux",), model=model)
     stub = runpy.run_path(str(FMU_SUPPORT / "stub_solver.py"))["SOURCES"]
     build_fmu(screw, dist / "BallScrewFriction.fmu", solver=stub)
-    build_fmu(screw, dist / "BallScrewPreloadMonitor.fmu", model=MONITOR)
     return folder
 
 

@@ -7,6 +7,8 @@ import pytest
 import synthetic_map
 from synthetic_map import DEFAULTS, LAWS, closed_form, make_map
 
+from ballscrew_tehl import load_map, load_screw
+from ballscrew_tehl.parameters.file import PACKAGED_VG100
 from ballscrew_tehl.runtime.constants import LEAST_HALF, REST
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC, MapError, npz_bytes, sealed
@@ -262,3 +264,18 @@ def test_npz_round_trip_is_exact_and_damage_is_refused(tmp_path, nut_map):
     ):
         with pytest.raises(MapError, match=message):
             NutMap(header, damaged)
+
+
+@pytest.mark.parametrize("file", [None, PACKAGED_VG100])
+def test_torque_rises_with_preload_and_in_thick_films_with_speed(file):
+    """Over the packaged maps, but the lowest cell, where splines swing. In thick films it falls with temperature."""
+    nut_map = load_map(None, load_screw(file))
+    preload = np.geomspace(4.0 * nut_map.force.lo, nut_map.force.hi, 60)[:, None, None]
+    speed = np.geomspace(nut_map.speed.lo, nut_map.speed.hi, 20)[:, None]
+    temperature = np.linspace(nut_map.temperature.lo, nut_map.temperature.hi, 8)
+    state = nut_map.evaluate(preload, speed, temperature)
+    assert np.diff(state.friction_torque, axis=0).min() > 0.0
+    if file is not None:
+        thick = state.lambda_ratio > 3.0
+        assert np.diff(state.friction_torque, axis=1)[thick[:, :-1]].min() > 0.0
+        assert np.diff(state.friction_torque, axis=2)[thick[:, :, 1:]].max() < 0.0

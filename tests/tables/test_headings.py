@@ -3,9 +3,24 @@
 import math
 
 import pytest
+from scipy import constants
 
 from ballscrew_tehl.calibration.measurements import read_measurement_file
-from ballscrew_tehl.tables.headings import MEASURED, TORQUES, quantity_of, si
+from ballscrew_tehl.tables.headings import (
+    ANGLE,
+    CURRENT,
+    FORCE,
+    LENGTH,
+    MEASURED,
+    SPEED,
+    TIME,
+    TORQUE,
+    TORQUES,
+    VELOCITY,
+    VOLTAGE,
+    quantity_of,
+    si,
+)
 
 #: heading, value as written, quantity, SI; conversion factors of NIST SP 811
 CASES = """
@@ -52,3 +67,29 @@ def test_ambiguous_headings_are_refused(tmp_path):
         with pytest.raises(ValueError, match=r"allowed|write|meant") as caught:
             read_measurement_file(path, 300.0)
         assert message in str(caught.value)
+
+
+#: SI value of the parts of a unit, by scipy.constants; masses stand for their weights
+PARTS = {
+    "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": constants.inch, "inch": constants.inch,
+    "ft": constants.foot, "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": constants.minute, "h": constants.hour,
+    "d": constants.day, "N": 1.0, "kN": 1e3, "daN": 10.0, "dN": 0.1, "mN": 1e-3, "cN": 1e-2, "kgf": constants.kgf,
+    "kg": constants.kgf, "lbf": constants.lbf, "lb": constants.lbf, "lbs": constants.lbf, "oz": constants.lbf / 16.0,
+    "ozf": constants.lbf / 16.0, "rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": constants.degree,
+    "mdeg": 1e-3 * constants.degree, "A": 1.0, "mA": 1e-3, "V": 1.0, "mV": 1e-3,
+    **dict.fromkeys(("rev", "r", "turn", "turns", "rot", "U", "Umdr"), 2.0 * math.pi),
+}  # fmt: skip
+
+
+def test_factors_are_those_of_their_parts():
+    families = FORCE, SPEED, VELOCITY, TORQUE, LENGTH, ANGLE, TIME, CURRENT, VOLTAGE
+    tried = set()
+    for unit, (factor, offset) in (item for family in families for item in family.items()):
+        above, _, below = unit.partition("/")
+        names = [*above.split("."), below or "s"]
+        if all(name in PARTS for name in names):
+            expected = math.prod(PARTS[name] for name in names[:-1]) / PARTS[names[-1]]
+            assert (factor, offset) == (pytest.approx(expected, rel=1e-12), 0.0), unit
+            tried.add(unit)
+    assert {"m/min", "inch/min", "rev/min", "lbf.ft", "oz.in", "kgf", "h", "mrad"} <= tried
+    assert len(tried) > 70

@@ -1,6 +1,6 @@
 """Motion of BallScrewAxis integrated in Python, apart from the C code: the equations of variables/axis.py.
 
-Friction of the nuts and its elements by the Python laws of the runtime, Hertz contacts by runtime.transmission.
+Friction of the nuts and its elements by the Python laws of the runtime, Hertz contacts as in physics/axial_stiffness.
 Leapfrog in short equal parts: half a part of motion, forces in the middle, the other half. Elements are moved from
 middle to middle, cut at their limits, which needs no event. For an axis without support_stiffness and inclination.
 """
@@ -14,9 +14,22 @@ from ballscrew_tehl.runtime.constants import AXIS_DAMPING_TIME
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import FrictionParameters
 from ballscrew_tehl.runtime.standstill import RELAXED, held_stiffness, presliding_friction
-from ballscrew_tehl.runtime.transmission import contact_law, contact_stiffness, preload_approach
 
 PART_ANGLE = 0.03  # [rad] of the vibration of table and motor over the nut in one part
+
+
+def contact_constant(nut_stiffness: float, preload: float) -> float:
+    """k [N/m^1.5] of one nut from the stiffness [N/m] of both at a preload [N], 3 k^(2/3) preload^(1/3)."""
+    one = nut_stiffness / 3.0
+    return one * math.sqrt(one / preload)
+
+
+def contact_forces(constant: float, preload: float, deflection: float) -> tuple[float, float, float]:
+    """Forces of nut A and B [N] where the screw leads the nut by a deflection [m], and the stiffness of both [N/m]."""
+    d_0 = math.cbrt(preload / constant) ** 2
+    a, b = max(d_0 + deflection, 0.0), max(d_0 - deflection, 0.0)
+    slope_a, slope_b = constant * math.sqrt(a), constant * math.sqrt(b)
+    return slope_a * a, slope_b * b, 1.5 * (slope_a + slope_b)
 
 
 def axis_motion(
@@ -29,7 +42,7 @@ def axis_motion(
     coefficients = friction.net_sliding_coefficient, friction.breakaway_factor
     inertia = p["motor_inertia"] + (p["screw_inertia"] or 0.125 * cylinder * p["screw_diameter"] ** 2)
     ratio = p["lead"] / (2.0 * math.pi)
-    contact = contact_stiffness(p["nut_stiffness"], p["stiffness_preload"])
+    contact = contact_constant(p["nut_stiffness"], p["stiffness_preload"])
     seals = nut_map.seal_stiffness(p["seal_torque"])
     guide_stiffness = p["guide_coulomb"] / p["guide_presliding_travel"]
     vibration = math.sqrt(p["nut_stiffness"] * (1.0 / p["table_mass"] + ratio**2 / inertia))
@@ -41,10 +54,8 @@ def axis_motion(
 
     def contacts(preload: float, w: float, v: float) -> tuple[float, float, float]:
         """Forces of the contacts of both nuts, and that of the damping, at these speeds of screw and table."""
-        approach = preload_approach(contact, preload, p["axial_play"])
-        deflection = ratio * angle - position
-        (a, slope_a), (b, slope_b) = (contact_law(contact, approach + d) for d in (deflection, -deflection))
-        return a, b, p["contact_damping_time"] * (slope_a + slope_b) * (ratio * w - v)
+        a, b, stiffness = contact_forces(contact, preload, ratio * angle - position)
+        return a, b, p["contact_damping_time"] * stiffness * (ratio * w - v)
 
     for row in inputs:
         for _ in range(parts):

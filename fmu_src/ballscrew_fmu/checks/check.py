@@ -15,7 +15,7 @@ from fmpy.model_description import ModelDescription
 
 from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.checks.replay import CheckError, largest_difference, replay
-from ballscrew_fmu.models import AXIS, FRICTION, MODELS, FmuModel
+from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.experiments import Reference, validation_in
 from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, hash_in
 from ballscrew_fmu.python_fmu.shared_map import MAP_FILE as PYTHON_MAP_FILE
@@ -29,7 +29,7 @@ _SHOWN = ("name", "causality", "unit", "start", "min", "max", "description")  # 
 def check(fmu: Path, reference: Reference, model: FmuModel = FRICTION) -> str:
     """Validation and replay of a built FMU: a line with the results, or CheckError."""
     _refuse_findings(fmu)
-    source = "its recorded results" if model is AXIS else "the map"
+    source = "the map" if model is FRICTION else "its recorded results"
     return f"fmpy: no finding; replay against {source}: {_agreement(fmu, reference, source, fmu.name)}"
 
 
@@ -87,10 +87,10 @@ def check_file(fmu: Path) -> list[str]:
 def _replayed(folder: Path, model: str) -> str:
     """Replay of an unpacked FMU against what it contains, or a step if that is nothing, as a line; or CheckError."""
     resources = folder / "resources"
-    slaves = [one for one in MODELS if one.name == model and (resources / PYTHON_MAP_FILE).exists()]
-    name = "map" if slaves else f"{model}_validation"
+    python = (resources / PYTHON_MAP_FILE).exists()
+    name = "map" if python else f"{model}_validation"
     try:
-        reference = reference_of(map_in(str(resources)), slaves[0]) if slaves else validation_in(folder)
+        reference = reference_of(map_in(str(resources))) if python else validation_in(folder)
     except MapError as error:
         raise CheckError(f"made by another version of this package: {error}") from error
     except ValueError as error:

@@ -2,76 +2,61 @@
 
 import math
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ballscrew_fmu.checks.axis_motion import axis_motion
+from ballscrew_fmu.checks.axis_motion import axis_motion, contact_constant, contact_forces
 from ballscrew_fmu.checks.replay import CheckError, replay
-from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, TRANSMISSION, FmuModel
+from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION, FmuModel
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu
+from ballscrew_fmu.variables.friction import fmu_variables
 from ballscrew_tehl.runtime import standstill
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.monitor import MonitorInputs, MonitorParameters, monitor_step
 from ballscrew_tehl.runtime.packed import DEFAULTS, POINT, FrictionParameters
 from ballscrew_tehl.runtime.standstill import RELAXED, Elements, StandstillLaw
-from ballscrew_tehl.runtime.transmission import TransmissionInputs, TransmissionParameters, transmission_step
 
 STEP = 1e-3  # [s] communication step of the replay
 STEPS = 240
 RECOVERY = 1e-6  # relative error of the preload of the monitor for a torque computed from a known preload
+DIFFERENCE, QUOTIENT = 1e-5, 1e-4  # part of the preload over which a slope is taken; relative error of that
 MOTION = 1e-3  # of the range of a quantity: difference of both integrations, from the error_bound of the FMU
 BALANCE = 1e-9  # of the throughput: error of the energies of the axis over its reference input
 Row = dict[str, Any]
 
 
 def reference_of(nut_map: NutMap, model: FmuModel = FRICTION) -> Reference:
-    """Reference input and the outputs of the map for it, with the start values of the parameters.
+    """Reference input and outputs for it, with the start values of the parameters.
 
-    CheckError: the monitor does not recover the preload that its torque is computed from; as check_axis
+    Friction has those of the map in Python. The other models record those of their own native FMU, which are checked
+    here against the map and laws in Python (check_monitor, check_transmission, check_axis: CheckError).
     """
-    header = nut_map.header
-    if model is AXIS:
-        rows = list(axis_input(header))
-        with tempfile.TemporaryDirectory(prefix="ballscrew_axis_") as scratch:
-            fmu = Path(scratch) / "axis.fmu"
-            build_native_fmu(nut_map, 2, fmu, platforms=(this_platform(),), model=AXIS)
-            results = replay(fmu, rows, STEP)
-        check_axis(nut_map, rows, results)
-        return Reference(STEP, rows, results)
-    if model is TRANSMISSION:
-        rows = list(_transmission_input(header))
-        return Reference(STEP, rows, _transmission_outputs(nut_map, rows))
-    rows = list(reference_input(header))
+    rows = list(REFERENCE_INPUTS[model.layer](nut_map.header))
     if model is FRICTION:
         return Reference(STEP, rows, friction_results(nut_map, rows))
-    torques = [row["friction_torque"] for row in friction_results(nut_map, rows, presliding=False)]
-    inputs = [
-        {"torque": torque} | {name: row[name] for name in ("speed", "temperature", "axial_load")}
-        for row, torque in zip(rows, torques, strict=True)
-    ]
-    results = monitor_outputs(nut_map, inputs)
-    pairs = zip(rows, results, strict=True)
-    errors = [abs(found["preload"] / row["preload"] - 1.0) for row, found in pairs if found["in_range"]]
-    if not (errors and all(error <= RECOVERY for error in errors)):
-        raise CheckError(f"preload from torque: relative errors {errors}; allowed {RECOVERY:g}")
+    inputs = rows
+    if model is MONITOR:
+        torques = [row["friction_torque"] for row in friction_results(nut_map, rows, presliding=False)]
+        inputs = [
+            {"torque": torque} | {name: row[name] for name in ("speed", "temperature", "axial_load")}
+            for row, torque in zip(rows, torques, strict=True)
+        ]
+    with tempfile.TemporaryDirectory(prefix="ballscrew_reference_") as scratch:
+        fmu = Path(scratch) / f"{model.layer}.fmu"
+        build_native_fmu(nut_map, 2, fmu, platforms=(this_platform(),), model=model)
+        results = replay(fmu, inputs, STEP)
+    CHECKS[model.layer](nut_map, rows, results)
     return Reference(STEP, inputs, results)
 
 
 def _starts(nut_map: NutMap, model: FmuModel) -> dict[str, float]:
     """Start values of the parameters."""
-    table = model.variables(nut_map.header)
+    table = fmu_variables(nut_map.header) if model is FRICTION else model.variables(nut_map.header)
     return {v.name: float(v.start or 0.0) for v in table if v.causality == "parameter"}
-
-
-def _outputs(nut_map: NutMap, model: FmuModel, results: Iterable[Mapping[str, Any]]) -> list[Row]:
-    """The outputs among these results, in the order of the table."""
-    names = [v.name for v in model.variables(nut_map.header) if v.causality == "output"]
-    return [{name: row[name] for name in names} for row in results]
 
 
 def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
@@ -111,21 +96,37 @@ def friction_results(
         result, elements = friction_step(nut_map, {**given, **row}, step, elements, heat)
         heat = result["heat"]
         results.append(result)
-    return _outputs(nut_map, FRICTION, results)
+    names = [v.name for v in fmu_variables(nut_map.header) if v.causality == "output"]
+    return [{name: row[name] for name in names} for row in results]
 
 
-def monitor_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]]) -> list[Row]:
-    """Outputs of BallScrewPreloadMonitor after each step of an input sequence."""
-    starts, held, results = _starts(nut_map, MONITOR), None, []
-    parameters = MonitorParameters(*(starts[name] for name in MonitorParameters._fields))
-    for row in inputs:
-        done = monitor_step(nut_map, MonitorInputs(**row), parameters, held)
-        results.append(done.outputs)
-        held = done.preload
-    return _outputs(nut_map, MONITOR, results)
+def check_monitor(
+    nut_map: NutMap, points: Sequence[Mapping[str, float]], results: Sequence[Mapping[str, Any]]
+) -> None:
+    """The preload that each torque is computed from is recovered, its sensitivity and film are those of the map.
+
+    CheckError above RECOVERY, or QUOTIENT for the sensitivity, against a difference quotient; or if none is in range
+    """
+    found = 0
+    for n, (row, result) in enumerate(zip(points, results, strict=True)):
+        if not result["in_range"]:
+            continue
+        found += 1
+        at = [row[name] for name in ("speed", "temperature", "axial_load")]
+        preload, part = row["preload"], DIFFERENCE * row["preload"]
+        low, mid, high = (nut_map.evaluate(preload + x, *at) for x in (-part, 0.0, part))
+        slope = (high.friction_torque - low.friction_torque) / (2.0 * part)
+        for name, value, allowed in (
+            ("preload", preload, RECOVERY), ("lambda_ratio", mid.lambda_ratio, RECOVERY),
+            ("torque_sensitivity", slope, QUOTIENT),
+        ):  # fmt: skip
+            if not abs(result[name] - value) <= allowed * abs(value):
+                raise CheckError(f"monitor, step {n}: {name} = {result[name]!r}; by the map {value!r}")
+    if not found:
+        raise CheckError("monitor: no step of the reference is in range")
 
 
-def _transmission_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
+def transmission_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
     """Motion from rest, in both directions, under a load that changes its sign, partly outside the map."""
     axes = header["axes"]
     force_hi, fastest = axes["force"][1], axes["speed"][1]
@@ -152,15 +153,45 @@ def _transmission_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]
         angle += speed * STEP
 
 
-def _transmission_outputs(nut_map: NutMap, inputs: Iterable[Mapping[str, float]]) -> list[Row]:
-    starts = _starts(nut_map, TRANSMISSION)
-    parameters = TransmissionParameters(*(starts[name] for name in TransmissionParameters._fields))  # type: ignore[arg-type]
-    before, heat, results = RELAXED, 0.0, []  # at rest before the first step
-    for row in inputs:
-        done = transmission_step(nut_map, TransmissionInputs(**row), parameters, STEP, before, heat)
-        results.append(done.outputs)
-        before, heat = done.elements, done.outputs["heat"]
-    return _outputs(nut_map, TRANSMISSION, results)
+def check_transmission(
+    nut_map: NutMap, inputs: Sequence[Mapping[str, float]], results: Sequence[Mapping[str, Any]]
+) -> None:
+    """Forces by Hertz's law, friction by the map at these forces, torque and heat as their sums; CheckError."""
+    start = _starts(nut_map, TRANSMISSION)
+    ratio = start["lead"] / (2.0 * math.pi)
+    constant = contact_constant(start["nut_stiffness"], start["stiffness_preload"])
+    heat = 0.0
+    for n, (row, result) in enumerate(zip(inputs, results, strict=True)):
+        force_a, force_b, stiffness = contact_forces(constant, row["preload"], result["axial_deflection"])
+        drift = ratio * row["speed"] - row["velocity"]
+        damping, heat = start["contact_damping_time"] * stiffness * drift, heat + STEP * result["power_loss"]
+        sums = {
+            "axial_deflection": ratio * row["angle"] - row["position"] + STEP * drift,
+            "nut_force": force_a - force_b + damping,
+            "screw_torque": ratio * result["nut_force"] + result["friction_torque"],
+            "heat": heat,
+        }
+        # angle and position are much larger than the way between them
+        way = BALANCE * abs(row["position"])
+        scales = way, max(force_a, force_b) + way * stiffness, abs(ratio * result["nut_force"]), heat
+        for (name, value), scale in zip(sums.items(), scales, strict=True):
+            if not abs(result[name] - value) <= BALANCE * (abs(value) + scale) + (
+                way if name == "axial_deflection" else 0
+            ):
+                raise CheckError(f"transmission, step {n}: {name} = {result[name]!r}; by the laws {value!r}")
+        check_friction(nut_map, "transmission", n, row, {**result, "speed": row["speed"]})
+
+
+def check_friction(
+    nut_map: NutMap, model: str, n: int, row: Mapping[str, float], result: Mapping[str, Any]
+) -> None:
+    """The viscous torque of a step is that of the map at the forces of both nuts; CheckError."""
+    low, high = sorted(min(result[f"force_nut_{nut}"], nut_map.force.hi) for nut in "ab")
+    defaults = FrictionParameters(*nut_map.defaults)
+    nut = nut_map.evaluate_forces(low, high, result["speed"], row["temperature"], defaults)
+    viscous = result["viscous_torque"]
+    if not math.isclose(abs(viscous), nut.viscous_torque, rel_tol=BALANCE):
+        raise CheckError(f"{model}, step {n}: viscous_torque = {viscous!r}; the map {nut.viscous_torque!r}")
 
 
 def axis_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
@@ -184,17 +215,12 @@ def check_axis(
 
     Returns the largest difference of the motion over the range of the quantity; CheckError above MOTION or BALANCE.
     """
-    defaults = FrictionParameters(*nut_map.defaults)
     for n, (row, result) in enumerate(zip(inputs, results, strict=True)):
         kept = [result[name] for name in ("heat", "kinetic_energy", "potential_energy", "stored_energy")]
         supplied = result["supplied_energy"]
         if not abs(supplied - sum(kept)) <= BALANCE * sum(map(abs, kept)):
             raise CheckError(f"axis, step {n}: {supplied!r} J supplied, {sum(kept)!r} J kept")
-        low, high = sorted(min(result[f"force_nut_{nut}"], nut_map.force.hi) for nut in "ab")
-        nut = nut_map.evaluate_forces(low, high, result["speed"], row["temperature"], defaults)
-        viscous = result["viscous_torque"]
-        if not math.isclose(abs(viscous), nut.viscous_torque, rel_tol=BALANCE):
-            raise CheckError(f"axis, step {n}: viscous_torque = {viscous!r}; the map {nut.viscous_torque!r}")
+        check_friction(nut_map, "axis", n, row, result)
     motion = list(axis_motion(nut_map, inputs, STEP))
     names = list(motion[0])
     integrated, recorded = (np.array([[row[x] for x in names] for row in of]) for of in (motion, results))
@@ -206,3 +232,12 @@ def check_axis(
             f"axis: {name} differs by {worst:.1e} of its range from an integration in Python; allowed {MOTION:g}"
         )
     return worst
+
+
+#: by layer of a model: its input, and the check of what its native FMU gives
+REFERENCE_INPUTS = {
+    "friction": reference_input, "monitor": reference_input, "transmission": transmission_input, "axis": axis_input,
+}  # fmt: skip
+CHECKS: dict[str, Callable[..., object]] = {
+    "monitor": check_monitor, "transmission": check_transmission, "axis": check_axis,
+}  # fmt: skip

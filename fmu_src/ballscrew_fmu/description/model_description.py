@@ -15,6 +15,7 @@ from ballscrew_fmu.variables.friction import (
     UNITS,
     Variable,
     band_text,
+    fmu_variables,
     law_name,
     lead_text,
 )
@@ -114,9 +115,9 @@ def native_description(
     header : of the map;  fmi_version : 2 or 3;  token : guid or instantiationToken
     sources : names of the C files in the sources folder; none: of an FMU for Python hosts
     """
-    name, variables, interfaces = model.name, model.variables(header), {"CoSimulation": _PYTHON}
+    name, variables, interfaces = model.name, fmu_variables(header), {"CoSimulation": _PYTHON}
     if sources:
-        name, variables = model.native_name, model.native_variables(header)
+        name, variables = model.native_name, model.variables(header)
         interfaces = capabilities(model, fmi_version)
     of_map = f"{header['kinematics']} kinematics, map {map_hash(header)[:12]}"
     root = Element(

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 from filelock import FileLock
 
 from ballscrew_fmu.archive import write_whole
-from ballscrew_fmu.models import MODELS, NATIVE_MODELS, FmuModel
+from ballscrew_fmu.models import FRICTION, MODELS, FmuModel
 from ballscrew_fmu.native_fmu.compile import (
     COMPILER_OPTIONS,
     PLATFORMS,
@@ -42,6 +42,7 @@ from ballscrew_fmu.native_fmu.sources import (
     units_of,
 )
 from ballscrew_fmu.python_fmu.solver_cache import digest, user_cache
+from ballscrew_fmu.variables.friction import fmu_variables
 
 PREBUILT = importlib.resources.files("ballscrew_fmu") / "prebuilt"
 COMPILER_FILE = "compiler.txt"  # its name, in the folder prebuilt
@@ -68,11 +69,10 @@ def native_library(header: Mapping[str, Any], model: FmuModel) -> Library:
     return Library(model.native_name, native_sources(header, model=model), units_of(model), tuple(PLATFORMS))
 
 
-def entry_library(header: Mapping[str, Any], model: FmuModel) -> Library:
-    """That of the FMU for Python hosts of a model."""
-    return Library(
-        f"{model.name}_entry", entry_sources(model.variables(header)), ("entry.c",), ENTRY_PLATFORMS
-    )
+def entry_library(header: Mapping[str, Any]) -> Library:
+    """That of the FMU for Python hosts."""
+    sources = entry_sources(fmu_variables(header))
+    return Library(f"{FRICTION.name}_entry", sources, ("entry.c",), ENTRY_PLATFORMS)
 
 
 def page_library(header: Mapping[str, Any]) -> Library:
@@ -83,8 +83,8 @@ def page_library(header: Mapping[str, Any]) -> Library:
 def all_libraries(header: Mapping[str, Any]) -> list[Library]:
     """Of all FMUs, and the live page."""
     return [
-        *(native_library(header, model) for model in NATIVE_MODELS),
-        *(entry_library(header, model) for model in MODELS),
+        *(native_library(header, model) for model in MODELS),
+        entry_library(header),
         page_library(header),
     ]
 

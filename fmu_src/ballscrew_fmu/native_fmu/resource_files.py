@@ -44,7 +44,7 @@ def screw_bytes(header: Mapping[str, Any], model: FmuModel, table_hash: str, tok
     if not re.fullmatch(rf"[{{}}\w.-]{{0,{HASH_SIZE}}}", token, re.ASCII):
         raise ValueError(f"token = {token!r}; needs letters, digits, braces, dots and dashes only")
     texts = (model.native_name, table_hash, token, map_hash(header))
-    starts = [float(v.start or 0.0) for v in model.native_variables(header)]
+    starts = [float(v.start or 0.0) for v in model.variables(header)]
     body = b"".join(text.encode().ljust(HASH_SIZE, b"\0") for text in texts)
     body += struct.pack(f"<Q{len(starts)}d", tuple(SURFACES).index(header["law"]), *starts)
     origin = origin_text(header).encode()[: ORIGIN_SIZE - 1].decode(errors="ignore").encode()

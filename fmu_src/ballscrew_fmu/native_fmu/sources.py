@@ -298,7 +298,7 @@ def table_hash(header: Mapping[str, Any], model: FmuModel = FRICTION) -> str:
 
 
 def _variables(header: Mapping[str, Any], model: FmuModel, hash_of_table: str) -> str:
-    table = model.native_variables(header)
+    table = model.variables(header)
     inputs = [v for v in table if v.causality == "input"]
     states = {v.derivative_of for v in table if v.derivative_of}
     return _TABLE.format(

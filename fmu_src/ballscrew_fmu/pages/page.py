@@ -10,7 +10,7 @@ from jinja2 import ChoiceLoader, PackageLoader
 
 from ballscrew_fmu.description.model_description import licence_text
 from ballscrew_fmu.models import FmuModel
-from ballscrew_fmu.variables.friction import TIME, Variable, band_text, law_name, origin_text
+from ballscrew_fmu.variables.friction import TIME, Variable, band_text, fmu_variables, law_name, origin_text
 from ballscrew_tehl.report.data import PRELOAD_WORDS
 from ballscrew_tehl.report.page import TEMPLATES as ELEMENTS
 from ballscrew_tehl.report.page import Html, certificate_table, page, section
@@ -54,7 +54,7 @@ def documentation_files(
     if not native:
         theirs = distribution("pythonfmu").read_text("licenses/LICENSE")
         files["licenses/pythonfmu.txt"] = theirs or "MIT licence; https://github.com/NTNU-IHB/PythonFMU\n"
-        needs = TEMPLATES.get_template("external_dependencies.txt").render(refines=model.refines)
+        needs = TEMPLATES.get_template("external_dependencies.txt").render()
         files["externalDependencies.txt"] = needs
     if live_page:
         files[LIVE] = live_page
@@ -70,9 +70,9 @@ def _page(model: FmuModel, header: Mapping[str, Any], live_page: str, native: tu
         sections.append((key, title, section(key, title, caller())))
         return ""
 
-    name, variables, (fmi_version, platforms) = model.name, model.variables(header), native or (2, "")
+    name, variables, (fmi_version, platforms) = model.name, fmu_variables(header), native or (2, "")
     if native:
-        name, variables = model.native_name, model.native_variables(header)
+        name, variables = model.native_name, model.variables(header)
         variables += (TIME,) if fmi_version == 3 else ()
     kind = json.loads(header["parameters_json"]).get("screw", {}).get("preload_kind", "double_nut")
     outside = ("input", "output")

@@ -19,7 +19,7 @@ from typing import Any
 
 from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, built
 from ballscrew_fmu.description.model_description import python_description
-from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.models import FRICTION
 from ballscrew_fmu.native_fmu.compile import INSTALL, BuildError
 from ballscrew_fmu.native_fmu.libraries import contents, entry_library, provider
 from ballscrew_fmu.pages.page import documentation_files
@@ -34,7 +34,9 @@ PLATFORMS = {  # of pythonfmu: platform, library of pythonfmu in a folder of bin
     "x86_64-linux": ("linux64", "libpythonfmu-export.so", ".so"),
     "x86_64-windows": ("win64", "pythonfmu-export.dll", ".dll"),
 }
-#: prefixes of modules that travel if the slave of a model imports them, directly or indirectly
+#: of the class of the FMU
+SLAVE_MODULE = "ballscrew_fmu.python_fmu.slave"
+#: prefixes of modules that travel if it imports them, directly or indirectly
 TRAVELLING = (
     "ballscrew_fmu.python_fmu.",
     "ballscrew_fmu.variables.",
@@ -66,9 +68,9 @@ class PackageError(RuntimeError):
     """The FMU cannot be packed from these sources."""
 
 
-def runtime_sources(model: FmuModel = FRICTION) -> dict[str, str]:
+def runtime_sources() -> dict[str, str]:
     """Sources of the modules that travel, by their names inside the package, with relative imports."""
-    files = _imported_files(model.slave, lambda name, _: name.startswith(TRAVELLING), ("numpy",))
+    files = _imported_files(SLAVE_MODULE, lambda name, _: name.startswith(TRAVELLING), ("numpy",))
 
     def relocated(module: str) -> str:
         def relative(match: re.Match[str]) -> str:
@@ -145,10 +147,10 @@ def _imports(node: ast.AST, package: str) -> Iterator[tuple[str, bool]]:
         yield from _imports(child, package)
 
 
-def binaries(header: Mapping[str, Any], model: FmuModel) -> dict[str, bytes]:
+def binaries(header: Mapping[str, Any]) -> dict[str, bytes]:
     """Libraries by path in the FMU: entry libraries with the name of the model, and pythonfmu's, which they call."""
     theirs = importlib.resources.files("pythonfmu") / "resources" / "binaries"
-    compiler, library = provider(header), entry_library(header, model)
+    compiler, library = provider(header), entry_library(header)
     platforms = [name for name in library.platforms if name in compiler.platforms]
     if not platforms:
         ours, others = ", ".join(compiler.platforms), ", ".join(PLATFORMS)
@@ -157,7 +159,7 @@ def binaries(header: Mapping[str, Any], model: FmuModel) -> dict[str, bytes]:
     files = {}
     for platform, content in contents(library, platforms).items():
         folder, shared, suffix = PLATFORMS[platform]
-        files[f"binaries/{folder}/{model.name}{suffix}"] = content
+        files[f"binaries/{folder}/{FRICTION.name}{suffix}"] = content
         files[f"binaries/{folder}/{shared}"] = (theirs / folder / shared).read_bytes()
     return files
 
@@ -166,7 +168,6 @@ def fmu_files(
     nut_map: NutMap,
     sources: Mapping[str, str] | None = None,
     solver: Mapping[str, str] | None = None,
-    model: FmuModel = FRICTION,
     live_page: str = "",
 ) -> dict[str, bytes]:
     """Files of the FMU by path, with its GUID.
@@ -174,29 +175,28 @@ def fmu_files(
     sources, solver : None: runtime_sources(), solver_sources()
     live_page : a page with the map, which then is in it alone; "": none
     """
-    code = {f"{name}.py": text.encode() for name, text in (sources or runtime_sources(model)).items()}
+    code = {f"{name}.py": text.encode() for name, text in (sources or runtime_sources()).items()}
     code["__init__.py"] = b'"""Code of one FMU, named by its content."""\n'
-    if model.refines:
-        solver_code = {name: text.encode() for name, text in (solver or solver_sources()).items()}
-        folder = f"{SOLVER_FOLDER}/{solver_name(solver_code)}"
-        code |= {f"{folder}/{name}": content for name, content in solver_code.items()}
+    solver_code = {name: text.encode() for name, text in (solver or solver_sources()).items()}
+    folder = f"{SOLVER_FOLDER}/{solver_name(solver_code)}"
+    code |= {f"{folder}/{name}": content for name, content in solver_code.items()}
     mark = digest(code)[:12]
-    package, script = f"_ballscrew_{mark}", f"{model.name}_{mark}"
+    package, script = f"_ballscrew_{mark}", f"{FRICTION.name}_{mark}"
     files = {f"resources/{package}/{name}": content for name, content in code.items()}
-    entry = SCRIPT.format(package=package, slave=_inner_name(model.slave), model=model.name)
+    entry = SCRIPT.format(package=package, slave=_inner_name(SLAVE_MODULE), model=FRICTION.name)
     files[f"resources/{script}.py"] = entry.encode()
     files["resources/slavemodule.txt"] = script.encode()
     if live_page:
         files[f"resources/{PAGE_FILE}"] = live_page.encode()
     files[f"resources/{MAP_FILE}"] = npz_bytes(nut_map.header, {} if live_page else nut_map.arrays)
-    files |= binaries(nut_map.header, model)
-    documentation = documentation_files(nut_map.header, model, REDIRECTION if live_page else "")
+    files |= binaries(nut_map.header)
+    documentation = documentation_files(nut_map.header, FRICTION, REDIRECTION if live_page else "")
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     tool = f"ballscrew-tehl {__version__} with pythonfmu {version('pythonfmu')}"
-    blank = python_description(nut_map.header, "", tool, model)
+    blank = python_description(nut_map.header, "", tool)
     guid = str(uuid.uuid5(NAMESPACE, digest({**files, "modelDescription.xml": blank})))
     files[f"resources/{TOKEN_FILE}"] = guid.encode()
-    return {"modelDescription.xml": python_description(nut_map.header, guid, tool, model), **files}
+    return {"modelDescription.xml": python_description(nut_map.header, guid, tool), **files}
 
 
 def build_fmu(
@@ -204,11 +204,10 @@ def build_fmu(
     path: Path | str,
     sources: Mapping[str, str] | None = None,
     solver: Mapping[str, str] | None = None,
-    model: FmuModel = FRICTION,
     live_page: str = "",
 ) -> BuiltFmu:
     """Build the FMU of a map. Same map and same code give the same bytes and GUID.
 
     Parameters   path : of the FMU; an existing file is replaced;  others as in fmu_files
     """
-    return built(path, fmu_files(nut_map, sources, solver, model, live_page))
+    return built(path, fmu_files(nut_map, sources, solver, live_page))

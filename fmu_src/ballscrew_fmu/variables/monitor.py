@@ -82,7 +82,7 @@ ROWS: tuple[Variable | Shared, ...] = (
         "1", minimum=0.0, nominal=0.1,
     ),
 )  # fmt: skip
-INDICATORS = (  # native FMUs only
+INDICATORS = (
     Variable(
         "in_range_indicator", "local", "Event indicator of in_range, without its condition on speed", "1", nominal=1.0,
         depends_on=_ALL, initially_depends_on=(*_FRICTION, "speed_min"), indicates=True,
@@ -104,10 +104,5 @@ def _of_header(header: Header) -> dict[str, dict[str, Any]]:
 
 
 def monitor_variables(header: Header) -> tuple[Variable, ...]:
-    """The table for the map with this header: inputs, then outputs, then parameters."""
-    return table_of(ROWS, (*inputs(header), *parameters(header)), _of_header(header))
-
-
-def native_monitor_variables(header: Header) -> tuple[Variable, ...]:
-    """The table of the native FMUs: the rows above, then the event indicators. There is no continuous state."""
-    return (*monitor_variables(header), *INDICATORS)
+    """Inputs, outputs, parameters, event indicators for the map with this header. There is no continuous state."""
+    return (*table_of(ROWS, (*inputs(header), *parameters(header)), _of_header(header)), *INDICATORS)

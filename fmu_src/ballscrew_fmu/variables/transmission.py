@@ -18,11 +18,13 @@ from ballscrew_fmu.variables.friction import (
     states,
     table_of,
 )
-from ballscrew_tehl.runtime.transmission import CONTACT_DAMPING_TIME
 
 _MOTION = ("angle", "speed", "position", "velocity")
 _LOADS = (*_MOTION, "preload")
 _ALL = (*_MOTION, "temperature", "preload")
+#: [s] damping of the contacts over their stiffness: rolling bearings have 2.5e-6 to 2.5e-5, Kraemer, Dynamics of Rotors
+#: and Foundations 1993
+CONTACT_DAMPING_TIME = 1e-5
 _ELASTIC = ("lead", "nut_stiffness", "stiffness_preload", "axial_play")
 _DAMPED = (*_ELASTIC, "contact_damping_time")
 _FRICTION = FRICTION_PARAMETERS

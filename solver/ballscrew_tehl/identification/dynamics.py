@@ -62,6 +62,9 @@ SMEAR, COARSER, LATER = 0.75, 1.5, 2.0
 #: travel left out behind a reversal over the usual one, whose effect on inertia and delay counts the same, for friction
 #: may still rise; share of the samples that has to be left
 FARTHER, FARTHER_LEFT = 4.0, 0.5
+#: change of the offset by friction that bends, as it counts;  its chance over the offset's interval from which on the
+#: log does not tell both apart
+BENT, UNSURE_BEND = 1.5, 4.0
 #: pieces of the residual over the position;  mean square of their means over the standard errors from which on friction
 #: depends on the position
 PLACES, UNEVEN = 24, 3.0
@@ -253,6 +256,17 @@ def _result(
     bend = _within_a_bin(speed, friction, errors)
     wide = np.sqrt(wide**2 + bend**2 + smeared**2 + (LIMIT * offset_error) ** 2)
     offset_wide = math.hypot(offset_wide, float(weights @ smeared), LIMIT * offset_error)
+    if user_offset is None and not one_way:
+        # where the directions have other speeds, friction that bends over the speed is taken for an offset
+        bent = offset_weights(speed, fit.number, bent=True) - weights
+        change, chance = float(bent @ fit.total), LIMIT * float(np.sqrt(bent**2 @ errors**2))
+        moved = BENT * math.sqrt(max(change**2 - chance**2, 0.0))
+        if chance > UNSURE_BEND * offset_wide or moved > offset_wide:
+            signals.notes.append(
+                "the directions have few common speeds: the offset, and with it friction, holds for friction that is a "
+                "straight line over the speed; log both directions at the same speeds"
+            )
+        wide, offset_wide = np.hypot(wide, moved), math.hypot(offset_wide, moved)
     of_bins, of_offset, of_inertia = of_steps(signals, fit, weights)
     steps = f"steps of {signals.effort_quantum:.3g} {UNITS[signals.rotary].si[1]}"
     if np.median(of_bins) > 0.1 * np.median(wide):
@@ -312,7 +326,8 @@ def _check(
             f"the acceleration moves the {effort} by {moves:.2g}, the residual is {rest:.2g} {units.shown[1]}"
         )
         known = f"{option(units.inertia)} with the known value, or {CAUSES[cause]}"
-        found = f"{what} = {value:.4g} {unit} +- {half:.2g}: {cause} ({sizes})"
+        error = f"+- {half:.2g}" if half < 1e3 * abs(value) else "without a bound"
+        found = f"{what} = {value:.4g} {unit} {error}: {cause} ({sizes})"
         raise ValueError(f"{found}{smoothed}; remedy: {known}")
     wrong = float(np.sum(fit.number * along) / fit.number.sum())
     if wrong > MAX_ALONG:

@@ -18,6 +18,10 @@ from ..physics.ball_law import Array
 #: fewest equal values in a row that are no chance, with steps far below the noise, and below it; rows left out on
 #: both sides of a clipped one: noise takes some of them back below the limit
 HELD, HELD_STEPS, BESIDE = 8, 25, 10
+#: second difference over that of the noise, and of the noise over the signal, below which a signal is a straight line
+LINE = 1e-3
+#: median third difference over the signal, at most, of one that was computed
+QUIET = 1e-5
 #: fewest rows of one value that is a code;  usual changes that a jump exceeds, and steps;  share of rows that may be
 #: single jumps;  jump over the largest usual change;  changes that count as usual
 CODES, CHANGES, STEPS, SPIKES, JUMP, USUAL = 3, 12.0, 2.5, 0.01, 8.0, 0.999
@@ -102,17 +106,27 @@ def codes(values: Array) -> tuple[np.ndarray, float]:
 
 
 def signed(name: str, values: Array) -> tuple[Array, list[Finding]]:
-    """A signal without the jumps of unsigned words that hold a signed value, 65535 for -1."""
-    step, top = quantum(values), float(values.max())
-    jumps, middle = np.abs(np.diff(values)) > 0.8 * top, np.abs(values - 0.5 * top) < 0.08 * top
-    if not (step > 0.0 and values.min() >= 0.0 and jumps.sum() >= CODES and middle.mean() < SPIKES):
+    """A signal without the jumps of words that overflow: 65535 for -1 without a sign, -32768 behind 32767 with one."""
+    step, span, top = quantum(values), float(np.ptp(values)), float(values.max())
+    jumps = np.abs(np.diff(values)) > 0.8 * span
+    middle = np.abs(values - 0.5 * (top + values.min())) < 0.08 * span
+    unsigned = values.min() >= 0.0
+    if not (step > 0.0 and jumps.sum() >= CODES and (not unsigned or middle.mean() < SPIKES)):
         return values, []
-    period = step * 2.0 ** math.ceil(math.log2(top / step + 1.0))
-    if not period / step >= 256.0 or not top > 0.9 * period:
+    period = step * 2.0 ** math.ceil(math.log2(span / step + 1.0))
+    if not period / step >= 256.0 or not span > 0.9 * period:
         return values, []
-    above = values > 0.5 * top
-    text = f"{name} is in unsigned words, negative values above {0.5 * top:.4g} (SI)"
-    return np.where(above, values - period, values), [finding(text, above, f"{period:.6g} subtracted")]
+    if unsigned:
+        above = values > 0.5 * top
+        text = f"{name} is in unsigned words, negative values above {0.5 * top:.4g} (SI)"
+        return np.where(above, values - period, values), [finding(text, above, f"{period:.6g} subtracted")]
+    whole = np.unwrap(values, period=period)
+    # the words that most rows are in have no overflow
+    whole -= period * np.round(np.median(whole - values) / period)
+    text = f"{name} overflows its words beyond {0.5 * period:.4g} (SI)"
+    return whole, [
+        finding(text, whole != values, f"joined by steps of {period:.6g}: raise the range of the channel")
+    ]
 
 
 def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Finding]]:
@@ -153,6 +167,11 @@ def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Fin
         found.append(finding(text, clipped, remedy))
         clipped[:] = False
     held &= ~clipped
+    lines = straight(values, step) & (speed != 0.0) & ~bad & ~clipped & ~held
+    if lines.any():
+        text = f"{name} is a straight line over pieces of the log, as between rows that are lost"
+        found.append(finding(text, lines, "left out"))
+    held_rows = held | lines
     if clipped.any():
         clipped = np.asarray(scipy.ndimage.binary_dilation(clipped, iterations=BESIDE))
         lowest, highest = float(values[clipped].min()), float(values[clipped].max())
@@ -164,7 +183,26 @@ def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Fin
         longest = int(length[held[starts]].max())
         text = f"{name} is held at equal values while the axis moves, for up to {longest} rows"
         found.append(finding(text, held, "left out"))
-    return bad | clipped | held, found
+    third = np.abs(np.diff(values, 3))[np.diff(values)[2:] != 0.0]
+    size = float(np.diff(np.quantile(values[~bad], (0.05, 0.95)))[0])
+    if len(third) and np.median(third) <= QUIET * size:
+        remedy = "a set value, a feed-forward or an interpolated signal is no measurement: log the actual one at its rate"
+        found.append(finding(f"{name} has no noise", np.ones(len(values), dtype=bool), remedy))
+    return bad | clipped | held_rows, found
+
+
+def straight(values: Array, step: float) -> np.ndarray:
+    """Rows of straight lines in a signal that has noise elsewhere; step: its least one [SI]."""
+    bend = np.abs(np.diff(values, 2))
+    noise = float(np.median(bend))
+    limit = max(2.1 * step, LINE * noise)
+    if not noise > max(4.0 * limit * (step > 0.0), LINE * float(np.std(values))):
+        return np.zeros(len(values), dtype=bool)
+    line = (bend <= limit) & (np.abs(np.diff(values)[1:]) > limit)
+    starts = np.r_[0, np.flatnonzero(np.diff(line)) + 1]
+    length = np.diff(np.r_[starts, len(bend)])
+    line = np.repeat(line[starts] & (length >= HELD_STEPS), length)
+    return np.asarray(scipy.ndimage.binary_dilation(np.r_[False, line, False]))
 
 
 def sensor(name: str, values: Array) -> tuple[float | None, list[Finding]]:

@@ -128,9 +128,13 @@ def fit_of(
     return solved([samples.acceleration, *more, change])
 
 
-def offset_weights(speed: Array, number: Array, row: int = 0) -> Array:
-    """Of the bins in the constant, or another row, of a fit of a constant, Coulomb and viscous friction."""
-    shape = np.column_stack([np.ones(len(speed)), np.sign(speed), speed])
+def offset_weights(speed: Array, number: Array, row: int = 0, bent: bool = False) -> Array:
+    """Of the bins in the constant, or another row, of a fit of a constant, Coulomb and viscous friction; bent: and
+    of friction over the root and the square of the speed, alike in both directions.
+    """
+    size = np.abs(speed) / float(np.max(np.abs(speed)))
+    more = [np.sign(speed) * size**power for power in (0.5, 2.0)] if bent else []
+    shape = np.column_stack([np.ones(len(speed)), np.sign(speed), speed, *more])
     weighted = shape * number[:, None]
     return np.asarray(np.linalg.pinv(shape.T @ weighted)[row] @ weighted.T)
 

@@ -57,6 +57,7 @@ def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, 
             raise ValueError(f"{found}; allowed: >= {MIN_ROWS} rows, {MAX_EMPTY:.0%} complete: {remedy}")
         left_out = {"rows without a number": len(good) - complete, "damaged rows": damaged}
         signals = {name: values[good] for name, values in signals.items()}
+        signals = _without_empty_end(signals, left_out, notes)
         return Log(_in_time(signals, left_out, notes), columns, left_out, notes)
 
 
@@ -109,6 +110,19 @@ def _check_written(table: Table, columns: Mapping[str, Column], signals: Mapping
         jumps = np.ptp(raw) < 2.0**16 and np.abs(np.diff(raw)).max(initial=0.0) > 2.0**15 and raw.min() >= 0.0
         if name in (*MOTION[2:], *EFFORT) and jumps and np.allclose(raw, np.round(raw), 0.0, 1e-6):
             raise ValueError(f"{column.heading!r} is in 16 bit without a sign: subtract 65536 from 32768 on")
+
+
+def _without_empty_end(
+    signals: dict[str, Array], left_out: dict[str, int], notes: list[str]
+) -> dict[str, Array]:
+    """The signals without a last part in which all of them are 0: a buffer that was not filled."""
+    filled = np.flatnonzero(np.any([values != 0.0 for values in signals.values()], axis=0))
+    empty = len(signals["time"]) - 1 - int(filled[-1]) if filled.size else 0
+    if empty > 0 and signals["time"][-empty - 1] > 0.0:
+        left_out["rows of zeros at the end"] = empty
+        notes.append(f"the last {empty} rows are 0 in all columns: a buffer that was not filled, left out")
+        return {name: values[:-empty] for name, values in signals.items()}
+    return signals
 
 
 def _in_time(signals: dict[str, Array], left_out: dict[str, int], notes: list[str]) -> dict[str, Array]:

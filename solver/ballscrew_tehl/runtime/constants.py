@@ -26,7 +26,7 @@ DAMPING_TIME = 4e-3  # [s] damping over stiffness by default; explicit coupling 
 AXIS_DAMPING_TIME = 1e-3  # [s] the same of BallScrewAxis, stable without: assumed, brings it to rest
 LEAST_STIFFNESS = 1e-6  # [N.m/rad] of the elements; a smaller one that is set counts as 0, from the screw
 
-# preload from torque (preload.py)
+# preload from torque (native/models/monitor/search.c)
 LEAST_ELASTICITY = 0.01  # (preload/torque) d torque/d preload; below it 1 % of torque is all of the preload
 ACCURACY = 1e-11  # relative, of the last step in preload
 JUMP = 1e-9  # relative; torques this near that of an unloaded nut do not determine the preload: it may jump there
@@ -35,7 +35,7 @@ LONGEST_STEP = 50.0  # of ln preload; keeps the exponential finite, any larger s
 ROUNDING = 4e-16  # relative width of a bracket that cannot shrink any more
 MOST_ITERATIONS = 200  # each halves the error in torque or the bracket: it takes 3 to 10, and cannot take all
 
-# transmission (transmission.py)
+# transmission (native/models/transmission)
 FORCE_ROUNDING = 1e-12  # relative, of a force computed from a preload at the end of the map
 
 # inputs

@@ -1,6 +1,6 @@
-"""Laws of the double nut, written once for floats, arrays and numbers with a derivative (preload.py).
+"""Laws of the double nut, written once for floats and arrays.
 
-Every function takes its operations as `ops`: FLOATS, ARRAYS or preload.DUALS. Two friction laws differ in the torques
+Every function takes its operations as `ops`: FLOATS or ARRAYS. Two friction laws differ in the torques
 of a nut only: film_shear, the law of the fitted sets, and mechanistic, the power balance of rolling loss, shear and
 ball-on-ball friction. Both may rise towards breakaway at standstill (coulomb_rise).
 
@@ -44,7 +44,7 @@ class Ops(NamedTuple):
 
 FLOATS = Ops(math.exp, min, max, lambda condition, yes, no: yes if condition else no, Axis.place)
 ARRAYS = Ops(np.exp, np.minimum, np.maximum, np.where, Axis.place_array)
-Numbers = Sequence[Any] | NDArray[Any]  # one number, array or Dual per column
+Numbers = Sequence[Any] | NDArray[Any]  # one number or array per column
 
 
 class DoubleNutState(NamedTuple):

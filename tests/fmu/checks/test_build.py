@@ -17,7 +17,7 @@ from paths import ROOT
 from ballscrew_fmu import build
 from ballscrew_fmu.checks import check, reference, replay
 from ballscrew_fmu.command import LAYERS
-from ballscrew_fmu.models import NATIVE_MODELS
+from ballscrew_fmu.models import MODELS
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, this_platform
 from ballscrew_fmu.native_fmu.package import native_file_name
 from ballscrew_tehl.cli import main as cli
@@ -26,8 +26,8 @@ from ballscrew_tehl.parameters.file import load_screw
 
 pytestmark = pytest.mark.slow
 
-PYTHON = ["BallScrewFriction.fmu", "BallScrewPreloadMonitor.fmu"]
-NATIVE = [native_file_name(version, model) for model in NATIVE_MODELS for version in (2, 3)]
+PYTHON = ["BallScrewFriction.fmu"]
+NATIVE = [native_file_name(version, model) for model in MODELS for version in (2, 3)]
 FITTED_HERE = FrictionSet(
     "three_parameter", 5.5, 0.0061, 31e-9,
     loss="least_squares",
@@ -113,12 +113,12 @@ def test_a_screw_file_alone_gives_the_fmus_that_are_asked_for(script, for_this_m
     wanted = [str(screw), "--only", "transmission", "--only", "monitor", "--fmi", "2", "--json"]
     assert script([*wanted, "--output", str(tmp_path / "fmus")]) == 0
     made = json.loads(capsys.readouterr().out)["fmus"]
-    names = [MONITOR, "BallScrewPreloadMonitorNative_fmi2.fmu", "BallScrewTransmission_fmi2.fmu"]
+    names = ["BallScrewPreloadMonitorNative_fmi2.fmu", "BallScrewTransmission_fmi2.fmu"]
     assert [Path(one["file"]).name for one in made] == names
     assert sorted(path.name for path in (tmp_path / "fmus").iterdir()) == sorted(names)
-    starts = {v.name: v.start for v in read_model_description(made[2]["file"]).modelVariables}
+    starts = {v.name: v.start for v in read_model_description(made[1]["file"]).modelVariables}
     assert float(starts["lead"]) == pytest.approx(0.01)
-    assert tuple(model.layer for model in NATIVE_MODELS) == LAYERS
+    assert tuple(model.layer for model in MODELS) == LAYERS
 
 
 def scaled(*arguments, original=reference.friction_results):
@@ -131,7 +131,7 @@ def native_differs(fmu, *arguments, original=check.check_replay):
     return original(fmu, *arguments)
 
 
-FRICTION, MONITOR = PYTHON
+(FRICTION,) = PYTHON
 FAILURES = {  # name to patch: what is there instead, message
     "fmpy.validation.validate_fmu": (lambda _: ["first", "second"], f"validation of {FRICTION}: first | second"),
     "ballscrew_fmu.checks.reference.friction_results": (scaled, f"{FRICTION}: replay step"),

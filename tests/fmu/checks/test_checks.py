@@ -16,13 +16,13 @@ from ballscrew_fmu.checks import check as checks
 from ballscrew_fmu.checks.check import check_replay
 from ballscrew_fmu.checks.reference import STEP, axis_input, check_axis, reference_input, reference_of
 from ballscrew_fmu.checks.replay import CheckError
-from ballscrew_fmu.models import AXIS, FRICTION, NATIVE_MODELS
+from ballscrew_fmu.models import AXIS, FRICTION, MODELS
 from ballscrew_fmu.native_fmu.experiments import FOLDER, MANIFEST, Reference
 from ballscrew_fmu.python_fmu.package import build_fmu, runtime_sources
 
 pytestmark = pytest.mark.slow
 
-CASES = [(m, k, LAWS[0]) for m in NATIVE_MODELS for k in ("python", 2, 3) if m.slave or k != "python"]
+CASES = [(m, k, LAWS[0]) for m in MODELS for k in ("python", 2, 3) if m is FRICTION or k != "python"]
 CASES += [(FRICTION, "python", LAWS[1]), (FRICTION, 3, LAWS[1])]
 
 
@@ -61,7 +61,7 @@ def test_an_axis_with_another_equation_is_found(opened):
 def reference_motion(opened, rows, **changes):
     one, results = NativeModel(closed_form(), False, AXIS), []
     one.latch(**changes)
-    names = [v.name for v in AXIS.native_variables(closed_form().header) if v.causality == "output"]
+    names = [v.name for v in AXIS.variables(closed_form().header) if v.causality == "output"]
     for row in rows:
         one.step(STEP, **row)
         results.append(dict(zip(names, one.values(names), strict=True)))
@@ -128,7 +128,7 @@ DAMAGES = [  # of the reference experiments of a native FMU
 def test_damage_is_one_line(built, tmp_path, capsys):
     damaged = tmp_path / "damaged.fmu"
     differs = with_cell(lambda x: x + 1), r"_validation: replay step 3: .* = .*; \w+_validation in the FMU: "
-    cases = [(FRICTION, *damage) for damage in DAMAGES] + [(model, *differs) for model in NATIVE_MODELS]
+    cases = [(FRICTION, *damage) for damage in DAMAGES] + [(model, *differs) for model in MODELS]
     for model, change, message in cases:
         write_fmu(damaged, change(members(built(model, 3))))
         assert re.search(message, one_line(capsys, 1, "check", damaged)), message

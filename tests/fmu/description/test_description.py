@@ -21,13 +21,13 @@ from ballscrew_fmu.description.model_description import (
     python_description,
     terminals,
 )
-from ballscrew_fmu.models import AXIS, NATIVE_MODELS
+from ballscrew_fmu.models import AXIS, FRICTION, MODELS
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
 pytestmark = pytest.mark.slow
 
-CASES = [(m, k) for m in NATIVE_MODELS for k in ("python", 2, 3) if m.slave or k != "python"]
+CASES = [(m, k) for m in MODELS for k in ("python", 2, 3) if m is FRICTION or k != "python"]
 EACH = pytest.mark.parametrize(("model", "kind"), CASES, ids=lambda x: getattr(x, "name", str(x)))
 with open(Path(__file__).with_name("interface.csv"), encoding="utf-8") as file:
     INTERFACE = list(csv.DictReader(file))
@@ -159,7 +159,7 @@ def test_structure_is_complete_in_order_and_the_same_in_both_versions(model, kin
         assert root.get("numberOfEventIndicators") == str(len(indicators))
 
 
-@pytest.mark.parametrize("model", NATIVE_MODELS, ids=lambda x: x.name)
+@pytest.mark.parametrize("model", MODELS, ids=lambda x: x.name)
 def test_terminals_have_variables_of_the_fmu_with_flows_in_their_direction(model):
     """Members named as in Modelica; a flow is an inflow if positive values enter the FMU."""
     causality = {row["name"]: row["causality"] for row in INTERFACE if row["model"] == model.name}

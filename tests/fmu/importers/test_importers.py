@@ -9,7 +9,7 @@ from importers import REPLAYS, STEP, needs
 from paths import writable
 from processes import RUNS_HERE
 
-from ballscrew_fmu.checks.reference import friction_results, monitor_outputs, reference_input
+from ballscrew_fmu.checks.reference import friction_results, reference_input, reference_of
 from ballscrew_fmu.checks.replay import largest_difference
 from ballscrew_fmu.models import FRICTION, MONITOR
 
@@ -38,14 +38,12 @@ def test_replay_gives_the_numbers_of_the_map(case, kind, built, tmp_path, monkey
     fmu, monitor = (folder / f"{model.name}.fmu" for model in (FRICTION, MONITOR))
     fmu.write_bytes(built(FRICTION, kind).read_bytes())
     if case.kind == "CS":
-        monitor.write_bytes(built(MONITOR, kind).read_bytes())
-        inputs = [
-            {"torque": wanted["friction_torque"], **{name: row[name] for name in row if name != "preload"}}
-            for row, wanted in zip(rows, expected, strict=True)
-        ]
-        found, preloads = zip(*zip(case.run(fmu, rows), case.run(monitor, inputs), strict=True), strict=True)
-        expected_preloads = monitor_outputs(synthetic_nut_map, inputs)
-        assert largest_difference(preloads, expected_preloads)[0] <= 1e-9  # of its search
+        monitor.write_bytes(built(MONITOR, 2 if kind == "python" else kind).read_bytes())
+        reference = reference_of(synthetic_nut_map, MONITOR)
+        found, preloads = zip(
+            *zip(case.run(fmu, rows), case.run(monitor, reference.inputs), strict=True), strict=True
+        )
+        assert largest_difference(preloads, reference.outputs)[0] <= 1e-9  # of its search
     else:
         found = list(case.run(fmu, rows))
     assert largest_difference(found, expected)[0] <= 1e-12

@@ -12,7 +12,7 @@ from synthetic_map import SCREW, closed_form
 from ballscrew_fmu.models import AXIS
 
 NUT_MAP = closed_form()
-TABLE = AXIS.native_variables(NUT_MAP.header)
+TABLE = AXIS.variables(NUT_MAP.header)
 RATES = [v.name for v in TABLE if v.derivative_of]
 STATES = [v.derivative_of for v in TABLE if v.derivative_of]
 INDICATORS = [v.name for v in TABLE if v.indicates]

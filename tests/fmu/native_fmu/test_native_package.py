@@ -20,7 +20,7 @@ from ballscrew_fmu.archive import write_fmu
 from ballscrew_fmu.checks.check import check
 from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.checks.replay import FmuInstance
-from ballscrew_fmu.models import FRICTION, NATIVE_MODELS
+from ballscrew_fmu.models import FRICTION, MODELS
 from ballscrew_fmu.native_fmu import compile as native_build
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, WASM, BuildError, build_libraries
 from ballscrew_fmu.native_fmu.experiments import Reference
@@ -94,7 +94,7 @@ def test_another_process_and_folder_build_the_same_bytes(synthetic_nut_map, monk
 
 def test_the_libraries_are_the_same_for_all_screws_and_versions():
     maps = [closed_form(FILM_SHEAR), closed_form(MECHANISTIC), make_map(2.0), load_map(None, GD4008)]
-    for model in NATIVE_MODELS:
+    for model in MODELS:
         library, *others = (native_library(nut_map.header, model) for nut_map in maps)
         assert all(other == library for other in others)
         packed = (native_files(nut_map, 2, platforms=HOST, model=model) for nut_map in maps)
@@ -104,7 +104,7 @@ def test_the_libraries_are_the_same_for_all_screws_and_versions():
         assert changed.file(HOST[0]) != library.file(
             HOST[0]
         )  # else an update would take the library of old sources
-    assert len({entry_library(nut_map.header, FRICTION).file(HOST[0]) for nut_map in maps}) == 1
+    assert len({entry_library(nut_map.header).file(HOST[0]) for nut_map in maps}) == 1
     assert len({page_library(nut_map.header).file(WASM) for nut_map in maps}) == 1
 
 
@@ -134,7 +134,7 @@ def test_libraries_of_all_platforms(native_fmus, native_unpacked):
 
 
 @VERSIONS
-@pytest.mark.parametrize("model", NATIVE_MODELS, ids=lambda m: m.name)
+@pytest.mark.parametrize("model", MODELS, ids=lambda m: m.name)
 def test_the_sources_compile_as_the_cmake_project_of_fmpy(built, folder_of, tmp_path, version, model):
     """Without a warning, to the numbers of the library in the FMU. Another token is refused."""
     cmake = shutil.which("cmake") or pytest.skip("no cmake")

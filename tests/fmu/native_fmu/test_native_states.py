@@ -13,12 +13,12 @@ from native_library import CS, ERROR, ME, NUT_MAP, OK, TOKEN, NativeInstance, do
 from native_model import sealed
 from synthetic_map import make_map
 
-from ballscrew_fmu.models import AXIS, FRICTION, MONITOR, NATIVE_MODELS, TRANSMISSION
+from ballscrew_fmu.models import AXIS, FRICTION, MODELS, MONITOR, TRANSMISSION
 
 pytestmark = pytest.mark.slow
 both_versions = pytest.mark.parametrize("version", [2, 3])
-CASES = [(v, kind, model) for model in NATIVE_MODELS for v in (2, 3) for kind in (CS, ME)]
-CASES += [("python", CS, FRICTION), ("python", CS, MONITOR)]
+CASES = [(v, kind, model) for model in MODELS for v in (2, 3) for kind in (CS, ME)]
+CASES += [("python", CS, FRICTION)]
 PRESLIDING = {"presliding_stiffness": 400.0, "presliding_damping": 0.5}
 START = {
     FRICTION: PRESLIDING | {"preload": 1500.0, "axial_load": 200.0},
@@ -162,7 +162,7 @@ def test_a_state_is_saved_over_an_old_one_and_no_step_takes_memory(version):
         address = state.value
         assert one.call(f"Get{one.saved}", byref(state)) == OK
         assert state.value == address
-    for model in NATIVE_MODELS:
+    for model in MODELS:
         with NativeInstance(version, model=model, counts=True) as one:
             counts = (ctypes.c_long * 2).in_dll(one.library, "counts")
             wound(one)

@@ -8,7 +8,7 @@ from processes import RUNS_HERE
 from synthetic_map import closed_form
 
 from ballscrew_fmu.checks.reference import reference_of
-from ballscrew_fmu.models import MODELS, NATIVE_MODELS
+from ballscrew_fmu.models import MODELS
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.python_fmu.package import build_fmu
 
@@ -39,7 +39,7 @@ def unpacked(folder, platform, model):
 
 
 @pytest.mark.parametrize("platform", [WINDOWS, "aarch64-linux"])
-@pytest.mark.parametrize("model", NATIVE_MODELS, ids=lambda m: m.name)
+@pytest.mark.parametrize("model", MODELS, ids=lambda m: m.name)
 def test_another_platform_gives_the_numbers_of_linux(folder, platform, model):
     """By a URI of the resources with a drive; these are read and not written."""
     place = unpacked(folder, platform, model)
@@ -56,13 +56,12 @@ def test_another_platform_gives_the_numbers_of_linux(folder, platform, model):
     assert {file: file.read_bytes() for file in files} == files
 
 
-@pytest.mark.parametrize("model", MODELS, ids=lambda m: m.name)
-def test_the_windows_library_of_an_fmu_for_python_finds_its_resources(folder, model):
+def test_the_windows_library_of_the_fmu_for_python_finds_its_resources(folder):
     """In a host without Python it says what it lacks, after it has read the token in the resources."""
     if emulator(WINDOWS) is None:
         pytest.skip("needs wine64")
-    place = folder / f"{model.name} for Python"
-    build_fmu(NUT_MAP, folder / "python.fmu", model=model)
+    place = folder / "for Python"
+    build_fmu(NUT_MAP, folder / "python.fmu")
     fmpy.extract(str(folder / "python.fmu"), unzipdir=str(place))
     log = run_on(WINDOWS, place, folder, 1e-3, [{"speed": 1.0}]).log
     assert "needs a host that runs Python" in log

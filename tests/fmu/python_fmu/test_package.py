@@ -16,7 +16,6 @@ from ballscrew_fmu.archive import NAMESPACE
 from ballscrew_fmu.checks.reference import friction_results
 from ballscrew_fmu.checks.replay import replay
 from ballscrew_fmu.live_page.page import packed_map
-from ballscrew_fmu.models import MONITOR
 from ballscrew_fmu.python_fmu import process_end
 from ballscrew_fmu.python_fmu.package import build_fmu, fmu_files, runtime_sources
 from ballscrew_fmu.python_fmu.shared_map import map_in
@@ -104,9 +103,6 @@ first_folder, second_folder = unpack("one", "copy a"), unpack("one", "copy_b")
 first, second = FmuInstance(first_folder), FmuInstance(second_folder)
 others = [FmuInstance(unpack(name, name)) for name in ("doubled", "map")]
 result["together"] = [torque(x) for x in (first, second, *others)]
-with FmuInstance(unpack("monitor", "monitor")) as monitor:
-    monitor.step(torque=result["together"][0], speed=30.0)
-    result["preload"] = monitor.get("preload")
 first.close()
 shutil.rmtree(first_folder)
 gc.collect()
@@ -124,9 +120,8 @@ print(json.dumps(result))
 
 def test_copies_versions_and_maps_in_one_process(tmp_path, built):
     """In a process of its own: copies of which one is deleted, another version of the code with equal names, another
-    map, the monitor, a hundred instances, which share one map, and a map that was replaced in the resources."""
+    map, a hundred instances, which share one map, and a map that was replaced in the resources."""
     (tmp_path / "one.fmu").write_bytes(built().read_bytes())
-    (tmp_path / "monitor.fmu").write_bytes(built(MONITOR).read_bytes())
     build_fmu(make_map(viscous_scale=3.0), tmp_path / "map.fmu")
     sources, whole = runtime_sources(), "= viscous + hysteresis + sliding"
     changed = sources["runtime_standstill"].replace(whole, "= 2.0 * (viscous + hysteresis + sliding)")
@@ -139,10 +134,9 @@ def test_copies_versions_and_maps_in_one_process(tmp_path, built):
 
     others = [2.0 * torque(), torque(scale=3.0)]
     assert found["together"] == pytest.approx([torque(), torque(), *others], rel=1e-12)
-    assert found["preload"] == pytest.approx(2000.0, rel=1e-9)
     assert found["second after the first is gone"] == pytest.approx(torque(), rel=1e-12)
     assert found["hundred"] == pytest.approx([torque(100.0 * (n + 1)) for n in range(100)], rel=1e-12)
-    assert found["maps"] == 4  # of one, doubled, map and monitor
+    assert found["maps"] == 3  # of one, doubled and map
     assert found["swapped"] == pytest.approx(torque(scale=3.0), rel=1e-12)
     assert found["stale paths"] == []
 

@@ -17,7 +17,7 @@ from native_model import TOKEN, compiled_model
 from synthetic_map import closed_form
 
 from ballscrew_fmu.models import FRICTION
-from ballscrew_fmu.variables.friction import FIRST_REFERENCE, native_variables
+from ballscrew_fmu.variables.friction import FIRST_REFERENCE, fmu_variables, native_variables
 from ballscrew_tehl.runtime.constants import ELEMENTS
 from ballscrew_tehl.runtime.packed import FILM_SHEAR
 
@@ -53,7 +53,7 @@ class NativeInstance:
         self, version, kind=CS, name=b"one", token=TOKEN, resources="", logging=True, logger=True, functions=None,
         event_mode=False, intermediate=(), nut_map=NUT_MAP, model=FRICTION, library=None, counts=False,
     ):  # fmt: skip
-        table = model.variables if library else model.native_variables
+        table = fmu_variables if library else model.variables
         library, variables = library or compiled_model(nut_map, model, counts), table(nut_map.header)
         self.names = {v.name: n for n, v in enumerate(variables, FIRST_REFERENCE)}
         self.output = next(v.name for v in variables if v.causality == "output")

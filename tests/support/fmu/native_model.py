@@ -125,7 +125,7 @@ class NativeModel:
         self._library.model_get.restype = ctypes.c_double
         self._library.model_clamped.restype = ctypes.c_uint
         self._library.model_event.restype = ctypes.c_bool
-        self.names = [v.name for v in model.native_variables(nut_map.header)]
+        self.names = [v.name for v in model.variables(nut_map.header)]
         self._place = {name: place for place, name in enumerate(self.names)}
         message = ctypes.create_string_buffer(1000)
         path = str(library.parent / MAP_FILE).encode()
@@ -133,7 +133,7 @@ class NativeModel:
         found = self._library.map_read(path, law, message, ctypes.c_size_t(1000))
         assert found, message.value
         self._map = ctypes.c_void_p(found)
-        starts = [float(v.start or 0.0) for v in model.native_variables(nut_map.header)]
+        starts = [float(v.start or 0.0) for v in model.variables(nut_map.header)]
         self._start = (ctypes.c_double * len(starts))(*starts)
         self._model = ctypes.create_string_buffer(ROOM)
         self.reset(continuous)

@@ -17,7 +17,7 @@ from native_library import DISCARD, ERROR, ME, NUT_MAP, OK, NativeInstance, doub
 from native_model import put_resources, resources, sealed
 from synthetic_map import closed_form
 
-from ballscrew_fmu.models import NATIVE_MODELS, TRANSMISSION
+from ballscrew_fmu.models import MODELS, TRANSMISSION
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
 CALLS, FILES = 4000, 200  # of each model and version; damaged ones of the map and of the screw
@@ -131,7 +131,7 @@ def read_damaged_files(rng, folder):
 
 if __name__ == "__main__":
     seeded = random.Random(int(sys.argv[1]))
-    for each in NATIVE_MODELS:
+    for each in MODELS:
         walk(seeded, 2, each)
         walk(seeded, 3, each)
     with tempfile.TemporaryDirectory() as place:

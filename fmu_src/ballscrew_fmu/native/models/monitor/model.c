@@ -1,4 +1,4 @@
-/* Preload monitor: the preload at which the map gives the measured torque. Twin of runtime/monitor.py. */
+/* Preload monitor: the preload at which the map gives the measured torque. */
 #include "model.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* Torque as a function of preload at one speed, temperature and axial load, and its inverse. Twin of runtime/preload.py. */
+/* Torque as a function of preload at one speed, temperature and axial load, and its inverse. */
 #ifndef BALLSCREW_SEARCH_H
 #define BALLSCREW_SEARCH_H
 

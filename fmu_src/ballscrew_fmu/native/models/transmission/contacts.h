@@ -1,5 +1,18 @@
-/* Contacts of both nuts between screw and nut body: Hertz's law over the way by which the screw leads the nut. Twin of
-   runtime/transmission.py, where the laws are derived. Numbers: number.h. */
+/* Contacts of both nuts between screw and nut body: Hertz's law over the way by which the screw leads the nut,
+   x = lead angle/(2 pi) - position. Screw and nut bodies are rigid (physics/axial_stiffness.py, there the displacement
+   is -x). With d_0 = (preload/k)^(2/3)
+
+       F_A = k max(d_0 + x, 0)^(3/2),  F_B = k max(d_0 - x, 0)^(3/2),  nut force F = F_A - F_B + c x',
+       c = damping time * dF/dx,       screw torque = lead/(2 pi) F + friction torque.
+
+   A positive nut force pushes the nut along +position and loads nut A. Damping in proportion to the stiffness is an
+   assumption: it vanishes with the contact and dissipates c x'^2 >= 0. Each nut has the friction of the map at its own
+   force, with the one motion of oversize balls between both sets of flanks (nut_law.h), so load raises it, and the
+   screw is driven back where lead/(2 pi) F exceeds the friction.
+
+   A step: angle and position are those at its start and move on with their speeds. Powers are means of the step, so
+   that shaft power - nut power - power loss is the change of stored energy over the step, exactly, if the next step
+   starts where this one ends and the preload stays. A change of preload is work of the preload. Numbers: number.h. */
 #ifndef BALLSCREW_CONTACTS_H
 #define BALLSCREW_CONTACTS_H
 

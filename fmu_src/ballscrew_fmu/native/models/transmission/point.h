@@ -1,5 +1,5 @@
-/* What BallScrewTransmission computes at a point of its inputs: contacts, loads, outputs, range. Twin of
-   runtime/transmission.py, where the laws are derived. Numbers: number.h. */
+/* What BallScrewTransmission computes at a point of its inputs: contacts, loads, outputs, range.
+   The laws are in contacts.h. Numbers: number.h. */
 #ifndef BALLSCREW_POINT_H
 #define BALLSCREW_POINT_H
 
