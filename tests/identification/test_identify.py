@@ -196,6 +196,10 @@ def test_preload_and_its_change_with_known_guides(law):
         assert found[-1][1].preload_low_n < preload < found[-1][1].preload_high_n
         assert found[-1][1].preload_log_low_n < preload < found[-1][1].preload_log_high_n
         assert found[-1][1].shape_fits
+    # the error of a log without the nut counts
+    both = without(logs[0], 0.0, logs[0]._replace(mean=0.0 * logs[0].mean + 0.01))
+    assert both.mean == pytest.approx(logs[0].mean - 0.01, rel=1e-12)
+    assert both.error == pytest.approx(2.0**0.5 * logs[0].error, rel=1e-12)
     change = change_of_preload(*found, law)
     assert change.preload_ratio_low <= 0.9 <= change.preload_ratio_high < 1.0
     # the law's interval is common to both, but the exponent of the preload may be up to 1

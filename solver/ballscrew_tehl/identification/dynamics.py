@@ -259,8 +259,8 @@ def _result(
     if user_offset is None and not one_way:
         # where the directions have other speeds, friction that bends over the speed is taken for an offset
         bent = offset_weights(speed, fit.number, bent=True) - weights
-        change, chance = float(bent @ fit.total), LIMIT * float(np.sqrt(bent**2 @ errors**2))
-        moved = BENT * math.sqrt(max(change**2 - chance**2, 0.0))
+        by_bend, chance = float(bent @ fit.total), LIMIT * float(np.sqrt(bent**2 @ errors**2))
+        moved = BENT * math.sqrt(max(by_bend**2 - chance**2, 0.0))
         if chance > UNSURE_BEND * offset_wide or moved > offset_wide:
             signals.notes.append(
                 "the directions have few common speeds: the offset, and with it friction, holds for friction that is a "

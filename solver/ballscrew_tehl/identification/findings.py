@@ -186,7 +186,7 @@ def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Fin
     third = np.abs(np.diff(values, 3))[np.diff(values)[2:] != 0.0]
     size = float(np.diff(np.quantile(values[~bad], (0.05, 0.95)))[0])
     if len(third) and np.median(third) <= QUIET * size:
-        remedy = "a set value, a feed-forward or an interpolated signal is no measurement: log the actual one at its rate"
+        remedy = "a set value, a feed-forward or an interpolated signal is no measurement: log the actual one"
         found.append(finding(f"{name} has no noise", np.ones(len(values), dtype=bool), remedy))
     return bad | clipped | held_rows, found
 
