@@ -82,7 +82,7 @@ def test_init_fills_in_a_catalogue_screw(tmp_path, capsys):
         if line.startswith(("lead_mm", "turns", "ball_diameter", "contact_angle", "screw_raceway")):
             assert ("# assumed: " in line) == (not line.startswith(("lead_mm", "turns"))), line
     # two starts of lead 20: the grooves are as far apart as those of one start of lead 10
-    two = ["--diameter-mm", "32", "--lead-mm", "20", "--starts", "2"]
+    two = ["--diameter-mm", "63", "--lead-mm", "20", "--starts", "2"]
     assert cli.main(["init", str(tmp_path / "two.toml"), *two]) == 0
     assert load_screw(tmp_path / "two.toml").screw.ball_diameter == 6.35e-3
     for words, told in (
