@@ -1,7 +1,5 @@
 """Packs servo_axis_slave.py as ServoAxis.fmu: FMI 2.0 co-simulation for Python hosts, same input, same bytes.
 
-With another module of a slave of the same kind, servo_transmission_slave.py, that one.
-
 pythonfmu builds it; units, dependencies and initial unknowns, which pythonfmu 0.7 omits, are added. All
 modules of the project get names with the hash of their content, since the pythonfmu FMUs of a process share
 one interpreter.

@@ -4,6 +4,8 @@ The FMU is that of the closed-form map; expected numbers follow from the map and
 """
 
 import importlib
+import importlib.util
+import re
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from processes import ROOT, RUNS_HERE
 from scipy.optimize import fsolve
 from synthetic_map import SCREW
 
-from ballscrew_fmu.models import AXIS, MONITOR, TRANSMISSION
+from ballscrew_fmu.models import AXIS, MODELS, MONITOR, TRANSMISSION
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_tehl.runtime.constants import ELEMENTS
 
@@ -36,7 +38,6 @@ def results(native_fmu, synthetic_nut_map, tmp_path_factory):
         "servo_axis_element": lambda: ((native(AXIS),), {"stop": 0.1}),
         "servo_axis_ssp": lambda: ((native_fmu, folder / "servo_axis.ssp"), {}),
         "servo_axis_transmission": lambda: ((native(TRANSMISSION), native_fmu), {}),
-        "servo_transmission_ssp": lambda: ((native(TRANSMISSION), folder / "axis.ssp"), {"feed": 0.1}),
         "servo_log": lambda: ((folder,), {}), "thermal_reduction": lambda: (((1000.0,), RATIOS), {}),
         "torque_over_speed": lambda: ((), {}),
     }  # fmt: skip
@@ -51,7 +52,7 @@ def results(native_fmu, synthetic_nut_map, tmp_path_factory):
 
 
 WITH_FMU = ("circular_test", "model_exchange", "preload_monitoring", "servo_axis", "servo_axis_element",
-            "servo_axis_ssp", "servo_axis_transmission", "servo_transmission_ssp", "step_size_study",
+            "servo_axis_ssp", "servo_axis_transmission", "step_size_study",
             "warm_up")  # fmt: skip
 
 
@@ -193,9 +194,27 @@ def test_servo_axis_transmission(results):
     throughput = axis.exchange_step * np.abs(screw["shaft_power"]).sum()
     assert loss > 1.0
     assert abs(shaft - nut - loss - screw["stored_energy"][-1]) <= 1e-3 * throughput
-    archive = results("servo_transmission_ssp")
-    assert archive["in_range"]
-    assert archive["difference_max_nm"] <= 0.01 * 1e3 * archive["error_max_um_script"]
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.layer)
+def test_modelica_interface(model, synthetic_nut_map):
+    """Each variable in one line with a text, numbers as in the table; a Modelica compiler reads it if there is one."""
+    text = importlib.import_module("modelica_interface").main(synthetic_nut_map, model)
+    table = [v for v in model.variables(synthetic_nut_map.header) if v.causality != "local"]
+    found = re.findall(r"^  (input|output|parameter) (Real|Boolean) (\w+)(.*)$", text, re.M)
+    assert [(v.causality, v.name, v.unit is None) for v in table] == [
+        (a, c, b == "Boolean") for a, b, c, _ in found
+    ]
+    for v, (*_, rest) in zip(table, found, strict=True):
+        numbers = dict(re.findall(r"(min|max|nominal|start) = ([^,)]+)", rest))
+        assert {name: float(value) for name, value in numbers.items()} == {
+            name: value for name, value in (
+                ("min", v.minimum), ("max", v.maximum), ("nominal", v.nominal if v.unit else None),
+                ("start", v.start if v.causality == "input" else None),
+            ) if value is not None
+        }, v.name  # fmt: skip
+    if importlib.util.find_spec("rumoca"):
+        assert importlib.import_module("rumoca").validate_source(text) == []
 
 
 def test_step_size_study(results):

@@ -58,7 +58,7 @@ RUN = (
     "torque_over_speed",
     "bearing_friction",
     "kinematics_comparison",
-    "modelica_package",
+    "modelica_interface",
     "paper/claims",
 )
 LEFT_OUT = (".*", "dist", "build", "*.egg-info", "__pycache__", "*.nb[ci]", "*.pyc")
@@ -149,7 +149,7 @@ def test_wheel_with_the_extra_fmu_runs_every_command_and_example(archives, envir
     for code, *words in map(str.split, COMMANDS.strip().splitlines()):
         run((int(code),), *words, program="ballscrew")
     fmus = sorted((tmp_path / "fmus").iterdir())
-    assert len(fmus) == 10
+    assert len(fmus) == 9
     for fmu in fmus:
         assert re.search(r"no finding\n(.*\n)*replay", run((0,), "check", fmu, program="ballscrew"))
     with zipfile.ZipFile(tmp_path / "fmus" / "BallScrewAxis_fmi3.fmu") as archive:
