@@ -96,10 +96,10 @@ def test_screws_and_oils_outside_are_named_with_value_and_range():
         oil = LAW.lubricant.model_copy(update={name: value})
         assert f"{name} {words}" in refusal(LAW.model_copy(update={"lubricant": oil}))
     ball = LAW.screw.ball_diameter
-    close = dict.fromkeys(("screw_raceway_radius", "nut_raceway_radius"), 0.5005 * ball)
+    wide = {"screw_raceway_radius": 1.5 * ball, "nut_raceway_radius": 1.5 * ball}
     cold = {"density": 7800.0, "specific_heat": 460.0, "thermal_conductivity": 5.0}
     for name, change, meaning in (
-        ("radius_ratio", {"screw": close}, "groove over the ball"),
+        ("radius_ratio", {"screw": wide}, "groove over the ball"),
         ("z", {"lubricant": {"z_roelands": 0.95}}, "pressure exponent"),
         ("wall", {"solid": cold}, "effusivity"),
     ):

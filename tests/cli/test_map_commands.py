@@ -79,7 +79,7 @@ def test_a_screw_without_a_map_answers_as_with_one(tmp_path, capsys):
 
 
 def test_a_screw_outside_the_atlas_is_refused_with_its_number(tmp_path, capsys):
-    wide = ("screw_raceway_radius_mm = 2.477", "screw_raceway_radius_mm = 2.3835")
+    wide = ("screw_raceway_radius_mm = 2.477", "screw_raceway_radius_mm = 7.0")
     screw = screw_file(tmp_path / "own.toml", old=wide[0], new=wide[1])
     for command in (("map", "build", "--output", tmp_path / "x.npz"), ("torque", *POINT)):
         line = refused(capsys, *command, "--screw", screw)

@@ -25,9 +25,9 @@ NITRIDE_MODULUS, NITRIDE_POISSON = 310e9, 0.26
 ROOT_OF_BALL, ROOT_SPREAD = 1.022, 0.15
 #: radius of the ball centre circle [m] of the smallest screws that are made; of screws whose numbers may be inches
 SMALLEST, MAY_BE_INCHES = 0.75e-3, 3e-3
-#: largest radius of the ball centre circle over the ball diameter (125 x 5 with balls of 3.175 mm: 20), largest groove
-#: radius over that of the ball (1.02 to 1.2 are ground): beyond both a digit or a unit has slipped
-THIN_BALLS, OPEN_GROOVE = 22.0, 1.5
+#: largest radius of the ball centre circle over the ball diameter (125 x 5 with balls of 3.175 mm: 20): beyond, a digit
+#: has slipped
+THIN_BALLS = 22.0
 
 
 def _loaded_balls(screw: dict[str, Any]) -> int:
@@ -157,11 +157,6 @@ class ScrewParameters(Table):
         for field in ("screw_raceway_radius", "nut_raceway_radius"):
             wide = radius < getattr(self, field)
             require(wide, field, "more than the ball radius", "a groove must be wider than the ball")
-            allowed, tight = (
-                f"at most {1e3 * OPEN_GROOVE * radius:.4g} mm",
-                OPEN_GROOVE * radius >= getattr(self, field),
-            )
-            require(tight, field, allowed, "a groove encloses the ball: check both")
         self._can_be_made()
         tangent = self.lead / (2.0 * math.pi * self.nominal_radius)
         allowed = f"{math.degrees(math.atan(tangent)):.4g} deg within 2 % for this lead and radius"
