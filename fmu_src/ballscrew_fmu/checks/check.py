@@ -16,8 +16,8 @@ from fmpy.model_description import ModelDescription
 from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.checks.replay import CheckError, largest_difference, replay
 from ballscrew_fmu.models import FRICTION, FmuModel
-from ballscrew_fmu.native_fmu.experiments import Reference, validation_in
 from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, hash_in
+from ballscrew_fmu.native_fmu.validation import Reference, validation_in
 from ballscrew_fmu.python_fmu.shared_map import MAP_FILE as PYTHON_MAP_FILE
 from ballscrew_fmu.python_fmu.shared_map import map_in
 from ballscrew_tehl.runtime.packed import MapError
@@ -88,7 +88,7 @@ def _replayed(folder: Path, model: str) -> str:
     """Replay of an unpacked FMU against what it contains, or a step if that is nothing, as a line; or CheckError."""
     resources = folder / "resources"
     python = (resources / PYTHON_MAP_FILE).exists()
-    name = "map" if python else f"{model}_validation"
+    name = "map" if python else "validation"
     try:
         reference = reference_of(map_in(str(resources))) if python else validation_in(folder)
     except MapError as error:

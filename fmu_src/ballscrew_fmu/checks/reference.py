@@ -12,8 +12,8 @@ from ballscrew_fmu.checks.axis_motion import axis_motion, contact_constant, cont
 from ballscrew_fmu.checks.replay import CheckError, replay
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION, FmuModel
 from ballscrew_fmu.native_fmu.compile import this_platform
-from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.package import build_native_fmu
+from ballscrew_fmu.native_fmu.validation import Reference
 from ballscrew_fmu.variables.friction import fmu_variables
 from ballscrew_tehl.runtime import standstill
 from ballscrew_tehl.runtime.evaluate import NutMap

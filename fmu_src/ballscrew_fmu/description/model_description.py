@@ -156,7 +156,7 @@ def native_description(
         root.set("numberOfEventIndicators", str(sum(v.indicates for v in variables)))
     _variables(SubElement(root, "ModelVariables"), listed, fmi_version)
     _structure(SubElement(root, "ModelStructure"), variables, fmi_version)
-    return serialized(root)
+    return _serialized(root)
 
 
 def python_description(
@@ -173,7 +173,7 @@ def build_description(sources: Sequence[str], model: FmuModel = FRICTION) -> byt
     files = SubElement(configuration, "SourceFileSet", language="C99")
     for name in sources:
         SubElement(files, "SourceFile", name=name)
-    return serialized(root)
+    return _serialized(root)
 
 
 def terminals(model: FmuModel = FRICTION) -> bytes:
@@ -190,10 +190,10 @@ def terminals(model: FmuModel = FRICTION) -> bytes:
         for member in members.split(","):
             parts = zip(("variableName", "memberName", "variableKind"), member.split(), strict=True)
             SubElement(node, "TerminalMemberVariable", dict(parts))
-    return serialized(root)
+    return _serialized(root)
 
 
-def serialized(root: Element) -> bytes:
+def _serialized(root: Element) -> bytes:
     """The XML in UTF-8, indented."""
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"

@@ -12,10 +12,10 @@ from ballscrew_fmu.archive import NAMESPACE, BuiltFmu, built
 from ballscrew_fmu.description.model_description import build_description, native_description, terminals
 from ballscrew_fmu.models import FRICTION, FmuModel
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, build_libraries, universal_library
-from ballscrew_fmu.native_fmu.experiments import FOLDER, Reference, reference_files
 from ballscrew_fmu.native_fmu.libraries import contents, native_library, provider
 from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, SCREW_FILE, map_bytes, screw_bytes
 from ballscrew_fmu.native_fmu.sources import Embedded, is_fmi_header, native_sources, table_hash, units_of
+from ballscrew_fmu.native_fmu.validation import Reference, reference_files
 from ballscrew_fmu.pages.page import documentation_files, icon
 from ballscrew_fmu.python_fmu.solver_cache import digest
 from ballscrew_tehl import __version__
@@ -59,7 +59,7 @@ def native_files(
     documentation = documentation_files(header, model, live_page, (fmi_version, built_for))
     files |= {f"documentation/{name}": content for name, content in documentation.items()}
     if reference is not None:
-        files |= {f"{FOLDER}/{name}": text for name, text in reference_files(reference, model).items()}
+        files |= reference_files(reference)
 
     def of_token(token: str) -> tuple[dict[str, bytes], bytes]:
         description = native_description(header, fmi_version, token, tool, units, model)

@@ -23,11 +23,11 @@ from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.models import FRICTION, MODELS
 from ballscrew_fmu.native_fmu import compile as native_build
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, WASM, BuildError, build_libraries
-from ballscrew_fmu.native_fmu.experiments import Reference
 from ballscrew_fmu.native_fmu.libraries import entry_library, native_library, page_library
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_files
 from ballscrew_fmu.native_fmu.resource_files import map_bytes
 from ballscrew_fmu.native_fmu.sources import is_fmi_header
+from ballscrew_fmu.native_fmu.validation import Reference
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
 
