@@ -183,6 +183,7 @@ def _calibration(
     statistics |= {"screw": parameters.name, "parameters_hash": parameters_hash(parameters)}
     if name == MECHANISTIC:
         statistics["screw_hash"] = parameters_hash(parameters, oil=False)
+        statistics["nlgi"] = parameters.lubricant.nlgi or ""
     ratio, net, height = found.values.tolist()
     if INVERSE_SUPPLY in basis.names:
         statistics[SUPPLY], height = 1.0 / height if height > 0.0 else math.inf, 0.0

@@ -75,6 +75,7 @@ class FrictionSet:
     screw: str = ""  # of the fit
     parameters_hash: str = ""  # of all that the films of the fit depend on; "": not known
     screw_hash: str = ""  # mechanistic: of the screw without its oil; "": not known
+    nlgi: str = ""  # mechanistic: grade of the grease of the fit; "": oil
     #: mechanistic: fitted length of the oil supply [b], in place of that of the screw file; None: not fitted
     supply_length: float | None = None
     #: mechanistic: what the torques say of the bounded constants, of friction.interval.learned
@@ -277,14 +278,15 @@ def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
     stated = {name for name in FITTED if getattr(friction, name) is not None}
     if friction.ball_thrust is not None:
         stated.add("net_sliding_coefficient")
-    ours = friction_set.parameters_hash in ("", parameters_hash(parameters))
+    other = of_other_oil(friction_set, parameters)
+    ours = friction_set.parameters_hash in ("", parameters_hash(parameters)) and not other
     if ours or stated >= set(SETS[friction_set.name]):
         return ""
-    if of_other_oil(friction_set, parameters):
+    if other:
         return (
             f"the numbers of friction set {friction_set.name} were measured on {friction_set.screw} in another oil "
-            "than that of the screw file: the friction between balls is taken over, nothing that is of an oil; torques "
-            "measured in this oil narrow the interval"
+            "or grease than that of the screw file: the friction between balls is taken over, nothing that is of an "
+            "oil; torques measured in this oil narrow the interval"
         )
     return (
         f"the numbers of friction set {friction_set.name} were measured on {friction_set.screw or 'another screw'}, "
@@ -319,9 +321,10 @@ def with_supply(parameters: Parameters, entry: FrictionSet | None) -> Parameters
 
 
 def of_other_oil(friction: FrictionSet, parameters: Parameters) -> bool:
-    """Whether a set is fitted to this screw with another oil."""
+    """Whether a set is fitted to this screw with another oil, or with a grease for an oil."""
     own = friction.screw_hash == parameters_hash(parameters, oil=False)
-    return own and friction.parameters_hash != parameters_hash(parameters)
+    thickened = friction.nlgi != (parameters.lubricant.nlgi or "")
+    return own and (thickened or friction.parameters_hash != parameters_hash(parameters))
 
 
 def refuse_other_fit(friction: FrictionSet, parameters: Parameters) -> None:
