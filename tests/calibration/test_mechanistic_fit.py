@@ -36,7 +36,7 @@ def test_one_number_is_the_weighted_mean_of_the_rest():
 
 def test_between_spacer_balls_no_torque_determines_the_number():
     spaced = changed(VG100, screw={"spacer_balls": True, "ball_count": 36, "loaded_ball_count": 36})
-    with pytest.raises(ValueError, match="nothing slides, so no torque determines net"):
+    with pytest.raises(ValueError, match="nothing slides, so there is no number to fit"):
         calibrate(MEASURED[0], spaced)
 
 

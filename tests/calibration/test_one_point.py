@@ -7,7 +7,7 @@ import pytest
 from law_contacts import VG100, ClosedContacts
 
 from ballscrew_tehl.calibration.measured import calibrate_point
-from ballscrew_tehl.calibration.measurements import Measurement
+from ballscrew_tehl.calibration.measurements import Measurement, read_measurement_file
 from ballscrew_tehl.friction.interval import (
     DEVIATIONS,
     KNOWN_ERROR,
@@ -81,7 +81,7 @@ def test_a_sheet_with_a_tolerance_holds_it_in_its_oil_and_in_another_or_a_grease
     assert ends[1] / ends[0] <= widths[0] <= 1.05 * ends[1] / ends[0]
     # what is not known of the other oil counts, less than without a fit
     free = torque_interval(thin, [PLACE[0]] * 2, CONTACTS, *PLACE[1:], replace(found, learned={}))
-    assert widths[0] < min(widths[1:]) <= max(widths[1:]) < free.high / free.low
+    assert all(widths[0] < width < free.high / free.low for width in widths[1:])
     with pytest.raises(MapError, match="other sizes or bodies than this screw file"):
         refuse_other_fit(found, changed(VG100, screw={"lead": 0.0081}))
 
@@ -97,3 +97,24 @@ def test_torques_far_from_the_law_are_refused_with_their_unit():
         with pytest.raises(ValueError, match="times that of the law; allowed: ") as error:
             calibrate_point(Measurement(*PLACE, torque), VG100, CONTACTS)
         assert text in str(error.value)
+
+
+def test_a_row_states_its_tolerance_or_both_ends(tmp_path):
+    path, head = tmp_path / "sheet.csv", "preload [N], speed [r/min], torque_low [N.m], torque_high [N.m]"
+    for text, limits in (
+        ("preload [N], speed [r/min], torque [N.m], torque_tolerance [%]\n1000, 100, 0.4, 25\n", (0.3, 0.5)),
+        (f"{head}\n1000, 100, 0.3, 0.5\n", (0.3, 0.5)),
+        (f"{head}\n1000, -100, -0.3, -0.5\n", (0.3, 0.5)),
+    ):
+        path.write_text(text)
+        (m,) = read_measurement_file(path, 303.15).measurements
+        assert m.torque == pytest.approx(0.4, rel=1e-12)
+        assert m.limits == pytest.approx(limits, rel=1e-12)
+    for text, told in (
+        (f"{head}\n1000, 100, 0.5, 0.3\n", "torque_low = 0.5 N.m; allowed: up to torque_high"),
+        (f"{head}, torque_tolerance [%]\n1000, 100, 0.3, 0.5, 25\n", "without torque_tolerance"),
+        ("preload [N], speed [r/min], torque [N.m], torque_tolerance [%]\n1000, 100, 0.4, 99\n", "0 to 95"),
+    ):
+        path.write_text(text)
+        (problem,) = read_measurement_file(path, 303.15).problems
+        assert told in problem.reason

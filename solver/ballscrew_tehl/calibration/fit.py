@@ -45,6 +45,8 @@ THIRD = 2
 HEIGHTS = np.r_[0.0, np.geomspace(0.03, 30.0, 50)]
 #: deviation of a torque below which it is no outlier: drag torques of one screw do not repeat more closely
 MIN_OUTLIER = 0.03
+#: least relative standard error of a torque in the half-widths, of a good sensor: equal readings do not claim less
+LEAST_ERROR = 0.005
 #: fewest points of which a length of the supply is asked
 FOR_SUPPLY = 3
 #: largest 1/length [1], lengths of which the rolling part is computed, and to which it is interpolated
@@ -332,7 +334,11 @@ def fit(
     norm = np.linalg.norm(J[:, free], axis=0)
     R = np.linalg.qr(J[:, free] / norm, mode="r")
     if freedom > 0 and np.linalg.cond(R) < 1e7:
-        sigma = math.sqrt(sum_of_squares / freedom) * np.linalg.norm(np.linalg.inv(R), axis=1) / norm
+        sigma = (
+            max(math.sqrt(sum_of_squares / freedom), LEAST_ERROR)
+            * np.linalg.norm(np.linalg.inv(R), axis=1)
+            / norm
+        )
         half_width |= zip(
             [basis.parameters[i] for i in free], (student_t.ppf(0.975, freedom) * sigma).tolist(), strict=True
         )

@@ -129,8 +129,9 @@ def _calibration(
 ) -> Calibration:  # fmt: skip
     if parameters.screw.spacer_balls and name == MECHANISTIC:
         raise ValueError(
-            "spacer_balls = true; between them nothing slides, so no torque determines net_sliding_coefficient: "
-            "state supply_length in the screw file"
+            "spacer_balls = true; between them nothing slides, so there is no number to fit: compare the torque with "
+            "the interval of ballscrew torque, and where it lies outside state supply_length or "
+            "limiting_shear_coefficient in the screw file"
         )
     if seals := parameters.screw.seal_torque:
         file = file.without_seals(seals)

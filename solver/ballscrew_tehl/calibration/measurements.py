@@ -23,8 +23,11 @@ MIN_COEFFICIENT, MAX_COEFFICIENT = 1e-4, 1.0
 #: nominal diameter times speed [mm r/min]; catalogues end near 2e5
 MAX_DN = 5e5
 #: columns whose fields may be empty
-OPTIONAL = ("torque", "torque_low", "torque_high", "preload_tolerance", "temperature", "axial_load", "weight")
-#: tolerance of the torque, or its minimum and maximum
+OPTIONAL = (
+    "torque", "torque_low", "torque_high", "torque_tolerance", "preload_tolerance", "temperature", "axial_load",
+    "weight",
+)  # fmt: skip
+#: minimum and maximum of the torque
 LIMITS = ("torque_low", "torque_high")
 #: largest tolerance, as a fraction: at 1 the torque may be 0
 MAX_TOLERANCE = 0.95
@@ -187,8 +190,8 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
 
     CSV with headings of tables.headings: preload, speed, torque; optional temperature, axial_load, torque_uncertainty
     (standard one, or % of the torque) or weight (factor on the relative error), torque_low and torque_high (tolerance,
-    or minimum and maximum, from which a missing torque follows as their mean), preload_tolerance [%], table, comment. A
-    negative speed with a negative torque counts as both positive.
+    or minimum and maximum, from which a missing torque follows as their mean), torque_tolerance [%] in their place,
+    preload_tolerance [%], table, comment. A negative speed with a negative torque counts as both positive.
     """
     table = open_table(path, TORQUES)
     columns = table.single_columns()
@@ -206,6 +209,8 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
             assumed.append(number)
         ends = sorted(abs(value[key]) for key in LIMITS if key in value)
         torque = abs(value["torque"]) if "torque" in value else 0.5 * sum(ends)
+        if part := value.get("torque_tolerance", 0.0):
+            ends = [torque * (1.0 - part), torque * (1.0 + part)]
         uncertainty, name = value.get("torque_uncertainty"), texts.get("table")
         if uncertainty is not None and columns["torque_uncertainty"].unit == PERCENT:
             uncertainty *= torque
@@ -244,8 +249,13 @@ def _reasons(
     bad = {key: "> 0" for key in positive if not values.get(key, 1.0) > 0.0}
     bad |= {"speed": "not 0 (no film at rest)"} if speed == 0.0 else {}
     bad |= {key: "not 0" for key, torque in torques.items() if torque == 0.0}
-    if not 0.0 <= values.get("preload_tolerance", 0.0) <= MAX_TOLERANCE:
-        bad["preload_tolerance"] = f"0 to {100.0 * MAX_TOLERANCE:g}"
+    for key in ("torque_tolerance", "preload_tolerance"):
+        if not 0.0 <= values.get(key, 0.0) <= MAX_TOLERANCE:
+            bad[key] = f"0 to {100.0 * MAX_TOLERANCE:g}"
+    if "torque_low" in values and (
+        values.get("torque_tolerance") or 0.0 < values["torque_high"] < values["torque_low"]
+    ):
+        bad["torque_low"] = "up to torque_high, and without torque_tolerance"
     reasons = [f"{shown[key]}; allowed: {allowed}" for key, allowed in bad.items()]
     reasons += [
         f"{shown[key]} at {shown['speed']}; allowed: friction torque with the sign of the speed"

@@ -15,7 +15,7 @@ from pydantic import ValidationError
 
 from ..parameters.file import PACKAGED_DATA, Law, Parameters, changed
 from ..parameters.identity import parameters_hash
-from ..parameters.screw import ball_ball_coefficient
+from ..parameters.screw import ScrewParameters, ball_ball_coefficient
 from ..parameters.toml import read_toml
 from ..runtime.packed import MapError
 from ..whole_file import whole_file
@@ -44,6 +44,16 @@ CATALOGUE_DIFFERS = (
     "measured on three new screws of lead 8 mm, all above theirs: 0.41 N.m (catalogue 0.25) at 1000 N, 0.40 and 0.52 "
     "N.m (0.34 to 0.38) at 1500 N"
 )
+#: the same with spacer balls
+SPACED = (
+    "with spacer balls nothing slides between balls here, so that the torque is far below that of a catalogue, which "
+    "does not tell such nuts apart: no nut with spacer balls was measured, take it as a lower bound"
+)
+
+
+def catalogue_differs(screw: ScrewParameters) -> str:
+    """Why the mechanistic law gives another torque than the catalogue."""
+    return SPACED if screw.spacer_balls else CATALOGUE_DIFFERS
 
 
 @dataclass(frozen=True)
@@ -278,6 +288,8 @@ def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
     stated = {name for name in FITTED if getattr(friction, name) is not None}
     if friction.ball_thrust is not None:
         stated.add("net_sliding_coefficient")
+    if parameters.screw.spacer_balls and friction_set.name == Law.MECHANISTIC:
+        return ""  # its number, of balls that rub, is 0
     other = of_other_oil(friction_set, parameters)
     ours = friction_set.parameters_hash in ("", parameters_hash(parameters)) and not other
     if ours or stated >= set(SETS[friction_set.name]):

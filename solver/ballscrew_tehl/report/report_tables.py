@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..friction.baselines import nsk_torque
-from ..friction.sets import CATALOGUE_DIFFERS, FITTED, SETS, carried_over
+from ..friction.sets import FITTED, SETS, carried_over, catalogue_differs
 from ..nut_map.trend import MIN_FORCE_RATIO
 from ..parameters.file import FOUR_POINT
 from ..parameters.units import CELSIUS, RPM, SHOWN
@@ -123,7 +123,7 @@ def notes(data: ReportData) -> dict[str, str]:
     """What the intervals are, why the catalogue torque differs, and that numbers are of another screw; "": not so."""
     texts = {
         "interval": "no interval: it is known for the mechanistic friction law only",
-        "catalogue": CATALOGUE_DIFFERS if data.mechanistic else "",
+        "catalogue": catalogue_differs(data.parameters.screw) if data.mechanistic else "",
         "carried_over": carried_over(data.friction_set, data.parameters),
     }
     if data.interval is not None:

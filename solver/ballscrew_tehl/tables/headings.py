@@ -117,8 +117,8 @@ TORQUES = Kind(
     MEASURED
     | {
         "weight": Quantity(("weight",), NO_UNIT),
-        "preload_tolerance": Quantity(("preload_tolerance",), {PERCENT: (1e-2, 0.0)}),
     }
+    | {name: Quantity((name,), {PERCENT: (1e-2, 0.0)}) for name in ("torque_tolerance", "preload_tolerance")}
     | {name: Quantity((name,), TORQUE) for name in ("torque_low", "torque_high")},
     {"preload": ("preload",), "speed": ("speed",), "torque": ("torque", "torque_low")},
     MEASURED_EXAMPLE,

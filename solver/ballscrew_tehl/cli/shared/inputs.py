@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...friction.sets import (
-    CATALOGUE_DIFFERS,
     FrictionSet,
+    catalogue_differs,
     default_friction_set,
     friction_set_of_file,
     load_friction_sets,
@@ -76,7 +76,9 @@ class Chosen(NamedTuple):
     def catalogue_note(self, axial_load: float) -> dict[str, str]:
         """Key that says why a torque differs from that of the catalogue."""
         notes = ["of the preload alone, without the axial load"] if axial_load else []
-        notes += [CATALOGUE_DIFFERS] if self.friction_set.film_model == MECHANISTIC else []
+        notes += (
+            [catalogue_differs(self.parameters.screw)] if self.friction_set.film_model == MECHANISTIC else []
+        )
         return {"catalogue_note": "; ".join(notes)} if notes else {}
 
 
@@ -158,8 +160,8 @@ def some_of(some: Sequence[Any], results: Sequence[Any]) -> str:
     return "" if len(results) == 1 else f"{len(some)} of {len(results)} points, the first: "
 
 
-def say_outside(results: Sequence[Mapping[str, Any]], axes: Mapping[str, Any]) -> None:
-    """One line on stderr about answers beyond a map, with the first of them; axes: of its header."""
+def say_outside(results: Sequence[dict[str, Any]], axes: Mapping[str, Any]) -> None:
+    """One line on stderr about answers beyond a map, with the first of them, and a key in each; axes: of its header."""
     if not (outside := [result for result in results if result["clamped"]]):
         return
     first, keys = outside[0], {quantity.axis: quantity.name for quantity in TORQUE_POINT}
@@ -168,6 +170,10 @@ def say_outside(results: Sequence[Mapping[str, Any]], axes: Mapping[str, Any]) -
     # below its lowest preload a map continues by power laws
     light = clamped == ["preload_n"] and first["preload_n"] < axes["preload"][0]
     edge = "extrapolated from its lowest preload" if light else "those at its edge"
+    for result in outside:
+        result["range_note"] = (
+            "outside the map: the numbers and the interval are those of its edge or extrapolated"
+        )
     say(
         f"in_range: false; {some_of(outside, results)}{values} is outside the map, the numbers are {edge} (ranges: "
         "ballscrew map info; a larger map: ballscrew map build; without a map: ballscrew torque --direct)"
