@@ -57,6 +57,10 @@ FEW_DEGREES, NAMED_ROWS = 3, 8
 SUGGESTED = ("N.m", "N.cm", "N.mm", "kgf.cm", "lbf.in", "ozf.in")
 #: most that a torque may be above the interval of the law, or below it, as a factor
 MAX_FACTOR = 3.0
+#: remedy where a torque is far from the law
+CHECK = (
+    "check unit, preload, oil (viscosity, temperature), its supply and what was subtracted from the torque"
+)
 ONE_POINT = (
     "one point identifies the level of the torque only: no left-out error, no limits of the coefficient"
 )
@@ -163,6 +167,11 @@ def _calibration(
             f"{m.speed / RPM:g} r/min, {m.temperature - CELSIUS:g} C",
         }  # fmt: skip
         catalogue = float(nsk_torque(parameters.screw, m.preload))
+        if not law.low <= m.torque <= law.high:
+            span = f"{law.low:.4g} to {law.high:.4g} N.m"
+            notes.append(
+                f"torque = {m.torque:.6g} N.m is outside the interval of the law without it, {span}: {CHECK}"
+            )
         notes += [HELD] + [EXACT] * (not m.limits and not m.uncertainty)
         notes += [f"catalogue torque ({CATALOGUE}) {catalogue:.3g} N.m: {CATALOGUE_DIFFERS}"]
     else:
@@ -265,7 +274,7 @@ def _check_level(
     written = m.torque / TORQUE[unit][0]
     meant = {other: written * TORQUE[other][0] for other in SUGGESTED}
     nearest = min(meant, key=lambda other: max(meant[other] / law.torque, law.torque / meant[other]))
-    remedy = "check unit, preload, oil (viscosity, temperature), its supply and what was subtracted from the torque"
+    remedy = CHECK
     if low <= meant[nearest] <= high and nearest != unit:
         remedy = f"is {written:.6g} {nearest} = {meant[nearest]:.4g} N.m meant?"
     without = f", without friction between balls {rest:.4g} N.m" if rest else ""

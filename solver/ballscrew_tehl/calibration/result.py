@@ -21,8 +21,7 @@ SPLIT_WIDTH = 0.10
 SPLIT = "split into viscous and sliding torque"
 TRANSFER = (
     "for other screws of the same maker: net_sliding_coefficient, the friction between balls, carries over to screws "
-    "with the same kind of balls, returns and finish; the torque of seals, which is not modelled, and the supply of "
-    "oil or grease do not"
+    "with the same kind of balls, returns and finish; the torque of seals and the supply of oil or grease do not"
 )
 
 

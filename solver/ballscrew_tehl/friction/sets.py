@@ -300,10 +300,13 @@ def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
             "or grease than that of the screw file: the friction between balls is taken over, nothing that is of an "
             "oil; torques measured in this oil narrow the interval"
         )
+    churning = (
+        "" if parameters.lubricant.nlgi is None else "; churning of the grease is in no interval: run it in"
+    )
     return (
         f"the numbers of friction set {friction_set.name} were measured on {friction_set.screw or 'another screw'}, "
         f"not on {parameters.name} with this oil: compare the catalogue torque ({CATALOGUE}, 100 r/min), or calibrate "
-        "with measured torques"
+        f"with measured torques{churning}"
     )
 
 
