@@ -1,12 +1,15 @@
-"""Options of a screw file through torque, preload, interval and screw: each changes what follows from it by a closed
-form or a sum, and nothing else."""
+"""Options of a screw file through torque, preload, interval, screw and page: each changes what follows from it by a
+closed form or a sum, and nothing else. Files are those of init."""
 
 import json
+import re
 
 import pytest
 
+from ballscrew_fmu.command import main as ballscrew
 from ballscrew_tehl import load_screw
 from ballscrew_tehl.cli.main import main
+from ballscrew_tehl.mechanics import catalogue_preload
 
 pytestmark = pytest.mark.slow
 POINT = {"speed-rpm": "500", "temperature-c": "30"}
@@ -15,6 +18,7 @@ PRELOAD = 2000.0
 OPTIONS = {
     "none": {}, "seals": {"seal_torque_Nm": "0.05"}, "hand": {"hand": '"left"'}, "starts": {"starts": "2"},
     "ratings": {"dynamic_rating_N": "30000.0", "static_rating_N": "60000.0"}, "spacers": {"spacer_balls": "true"},
+    "clearance": {"preload_kind": '"single_nut_offset"'},
     "hybrid": {"ball_material": '"silicon_nitride"'}, "stainless": {"thermal_conductivity_W_mK": "24.0"},
 }  # fmt: skip
 
@@ -57,6 +61,11 @@ def of(tmp_path_factory):
             capsys.readouterr()
             at = POINT | {"map": str(folder / f"{option}.npz")}
             torque = run("torque", **at, **{"preload-n": str(PRELOAD)})
+            loose = run("torque", **at, **{"preload-n": "0", "axial-load-n": str(PRELOAD)})
+            page = folder / f"{option}.html"
+            assert ballscrew(["page", "--screw", str(file), "--map", at["map"], "--output", str(page)]) == 0
+            capsys.readouterr()
+            shown = json.loads(re.search(r'id="about">(.*?)</script>', page.read_text())[1])
             back = run("preload", **at, **{"torque-nm": repr(torque["friction_torque_nm"])})
             known[option] = (
                 torque,
@@ -64,6 +73,8 @@ def of(tmp_path_factory):
                 back,
                 run("screw"),
                 load_screw(file),
+                loose,
+                shown,
             )
         return known[option]
 
@@ -72,13 +83,23 @@ def of(tmp_path_factory):
 
 @pytest.mark.parametrize("option", OPTIONS)
 def test_option_acts_on_what_follows_from_it_alone(of, option, capsys):
-    before, before_screw, _, _, base = of("none", capsys)
-    torque, loaded, back, usual, parameters = of(option, capsys)
+    before, before_screw, _, _, base, _, _ = of("none", capsys)
+    torque, loaded, back, usual, parameters, loose, page = of(option, capsys)
     screw = parameters.screw
     ratio = {key: loaded[key] / before_screw[key] for key in RATIOS}
     total = {key: torque[f"{key}_torque_nm"] for key in ("friction", "viscous", "hysteresis", "sliding")}
     change = torque["friction_torque_nm"] - before["friction_torque_nm"]
     assert back["preload_n"] == pytest.approx(PRELOAD, rel=1e-3)
+    # with clearance one nut carries the load that both have as preload
+    both, one = (each["friction_torque_nm"] - screw.seal_torque for each in (torque, loose))
+    assert one == pytest.approx(0.5 * both, rel=1e-9)
+    assert loose["in_range"]
+    assert loose["torque_low_nm"] < loose["friction_torque_nm"] < loose["torque_high_nm"]
+    assert page["seal"] == screw.seal_torque
+    assert page["lead"] == screw.signed_lead
+    assert page["start"]["preload"] == pytest.approx(catalogue_preload(screw), rel=1e-12)
+    assert ("seal_torque", "seal") in map(tuple, page["parts"]) or not screw.seal_torque
+    assert page["side"] == ("half" if option == "clearance" else "nut")
     assert torque["torque_low_nm"] < total["friction"] < torque["torque_high_nm"]
     parts = total["viscous"] + total["hysteresis"] + total["sliding"]
     assert parts + screw.seal_torque == pytest.approx(total["friction"], rel=1e-12)
