@@ -46,7 +46,9 @@ class LubricantParameters(Table):
 
     name: str = entry("name of the oil or grease", min_length=1)
     iso_vg: Literal[mineral_oil.ISO_GRADES] | None = entry(  # type: ignore[valid-type]
-        "ISO 3448 grade of a mineral oil, with viscosity_index", in_map=False, default=None
+        "ISO 3448 grade of a mineral oil (VG 2 to 5: by two viscosities), with viscosity_index",
+        in_map=False,
+        default=None,
     )
     viscosity_index: float | None = entry(
         "its viscosity index (ASTM D2270)", in_map=False, default=None, ge=0, le=400

@@ -57,8 +57,11 @@ class Quantity(NamedTuple):
         celsius, hint = number - CELSIUS, ""
         if self.name.endswith("_c") and self.min_ <= celsius <= self.max_:
             hint = f" degrees Celsius; is {text} K = {celsius:.6g} C meant?"
-        elif re.fullmatch(r"[+-]?\d+,\d+", text):
-            hint = f", with a decimal point: {text.replace(',', '.')}"
+        elif re.fullmatch(r"[+-]?\d+,\d+([xX*]\d+)?", text):
+            whole = f" {text.replace(',', '')}, or" * (
+                re.fullmatch(r"[+-]?[1-9]\d{0,2},\d{3}", text) is not None
+            )
+            hint = f";{whole} with a decimal point: {text.replace(',', '.')}"
         raise RefusedError(f"{where} = {text}; allowed: {self.allowed}{hint}")
 
 
