@@ -86,9 +86,15 @@ def spikes(values: Array) -> np.ndarray:
     return mask & bool(limit > 0.0 and mask.mean() <= SPIKES)
 
 
+def runs(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First rows of runs of equal values, and their lengths."""
+    starts = np.r_[0, np.flatnonzero(np.diff(values)) + 1]
+    return starts, np.diff(np.r_[starts, len(values)])
+
+
 def codes(values: Array) -> tuple[np.ndarray, float]:
     """Rows of one value that the signal jumps to and comes back from, such as 0 or that of a lost sensor; the value."""
-    starts = np.r_[0, np.flatnonzero(np.diff(values)) + 1]
+    starts, length = runs(values)
     level = values[starts]
     jump = np.abs(np.diff(level))
     if not len(jump):
@@ -102,7 +108,7 @@ def codes(values: Array) -> tuple[np.ndarray, float]:
         return np.zeros(len(values), dtype=bool), 0.0
     code = float(found[numbers.argmax()])
     at_it = away & (level == code)
-    return np.repeat(at_it, np.diff(np.r_[starts, len(values)])), code
+    return np.repeat(at_it, length), code
 
 
 def signed(name: str, values: Array) -> tuple[Array, list[Finding]]:
@@ -140,8 +146,7 @@ def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Fin
     if single.any():
         found.append(finding(f"{name} jumps to single outliers", single, "left out"))
     bad = bad | single
-    starts = np.r_[0, np.flatnonzero(np.diff(values)) + 1]
-    length = np.diff(np.r_[starts, len(values)])
+    starts, length = runs(values)
     change, step = np.abs(np.diff(values[~bad])), quantum(values)
     usual = float(np.median(change[change > 0.0])) if np.any(change > 0.0) else 0.0
     coarse = step > 0.5 * usual
@@ -171,7 +176,6 @@ def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Fin
     if lines.any():
         text = f"{name} is a straight line over pieces of the log, as between rows that are lost"
         found.append(finding(text, lines, "left out"))
-    held_rows = held | lines
     if clipped.any():
         clipped = np.asarray(scipy.ndimage.binary_dilation(clipped, iterations=BESIDE))
         lowest, highest = float(values[clipped].min()), float(values[clipped].max())
@@ -188,7 +192,7 @@ def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Fin
     if len(third) and np.median(third) <= QUIET * size:
         remedy = "a set value, a feed-forward or an interpolated signal is no measurement: log the actual one"
         found.append(finding(f"{name} has no noise", np.ones(len(values), dtype=bool), remedy))
-    return bad | clipped | held_rows, found
+    return bad | clipped | held | lines, found
 
 
 def straight(values: Array, step: float) -> np.ndarray:
@@ -199,8 +203,7 @@ def straight(values: Array, step: float) -> np.ndarray:
     if not noise > max(4.0 * limit * (step > 0.0), LINE * float(np.std(values))):
         return np.zeros(len(values), dtype=bool)
     line = (bend <= limit) & (np.abs(np.diff(values)[1:]) > limit)
-    starts = np.r_[0, np.flatnonzero(np.diff(line)) + 1]
-    length = np.diff(np.r_[starts, len(bend)])
+    starts, length = runs(line)
     line = np.repeat(line[starts] & (length >= HELD_STEPS), length)
     return np.asarray(scipy.ndimage.binary_dilation(np.r_[False, line, False]))
 
