@@ -159,11 +159,9 @@ def native_description(
     return _serialized(root)
 
 
-def python_description(
-    header: Mapping[str, Any], guid: str, generation_tool: str, model: FmuModel = FRICTION
-) -> bytes:
-    """modelDescription.xml of an FMU for Python hosts."""
-    return native_description(header, 2, guid, generation_tool, (), model)
+def python_description(header: Mapping[str, Any], guid: str, generation_tool: str) -> bytes:
+    """modelDescription.xml of the FMU for Python hosts."""
+    return native_description(header, 2, guid, generation_tool, ())
 
 
 def build_description(sources: Sequence[str], model: FmuModel = FRICTION) -> bytes:

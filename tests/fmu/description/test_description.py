@@ -41,7 +41,7 @@ RATES = {f"{name}_rate": name for name in AXIS_STATES}
 def described(model, kind, law=FILM_SHEAR):
     header = closed_form(law).header
     if kind == "python":
-        return ElementTree.fromstring(python_description(header, "", "", model))
+        return ElementTree.fromstring(python_description(header, "", ""))
     return ElementTree.fromstring(native_description(header, kind, "", "", ["a.c"], model))
 
 
