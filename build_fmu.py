@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parent
 def main(arguments: list[str] | None = None) -> int:
     try:
         from ballscrew_fmu.command import BUILD
-        from ballscrew_tehl.cli.main import main as run
+        from ballscrew_tehl.applications.cli.main import main as run
     except ImportError as error:
         print(
             f"build_fmu.py: {error}; install the project first: python -m pip install -e {ROOT}",

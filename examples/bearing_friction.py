@@ -17,7 +17,7 @@ import numpy as np
 from fmu_command import run_and_plot
 from matplotlib.figure import Figure
 
-from ballscrew_tehl.caged_bearing import bearing
+from ballscrew_tehl.applications.bearing import bearing
 
 sys.path.append(str(Path(__file__).resolve().parent / "paper"))
 from bearings import skf_torque

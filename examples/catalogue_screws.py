@@ -10,10 +10,10 @@ import csv
 import sys
 from pathlib import Path
 
+from ballscrew_tehl.applications.catalogue import CatalogueSizes, catalogue_parameters, rating_ratios
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.template import example_parameters, screw_template
 from ballscrew_tehl.parameters.units import turns_of
-from ballscrew_tehl.physics.catalogue import CatalogueSizes, catalogue_parameters, rating_ratios
 
 TABLE = Path(__file__).parent / "screws" / "catalogue.csv"
 

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ballscrew_tehl.applications.mechanics import loaded_screw, screw_constants
 from ballscrew_tehl.friction.sets import default_friction_set
-from ballscrew_tehl.mechanics import catalogue_preload, loaded_screw, screw_constants
 from ballscrew_tehl.nut_map.grid import map_grid
 from ballscrew_tehl.nut_map.interval import map_interval, nearest
 from ballscrew_tehl.parameters.file import load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.physics.rating import catalogue_preload
 
 SCREWS = Path(__file__).parent / "screws"
 SLOW, SPEEDS, TEMPERATURES = 100.0 * RPM, (0.1, 0.5, 1.0), (10.0, 30.0, 60.0)  # over the largest speed; degC

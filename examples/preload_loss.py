@@ -28,12 +28,12 @@ from fmu_command import plain, run_and_plot
 from matplotlib.figure import Figure
 
 from ballscrew_tehl import load_map, load_screw
+from ballscrew_tehl.applications.calibration.measured import calibrate_point
+from ballscrew_tehl.applications.calibration.measurements import Measurement
+from ballscrew_tehl.applications.preload import preload_from_torque
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
-from ballscrew_tehl.calibration.measured import calibrate_point
-from ballscrew_tehl.calibration.measurements import Measurement
 from ballscrew_tehl.friction.interval import DEVIATIONS
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
-from ballscrew_tehl.friction.torque import preload_from_torque
 from ballscrew_tehl.nut_map.interval import map_interval
 from ballscrew_tehl.parameters.file import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM

@@ -35,7 +35,7 @@ from scipy.stats import t as student
 
 from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_tehl import load_map
-from ballscrew_tehl.friction.torque import preload_from_torque
+from ballscrew_tehl.applications.preload import preload_from_torque
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 

@@ -8,7 +8,7 @@ import numpy as np
 from fmu_command import run_and_plot
 
 from ballscrew_tehl import load_map
-from ballscrew_tehl.calibration.measured_screw import packaged_measurements
+from ballscrew_tehl.applications.calibration.measured_screw import packaged_measurements
 from ballscrew_tehl.parameters.units import RPM
 
 PRELOADS = (1000.0, 2000.0, 4000.0, 6000.0)  # N

@@ -13,17 +13,16 @@ from typing import NamedTuple
 import pandas as pd
 from pipe_table import data_file
 
-from ballscrew_tehl.caged_bearing import CAGED, Bearing, bearing
+from ballscrew_tehl.applications.bearing import CAGED, Bearing, bearing
 from ballscrew_tehl.friction.mechanistic import nuts_powers
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.ball_law import loaded_contact_angle
-from ballscrew_tehl.physics.film import thermal_load_parameter
+from ballscrew_tehl.physics.film import FLOODED, thermal_load_parameter
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, reduced_radii
 from ballscrew_tehl.physics.kinematics import entrainment_speed
 from ballscrew_tehl.physics.lubricant import eta0
 from ballscrew_tehl.physics.rating import STATIC_PRESSURE, ball_pressure
-from ballscrew_tehl.physics.supply import FLOODED
 
 SKF_TORQUE = "skf_torque.csv"
 #: friction coefficient of SKF's sliding part, of boundary and of full film with mineral oil

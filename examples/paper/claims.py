@@ -15,7 +15,7 @@ import numpy as np
 from measured_torques import Law, packaged_laws
 from pipe_table import data_file, table
 
-from ballscrew_tehl.calibration.measured_screw import ASSUMED_TEMPERATURE, packaged_measurements
+from ballscrew_tehl.applications.calibration.measured_screw import ASSUMED_TEMPERATURE, packaged_measurements
 from ballscrew_tehl.parameters.file import Parameters, ScrewParameters
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.film import central_film_estimate, film_groups

@@ -36,8 +36,8 @@ from ballscrew_tehl.friction.mechanistic import nuts_powers
 from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.parameters.file import graded_oil
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.physics.film import FLOODED
 from ballscrew_tehl.physics.lubricant import eta0
-from ballscrew_tehl.physics.supply import FLOODED
 
 GROOVE_TORQUE = "balan_rolling_torque.csv"
 #: radius of the grooves across rolling, pitch diameter of the balls [m], viscosity of the oil [Pa s]

@@ -15,9 +15,8 @@ import numpy as np
 from pipe_table import percent, table
 
 from ballscrew_tehl import load_map, load_screw
-from ballscrew_tehl.atlas.ball_contacts import BallContacts
-from ballscrew_tehl.calibration.fit import torque_basis
-from ballscrew_tehl.calibration.measured_screw import (
+from ballscrew_tehl.applications.calibration.fit import torque_basis
+from ballscrew_tehl.applications.calibration.measured_screw import (
     ASSUMED_TEMPERATURE,
     MODELS,
     Evaluate,
@@ -25,12 +24,14 @@ from ballscrew_tehl.calibration.measured_screw import (
     packaged_measurements,
     validation_tables,
 )
-from ballscrew_tehl.calibration.measurements import Measurement
-from ballscrew_tehl.friction.baselines import jungnickel_torque, nsk_torque, zhou_torque
+from ballscrew_tehl.applications.calibration.measurements import Measurement
+from ballscrew_tehl.applications.published_formulas import jungnickel_torque, zhou_torque
+from ballscrew_tehl.atlas.ball_contacts import BallContacts
 from ballscrew_tehl.friction.sets import SETS, SUPPLY, FrictionSet, default_friction_set, with_set
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, Parameters, changed
-from ballscrew_tehl.parameters.screw import ball_ball_coefficient
+from ballscrew_tehl.parameters.friction import ball_ball_coefficient
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.physics.rating import nsk_torque
 from ballscrew_tehl.runtime.evaluate import NutMap
 
 #: inferred, not printed: coefficients of friction over speed in the text on Fig. 16 of Zhao et al. (2023), on the scale

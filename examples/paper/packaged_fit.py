@@ -23,10 +23,10 @@ from scipy.optimize import brentq, least_squares
 from scipy.stats import t as student_t
 
 from ballscrew_tehl import __version__, load_screw
-from ballscrew_tehl.calibration import fit
-from ballscrew_tehl.calibration.fit import THIRD, TorqueBasis, torque_basis
-from ballscrew_tehl.calibration.measured import error_summary, solved_film, with_learned
-from ballscrew_tehl.calibration.measured_screw import packaged_measurements
+from ballscrew_tehl.applications.calibration import fit
+from ballscrew_tehl.applications.calibration.fit import THIRD, TorqueBasis, torque_basis
+from ballscrew_tehl.applications.calibration.measured import error_summary, solved_film, with_learned
+from ballscrew_tehl.applications.calibration.measured_screw import packaged_measurements
 from ballscrew_tehl.friction.sets import (
     FITTED,
     SETS,

@@ -3,13 +3,13 @@
 import sys
 from collections.abc import Sequence
 
-from ballscrew_tehl.cli import main as cli
+from ballscrew_tehl.applications.cli import main as cli
 
 from .command import FMUS
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command. Returns the exit code: see ballscrew_tehl.cli.main."""
+    """Run a command. Returns the exit code: see ballscrew_tehl.applications.cli.main."""
     return cli.main(arguments, "python -m ballscrew_fmu", FMUS)
 
 

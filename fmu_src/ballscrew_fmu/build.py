@@ -17,12 +17,12 @@ from ballscrew_fmu.native_fmu import libraries
 from ballscrew_fmu.native_fmu.compile import INSTALL, WASM
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.python_fmu.package import build_fmu
-from ballscrew_tehl.calibration.measured_screw import is_measured, table_text, validation_tables
-from ballscrew_tehl.cli.shared.inputs import chosen_of
+from ballscrew_tehl.applications.calibration.measured_screw import is_measured, table_text, validation_tables
+from ballscrew_tehl.applications.cli.shared.inputs import chosen_of
+from ballscrew_tehl.applications.report.data import OperatingPoint
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.nut_map.interval import interval_table
 from ballscrew_tehl.parameters.file import Parameters
-from ballscrew_tehl.report.data import OperatingPoint
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MECHANISTIC
 

@@ -8,8 +8,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ballscrew_tehl.cli import main as cli
-from ballscrew_tehl.cli.parser import COMMANDS, INPUTS, JSON, OUTPUT, Command, option, switch
+from ballscrew_tehl.applications.cli import main as cli
+from ballscrew_tehl.applications.cli.parser import COMMANDS, INPUTS, JSON, OUTPUT, Command, option, switch
 
 RUNS = "ballscrew_fmu.runs"
 #: documentation of a clone, and as a wheel puts it (pyproject.toml)
@@ -78,7 +78,7 @@ BALLSCREW = Command(
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The command `ballscrew`. Returns the exit code: see ballscrew_tehl.cli.main."""
+    """The command `ballscrew`. Returns the exit code: see ballscrew_tehl.applications.cli.main."""
     return cli.main(arguments, "ballscrew", BALLSCREW)
 
 

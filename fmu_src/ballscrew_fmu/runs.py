@@ -12,7 +12,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from ballscrew_tehl.cli.shared.output import (
+from ballscrew_tehl.applications.cli.shared.output import (
     Answer,
     CommandError,
     check_output,
@@ -144,10 +144,10 @@ def run_report(args: Namespace) -> Answer:
     from ballscrew_fmu import build
     from ballscrew_fmu.live_page.page import live_frame
     from ballscrew_fmu.native_fmu.compile import BuildError
-    from ballscrew_tehl.cli.commands.report import run_report
-    from ballscrew_tehl.cli.shared.inputs import Chosen
-    from ballscrew_tehl.report.data import OperatingPoint
-    from ballscrew_tehl.report.page import Html
+    from ballscrew_tehl.applications.cli.commands.report import run_report
+    from ballscrew_tehl.applications.cli.shared.inputs import Chosen
+    from ballscrew_tehl.applications.report.data import OperatingPoint
+    from ballscrew_tehl.applications.report.page import Html
     from ballscrew_tehl.runtime.evaluate import NutMap
 
     def live(chosen: Chosen, nut_map: NutMap, point: OperatingPoint) -> Html | None:

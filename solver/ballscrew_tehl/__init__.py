@@ -10,8 +10,8 @@ from ._version import __date__ as __date__
 from ._version import __version__ as __version__
 
 if TYPE_CHECKING:
-    from .caged_bearing import bearing
-    from .calibration.measured import calibrate
+    from .applications.bearing import bearing
+    from .applications.calibration.measured import calibrate
     from .contact import solve
     from .nut_map.file import load_map
     from .parameters.file import load_screw
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 __all__ = ["bearing", "calibrate", "load_map", "load_screw", "solve"]
 
 _PLACES = {
-    "bearing": "caged_bearing:bearing",
-    "calibrate": "calibration.measured:calibrate",
+    "bearing": "applications.bearing:bearing",
+    "calibrate": "applications.calibration.measured:calibrate",
     "load_map": "nut_map.file:load_map",
     "load_screw": "parameters.file:load_screw",
     "solve": "contact:solve",

@@ -1,6 +1,6 @@
 """python -m ballscrew_tehl"""
 
-from .cli.main import main
+from .applications.cli.main import main
 
 if __name__ == "__main__":
     raise SystemExit(main())

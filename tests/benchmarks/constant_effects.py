@@ -27,7 +27,7 @@ from rich.progress import track
 from scipy.stats import qmc
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))  # run as a script
-sys.path.insert(0, str(Path(__file__).parents[2]))
+sys.path.insert(0, str(Path(__file__).parents[2] / "solver"))
 from paths import ROOT
 from robustness import isothermal, thermal
 

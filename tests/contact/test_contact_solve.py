@@ -170,5 +170,5 @@ def test_a_change_of_any_kernel_source_gives_another_cache(tmp_path, monkeypatch
         file.write_text(file.read_text(encoding="utf-8") + "\n# changed\n", encoding="utf-8")
         found.add(compiled.sources_hash(copy))
     assert len(found) == len(kernels) + 2
-    (copy / "cli" / "main.py").write_text("", encoding="utf-8")
+    (copy / "applications" / "cli" / "main.py").write_text("", encoding="utf-8")
     assert compiled.sources_hash(copy) in found

@@ -17,7 +17,7 @@ from pipe_table import data_file
 from reference_screw import GD4008
 from rig import rig_torques
 
-from ballscrew_tehl.calibration.measured_screw import validation_tables
+from ballscrew_tehl.applications.calibration.measured_screw import validation_tables
 from ballscrew_tehl.friction.sets import load_friction_sets
 from ballscrew_tehl.parameters.units import RPM
 

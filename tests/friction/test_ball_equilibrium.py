@@ -16,8 +16,8 @@ from ballscrew_tehl.friction.ball_equilibrium import (
     radial_nodes,
 )
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_screw
-from ballscrew_tehl.physics.ball_motion import ContactMotion, contact_motion
 from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
+from ballscrew_tehl.physics.kinematics import ContactMotion, contact_motion
 
 ROLLING = changed(load_screw(), friction={"kinematics": "rolling_frame"})
 SCREW = ROLLING.screw

@@ -8,10 +8,10 @@ import pytest
 from law_contacts import ClosedContacts
 from scipy.stats import qmc
 
+from ballscrew_tehl.applications.calibration.fit import fit_law, torque_basis
+from ballscrew_tehl.applications.calibration.measured import error_summary, with_learned
+from ballscrew_tehl.applications.calibration.measured_screw import packaged_measurements
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
-from ballscrew_tehl.calibration.fit import fit_law, torque_basis
-from ballscrew_tehl.calibration.measured import error_summary, with_learned
-from ballscrew_tehl.calibration.measured_screw import packaged_measurements
 from ballscrew_tehl.friction.interval import (
     DEVIATIONS,
     KNOWN_ERROR,
@@ -25,9 +25,8 @@ from ballscrew_tehl.friction.interval import (
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
 from ballscrew_tehl.friction.sets import SETS, default_friction_set
 from ballscrew_tehl.parameters.file import PACKAGED_DATA, Law, changed, load_screw
-from ballscrew_tehl.parameters.friction_constants import BOUNDED
+from ballscrew_tehl.parameters.friction import BOUNDED, ball_ball_coefficient
 from ballscrew_tehl.parameters.identity import parameters_hash
-from ballscrew_tehl.parameters.screw import ball_ball_coefficient
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 
 LAW = load_screw(PACKAGED_DATA / "gd4008_vg100.toml")

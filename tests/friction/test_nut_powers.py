@@ -6,6 +6,7 @@ from law_contacts import VG100, ClosedContacts
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+from ballscrew_tehl.friction.film_shear import NutTorques, hysteresis_force
 from ballscrew_tehl.friction.mechanistic import (
     breakaway_factor,
     mean_load,
@@ -14,17 +15,14 @@ from ballscrew_tehl.friction.mechanistic import (
     thrust_factor,
 )
 from ballscrew_tehl.friction.sets import default_friction_set
-from ballscrew_tehl.friction.torque import NutTorques, hysteresis_force
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.ball_law import contact_angle_at_ball_load
-from ballscrew_tehl.physics.ball_motion import contact_motion, neighbour_sliding
+from ballscrew_tehl.physics.film import FLOODED, replenishment_factor, supply_factor
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from ballscrew_tehl.physics.kinematics import entrainment_speed
+from ballscrew_tehl.physics.kinematics import contact_motion, entrainment_speed, neighbour_sliding
 from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.physics.lubricant import ambient_density, eta0
-from ballscrew_tehl.physics.rolling_resistance import replenishment_factor
-from ballscrew_tehl.physics.supply import FLOODED, supply_factor
 
 SCREW, FRICTION = VG100.screw, VG100.friction
 K = 0.0113

@@ -9,9 +9,9 @@ from reference_screw import GD4008
 from synthetic_contacts import GRID, LAW, ClosedContacts, ClosedFilm, law_map, nut_map_of, small_map
 
 from ballscrew_tehl.atlas.contact_atlas import load_atlas
+from ballscrew_tehl.friction.film_shear import double_nut_torque, nut_forces
 from ballscrew_tehl.friction.mechanistic import double_nut_parts, nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set, with_set
-from ballscrew_tehl.friction.torque import double_nut_torque, nut_forces
 from ballscrew_tehl.nut_map.build import build_map, sharing_values
 from ballscrew_tehl.nut_map.grid import VISCOUS, screw_grid
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_screw

@@ -20,17 +20,23 @@ from synthetic_contacts import (
 )
 
 from ballscrew_tehl.atlas.contact_atlas import OutsideAtlasError, packaged_atlas
+from ballscrew_tehl.friction.film_shear import double_nut_torque
 from ballscrew_tehl.friction.sets import default_friction_set
-from ballscrew_tehl.friction.torque import double_nut_torque
-from ballscrew_tehl.nut_map import build, certificate, interval
+from ballscrew_tehl.nut_map import build, interval
 from ballscrew_tehl.nut_map import file as store
 from ballscrew_tehl.nut_map import grid as limits
-from ballscrew_tehl.nut_map.certificate import WHOLE, Deviation, claim, deviation_from_direct, region_points
 from ballscrew_tehl.nut_map.file import load_map, save_map
 from ballscrew_tehl.nut_map.interval import BAND, band_point, map_interval
 from ballscrew_tehl.parameters import identity
 from ballscrew_tehl.parameters.file import PACKAGED_DATA, changed, load_screw
-from ballscrew_tehl.refinement import direct
+from ballscrew_tehl.refinement import certificate, direct
+from ballscrew_tehl.refinement.certificate import (
+    WHOLE,
+    Deviation,
+    claim,
+    deviation_from_direct,
+    region_points,
+)
 from ballscrew_tehl.runtime.packed import MapError, npz_bytes, read_npz
 
 

@@ -6,7 +6,7 @@ from importlib import resources
 import pytest
 from reference_screw import GD4008
 
-from ballscrew_tehl.friction.torque import nut_forces
+from ballscrew_tehl.friction.film_shear import nut_forces
 from ballscrew_tehl.parameters.file import Law, changed, load_screw
 from ballscrew_tehl.parameters.identity import differences, map_parameters_json, parameters_hash
 from ballscrew_tehl.parameters.screw import NITRIDE

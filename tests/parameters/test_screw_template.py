@@ -6,13 +6,12 @@ import catalogue_screws
 import pytest
 from reference_screw import GD4008
 
-from ballscrew_tehl.cli import main as cli
-from ballscrew_tehl.mechanics import catalogue_preload
+from ballscrew_tehl.applications.cli import main as cli
 from ballscrew_tehl.nut_map.grid import map_grid
-from ballscrew_tehl.parameters.file import TABLES, changed, load_screw
+from ballscrew_tehl.parameters.file import TABLES, Parameters, changed, load_screw
 from ballscrew_tehl.parameters.identity import parameters_hash
-from ballscrew_tehl.parameters.screw import Parameters
 from ballscrew_tehl.parameters.template import example_parameters, screw_template
+from ballscrew_tehl.physics.rating import catalogue_preload
 
 
 def assert_same(found: Parameters, expected: Parameters) -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from ballscrew_tehl.physics.film import biboulet_houpert_point, replenishment_factor
 from ballscrew_tehl.physics.hertz import ellipse
-from ballscrew_tehl.physics.rolling_resistance import biboulet_houpert_point, replenishment_factor
 
 E_PRIME = 226e9
 

@@ -9,9 +9,9 @@ from scipy.integrate import dblquad
 from ballscrew_tehl.contact import SolverOptions, ball_conditions, solve
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 from ballscrew_tehl.parameters.units import RPM
+from ballscrew_tehl.physics.film import FLOODED, hertz_gap, missing_loss, supply_factor
 from ballscrew_tehl.physics.hertz import ellipse
 from ballscrew_tehl.physics.lubricant import eta0
-from ballscrew_tehl.physics.supply import FLOODED, hertz_gap, missing_loss, supply_factor
 
 #: u_e [m/s], eta0 [Pa s], film, b, R_x, R_y [m]
 LIGHT, HEAVY = (0.5, 0.1, 8e-7, 3e-5, 2e-3, 0.05), (5.0, 0.02, 3e-7, 1.5e-4, 2.6e-3, 0.03)

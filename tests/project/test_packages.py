@@ -71,7 +71,7 @@ def archives(tmp_path_factory):
     shutil.copytree(ROOT, project, ignore=shutil.ignore_patterns(*LEFT_OUT))
     sources = os.pathsep.join(str(project / name) for name in ("solver", "fmu_src"))
     files = {"pyproject.toml", "build_fmu.py", "README.md", "CHANGELOG.md", "LICENSE", "CITATION.cff"}
-    for folder in ("solver", "fmu_src", "atlas_builder", "tests", "examples", "docs"):
+    for folder in ("solver", "fmu_src", "tests", "examples", "docs"):
         found = (path for path in (project / folder).rglob("*") if path.is_file())
         files |= {path.relative_to(project).as_posix() for path in found}
     output("-m", "ballscrew_fmu.native_fmu.libraries", folder=project, PYTHONPATH=sources)

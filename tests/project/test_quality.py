@@ -9,7 +9,7 @@ from processes import output
 
 SOURCES = [
     path
-    for folder in ("solver", "fmu_src", "atlas_builder", "tests", "examples", "docs")
+    for folder in ("solver", "fmu_src", "tests", "examples", "docs")
     for path in sorted((ROOT / folder).rglob("*.py"))
     if "build" not in path.relative_to(ROOT).parts
 ]

@@ -6,9 +6,9 @@ from reference_screw import GD4008
 from synthetic_contacts import LAW, ClosedFilm, closed_ball
 
 from ballscrew_tehl.atlas.groups import closed_forms
+from ballscrew_tehl.friction.film_shear import double_nut_torque, nut_forces
 from ballscrew_tehl.friction.mechanistic import mean_load, nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set
-from ballscrew_tehl.friction.torque import double_nut_torque, nut_forces
 from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.load import nut_loads

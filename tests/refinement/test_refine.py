@@ -13,9 +13,9 @@ from synthetic_contacts import LAW, ClosedFilm, closed_ball, law_map, nut_map_of
 from synthetic_map import make_map
 
 from ballscrew_tehl.contact import UnconvergedContactError
+from ballscrew_tehl.friction.film_shear import double_nut_torque
 from ballscrew_tehl.friction.mechanistic import nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set, with_set
-from ballscrew_tehl.friction.torque import double_nut_torque
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.identity import map_parameters
 from ballscrew_tehl.physics.load import nut_loads

@@ -2,7 +2,7 @@
 
 import json
 
-from ballscrew_tehl.cli.main import main
+from ballscrew_tehl.applications.cli.main import main
 
 
 def run(capsys, *arguments):

@@ -5,10 +5,10 @@ import math
 import numpy as np
 from closed_film import HamrockDowsonFilm
 
-from ballscrew_tehl.calibration.fit import TorqueBasis
-from ballscrew_tehl.calibration.measured_screw import packaged_measurements
-from ballscrew_tehl.calibration.measurements import Measurement
-from ballscrew_tehl.friction.torque import NutTorques, nut_sums
+from ballscrew_tehl.applications.calibration.fit import TorqueBasis
+from ballscrew_tehl.applications.calibration.measured_screw import packaged_measurements
+from ballscrew_tehl.applications.calibration.measurements import Measurement
+from ballscrew_tehl.friction.film_shear import NutTorques, nut_sums
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_screw
 
 TEMPERATURE = 303.0

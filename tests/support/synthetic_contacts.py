@@ -48,7 +48,7 @@ class ClosedContacts(BallContacts):
 
 
 class ClosedFilm:
-    """Film of sliding balls by the law of the paper (friction.torque.FilmModel)."""
+    """Film of sliding balls by the law of the paper (friction.film_shear.FilmModel)."""
 
     def __init__(self, parameters, thermal):
         self.parameters, self.thermal, self.name = parameters, thermal, FILMS[thermal]

@@ -1,6 +1,6 @@
 """Motion of BallScrewAxis integrated in Python, apart from the C code: the equations of variables/axis.py.
 
-Friction of the nuts and its elements by the Python laws of the runtime, Hertz contacts as in physics/axial_stiffness.
+Friction of the nuts and its elements by the Python laws of the runtime, Hertz contacts as in physics/stiffness.
 Leapfrog in short equal parts: half a part of motion, forces in the middle, the other half. Elements are moved from
 middle to middle, cut at their limits, which needs no event. For an axis without support_stiffness and inclination.
 """

@@ -20,19 +20,19 @@ from ballscrew_fmu.native_fmu.libraries import contents, page_library
 from ballscrew_fmu.native_fmu.resource_files import map_bytes
 from ballscrew_fmu.variables.friction import law_name, origin_text, start_preload
 from ballscrew_tehl import __version__
-from ballscrew_tehl.calibration.measured_screw import ASSUMED_TEMPERATURE, packaged_measurements
-from ballscrew_tehl.cli.shared.quantities import TORQUE_POINT
+from ballscrew_tehl.applications import trend
+from ballscrew_tehl.applications.calibration.measured_screw import ASSUMED_TEMPERATURE, packaged_measurements
+from ballscrew_tehl.applications.cli.shared.quantities import TORQUE_POINT
+from ballscrew_tehl.applications.report.data import PRELOAD_WORDS, OperatingPoint
+from ballscrew_tehl.applications.report.page import Html, environment
+from ballscrew_tehl.applications.tables.headings import MEASURED, MEASURED_EXAMPLE
 from ballscrew_tehl.friction.interval import MEANING
-from ballscrew_tehl.nut_map import trend
 from ballscrew_tehl.nut_map.interval import TABLE_NODES
 from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters, load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.film import MIN_FILM, THICKEST_FILM
-from ballscrew_tehl.report.data import PRELOAD_WORDS, OperatingPoint
-from ballscrew_tehl.report.page import Html, environment
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import MECHANISTIC, SURFACES, map_hash
-from ballscrew_tehl.tables.headings import MEASURED, MEASURED_EXAMPLE
 
 _TRENDS = ["", *(trend.Trend(*at).text for at in ((True, False), (False, True), (True, True)))]
 _START_SPEED, _START_TEMPERATURE = 1000.0, 303.15  # [r/min], [K]

@@ -11,14 +11,16 @@ from jinja2 import ChoiceLoader, PackageLoader
 from ballscrew_fmu.description.model_description import licence_text
 from ballscrew_fmu.models import FmuModel
 from ballscrew_fmu.variables.friction import TIME, Variable, band_text, fmu_variables, law_name, origin_text
-from ballscrew_tehl.report.data import PRELOAD_WORDS
-from ballscrew_tehl.report.page import TEMPLATES as ELEMENTS
-from ballscrew_tehl.report.page import Html, certificate_table, page, section
+from ballscrew_tehl.applications.report.data import PRELOAD_WORDS
+from ballscrew_tehl.applications.report.page import TEMPLATES as ELEMENTS
+from ballscrew_tehl.applications.report.page import Html, certificate_table, page, section
 from ballscrew_tehl.runtime import constants
 from ballscrew_tehl.runtime.packed import map_hash
 
 TEMPLATES = ELEMENTS.overlay(
-    loader=ChoiceLoader([PackageLoader("ballscrew_fmu.pages"), PackageLoader("ballscrew_tehl.report")])
+    loader=ChoiceLoader(
+        [PackageLoader("ballscrew_fmu.pages"), PackageLoader("ballscrew_tehl.applications.report")]
+    )
 )
 TEMPLATES.globals = ELEMENTS.globals | {
     "band_text": band_text, "certificate_table": certificate_table, "law_name": law_name, "map_hash": map_hash,

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..numerics import Array
 from ..parameters.file import Parameters
-from ..physics.ball_law import Array
 from ..physics.hertz import RACEWAYS
 from ..physics.load import load_nodes
 from ..physics.lubricant import eta0

@@ -11,13 +11,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..numerics import Array
 from ..parameters.file import LubricantParameters, Parameters, SolidParameters
-from ..physics.ball_law import Array, contact_angle_at_ball_load
-from ..physics.film import central_film_estimate, moes_groups, thermal_load_parameter, wilson_sheu
+from ..physics.ball_law import contact_angle_at_ball_load
+from ..physics.film import (
+    biboulet_houpert_point,
+    central_film_estimate,
+    moes_groups,
+    thermal_load_parameter,
+    wilson_sheu,
+)
 from ..physics.hertz import E_prime, ellipse, reduced_radii
 from ..physics.kinematics import entrainment_speed
 from ..physics.lubricant import ambient_density, eta0, relative_density, temperature_slope
-from ..physics.rolling_resistance import biboulet_houpert_point
 
 #: quantities of a contact with units; temperature_rise: of the hottest level of the film, mean over the contact;
 #: mean_rise: mean over contact and film, below 0 where oil that expands cools more than shear heats; rolling_loss,

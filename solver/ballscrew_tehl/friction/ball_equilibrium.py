@@ -1,6 +1,6 @@
 """Motion of a ball between its raceways, and the power that slip and spin cost: the minimum of a convex potential.
 
-Each contact slides as its motion says (physics.ball_motion), with Heathcote's parabola and spin over a Hertz-shaped
+Each contact slides as its motion says (physics.kinematics), with Heathcote's parabola and spin over a Hertz-shaped
 pressure; tau = (1-f) min(tau_0 asinh(eta v/(h tau_0)), Lambda p) + f mu_b p with the share f of the asperities is the
 derivative of a convex potential with respect to the local slip v. So the forces and moments of the contacts on the ball
 vanish where the integral of the potential over all contacts is least. The motion there is unique.
@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..physics.ball_law import Array
-from ..physics.ball_motion import ContactMotion, rolling_motion
+from ..numerics import Array
+from ..physics.kinematics import ContactMotion, rolling_motion
 
 #: nodes of the quadrature over the ellipse: Gauss along the radius, equal steps around
 RADIAL, AROUND = 8, 16

@@ -1,6 +1,6 @@
 """Interval of a torque by the mechanistic law that follows from the constants known within bounds.
 
-Every constant c of parameters.friction_constants is taken as uniform between its ends, independent of the others, and
+Every constant c of parameters.friction is taken as uniform between its ends, independent of the others, and
 moved to both ends alone. With the parabola g_c through ln(T_c/T) at low end, value and high end, T the torque,
 
     m = ln T + sum_c mean(g_c),   s^2 = sum_c variance(g_c),   interval exp(m -+ 1.2816 s)
@@ -42,12 +42,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..numerics import Array
 from ..parameters.file import Parameters
-from ..parameters.friction_constants import BOUNDED
+from ..parameters.friction import BOUNDED, ball_ball_coefficient
 from ..parameters.identity import parameters_hash
-from ..parameters.screw import ball_ball_coefficient
 from ..parameters.units import COLDEST, HOTTEST
-from ..physics.ball_law import Array
 from ..physics.lubricant import eta0
 from .mechanistic import ContactValues, Nut, law_constants, loaded_nuts, powers_of_nuts, torque_line
 from .sets import SUPPLY, FrictionSet, load_friction_sets, of_other_oil

@@ -10,7 +10,7 @@ P_hysteresis  3/16 mu_hs Q b times the angular speed of rolling, u_e/R_x (Zhao 2
               u_e/r_b)
 P_neighbour   oil sheared in the gap between neighbouring balls, part of the rolling torque, half for each raceway;
               neighbour_oil is the filled share of the gap, times the replenishment of a starved nut
-P_ball_ball   neighbours slide on each other with twice the speed of their surfaces (physics.ball_motion) and have no
+P_ball_ball   neighbours slide on each other with twice the speed of their surfaces (physics.kinematics) and have no
               entrainment, so that no film parts them: mu_b N times that speed. N = kappa Lambda Q times thrust_factor
 
 Fitted: kappa, as the one number 2 mu_b Lambda kappa that multiplies Q u_e (net_sliding_coefficient of the set).
@@ -30,20 +30,18 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from ..numerics import Array
 from ..parameters.file import FOUR_POINT, FrictionTable, Parameters
-from ..parameters.friction_constants import BOUNDED
+from ..parameters.friction import BOUNDED
 from ..parameters.units import RPM
-from ..physics.ball_law import Array, contact_angle_at_ball_load
-from ..physics.ball_motion import ContactMotion, contact_motion, neighbour_sliding
-from ..physics.film import asperity_share
+from ..physics.ball_law import contact_angle_at_ball_load
+from ..physics.film import FLOODED, asperity_share, neighbour_drag_power, replenishment_factor, supply_factor
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from ..physics.kinematics import entrainment_speed
+from ..physics.kinematics import ContactMotion, contact_motion, entrainment_speed, neighbour_sliding
 from ..physics.load import nut_loads
 from ..physics.lubricant import ambient_density, eta0, viscosity
-from ..physics.rolling_resistance import neighbour_drag_power, replenishment_factor
-from ..physics.supply import FLOODED, supply_factor
 from .ball_equilibrium import Traction, ball_equilibrium, radial_nodes
-from .torque import UNLOADED, NutTorques, TorqueParts, check_motion, hysteresis_sum, sum_of_nuts
+from .film_shear import UNLOADED, NutTorques, TorqueParts, check_motion, hysteresis_sum, sum_of_nuts
 
 #: SKF's geometry constant of single-row angular contact, and ball diameter over D - d of such bearings
 K_Z, BALL_OVER_SECTION = 4.4, 0.3

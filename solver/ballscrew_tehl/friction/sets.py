@@ -14,8 +14,9 @@ from typing import Any
 from pydantic import ValidationError
 
 from ..parameters.file import PACKAGED_DATA, Law, Parameters, changed
+from ..parameters.friction import ball_ball_coefficient
 from ..parameters.identity import parameters_hash
-from ..parameters.screw import ScrewParameters, ball_ball_coefficient
+from ..parameters.screw import ScrewParameters
 from ..parameters.toml import read_toml
 from ..runtime.packed import MapError
 from ..whole_file import whole_file

@@ -9,8 +9,8 @@ from .._version import __version__
 from ..atlas.ball_contacts import BallContacts
 from ..atlas.contact_atlas import OutsideAtlasError
 from ..friction.mechanistic import Nut, law_constants, powers_of_nuts
+from ..numerics import Array
 from ..parameters.file import FOUR_POINT, Parameters
-from ..physics.ball_law import Array
 from ..physics.hertz import RACEWAYS
 from ..physics.kinematics import ROLLING_FRAME
 from ..physics.load import double_nut_loads, nut_loads, separation_load

@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from ..friction.baselines import nsk_torque
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
-from ..friction.presliding import presliding_angle
 from ..friction.sets import FrictionSet, carried_over, default_friction_set, refuse_other_fit, with_supply
+from ..numerics import Array
 from ..parameters import identity
 from ..parameters.file import PACKAGED_DATA, Parameters, ScrewParameters, load_screw
-from ..physics.axial_stiffness import axial_stiffness, nut_stiffness_constant
-from ..physics.ball_law import Array, loaded_contact_angle
+from ..physics.ball_law import loaded_contact_angle
 from ..physics.kinematics import ROLLING_FRAME
+from ..physics.rating import nsk_torque
+from ..physics.stiffness import axial_stiffness, nut_stiffness_constant, presliding_angle
 from ..runtime.evaluate import NutMap
 from ..runtime.packed import (
     DEFAULTS,

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..atlas.ball_contacts import BallRange
-from ..parameters.file import LubricantParameters, Parameters, ScrewParameters
-from ..parameters.screw import WIDEST_ENDS
+from ..numerics import Array, rising_root
+from ..parameters.file import WIDEST_ENDS, LubricantParameters, Parameters, ScrewParameters
 from ..parameters.units import CELSIUS, RPM, SHOWN
-from ..physics.ball_law import Array, rising_root
 from ..physics.load import largest_preload, nut_loads
 from ..physics.lubricant import eta0
 from ..physics.rating import ball_pressure

@@ -2,25 +2,23 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ..atlas.ball_contacts import BallContacts
+from ..friction.film_shear import nut_forces
 from ..friction.interval import TorqueInterval, interval_ends, is_fitted, torque_interval, unknown_constants
 from ..friction.mechanistic import law_constants
 from ..friction.sets import FrictionSet
-from ..friction.torque import nut_forces, preload_from_torque
-from ..mechanics import catalogue_preload
+from ..numerics import Array
 from ..parameters.file import Parameters, ScrewParameters
-from ..physics.ball_law import Array
+from ..physics.rating import catalogue_preload
 from ..runtime.bspline import fit as coefficients_of
-from ..runtime.evaluate import NutMap
 from ..runtime.packed import POINT
 
 BAND = "mechanistic_interval"  # key of a header
-#: temperature [K] nearest to which the band of a map is stated; relative accuracy of the ends of a preload
-BAND_TEMPERATURE, PRELOAD_ACCURACY = 303.15, 1e-3
+BAND_TEMPERATURE = 303.15  # [K] nearest to which the band of a map is stated
 #: nodes of interval_table: ends of the interval without axial load, two maps, 768 points: off by 0.15 % in the mean,
 #: 0.7 % at 95 %, 2.5 % at most, in cold oil at high speed, where the supply of oil begins to fail
 TABLE_NODES = 9, 11, 7
@@ -71,49 +69,6 @@ def relative_intervals(
     """Ends of the interval over the torque (p, s, t, 2) without axial load, on a grid [N, rad/s, K] within a map."""
     at = speeds, temperatures, friction_set
     return np.stack(interval_ends(parameters, preloads, BallContacts(parameters), *at), axis=-1)
-
-
-class PreloadInterval(NamedTuple):
-    """Preloads [N] whose intervals of the torque end at a measured torque."""
-
-    low: float
-    high: float
-    meaning: str  # of the interval of the torque at the preload itself
-    at_edge: tuple[str, ...]  # ends that the map cuts off
-
-
-def preload_interval(
-    parameters: Parameters,
-    nut_map: NutMap,
-    friction_set: FrictionSet,
-    torque: float,
-    preload: float,
-    speed: float,
-    temperature: float,
-) -> PreloadInterval:
-    """Preloads [N] at which a measured torque [N.m] >= 0 is the high and low end of its interval, within the map."""
-    axes, at = nut_map.header["axes"], (speed, temperature)
-    lowest, highest = axes["preload"][0], min(axes["force"][1], axes["preload"][1])
-
-    def interval(preload: float) -> TorqueInterval:
-        return map_interval(parameters, axes, friction_set, preload, *at)
-
-    def end(preload: float, which: int) -> float:
-        seals = nut_map.seal_torque
-        balls = float(nut_map.evaluate(preload, *at).friction_torque) - seals
-        return interval(preload).relative[which] * balls + seals
-
-    low, high, at_edge = lowest, highest, []
-    if end(lowest, 1) < torque:
-        low = preload_from_torque(lambda x: end(x, 1), torque, lowest, highest, PRELOAD_ACCURACY)
-    else:
-        at_edge.append("low")
-    if end(highest, 0) > torque:
-        high = preload_from_torque(lambda x: end(x, 0), torque, 0.0, highest, PRELOAD_ACCURACY)
-    else:
-        at_edge.append("high")
-    # an extrapolated preload is below the map
-    return PreloadInterval(min(low, preload), max(high, preload), interval(preload).meaning, tuple(at_edge))
 
 
 def nearest(axes: Mapping[str, Any], axis: str, value: float) -> float:

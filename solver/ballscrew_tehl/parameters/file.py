@@ -5,24 +5,16 @@ Keys in a file carry their unit (`ball_diameter_mm`), attributes do not (`ball_d
 
 import difflib
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
-from pydantic import ValidationError
+from pydantic import Field, ValidationError, model_validator
 from pydantic.fields import FieldInfo
 
+from .friction import PUBLISHED, FrictionTable, Law
 from .oil import LubricantParameters
-from .screw import (
-    FOUR_POINT,
-    FrictionTable,
-    Law,
-    MapParameters,
-    Parameters,
-    PublishedSpeeds,
-    ScrewParameters,
-    SolidParameters,
-)
-from .toml import Entry, FieldError, ParameterError, Table, read_toml
-from .units import to_si
+from .screw import FOUR_POINT, NITRIDE, ScrewParameters, SolidParameters
+from .toml import Entry, FieldError, ParameterError, Table, entry, read_toml, require
+from .units import COLDEST, HOTTEST, RPM, to_si
 
 __all__ = [
     "FOUR_POINT", "FrictionTable", "Law", "LubricantParameters", "ParameterError", "Parameters", "PublishedSpeeds",
@@ -35,6 +27,79 @@ PACKAGED_DATA = Path(__file__).parents[1] / "data"
 PACKAGED_VG100 = PACKAGED_DATA / "gd4008_vg100.toml"
 #: file of the default screw, in the package's data
 PACKAGED = "gd4008.toml"
+
+
+class PublishedSpeeds(Table):
+    """Surface speeds (u_1 raceway, u_2 ball) in the fixed frame at one screw speed."""
+
+    reference_speed: float = entry("screw speed of the pairs below", "angular_velocity", gt=0, le=1e5)
+    screw: tuple[float, float] = entry("raceway and ball at the screw contact", "velocity")
+    nut: tuple[float, float] = entry("raceway and ball at the nut contact", "velocity")
+
+
+#: widest ends of the range of a map: force [N], speed [rad/s], temperature [K], from where an oil has a viscosity
+WIDEST_ENDS = {
+    "preload": (1e-2, 1e7), "speed": (1e-3 * RPM, 1e6 * RPM), "temperature": (COLDEST, HOTTEST)
+}  # fmt: skip
+
+
+def _end(description: str, name: str, dimension: str) -> Any:
+    low, high = WIDEST_ENDS[name]
+    return entry(description, dimension, default=None, ge=low, le=high)
+
+
+class MapParameters(Table):
+    """Range of the map of this screw, where it is not to follow from the screw and its oil: both ends or none."""
+
+    preload_min: float | None = _end("lowest preload", "preload", "force")
+    preload_max: float | None = _end("highest preload", "preload", "force")
+    speed_min: float | None = _end("lowest speed", "speed", "angular_velocity")
+    speed_max: float | None = _end("highest speed", "speed", "angular_velocity")
+    temperature_min: float | None = _end("lowest oil temperature", "temperature", "temperature")
+    temperature_max: float | None = _end("highest oil temperature", "temperature", "temperature")
+
+    @model_validator(mode="after")
+    def _both_ends_in_order(self) -> Self:
+        for name in ("preload", "speed", "temperature"):
+            low, high = getattr(self, f"{name}_min"), getattr(self, f"{name}_max")
+            missing = f"{name}_{'min' if low is None else 'max'}"
+            require((low is None) == (high is None), missing, "a value", "a range needs both ends")
+            require(low is None or low < high, f"{name}_max", f"more than {name}_min", "check both ends")
+        return self
+
+
+class Parameters(Table):
+    """Parameters of one screw."""
+
+    name: str = Field(min_length=1, description="name of the screw")
+    screw: ScrewParameters
+    solid: SolidParameters
+    ball: SolidParameters | None = Field(
+        default_factory=lambda d: None if d["screw"].ball_material == "steel" else NITRIDE
+    )
+    lubricant: LubricantParameters
+    friction: FrictionTable = FrictionTable()
+    published_speeds: PublishedSpeeds | None = None
+    map: MapParameters = MapParameters()
+
+    @property
+    def summed_balls(self) -> int:
+        """Balls of one nut in the friction sums: those that carry load; ball_count by the laws of the paper."""
+        paper = self.friction.kinematics == PUBLISHED
+        return self.screw.ball_count if paper else self.screw.loaded_ball_count
+
+    @property
+    def solids(self) -> tuple[SolidParameters, SolidParameters]:
+        """Thermal data of the bodies and of the balls; without a table `ball` those of the bodies."""
+        return self.solid, self.ball or self.solid
+
+    @model_validator(mode="after")
+    def _speeds_are_known(self) -> Self:
+        known = self.friction.kinematics != PUBLISHED or self.published_speeds is not None
+        allowed = f"{Law.MECHANISTIC}, or a table published_speeds"
+        require(known, "friction.law", allowed, "the paper prints one screw only")
+        return self
+
 
 TABLES: dict[str, type[Table]] = {
     "screw": ScrewParameters,
@@ -86,10 +151,10 @@ def _entries(table: str) -> dict[str, Entry]:
 def _unknown_key(where: str, table: str, key: str, value: Any) -> ParameterError:
     """An unknown key of a table, or a known one without its unit."""
     entries = _entries(table).values()
-    allowed, remedy = "a known key", _nearest(key, [known for entry in entries for known in entry.keys])
-    for entry in sorted(entries, key=lambda entry: len(entry.field)):
-        if entry.dimension and (key == entry.field or key.startswith(f"{entry.field}_")):
-            allowed, remedy = ", ".join(entry.keys), "bad unit: end the key with one of these"
+    allowed, remedy = "a known key", _nearest(key, [name for known in entries for name in known.keys])
+    for known in sorted(entries, key=lambda known: len(known.field)):
+        if known.dimension and (key == known.field or key.startswith(f"{known.field}_")):
+            allowed, remedy = ", ".join(known.keys), "bad unit: end the key with one of these"
     return _message(where, f"{table}.{key}", value, allowed, remedy)
 
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from .file import TABLES, Law, ParameterError, Parameters, ScrewParameters
-from .screw import PUBLISHED
-from .template import entry_text
+from .friction import PUBLISHED
+from .toml import entry_text
 
 #: fields that are no part of the identity, by table: the range of a map is in its header, and what only the friction
 #: law takes is in the header as well, from which a map is summed anew where it differs

@@ -5,16 +5,9 @@ from collections.abc import Collection
 from enum import EnumType
 from typing import Any, Literal, get_args, get_origin
 
-from .file import (
-    PACKAGED_DATA,
-    TABLES,
-    LubricantParameters,
-    Parameters,
-    graded_oil,
-    load_screw,
-)
-from .toml import Entry
-from .units import UNITS, from_si
+from .file import PACKAGED_DATA, TABLES, LubricantParameters, Parameters, graded_oil, load_screw
+from .toml import entry_text
+from .units import UNITS
 
 EXAMPLE = "example_25x10.toml"
 #: ISO grade and viscosity index of the example
@@ -97,22 +90,6 @@ def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str
             allowed = ", ".join(entry.bounds(entry.key) + _choices(entry.info.annotation))
             lines.append(f"{text:<43} # {mark}{entry.info.description}{allowed and f'; {allowed}'}")
     return "\n".join(lines) + "\n"
-
-
-def entry_text(entry: Entry, value: Any, none: str = "none", digits: int = 6) -> str:
-    """A value [SI] as a line of a screw file: lead_mm = 8.0."""
-    return f"{entry.key} = {none if value is None else _in_file(value, entry, digits)}".rstrip()
-
-
-def _in_file(value: Any, entry: Entry, digits: int) -> str:
-    if isinstance(value, tuple | list):
-        return f"[{', '.join(_in_file(v, entry, digits) for v in value)}]"
-    if isinstance(value, str):
-        return f'"{value}"'
-    if isinstance(value, int) and entry.dimension is None:
-        return str(value).lower()
-    text = f"{from_si(value, entry.dimension, entry.unit_of(entry.key)):.{digits}g}"
-    return text if any(mark in text for mark in ".en") else f"{text}.0"
 
 
 def _choices(annotation: Any) -> list[str]:

@@ -102,3 +102,19 @@ def read_toml(path: Path, remedy: str = "give the path of a screw file") -> dict
         raise ParameterError(f"{path}: is no text in UTF-8; {remedy}") from err
     except tomllib.TOMLDecodeError as err:
         raise ParameterError(f"{path}: no valid TOML ({err}); correct the file there") from err
+
+
+def entry_text(entry: Entry, value: Any, none: str = "none", digits: int = 6) -> str:
+    """A value [SI] as a line of a screw file: lead_mm = 8.0."""
+    return f"{entry.key} = {none if value is None else _in_file(value, entry, digits)}".rstrip()
+
+
+def _in_file(value: Any, entry: Entry, digits: int) -> str:
+    if isinstance(value, tuple | list):
+        return f"[{', '.join(_in_file(v, entry, digits) for v in value)}]"
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, int) and entry.dimension is None:
+        return str(value).lower()
+    text = f"{from_si(value, entry.dimension, entry.unit_of(entry.key)):.{digits}g}"
+    return text if any(mark in text for mark in ".en") else f"{text}.0"

@@ -34,17 +34,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..numerics import MAX_STEPS, Array, rising_root
 from ..parameters.file import FOUR_POINT, ScrewParameters
 from .ball_law import (
-    MAX_STEPS,
-    Array,
     check_force,
     contact_compliance,
     flank_law,
     flank_travel,
     largest_oversize,
     preload_ball_load,
-    rising_root,
 )
 
 #: Chebyshev nodes over the loads of one nut: three leave an error of the film below 1e-6; more per unit of ln(load);

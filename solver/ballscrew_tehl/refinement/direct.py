@@ -11,15 +11,15 @@ import numpy as np
 
 from ..atlas.groups import QUANTITIES, closed_forms, rolling_contacts, unmodelled
 from ..contact import THICKEST, ContactResult, solve_ball
+from ..friction.film_shear import nut_forces, nut_sums
 from ..friction.mechanistic import mean_load, neighbour_power, nuts_powers, rolling_torque
 from ..friction.sets import FrictionSet
-from ..friction.torque import nut_forces, nut_sums
+from ..numerics import Array
 from ..parameters.file import Parameters, ScrewParameters, changed
-from ..physics.ball_law import Array, contact_angle_at_ball_load
-from ..physics.ball_motion import contact_motion, neighbour_sliding
+from ..physics.ball_law import contact_angle_at_ball_load
 from ..physics.film import film_formula
 from ..physics.hertz import RACEWAYS, ball_ellipse
-from ..physics.kinematics import ROLLING_FRAME
+from ..physics.kinematics import ROLLING_FRAME, contact_motion, neighbour_sliding
 from ..physics.load import EQUAL_LOADS, load_nodes, nut_loads
 from ..runtime.packed import MECHANISTIC
 

@@ -15,8 +15,8 @@ from processes import output
 
 from ballscrew_fmu.__main__ import main
 from ballscrew_fmu.command import main as run_init
-from ballscrew_tehl.cli.commands.torque import EXTREMES
-from ballscrew_tehl.cli.shared.inputs import key_of
+from ballscrew_tehl.applications.cli.commands.torque import EXTREMES
+from ballscrew_tehl.applications.cli.shared.inputs import key_of
 
 pytestmark = pytest.mark.slow
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)

@@ -9,7 +9,7 @@ from synthetic_map import LAWS, make_map
 
 from ballscrew_fmu.models import TRANSMISSION
 from ballscrew_tehl.parameters.file import load_screw
-from ballscrew_tehl.physics import axial_stiffness as closed
+from ballscrew_tehl.physics import stiffness as closed
 
 SCREW = load_screw().screw
 K = closed.nut_stiffness_constant(SCREW)
@@ -81,7 +81,7 @@ def test_power_balance_over_a_cycle_with_reversal(model, step):
 
 
 def test_forces_are_those_of_the_closed_form(model):
-    """The displacement of physics.axial_stiffness is that of the nut against the screw, the opposite sign."""
+    """The displacement of physics.stiffness is that of the nut against the screw, the opposite sign."""
     for x in (-9e-6, -3e-6, 0.0, 1e-6, 4.4e-6, 8e-6):
         for velocity in (0.01, -0.01):
             out = at(model, position=-x, velocity=velocity)

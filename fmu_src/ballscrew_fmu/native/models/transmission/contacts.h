@@ -1,5 +1,5 @@
 /* Contacts of both nuts between screw and nut body: Hertz's law over the way by which the screw leads the nut,
-   x = lead angle/(2 pi) - position. Screw and nut bodies are rigid (physics/axial_stiffness.py, there the displacement
+   x = lead angle/(2 pi) - position. Screw and nut bodies are rigid (physics/stiffness.py, there the displacement
    is -x). With d_0 = (preload/k)^(2/3)
 
        F_A = k max(d_0 + x, 0)^(3/2),  F_B = k max(d_0 - x, 0)^(3/2),  nut force F = F_A - F_B + c x',

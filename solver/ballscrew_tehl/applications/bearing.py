@@ -1,0 +1,173 @@
+"""Friction torque of a caged ball bearing under an axial load, by the mechanistic law of the ball screw.
+
+The rings are screw and nut without a lead, all balls carry the same load, and a cage keeps them from each other, so
+that nothing of the law is fitted. It is how the law is compared with machines that it was not made for:
+examples/paper/machines.py.
+"""
+
+import math
+from collections.abc import Mapping
+from numbers import Integral
+from typing import Any, NamedTuple
+
+from pydantic import ValidationError
+
+from ..friction.interval import torque_interval
+from ..friction.mechanistic import ContactValues, double_nut_parts
+from ..friction.sets import FrictionSet
+from ..parameters.file import (
+    FrictionTable,
+    Law,
+    LubricantParameters,
+    Parameters,
+    ScrewParameters,
+    SolidParameters,
+    graded_oil,
+)
+from ..parameters.units import COLDEST
+from ..physics.hertz import RACEWAYS, reduced_radii
+from ..refinement.contacts import contacts_of
+
+#: what a screw needs and a bearing has not, so small that it does not count: lead over ball diameter, and section of
+#: the bodies between two balls over its square. The loads of the balls then differ by less than 1e-3; they would be
+#: lost in rounding without any stretch of the bodies
+LEAD, SECTION = 1e-6, 1e-3
+#: contact angles [rad]: least, and one that stands for a right angle, at which a contact has no radius of its own
+FLATTEST, STEEPEST = math.radians(1.0), math.radians(89.99)
+#: widest groove over ball diameter
+WIDEST_GROOVE = 2.0
+#: least and highest temperature [K] of an oil with a viscosity
+TEMPERATURES = (COLDEST, 500.0)
+#: least speed [rad/s]: films of fractions of a nanometre, sheared by boundary friction; below, it does not change
+SLOWEST = 0.01
+#: constants of the law that a bearing has, by their names in the table friction of a screw file
+CONSTANTS = (
+    "supply_length", "replenishment_constant", "roughness_height", "asperity_film_ratio", "boundary_friction",
+    "limiting_shear_coefficient", "hysteresis_coefficient",
+)  # fmt: skip
+#: Young's modulus [Pa] and Poisson's ratio of rings and balls, and their walls
+MODULUS, POISSON = 206e9, 0.3
+WALLS = SolidParameters(density=7800.0, specific_heat=460.0, thermal_conductivity=46.0)
+#: the law with nothing fitted: factor of the rolling part 1, no ball on ball
+CAGED = FrictionSet(Law.MECHANISTIC, 1.0, 0.0)
+
+
+class BearingTorque(NamedTuple):
+    """Torque [N.m] by part, their sum, and the interval of the sum that holds about 80 % of the torques.
+
+    rolling: hydrodynamic resistance of both raceways; sliding: spin and differential slip; hysteresis: of the steel
+    """
+
+    rolling: float
+    sliding: float
+    hysteresis: float
+    total: float
+    low: float
+    high: float
+
+
+class Bearing(NamedTuple):
+    """A bearing as the law takes it: parameters of a nut, and where its contacts come from."""
+
+    parameters: Parameters
+    contacts: ContactValues
+
+    def torque(self, axial_load: float, speed: float, temperature: float) -> BearingTorque:
+        """Friction torque of the inner ring against the outer one.
+
+        Parameters   axial_load [N] : > 0;  speed : of one ring against the other [rad/s], >= SLOWEST
+                     temperature : of the oil [K]
+        Returns      BearingTorque
+        Raises       ValueError: out of range;  ArithmeticError: a contact or the equilibrium of a ball not found
+        Source       friction.mechanistic; the interval: friction.interval, without the thrust between balls
+        """
+        low, high = TEMPERATURES
+        loaded, slow = 0.0 < axial_load < math.inf, "below it the torque no longer depends on speed"
+        _needs(loaded, "axial_load", axial_load, "N", "> 0", "no load, no friction of the law")
+        _needs(SLOWEST <= speed < math.inf, "speed", speed, "rad/s", f">= {SLOWEST:g}", slow)
+        warm, allowed = low <= temperature <= high, f"{low:g} to {high:g}"
+        _needs(warm, "temperature", temperature, "K", allowed, "is it in kelvin?")
+        at = self.parameters, [float(axial_load)], self.contacts, float(speed), float(temperature)
+        parts, interval = double_nut_parts(*at, *CAGED.values[:2]), torque_interval(*at, CAGED)
+        rolling, hysteresis, sliding = map(float, parts)
+        return BearingTorque(rolling, sliding, hysteresis, parts.total, interval.low, interval.high)
+
+
+def bearing(
+    pitch_diameter: float,
+    ball_diameter: float,
+    balls: int,
+    contact_angle: float,
+    inner_conformity: float,
+    outer_conformity: float,
+    iso_vg: int = 68,
+    viscosity_index: float = 95.0,
+    *,
+    oil: LubricantParameters | None = None,
+    friction: Mapping[str, Any] | None = None,
+    solved: bool = False,
+) -> Bearing:
+    """A caged single-row ball bearing under a pure axial load.
+
+    Parameters   pitch_diameter, ball_diameter [m], balls;  contact_angle : without load [rad], a thrust bearing pi/2
+                 inner_conformity, outer_conformity : groove radius over ball diameter, above 0.5
+                 iso_vg, viscosity_index : of a mineral oil;  oil : in place of both
+                 friction : constants of the law by their name in the table friction of a screw file, SI, such as
+                 supply_length (math.inf = flooded); what is given counts as known in the interval
+                 solved : solve each contact, some tenths of a second, in place of the atlas
+    Returns      Bearing, with torque(axial_load, speed, temperature)
+    Raises       ValueError: out of range
+    Validity     not modelled: the cage and its friction, seals, churning; the centrifugal load of the balls; radial
+                 load and moments. All balls carry the same load; their contact angle rises with it, without clearance
+    Example      7208 B, 1 kN, 1000 r/min, 40 C
+        >>> found = bearing(60e-3, 12.303e-3, 14, 0.698, 0.52, 0.52).torque(1000.0, 104.7, 313.15)
+        >>> found.low < found.rolling + found.sliding + found.hysteresis < found.high
+        True
+    """
+    D, d = float(pitch_diameter), float(ball_diameter)
+    _needs(0.0 < D <= 2.0, "pitch_diameter", D, "m", "> 0, up to 2 m", "is it in metres?")
+    _needs(0.0 < d < 0.5 * D, "ball_diameter", d, "m", f"> 0, < {0.5 * D} m", "half of pitch_diameter")
+    most = int(math.pi / math.asin(d / D))
+    valid = isinstance(balls, Integral) and 2 <= balls <= most
+    _needs(valid, "balls", balls, "", f"2 to {most}, whole", "more do not fit the pitch circle")
+    valid, allowed = FLATTEST <= contact_angle <= 0.5 * math.pi, f"{FLATTEST:.4f} to pi/2 rad"
+    _needs(valid, "contact_angle", contact_angle, "rad", allowed, "is it in radians?")
+    grooves = {"inner_conformity": inner_conformity, "outer_conformity": outer_conformity}
+    for name, value in grooves.items():
+        valid, allowed = 0.5 < value <= WIDEST_GROOVE, f"> 0.5, up to {WIDEST_GROOVE:g}"
+        _needs(valid, name, value, "", allowed, "it is groove radius over ball diameter")
+    screw = ScrewParameters(
+        nominal_radius=0.5 * D, ball_diameter=d, contact_angle=0.25 * math.pi, lead=2.0 * d, turns=1.0,
+        screw_raceway_radius=inner_conformity * d, nut_raceway_radius=outer_conformity * d, ball_count=int(balls),
+        screw_section_area=SECTION * d**2, nut_section_area=SECTION * d**2,
+        youngs_modulus=MODULUS, poisson_ratio=POISSON,
+    )  # fmt: skip
+    # beyond the contact angles of a screw file
+    screw = screw.model_copy(update={"contact_angle": min(float(contact_angle), STEEPEST)})
+    for name, raceway in zip(grooves, RACEWAYS, strict=True):
+        R_x, R_y = reduced_radii(screw, screw.contact_angle, raceway)
+        allowed = "a contact that is longer across rolling"
+        _needs(R_x <= R_y, name, grooves[name], "", allowed, "take a narrower groove")
+    given, remedy = dict(friction or {}), "a bearing has no other constant"
+    for name in given:
+        _needs(name in CONSTANTS, "friction", name, "", ", ".join(CONSTANTS), remedy)
+    try:
+        law = FrictionTable(**given, net_sliding_coefficient=0.0, neighbour_oil=0.0)
+    except ValidationError as err:
+        first = err.errors()[0]
+        where = ".".join(map(str, ("friction", *first["loc"])))
+        raise ValueError(f"{where} = {first['input'] if first['loc'] else given}; {first['msg']}") from None
+    parameters = Parameters(
+        name=f"bearing {1e3 * D:g} mm, {balls} balls of {1e3 * d:g} mm", screw=screw, solid=WALLS,
+        lubricant=graded_oil(iso_vg, viscosity_index) if oil is None else oil, friction=law,
+    )  # fmt: skip
+    # a lead at which the grooves of a screw would meet
+    flat = {"lead": LEAD * d, "lead_angle": math.atan(LEAD * d / (math.pi * D))}
+    parameters = parameters.model_copy(update={"screw": screw.model_copy(update=flat)})
+    return Bearing(parameters, contacts_of(parameters, solved))
+
+
+def _needs(valid: bool, name: str, value: object, unit: str, allowed: str, remedy: str) -> None:
+    """Raise a ValueError unless valid (a comparison with NaN is false)."""
+    if not valid:
+        raise ValueError(f"{name} = {value}{' ' * bool(unit)}{unit}; needs {allowed}: {remedy}")

@@ -1,0 +1,174 @@
+"""The command torque: friction torque, films and contact extremes, from the map or by direct solves."""
+
+import functools
+import math
+from argparse import Namespace
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ballscrew_tehl._version import __version__
+from ballscrew_tehl.applications.trend import too_thick, too_thin, unlike_flanks, unphysical_trend
+from ballscrew_tehl.friction.film_shear import double_nut_torque, nut_forces
+from ballscrew_tehl.friction.interval import TorqueInterval, torque_interval
+from ballscrew_tehl.friction.mechanistic import double_nut_parts, roughness_of
+from ballscrew_tehl.friction.sets import carried_over
+from ballscrew_tehl.nut_map.interval import map_interval
+from ballscrew_tehl.parameters.file import ScrewParameters
+from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.physics.kinematics import ROLLING_FRAME
+from ballscrew_tehl.physics.rating import nsk_torque
+from ballscrew_tehl.runtime.constants import LAMBDA_RATIO_MAX, SMOOTH
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.nut_law import DoubleNutState
+from ballscrew_tehl.runtime.packed import MECHANISTIC
+
+from ..shared.inputs import Chosen, chosen_of, key_of, read_points, say_outside, some_of
+from ..shared.output import Answer, each, say
+from ..shared.quantities import TORQUE_POINT
+
+Values = dict[str, Any]
+#: of an operating point; notes on trend and flanks, "" = none
+State = tuple[DoubleNutState, TorqueInterval | None, tuple[str, str]]
+#: of a table
+COLUMNS = ("preload_n", "speed_rpm", "temperature_c", "axial_load_n", "friction_torque_nm", "torque_low_nm",
+           "torque_high_nm", "in_range", "film_thickness_min_m")  # fmt: skip
+#: outputs of the map
+EXTREMES = ("film_thickness_min", "film_thickness_central_screw", "film_thickness_central_nut",
+            "film_temperature_rise", "contact_pressure_max", "ball_load_max", "lambda_ratio")  # fmt: skip
+PARTS = ("viscous_torque_nm", "hysteresis_torque_nm", "sliding_torque_nm")
+#: torque at which motion begins, of an answer at speed 0
+BREAKAWAY = "breakaway_torque_nm"
+#: a film beyond lubrication theory, a torque that goes the wrong way, oversize balls that slip
+OUT_OF_RANGE = ("too_thick_film", "unphysical_trend", "unlike_flanks")
+RESERVATIONS = ("too_thin_film", *OUT_OF_RANGE)
+#: torque of both seals over the square of the diameter [N/m] (Bosch Rexroth, 2.4e-4 N.m/mm2; its rows from 12 mm on are
+#: 0.8 to 1.43 of that); reinforced ones have twice as much
+SEALS, MAX_SEALS = 240.0, 3.0
+
+
+def run_torque(args: Namespace) -> Answer:
+    """Friction torque, films and contact extremes at one or many operating points."""
+    points = read_points(args, TORQUE_POINT)
+    chosen = chosen_of(args)
+    screw = chosen.parameters.screw
+    if args.direct:
+        if any(point["speed_rpm"] == 0.0 or point["preload_n"] == 0.0 for point in points):
+            raise ValueError("speed_rpm or preload_n = 0; allowed with --direct: not 0 (no film at rest)")
+        axes, work = {"preload": (0.0, math.inf)}, each(points, "points solved", quiet=0.0)
+        state_at, provenance = _by_solves(chosen)
+    else:
+        nut_map = chosen.nut_map(args)
+        header, work = nut_map.header, each(points, "points")
+        axes, state_at = header["axes"], functools.partial(_by_map, chosen, nut_map)
+        provenance = {"film_kinematics": header["film_kinematics"], "map_hash": header["file_hash"]}
+    results = [_result(screw, point, state_at) for point in work]
+    say_outside(results, axes)
+    usual = SEALS * (2.0 * screw.nominal_radius) ** 2
+    if screw.seal_torque > MAX_SEALS * usual:
+        say(
+            f"seal_torque_Nm {screw.seal_torque:g} of the screw file; catalogues have {usual:.2g} N.m for two seals"
+        )
+    if other := carried_over(chosen.friction_set, chosen.parameters):
+        say(other)
+    if resting := [result for result in results if BREAKAWAY in result]:
+        say(
+            f"speed_rpm 0: {some_of(resting, results)}at rest friction balances the torque of the drive up to "
+            f"{BREAKAWAY} = {resting[0][BREAKAWAY]:.6g} N.m either way; friction_torque_nm is that of motion, and 0"
+        )
+    # a table has no room for them
+    for key in RESERVATIONS if args.points and not args.json else ():
+        if marked := [result for result in results if key in result]:
+            at = ", ".join(f"{quantity.name} {marked[0][quantity.name]:g}" for quantity in TORQUE_POINT)
+            say(f"{key}: {len(marked)} of {len(results)} points, the first: {at}: {marked[0][key]}")
+    for result in results:
+        result |= provenance
+        if result["preload_n"] <= axes["preload"][1]:
+            # else the torque is that of the edge of the map: another preload
+            result["catalogue_torque_nm"] = float(nsk_torque(screw, result["preload_n"]))
+            result |= chosen.catalogue_note(result["axial_load_n"])
+            result |= {} if screw.preload_kind == "double_nut" else {"preload_kind": screw.preload_kind}
+        result |= chosen.described | ({"friction_note": other} if other and args.json else {})
+        result["version"] = __version__
+    return Answer(results, bool(args.points), columns=COLUMNS, output=args.output)
+
+
+def _result(screw: ScrewParameters, point: Mapping[str, float], state_at: Callable[..., State]) -> Values:
+    """Keys of an answer; torques oppose the motion: sign of the speed, 0 at rest."""
+    preload, rpm, celsius, axial_load = (point[quantity.name] for quantity in TORQUE_POINT)
+    state, interval, notes = state_at(preload, rpm * RPM, celsius + CELSIUS, axial_load)
+    sign = math.copysign(1.0, rpm) if rpm else 0.0
+    magnitudes = state.viscous_torque, state.hysteresis_torque, state.sliding_torque
+    parts = [sign * float(part) for part in magnitudes]
+    torque, seal = sum(parts), sign * screw.seal_torque
+    result: Values = {**point, "friction_torque_nm": torque + seal, **dict(zip(PARTS, parts, strict=True))}
+    if seal:
+        result["seal_torque_nm"] = seal
+    if interval is not None:
+        # at rest the torque is that of the drive
+        meaning = interval.meaning if torque else "none at rest"
+        low, high = sorted(end * torque + seal for end in interval.relative)
+        result |= {"torque_low_nm": low, "torque_high_nm": high, "torque_interval": meaning}
+    if not rpm:
+        result[BREAKAWAY] = float(state.friction_torque)
+    thickest = max(state.film_thickness_central_screw, state.film_thickness_central_nut)
+    films = too_thin(state.film_thickness_min), too_thick(thickest, 0.5 * screw.ball_diameter)
+    reservations = dict(zip(RESERVATIONS, (*films, *notes), strict=True))
+    result |= {key: text for key, text in reservations.items() if text}
+    result |= {key_of(name): float(getattr(state, name)) for name in EXTREMES}
+    result["in_range"] = bool(state.in_range) and not any(reservations[key] for key in OUT_OF_RANGE)
+    return result | {"clamped": list(state.clamped)}
+
+
+def _by_map(
+    chosen: Chosen, nut_map: NutMap, preload: float, speed: float, temperature: float, axial_load: float
+) -> State:
+    """State by a map at a preload [N], speed [rad/s], temperature [K] and axial load [N]."""
+    at, interval, unlike = (preload, speed, temperature, axial_load), None, ""
+    if (preload > 0.0 or (preload == 0.0 and axial_load)) and nut_map.law == MECHANISTIC:
+        interval = map_interval(chosen.parameters, nut_map.header["axes"], chosen.friction_set, *at)
+        unlike = unlike_flanks(chosen.parameters, preload, axial_load, interval.torque)
+    return nut_map.evaluate(*at), interval, (unphysical_trend(nut_map, *at).text, unlike)
+
+
+def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
+    """States by solves of the contacts, arguments as of _by_map; keys of their provenance."""
+    from ballscrew_tehl.atlas.contact_atlas import load_atlas
+    from ballscrew_tehl.refinement.contacts import contacts_of
+    from ballscrew_tehl.refinement.direct import (
+        DirectContacts,
+        DirectFilm,
+        direct_extremes,
+        rolling_parameters,
+    )
+
+    parameters, friction_set = chosen.parameters, chosen.friction_set
+    mechanistic = friction_set.film_model == MECHANISTIC
+    height = roughness_of(parameters.friction) if mechanistic else friction_set.roughness_height
+    # speeds of the published kinematics are not physical: its films are not shown, as by the map
+    rolling = rolling_parameters(parameters)
+    contacts = DirectContacts(parameters)
+    film_model = DirectFilm(parameters, friction_set.film_model == "solved_thermal")
+    provenance: Values = {"film_kinematics": ROLLING_FRAME}
+    if mechanistic:
+        # errors of the grid of these solves, against a finer one
+        around = contacts_of(parameters)
+        errors = load_atlas().header["certificate"]["of_direct_solves"]
+        provenance |= {f"direct_torque_error_{key}": errors[f"torque_error_{key}"] for key in ("mean", "99")}
+
+    def state_at(preload: float, speed: float, temperature: float, axial_load: float) -> State:
+        if mechanistic:
+            forces = nut_forces(parameters, preload, axial_load)
+            place = parameters, forces, contacts, abs(speed), temperature
+            parts = double_nut_parts(*place, *friction_set.values[:2])
+            interval = torque_interval(parameters, forces, around, *place[3:], friction_set)
+        else:
+            at = preload, speed, temperature, axial_load
+            parts, interval = double_nut_torque(parameters, friction_set, film_model, *at), None
+        extremes = direct_extremes(rolling, preload, axial_load, abs(speed), temperature)
+        ratio = min(extremes["film_thickness_min"] / max(height, SMOOTH), LAMBDA_RATIO_MAX)
+        # the shares of the relieved nut are not known
+        state = DoubleNutState(*parts, **extremes, lambda_ratio=ratio, relieved_viscous_torque=math.nan,
+                               relieved_coulomb_torque=math.nan, in_range=True, clamped=())  # fmt: skip
+        return state, interval, ("", "")
+
+    return state_at, provenance
