@@ -1,9 +1,9 @@
-"""One ball contact with the two kinematics: film, temperature, traction and heat of sliding over screw speed.
+"""One ball contact by the surface speeds of both laws: film, temperature, traction and heat of sliding over speed.
 
-`published` measures the surface speeds in the fixed frame: ball and raceway slide over each other at 0.6 (screw) and
-1.9 (nut) of the entrainment speed. `rolling_frame` moves with the ball: pure rolling, without traction. The sliding
-that remains in a groove, spin and differential slip, is a matter of the friction law, not of the film. Ball load and
-inlet temperature are fixed, surfaces smooth; the oil is Newtonian, as that of the paper. The rise of pure rolling is
+The paper measures the surface speeds in the fixed frame: ball and raceway slide over each other at 0.6 (screw) and 1.9
+(nut) of the entrainment speed. The frame of `mechanistic` moves with the ball: pure rolling, without traction. The
+sliding that remains in a groove, spin and differential slip, is a matter of the friction law, not of the film. Ball load
+and inlet temperature are fixed, surfaces smooth; the oil is Newtonian, as that of the paper. The rise of pure rolling is
 due to compression, largest in the narrow pressure spike: at high speed it depends on the grid.
 """
 
@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from fmu_command import run_and_plot
 
-from ballscrew_tehl.parameters.file import changed, load_screw
+from ballscrew_tehl.parameters.file import Law, changed, load_screw
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 
@@ -28,8 +28,8 @@ except ModuleNotFoundError as error:  # numba
 
 LOAD, TEMPERATURE = 40.0, 303.0  # N, K
 SPEEDS = (50.0, 200.0, 500.0, 1000.0, 2000.0, 3000.0)  # r/min
-#: label -> kinematics
-CASES = {"published": "published", "rolling": "rolling_frame"}
+#: label -> law, which has its own surface speeds
+CASES = {"published": Law.THREE_PARAMETER, "rolling": Law.MECHANISTIC}
 #: key -> title of the panel
 PANELS = {
     "film": "Central film [nm]",
@@ -49,14 +49,14 @@ def main(speeds: Sequence[float] = SPEEDS) -> dict[str, np.ndarray]:
     """
     parameters = load_screw()
     rows = []
-    for kinematics in CASES.values():
-        variant = changed(parameters, friction={"kinematics": kinematics})
+    for law in CASES.values():
+        variant = changed(parameters, friction={"law": law})
         for raceway in RACEWAYS:
             for rpm in speeds:
                 conditions = ball_conditions(variant, raceway, LOAD, rpm * RPM, TEMPERATURE)
                 s = solve(conditions, variant.lubricant, variant.solid)
                 if not s.converged:
-                    raise UnconvergedContactError(f"{kinematics}, {raceway}, {rpm:g} r/min: {s.reason}")
+                    raise UnconvergedContactError(f"{law}, {raceway}, {rpm:g} r/min: {s.reason}")
                 rows.append((s.h_c, s.temperature_rise, s.traction_force, s.sliding_heat))
     values = np.array(rows).reshape(len(CASES), len(RACEWAYS), len(speeds), len(PANELS))
     return {"rpm": np.array(speeds)} | {key: values[..., n] for n, key in enumerate(PANELS)}

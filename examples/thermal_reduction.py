@@ -1,7 +1,7 @@
 """Thermal reduction of the film: thermal solve of one contact over sliding, compared with the formula of Wilson & Sheu.
 
 The contact is the screw side of the packaged screw under one ball load, at the entrainment speeds that two screw speeds
-have with the kinematics `published`; the surface speeds lie symmetrically about them. Films are divided by the
+have with the law `three_parameter`; the surface speeds lie symmetrically about them. Films are divided by the
 isothermal film of the same solver, so that only the thermal reduction is compared.
 
 Two effects reduce the film. Heating of the inlet reduces the flow of oil into the contact, as in the formula. Inside

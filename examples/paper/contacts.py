@@ -18,11 +18,10 @@ from typing import NamedTuple
 from pipe_table import data_file, table
 
 from ballscrew_tehl import load_screw
-from ballscrew_tehl.parameters.file import Parameters, changed
+from ballscrew_tehl.parameters.file import Law, Parameters, changed
 from ballscrew_tehl.parameters.oil import ROELANDS_LN
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
-from ballscrew_tehl.physics.kinematics import KINEMATICS
 
 try:
     from ballscrew_tehl.contact import (
@@ -65,7 +64,7 @@ class ContactRow(NamedTuple):
     grids, NaN where they do not converge. h_c is extrapolated by the solver from two grids. converged: on all three.
     """
 
-    kinematics: str
+    law: str
     viscosity_law: str
     raceway: str
     fine: ContactResult
@@ -95,9 +94,9 @@ def extrapolated(coarse: float, middle: float, fine: float) -> float:
     return fine + second * second / (first - second)
 
 
-def contact_row(parameters: Parameters, kinematics: str, law: str, raceway: str) -> ContactRow:
+def contact_row(parameters: Parameters, law: Law, viscosity_law: str, raceway: str) -> ContactRow:
     """The contact of section 5.1 on three grids."""
-    variant = changed(parameters, friction={"kinematics": kinematics}, lubricant={"viscosity_law": law})
+    variant = changed(parameters, friction={"law": law}, lubricant={"viscosity_law": viscosity_law})
     oil = variant.lubricant
     conditions = ball_conditions(variant, raceway, LOAD, SPEED, oil.reference_temperature)
     solutions = [solve(conditions, oil, variant.solids, grid) for grid in GRIDS]
@@ -108,7 +107,7 @@ def contact_row(parameters: Parameters, kinematics: str, law: str, raceway: str)
 
     film = [max(pair) for pair in zip(changes("h_c"), changes("h_m"), strict=True)]
     return ContactRow(
-        kinematics, law, raceway, solutions[-1], tuple(film), tuple(changes("temperature_rise")),
+        law, viscosity_law, raceway, solutions[-1], tuple(film), tuple(changes("temperature_rise")),
         extrapolated(*(s.grid_film for s in solutions)), extrapolated(*(s.temperature_rise for s in solutions)),
         all(s.converged for s in solutions),
     )  # fmt: skip
@@ -146,10 +145,10 @@ def _changed(changes: tuple[float, float], limit: float, digits: int) -> list[st
 
 def section5_text(rows: list[ContactRow]) -> str:
     """The contact of section 5.1, and what the paper prints."""
-    head = ["kinematics, viscosity", "raceway", "u_e [m/s]", "srr", "h_c [um]", "h_m [um]", "changes [%]"]
+    head = ["law, viscosity", "raceway", "u_e [m/s]", "srr", "h_c [um]", "h_m [um]", "changes [%]"]
     head += ["limit [um]", "largest rise [K]", "changes [%]", "limit [K]", "converged"]
     cells = [
-        [f"{row.kinematics}, {row.viscosity_law}", row.raceway, f"{s.conditions.u_e:.4f}",
+        [f"{row.law}, {row.viscosity_law}", row.raceway, f"{s.conditions.u_e:.4f}",
          f"{row.slide_roll_ratio:.5f}", f"{1e6 * s.h_c:.4f}", f"{1e6 * s.h_m:.4f}",
          *_changed(row.film_changes, 1e6 * row.film_limit, 4), f"{s.temperature_rise:.2f}",
          *_changed(row.rise_changes, row.rise_limit, 2), "yes" if row.converged else "NO"]
@@ -167,7 +166,7 @@ def section5_text(rows: list[ContactRow]) -> str:
 
 def main() -> str:
     """The tables as text: 24 thermal solves and two isothermal ones."""
-    cases = itertools.product(KINEMATICS, LAWS, RACEWAYS)
+    cases = itertools.product(Law, LAWS, RACEWAYS)
     rows = [contact_row(load_screw(), *case) for case in cases]
     circle = [
         [f"{row['x_in']:.4g} to {row['x_out']:.4g}", f"{row['y_max']:.4g}", f"{row['n_x']} x {row['n_y']}",

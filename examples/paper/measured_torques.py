@@ -27,7 +27,7 @@ from ballscrew_tehl.applications.calibration.measured_screw import (
 from ballscrew_tehl.applications.calibration.measurements import Measurement
 from ballscrew_tehl.applications.published_formulas import jungnickel_torque, zhou_torque
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
-from ballscrew_tehl.friction.sets import SETS, SUPPLY, FrictionSet, default_friction_set, with_set
+from ballscrew_tehl.friction.sets import SETS, SUPPLY, FrictionSet, default_friction_set
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, Parameters, changed
 from ballscrew_tehl.parameters.friction import ball_ball_coefficient
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
@@ -86,9 +86,9 @@ class LawRow(NamedTuple):
 
 
 def packaged_laws() -> list[Law]:
-    """Both sets of `published`, and the mechanistic one, which comes with another oil."""
+    """The law of the paper, and the mechanistic one, which comes with another oil."""
     found = []
-    for parameters in (load_screw(), with_set(load_screw(), "two_parameter"), load_screw(PACKAGED_VG100)):
+    for parameters in (load_screw(), load_screw(PACKAGED_VG100)):
         entry = default_friction_set(parameters)
         found.append(Law(entry, parameters, load_map(None, parameters)))
     return found
@@ -213,7 +213,7 @@ def main() -> str:
     parts.append("## Tables of the paper")
     for entry, parameters, nut_map in laws:
         law = Law(entry, parameters, nut_map)
-        parts += [f"### Friction set `{entry.name}`, kinematics `{entry.kinematics}`", f"{entry.provenance}."]
+        parts += [f"### Friction set `{entry.name}`", f"{entry.provenance}."]
         parts += [
             paper_table(shown) for shown in validation_tables(lambda *at, law=law: float(law.torque(*at)))
         ]

@@ -32,7 +32,6 @@ from ballscrew_tehl.friction.sets import (
     SETS,
     FrictionSet,
     friction_set_lines,
-    with_set,
     write_friction_sets,
 )
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, Law, Parameters
@@ -40,12 +39,12 @@ from ballscrew_tehl.parameters.identity import parameters_hash
 
 #: losses, that of each set
 LOSSES = ("least_squares", "soft_l1")
-LOSS = {"two_parameter": "soft_l1", "three_parameter": "soft_l1", "mechanistic": "least_squares"}
+LOSS = {"three_parameter": "soft_l1", "mechanistic": "least_squares"}
 #: relative error at which soft_l1 changes from squares to absolute values
 SOFT_SCALE = 0.01
 HEADER = """\
 Friction parameters fitted to measured torques; written by examples/paper/packaged_fit.py.
-A set belongs to its kinematics and its film model. Errors are absolute relative deviations from the measured
+A set belongs to its law. Errors are absolute relative deviations from the measured
 torque; intervals are half-widths (95 %, Student-t). Losses: least_squares: sum of squared relative errors of the
 distinct points. soft_l1: the same with absolute values above 1 %."""
 
@@ -173,26 +172,26 @@ def fitted_set(basis: TorqueBasis, parameters: Parameters, name: str, provenance
     )  # fmt: skip
 
 
-def basis_of(parameters: Parameters, name: str, film_model: Callable = solved_film) -> TorqueBasis:
+def basis_of(parameters: Parameters, film_model: Callable = solved_film) -> TorqueBasis:
     """The 11 points by the films, or contacts, of a set."""
     temperature = load_screw().lubricant.reference_temperature
-    film = film_model(name, parameters)
-    return replace(torque_basis(parameters, film, packaged_measurements(temperature)), names=SETS[name])
+    basis = torque_basis(parameters, film_model(parameters), packaged_measurements(temperature))
+    return replace(basis, names=SETS[parameters.friction.law])
 
 
 def main(file: str | None = None, film_model: Callable = solved_film) -> str:
     """The sets and what is not stored, as text.
 
-    Parameters   file : that the sets are written to;  film_model : films, or contacts, by set and screw
+    Parameters   file : that the sets are written to;  film_model : films, or contacts, of a screw
     """
     sets, lines, others = [], [], []
     published, own = load_screw(), load_screw(PACKAGED_VG100)
     for name in LOSS:
         mechanistic = name == "mechanistic"
-        parameters = own if mechanistic else with_set(published, name)
+        parameters = own if mechanistic else published
         screw = parameters.screw
         balls = f"{screw.loaded_ball_count} load-carrying" if mechanistic else str(screw.ball_count)
-        basis = basis_of(parameters, name, film_model)
+        basis = basis_of(parameters, film_model)
         provenance = (
             f"Zhao et al. (2023), Tables 2 and 4, {len(basis)} distinct points, "
             f"{f'{parameters.lubricant.name}, ' if mechanistic else ''}oil at "
@@ -202,7 +201,7 @@ def main(file: str | None = None, film_model: Callable = solved_film) -> str:
         entry = fitted_set(basis, parameters, name, provenance)
         if mechanistic:
             deviation = basis.torque(entry.values) / basis.measured - 1.0
-            entry = with_learned(entry, basis, deviation, parameters, film_model(name, parameters))
+            entry = with_learned(entry, basis, deviation, parameters, film_model(parameters))
         sets.append(entry)
         correlations = intervals(basis, np.array(entry.values))[1]
         lines += [

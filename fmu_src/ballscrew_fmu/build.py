@@ -24,7 +24,7 @@ from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.nut_map.interval import interval_table
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.packed import MECHANISTIC
+from ballscrew_tehl.runtime.packed import Law
 
 Advance = Callable[[str, int], None]  # called with the name of the next step, and how many steps it is
 
@@ -42,7 +42,7 @@ class Inputs(NamedTuple):
         Raises       BuildError: not in the package, and no ziglang, or it fails;  SourceError: a file is missing
         """
         ends = None
-        if self.friction_set is not None and self.nut_map.law == MECHANISTIC:
+        if self.friction_set is not None and self.nut_map.law == Law.MECHANISTIC:
             ends = interval_table(self.parameters, self.nut_map.header["axes"], self.friction_set)
         return live_page(self.parameters, self.nut_map, ends, start)
 

@@ -33,7 +33,7 @@ from .certificate import SEED, certificate, solve_points
 from .contacts import atlas_contacts, journal_of, solve_contacts
 from .fit import BOUNDS_OF_ATLAS, FIRST, interpolant_of, lengths_and_noise, save_atlas, table_of
 from .journal import Journal
-from .published import FILMS, SlidingFilms, published_map, solve_sliding
+from .published import SlidingFilms, published_map, solve_sliding
 
 #: folder of the journals
 SOLVED = Path(__file__).parent / "solved"
@@ -82,10 +82,7 @@ def run_published(args: argparse.Namespace) -> None:
     range_ = ball_range(parameters, grid)
     with executor_of(args) as executor, progress_bar() as progress, sliding_journal() as journal:
         solve_sliding(parameters, range_, args.count, journal, executor, progress)
-        films = {
-            name: SlidingFilms(parameters, range_, journal.entries, args.count, bool(thermal))
-            for thermal, name in enumerate(FILMS)
-        }
+        films = SlidingFilms(parameters, range_, journal.entries, args.count)
         contacts = BallContacts(rolling_parameters(parameters), range_)
         built = published_map(parameters, films, contacts, grid, {})
         found = deviation_from_direct(nut_map_of(built), parameters, args.points, executor, progress)

@@ -24,20 +24,19 @@ from ballscrew_tehl.nut_map.build import (
     map_header,
     sharing_values,
 )
-from ballscrew_tehl.nut_map.grid import VISCOUS, BuiltMap, MapGrid, Progress
+from ballscrew_tehl.nut_map.grid import BuiltMap, MapGrid, Progress
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.physics.film import MIN_FILM, film_formula, moes_groups_of
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.load import load_nodes, nut_loads
 from ballscrew_tehl.physics.lubricant import eta0
 from ballscrew_tehl.refinement.direct import rolling_parameters
-from ballscrew_tehl.runtime.bspline import fit, map_arrays
+from ballscrew_tehl.runtime.bspline import map_arrays
 
 from .fit import interpolant_of, lengths_and_noise
 from .journal import Journal, solve_missing
 
-#: films of the law, isothermal and thermal
-FILMS = ("solved", "solved_thermal")
+FILM = "central_film"  # key of an entry of the journal
 #: transition of the film over its formula, where the coordinate is stretched: ln(M) + STRETCH tanh(ln(M/TURN)/WIDTH)
 STRETCH, TURN, WIDTH = 4.0, 33.0, 0.9
 #: first lengths of the coordinates
@@ -58,12 +57,11 @@ def sliding_points(range_: BallRange, parameters: Parameters, raceway: str, coun
 
 
 def solve_films(parameters: Parameters, raceway: str, point: tuple[float, ...]) -> dict[str, float | str]:
-    """Isothermal and thermal central film [m] of a ball; `reason` alone if one does not converge."""
+    """Central film [m] of a ball; `reason` alone if it does not converge."""
     try:
-        found = [solve_ball(parameters, raceway, *point, thermal=thermal).h_c for thermal in (False, True)]
+        return {FILM: float(solve_ball(parameters, raceway, *point, thermal=True).h_c)}
     except UnconvergedContactError as error:
         return {"reason": str(error)}
-    return dict(zip(FILMS, map(float, found), strict=True))
 
 
 def solve_sliding(
@@ -82,20 +80,20 @@ def solve_sliding(
 class SlidingFilms:
     """Films of sliding balls, interpolated (friction.film_shear.FilmModel).
 
-    Parameters   entries: of the journal;  thermal: which film
+    entries: of the journal.
     """
 
     def __init__(
-        self, parameters: Parameters, range_: BallRange, entries: Mapping[str, Any], count: int, thermal: bool
+        self, parameters: Parameters, range_: BallRange, entries: Mapping[str, Any], count: int
     ) -> None:
-        self.parameters, self.name = parameters, FILMS[thermal]
+        self.parameters = parameters
         self.errors: dict[str, Array] = {}
         self._interpolants: dict[str, tuple[Interpolant, Array]] = {}
         for raceway in RACEWAYS:
             points = sliding_points(range_, parameters, raceway, count)
-            known = [k for k in range(count) if self.name in entries.get(f"{raceway} {k}", {})]
+            known = [k for k in range(count) if FILM in entries.get(f"{raceway} {k}", {})]
             at = points[known]
-            films = np.array([entries[f"{raceway} {k}"][self.name] for k in known])
+            films = np.array([entries[f"{raceway} {k}"][FILM] for k in known])
             values = np.log(films / film_formula(parameters, raceway, *at.T))[:, None]
             x, noise = self._coordinates(raceway, at), np.ones_like(values)
             lengths, level = lengths_and_noise(x, values, noise, FIRST)
@@ -141,22 +139,17 @@ def viscous_values(parameters: Parameters, film: FilmModel, grid: MapGrid) -> Ar
 
 
 def published_map(
-    parameters: Parameters, films: Mapping[str, FilmModel], contacts: BallContacts, grid: MapGrid,
+    parameters: Parameters, films: FilmModel, contacts: BallContacts, grid: MapGrid,
     certificate: Mapping[str, Any],
 ) -> BuiltMap:  # fmt: skip
-    """The map of the law of the paper.
-
-    Parameters   films: by the names of FILMS;  contacts: of rolling balls, whose films and rises are shown
-    """
+    """The map of the law of the paper; contacts: of rolling balls, whose films and rises are shown."""
     rolling = rolling_parameters(parameters)
     extremes, sharing = extreme_values(rolling, contacts, grid), sharing_values(parameters, grid)
     forces, count = np.geomspace(*grid.force), parameters.summed_balls
     loads = [nut_loads(parameters.screw, float(force), count) for force in forces]
     alone = np.array([(*load_torques(parameters, each), 1.0) for each in loads])
-    arrays = dict(map_arrays(extremes, force_values(parameters, grid, alone), *sharing))
-    arrays["extreme_coefficients"] = arrays.pop("coefficients")
-    for name, film in films.items():
-        arrays[f"{VISCOUS}{name}"] = fit(np.log(viscous_values(parameters, film, grid)), (0, 1, 2))
+    values = np.concatenate([viscous_values(parameters, films, grid), extremes], axis=-1)
+    arrays = map_arrays(values, force_values(parameters, grid, alone), *sharing)
     header = map_header(parameters, grid) | {
         "atlas": contacts.atlas.hash, "atlas_fraction": atlas_fraction(contacts, grid),
         "certificate": dict(certificate),

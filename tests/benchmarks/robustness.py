@@ -4,7 +4,7 @@
 prints how many did not converge, are not a number or took the asymptotic branch (and the lowest load that did),
 quantiles of error estimate, heat balance and seconds, and the worst points.
 Isothermal: radius ratio 0.03 to 1, Moes M 1.5 to 2e6, L 1.8 to 40 (ratio and M over their logarithms), both oil laws.
-Thermal: contacts of the packaged screw over the range of its map, both raceways and kinematics. `--refine K` solves
+Thermal: contacts of the packaged screw over the range of its map, both raceways and laws. `--refine K` solves
 each again with nodes, lines, layers, domain and tolerance refined by K and prints the share of contacts whose film
 moves by no more than error_estimate.
 """
@@ -30,11 +30,11 @@ from reference_screw import GD4008
 
 from ballscrew_tehl.contact import SolverOptions, ball_conditions, solve, solve_moes
 from ballscrew_tehl.nut_map.grid import MapGrid, ball_range
-from ballscrew_tehl.parameters.file import changed
+from ballscrew_tehl.parameters.file import Law, changed
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.hertz import RACEWAYS
 
-KINEMATICS = ("published", "rolling_frame")
+LAWS = tuple(Law)
 RANGE = ball_range(GD4008, replace(MapGrid(), force=MapGrid().preload))
 
 
@@ -51,10 +51,10 @@ def thermal(u, refine=1.0):
     ends = np.array([RANGE.load, RANGE.speed])
     load, speed = (ends[:, 0] * (ends[:, 1] / ends[:, 0]) ** u[:2]).tolist()
     temperature = float(np.interp(u[2], (0.0, 1.0), RANGE.temperature))
-    raceway, kinematics = RACEWAYS[int(u[3] >= 0.5)], KINEMATICS[int(u[4] >= 0.5)]
-    parameters = changed(GD4008, friction={"kinematics": kinematics})
+    raceway, law = RACEWAYS[int(u[3] >= 0.5)], LAWS[int(u[4] >= 0.5)]
+    parameters = changed(GD4008, friction={"law": law})
     conditions = ball_conditions(parameters, raceway, load, speed, temperature)
-    name = f"{kinematics} {raceway} {load:.4g} N {speed / RPM:.4g} r/min {temperature:.2f} K"
+    name = f"{law} {raceway} {load:.4g} N {speed / RPM:.4g} r/min {temperature:.2f} K"
     return name, solve(conditions, parameters.lubricant, parameters.solids, SolverOptions().refined(refine))
 
 

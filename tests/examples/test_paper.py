@@ -36,7 +36,7 @@ def test_table_of_laws_and_tables_of_the_paper(laws):
     )
     assert "| Jungnickel J + 0.31 mm F | 1 | 5.41 % | 11.73 % | 11.60 % | 7.70 % | 5.86 % | 12.07 % |" in text
     means = re.findall(r"\| mean deviation \|  \|  \| ([\d.]+) % \|", text)
-    assert means == ["1.40", "1.02", "1.50", "2.58", "2.51", "2.73", "1.79", "5.89", "1.87"]
+    assert means == ["1.40", "1.02", "1.50", "1.79", "5.89", "1.87"]
     assert (
         "| mechanistic | 1 | 4.15 % | 12.78 % | 2.10 % | 6.98 % | 4.42 % | 13.43 % | -19 to -12 % |" in text
     )
@@ -56,10 +56,10 @@ STATED = {
 
 
 def test_numbers_of_the_statements(laws):
-    by_id = {claim.id: claim for claim in claims.claims(laws[:2])}
+    by_id = {claim.id: claim for claim in claims.claims(laws[:1])}
     for name, values in STATED.items():
         assert by_id[name].results[0].values == pytest.approx(values, rel=2e-3), name
-    for k, law in enumerate(laws[:2]):
+    for k, law in enumerate(laws[:1]):
         (rpm,) = by_id["crossover_speed"].results[k].values
         both = law.parts(1800.0, rpm * RPM, 303.0)
         assert both[0] == pytest.approx(both[2], rel=1e-4)
@@ -76,7 +76,7 @@ def test_verdicts_by_one_rule():
         assert claims.verdict_on(printed, ours) == claims.VERDICTS[verdict]
     text = claims.main()
     assert [one["id"] for one in claims.printed_claims()] == list(claims.RULES)
-    assert re.findall(r"(?:not )?reproduced \||near \|", text)[0::2] == [
+    assert re.findall(r"(?:not )?reproduced \||near \|", text) == [
         *["near |", "not reproduced |", "not reproduced |", "not reproduced |", "near |", "not reproduced |"],
         *["not reproduced |", "near |", "reproduced |"],
     ]
@@ -91,7 +91,7 @@ def test_limit_of_a_value_of_known_order():
 
 @pytest.mark.slow
 def test_solved_contact_of_the_nut_agrees_on_three_grids():
-    row = contacts.contact_row(GD4008, "published", contacts.LAWS[0], "nut")
+    row = contacts.contact_row(GD4008, contacts.Law.THREE_PARAMETER, contacts.LAWS[0], "nut")
     assert row.converged
     # extrapolated films agree on all three grids
     assert 0.0 < np.max(row.film_changes) <= 0.003
@@ -182,7 +182,7 @@ def test_screws_of_the_rig_are_in_the_intervals():
 
 
 def test_packaged_fit_of_the_mechanistic_law_and_its_profile():
-    basis = packaged_fit.basis_of(VG100, "mechanistic", lambda name, parameters: ClosedContacts())
+    basis = packaged_fit.basis_of(VG100, lambda parameters: ClosedContacts())
     entry = packaged_fit.fitted_set(basis, VG100, "mechanistic", "")
     value, half = entry.net_sliding_coefficient, entry.intervals["net_sliding_coefficient"]
     limits = entry.limits["net_sliding_coefficient"]
@@ -192,13 +192,13 @@ def test_packaged_fit_of_the_mechanistic_law_and_its_profile():
 
 
 def test_packaged_sets_are_written_with_their_limits(tmp_path):
-    def films(name, parameters):
-        return ClosedContacts() if name == "mechanistic" else HamrockDowsonFilm(parameters)
+    def films(parameters):
+        return ClosedContacts() if parameters == VG100 else HamrockDowsonFilm(parameters)
 
     text = packaged_fit.main(str(tmp_path / "sets.toml"), films)
-    assert text.count("(packaged)") == 3
-    assert len(re.findall(r"^\| \w+ \| (?:least_squares|soft_l1)", text, re.MULTILINE)) == 6
-    assert text.count("    correlation ") == 1 + 3
+    assert text.count("(packaged)") == 2
+    assert len(re.findall(r"^\| \w+ \| (?:least_squares|soft_l1)", text, re.MULTILINE)) == 4
+    assert text.count("    correlation ") == 3
     sets = load_friction_sets(tmp_path / "sets.toml")
     assert {(str(law), entry.loss) for law, entry in sets.items()} == set(packaged_fit.LOSS.items())
     for law, entry in sets.items():

@@ -19,7 +19,7 @@ from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.python_fmu import solver_cache
 from ballscrew_fmu.python_fmu.package import build_fmu
-from ballscrew_tehl.runtime.packed import FILM_SHEAR
+from ballscrew_tehl.runtime.packed import Law
 
 
 def _common_folder(tmp_path_factory) -> Path:
@@ -38,7 +38,7 @@ def built(tmp_path_factory):
     folder = _common_folder(tmp_path_factory)
 
     @functools.cache
-    def build(model=FRICTION, kind="python", law=FILM_SHEAR):
+    def build(model=FRICTION, kind="python", law=Law.THREE_PARAMETER):
         path = folder / f"{law}_{kind}_{model.name}.fmu"
         with FileLock(f"{path}.lock"):
             if not path.exists() and kind == "python":
@@ -69,7 +69,7 @@ def folder_of(built):
 def opened(folder_of):
     """Function (version, kind, model, law) -> instance; python: of the FMU for Python hosts, FMI 2."""
 
-    def instance(version, kind=CS, model=FRICTION, law=FILM_SHEAR, **options):
+    def instance(version, kind=CS, model=FRICTION, law=Law.THREE_PARAMETER, **options):
         options = {"model": model, "nut_map": closed_form(law)} | options
         if version == "python":
             if not RUNS_HERE:

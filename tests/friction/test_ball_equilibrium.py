@@ -19,7 +19,7 @@ from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_screw
 from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
 from ballscrew_tehl.physics.kinematics import ContactMotion, contact_motion
 
-ROLLING = changed(load_screw(), friction={"kinematics": "rolling_frame"})
+ROLLING = changed(load_screw(), friction={"law": "mechanistic"})
 SCREW = ROLLING.screw
 SCREWS = sorted((ROOT / "examples/screws").glob("*.toml"))
 LIMITING, TAU_0, BOUNDARY = 0.05, 5e6, 0.12

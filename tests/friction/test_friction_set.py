@@ -1,4 +1,4 @@
-"""Friction sets: file, selection by kinematics, overrides, numbers of another screw, when a fit counts."""
+"""Friction sets: file, selection by law, overrides, numbers of another screw, when a fit counts."""
 
 import dataclasses
 import math
@@ -12,7 +12,7 @@ from ballscrew_tehl.friction.sets import (
     default_friction_set,
     load_friction_sets,
     refuse_other_fit,
-    with_set,
+    with_law,
     without_overrides,
     write_friction_sets,
 )
@@ -39,7 +39,7 @@ FULL = FrictionSet(
 
 def test_a_set_is_the_same_after_writing_and_reading(tmp_path):
     path = tmp_path / "sets.toml"
-    bare = FrictionSet(Law.TWO_PARAMETER, 8.0, 0.004)
+    bare = FrictionSet(Law.MECHANISTIC, 1.0, 0.004)
     write_friction_sets(path, [FULL, bare], "first line\nsecond line")
     found = {entry.law: entry for entry in (FULL, bare)}
     assert load_friction_sets(path) == found
@@ -47,9 +47,6 @@ def test_a_set_is_the_same_after_writing_and_reading(tmp_path):
     assert text.startswith("# first line\n# second line\n")
     # the file carries the unit of the roughness height in the key
     assert "roughness_height_m = 2.5e-08" in text
-    # as written by earlier versions
-    path.write_text(f"{text}\n[published.two_parameter.other_losses.soft_l1]\nmean = 0.1\n")
-    assert load_friction_sets(path) == found
 
 
 def test_overrides_belong_to_the_set_of_the_file_and_drop_the_data_of_the_fit():
@@ -63,12 +60,12 @@ def test_overrides_belong_to_the_set_of_the_file_and_drop_the_data_of_the_fit():
     )
     assert {*found.intervals, *found.errors, *found.limits} == set()
     stated = changed(GD4008, friction={"apparent_viscosity_ratio": 7.0, "roughness_height": 2e-8})
-    assert with_set(stated, "three_parameter") is stated
-    other = with_set(stated, "two_parameter").friction
+    assert with_law(stated, "three_parameter") is stated
+    other = with_law(stated, "mechanistic").friction
     numbers = other.law, other.apparent_viscosity_ratio, other.roughness_height
-    assert numbers == ("two_parameter", None, None)
+    assert numbers == ("mechanistic", None, None)
     surfaces = changed(GD4008, friction={"raceway_rq": 3e-8, "ball_rq": 4e-8})
-    assert with_set(surfaces, "two_parameter").friction.roughness_height == pytest.approx(5e-8, rel=1e-12)
+    assert with_law(surfaces, "mechanistic").friction.roughness_height == pytest.approx(5e-8, rel=1e-12)
     # with the mechanistic law the height of the file is that of its surfaces
     rough = changed(LAW, friction={"roughness_height": 1e-6, "net_sliding_coefficient": 0.01})
     kept = without_overrides(rough, "mechanistic").friction
@@ -77,7 +74,7 @@ def test_overrides_belong_to_the_set_of_the_file_and_drop_the_data_of_the_fit():
 
 
 def test_numbers_of_another_screw_are_named_and_their_fit_is_refused():
-    for parameters in (GD4008, LAW, changed(GD4008, friction={"law": "two_parameter"})):
+    for parameters in (GD4008, LAW):
         assert carried_over(default_friction_set(parameters), parameters) == ""
     for own in ({"net_sliding_coefficient": 0.01}, {"ball_thrust": 1.2}):
         parameters = changed(OTHER, friction=own)
@@ -91,8 +88,9 @@ def test_numbers_of_another_screw_are_named_and_their_fit_is_refused():
     refuse_other_fit(dataclasses.replace(entry, parameters_hash=""), GD4008)
     with pytest.raises(MapError, match=r"fitted for the screw GD4008-3 \(.*expected GD4008-3"):
         refuse_other_fit(entry, OTHER_OIL)
-    with pytest.raises(MapError, match="kinematics = published; expected rolling_frame"):
+    with pytest.raises(MapError, match="law three_parameter; expected mechanistic"):
         refuse_other_fit(entry, OTHER)
-    for parameters, name in ((LAW, "three_parameter"), (GD4008, "mechanistic")):
-        with pytest.raises(ValueError, match=f"friction set = {name}; allowed with kinematics"):
-            with_set(parameters, name)
+    with pytest.raises(
+        ValueError, match=r"law = three_parameter; allowed: mechanistic: .* no table published_speeds"
+    ):
+        with_law(OTHER, "three_parameter")

@@ -54,7 +54,7 @@ def test_preload_ends_where_no_axial_load_frees_an_oversize_ball():
         "preload_kind": FOUR_POINT, "contact_angle": math.radians(15.0),
         "screw_raceway_radius": 0.51 * SCREW.ball_diameter, "nut_raceway_radius": 0.51 * SCREW.ball_diameter,
     }  # fmt: skip
-    own = changed(GD4008, friction={"kinematics": "rolling_frame"}, screw=close)
+    own = changed(GD4008, friction={"law": "mechanistic"}, screw=close)
     screw, count = own.screw, own.screw.loaded_ball_count
     most, highest = largest_preload(screw, count), map_grid(own).preload[1]
     assert highest == pytest.approx(0.9 * most, rel=0.1)

@@ -100,11 +100,8 @@ viscosity_Pas = 0.033 => viscosity_Pas = 0.033@astm_viscosity_1_cSt = 100 => lub
 conductivity_W_mK = 0.14 => conductivity_W_mK = 0.00014 => lubricant.thermal_conductivity_W_mK = 0.00014; >= 0.05
 viscosity_Pas = 0.033 => viscosity_Pas = 46 => lubricant.viscosity_Pas = 46; up to 30 Pa s; is 0.046 Pa s meant?
 ^pressure_viscosity_per_GPa = 21.0 => pressure_viscosity_per_GPa = 2.1 => per_GPa = 2.1; mineral oils: 15
-sliding_coefficient = 0.15  => sliding_coefficient = 0.9  => sliding_coefficient = 0.9; net_sliding_coefficient has it
 ^astm_viscosity_1_mm2_s => viscosity_Pas = 0.1@astm_viscosity_1_mm2_s => lubricant.viscosity_Pas = 0.1; no entry
-law = "three_parameter" => set = "two_parameter"@kinematics = "rolling_frame" => friction.set = 'two_parameter'; mecha
-law = "three_parameter" => kinematics = "fixed" => friction.kinematics = 'fixed'; published or rolling_frame
-sliding_coefficient = 0.15  => sliding_coefficient = 1.5  => friction.sliding_coefficient = 1.5; <= 0.15; mu_s
+law = "three_parameter" => law = "two_parameter" => friction.law = 'two_parameter'; mechanistic; three_parameter
 lead_mm = 8.0 => lead_mm = 8.0@ball_material = "glass" => screw.ball_material = 'glass'; 'silicon_nitride'
 +iso_vg = 69 => => lubricant.iso_vg = 69; 46, 68, 100
 +viscosity_index = None => => lubricant.viscosity_index = (missing); iso_vg needs it
@@ -123,7 +120,7 @@ loaded_ball_count = 72  => return_ball_count = 10@loaded_ball_count = 72  => loa
 [friction] => [map]@preload_min_N = 1.0@[friction] => map.preload_max_N = (missing); a range needs both ends
 [friction] => [map]@speed_min_rpm = 2@speed_max_rpm = 1@[friction] => map.speed_max_rpm = 1; more than speed_min
 [friction] => [map]@temperature_max_degC = 501.0@[friction] => map.temperature_max_degC = 501.0; <= 500 degC
-sliding_coefficient = 0.15  => raceway_rq_um = 0.05  => friction.ball_rq_mm = (missing); raceway_rq needs it
+law = "three_parameter" => raceway_rq_um = 0.05  => friction.ball_rq_mm = (missing); raceway_rq needs it
 """
 
 
@@ -225,7 +222,7 @@ def test_balls_of_silicon_nitride(read):
 
 
 def test_roughness_height_is_the_composite_of_both_surfaces(read):
-    text = edited("sliding_coefficient = 0.15 ", "raceway_rq_um = 0.04\nball_rq_nm = 0 ")
+    text = edited('law = "three_parameter"', "raceway_rq_um = 0.04\nball_rq_nm = 0 ")
     with pytest.raises(ParameterError, match="bad unit"):
         read(text)
     found = read(text.replace("ball_rq_nm = 0", "ball_rq_um = 0.03")).friction
@@ -244,18 +241,9 @@ def test_an_oil_by_its_grade_is_derived_again_when_changed(read):
     assert hash(oil) == hash(read(graded()))
 
 
-def test_law_follows_the_kinematics_where_a_file_states_none(read):
-    """The packaged screw and copies of its file keep the fitted set; other screws follow their film."""
-    assert (GD4008.friction.kinematics, GD4008.friction.law) == ("published", "three_parameter")
-    rolling = changed(GD4008, friction={"kinematics": "rolling_frame"})
-    assert (rolling.friction.kinematics, rolling.friction.law) == ("rolling_frame", "mechanistic")
-    # files of before: surface speeds and fitted numbers in place of the law
-    law, before = 'law = "three_parameter"', 'kinematics = "published"'
-    for words in (law, before, f'{before}\nset = "three_parameter"', 'set = "three_parameter"'):
-        assert read(edited(law, words)).friction == GD4008.friction
-    two = f'{before}\nset = "two_parameter"'
-    assert read(edited(law, two)).friction.law is Law.TWO_PARAMETER
-    assert read(edited(law, "")).friction.law is Law.MECHANISTIC
+def test_law_is_mechanistic_where_a_file_states_none(read):
+    assert GD4008.friction.law is Law.THREE_PARAMETER
+    assert read(edited('law = "three_parameter"', "")).friction.law is Law.MECHANISTIC
     own = example_parameters().friction
     assert own.law is Law.MECHANISTIC
     assert "law" in own.model_fields_set

@@ -9,7 +9,7 @@ from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_screw
 from ballscrew_tehl.physics.hertz import ellipse, reduced_radii
 from ballscrew_tehl.physics.kinematics import cage_speed, contact_motion, entrainment_speed, neighbour_sliding
 
-ROLLING = changed(load_screw(), friction={"kinematics": "rolling_frame"})
+ROLLING = changed(load_screw(), friction={"law": "mechanistic"})
 SCREW = ROLLING.screw
 
 

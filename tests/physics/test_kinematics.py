@@ -9,7 +9,7 @@ from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.physics.kinematics import cage_speed, entrainment_speed, surface_speeds
 
 RPM = math.pi / 30.0
-ROLLING = changed(GD4008, friction={"kinematics": "rolling_frame"})
+ROLLING = changed(GD4008, friction={"law": "mechanistic"})
 SECTION_5 = {row["quantity"]: row for row in published_rows("zhao2023/section5_contact.csv")}
 
 

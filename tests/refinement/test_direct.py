@@ -9,7 +9,6 @@ from ballscrew_tehl.atlas.groups import closed_forms
 from ballscrew_tehl.friction.film_shear import double_nut_torque, nut_forces
 from ballscrew_tehl.friction.mechanistic import mean_load, nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set
-from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.physics.hertz import RACEWAYS
 from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.physics.rating import ball_pressure
@@ -34,27 +33,25 @@ def solves(monkeypatch):
 
 def test_direct_film_solves_each_point_once(solves):
     places = [("nut", 30.0, 303.0), ("screw", 30.0, 303.0), ("nut", 31.0, 303.0), ("nut", 30.0, 304.0)]
-    for thermal in (False, True):
-        film, counts = DirectFilm(GD4008, thermal), []
-        for width in (1.0, 1.05, 20.0):
-            loads = np.linspace(10.0, 10.0 * width, 8)
-            solves.clear()
-            for raceway, *at in places:
-                found = film.central_film(raceway, loads, *at)
-                expected = [closed_ball(GD4008, raceway, q, *at, thermal).h_c for q in loads]
-                np.testing.assert_allclose(found, expected, rtol=1e-6)
-                film.central_film(raceway, loads[::-1], *at)
-            counts.append(len(solves) // 4)
-            assert len(set(solves)) == len(solves)
-            assert {call[-1] for call in solves} == {thermal}
-        assert counts[0] == 1 < counts[1] < counts[2] < 20
+    film, counts = DirectFilm(GD4008), []
+    for width in (1.0, 1.05, 20.0):
+        loads = np.linspace(10.0, 10.0 * width, 8)
+        solves.clear()
+        for raceway, *at in places:
+            found = film.central_film(raceway, loads, *at)
+            expected = [closed_ball(GD4008, raceway, q, *at, True).h_c for q in loads]
+            np.testing.assert_allclose(found, expected, rtol=1e-6)
+            film.central_film(raceway, loads[::-1], *at)
+        counts.append(len(solves) // 4)
+        assert len(set(solves)) == len(solves)
+        assert {call[-1] for call in solves} == {True}
+    assert counts[0] == 1 < counts[1] < counts[2] < 20
 
 
 def test_extremes_and_torque_are_those_of_all_balls_of_both_nuts(solves):
     """Torque against the film of every ball; the mean one has an error of second order."""
-    sets = "three_parameter", "two_parameter", "three_parameter"
-    for set_, (axial, nuts) in zip(sets, CASES, strict=True):
-        parameters, point = changed(GD4008, friction={"set": set_}), (2000.0, 50.0, 303.0, axial)
+    for axial, nuts in CASES:
+        parameters, point = GD4008, (2000.0, 50.0, 303.0, axial)
         rolling, friction = direct.rolling_parameters(parameters), default_friction_set(parameters)
         forces = {f for f in nut_forces(rolling, 2000.0, axial) if f > 0.0}
         loads = np.concatenate([nut_loads(SCREW, f, SCREW.loaded_ball_count) for f in forces])
@@ -71,11 +68,11 @@ def test_extremes_and_torque_are_those_of_all_balls_of_both_nuts(solves):
         assert direct.direct_extremes(rolling, 2000.0, axial, 50.0, 303.0) == pytest.approx(
             expected, rel=1e-8
         )
-        film = ClosedFilm(GD4008, friction.film_model == "solved_thermal")
+        film = ClosedFilm(GD4008)
         torque = double_nut_torque(parameters, friction, film, *point).total
         solves.clear()
         mean = direct.mean_ball_state(parameters, friction, *point, rolling)
-        # the published kinematics shows the films of rolling balls, which are solved as well
+        # the law of the paper shows the films of rolling balls, which are solved as well
         assert len(solves) == len(RACEWAYS) * nuts * 2
         assert mean.friction_torque == pytest.approx(torque, rel=1e-4)
         # the other balls by the closed formula

@@ -15,7 +15,7 @@ from synthetic_map import make_map
 from ballscrew_tehl.contact import UnconvergedContactError
 from ballscrew_tehl.friction.film_shear import double_nut_torque
 from ballscrew_tehl.friction.mechanistic import nut_powers
-from ballscrew_tehl.friction.sets import default_friction_set, with_set
+from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.parameters.identity import map_parameters
 from ballscrew_tehl.physics.load import nut_loads
@@ -52,10 +52,8 @@ def closed_contacts(request, monkeypatch):
         monkeypatch.setattr(direct, "solve_ball", closed_ball)
 
 
-def direct_torque(name, *point):
-    friction_set = default_friction_set(with_set(GD4008, name))
-    film = ClosedFilm(GD4008, name == "three_parameter")
-    return double_nut_torque(GD4008, friction_set, film, *point).total
+def direct_torque(*point):
+    return double_nut_torque(GD4008, default_friction_set(GD4008), ClosedFilm(GD4008), *point).total
 
 
 def rolling_torque(force, *at):
@@ -64,12 +62,10 @@ def rolling_torque(force, *at):
     return 2.0 * float(np.squeeze(nut.viscous_screw + nut.viscous_nut))
 
 
-@pytest.mark.parametrize("name", ["two_parameter", "three_parameter"])
-def test_refined_torque_is_the_direct_one_and_the_rest_that_of_the_map(name):
-    """Films that are shown are of another kinematics: not corrected. 3e-5: residual of the contacts at their points."""
-    wrong = moved(nut_map_of(small_map(), name))
+def test_refined_torque_is_the_direct_one_and_the_rest_that_of_the_map(wrong):
+    """Films that are shown are of rolling balls: not corrected. 3e-5: residual of the contacts at their points."""
     for point in (POINT, (5000.0, 90.0, 298.0, 3000.0), (700.0, 12.0, 310.0, -200.0), (9000.0, 60.0, 305.0)):
-        refinement, expected = Refinement(wrong), direct_torque(name, *point)
+        refinement, expected = Refinement(wrong), direct_torque(*point)
         plain, found = wrong.evaluate(*point), refinement.evaluate(*point)
         assert abs(plain.friction_torque / expected - 1.0) > 3e-3
         assert found.friction_torque == pytest.approx(expected, rel=3e-5)
@@ -113,7 +109,7 @@ def test_torque_along_a_run_is_direct_within_the_tolerance_from_few_solves():
         solved = len(refinement.solves)
         assert solved < 100
         points = zip(speeds[::6], loads[::6], strict=True)
-        expected = [direct_torque("three_parameter", 2000.0, w, 303.15, a) for w, a in points]
+        expected = [direct_torque(2000.0, w, 303.15, a) for w, a in points]
         error = np.abs(found[::6] / expected - 1.0)
         assert np.mean(error <= 2e-3) >= 0.95
         assert error.max() <= 6e-3
@@ -183,7 +179,7 @@ def test_what_cannot_be_refined_is_refused(wrong):
     for tolerance in (0.0, -1e-3, math.nan, math.inf):
         with pytest.raises(ValueError, match=r"refine_tolerance = .*; needs a finite number > 0"):
             Refinement(wrong, tolerance=tolerance)
-    with pytest.raises(ValueError, match="film model of the map = synthetic; refinement needs solved"):
+    with pytest.raises(ValueError, match=r"a map .* without its screw: give the screw file"):
         Refinement(make_map())
     for point in (
         (math.nan, 1.0, 300.0), (1e3, np.array([1.0, math.inf]), 300.0), (1e3, 1.0, 300.0, 0.0, -1.0),

@@ -11,12 +11,12 @@ from ballscrew_tehl import load_map, load_screw
 from ballscrew_tehl.parameters.file import PACKAGED_VG100
 from ballscrew_tehl.runtime.constants import LEAST_HALF, REST
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC, MapError, npz_bytes, sealed
+from ballscrew_tehl.runtime.packed import Law, MapError, npz_bytes, sealed
 
 MAPS = {law: closed_form(law) for law in LAWS}
-NUT_MAP = MAPS[FILM_SHEAR]
+NUT_MAP = MAPS[Law.THREE_PARAMETER]
 FREE = 0.3
-OVERSIZE = closed_form(MECHANISTIC, FREE)
+OVERSIZE = closed_form(Law.MECHANISTIC, FREE)
 T = 303.15
 LOWEST = synthetic_map.AXIS["speed"][0]
 
@@ -30,7 +30,7 @@ def nut_torques(law, force, speed, temperature, ratio, net, roughness, breakaway
     """Torques of one nut from the closed formulas of the synthetic map, at a speed of its axis."""
     g = synthetic_map.surfaces(force, speed, temperature, law)
     c = synthetic_map.force_curves(force)
-    if law == MECHANISTIC:
+    if law == Law.MECHANISTIC:
         return np.array([ratio * np.sum(g[0:2]), c[0], g[2] + net * c[1] * g[3]])
     share = 1.0 / (1.0 + (roughness / g[2:4]) ** 2)
     return np.array([ratio * np.sum(g[0:2] * share), c[0], net * c[1]])
@@ -185,16 +185,16 @@ def test_sliding_torque_of_film_shear_rises_to_breakaway():
 
 @pytest.mark.parametrize("breakaway", [1.5, 2.0, 5.0])
 def test_ball_friction_rises_smoothly_to_breakaway_at_standstill(breakaway):
-    nut_map = MAPS[MECHANISTIC]
+    nut_map = MAPS[Law.MECHANISTIC]
     one, none = (nut_map.evaluate(2e3, 320.0, T, net_sliding_coefficient=k).sliding_torque for k in (1, 0))
-    thick = (one - none) / synthetic_map.surfaces(2000.0, 320.0, T, MECHANISTIC)[3]
+    thick = (one - none) / synthetic_map.surfaces(2000.0, 320.0, T, Law.MECHANISTIC)[3]
 
     def factor(speed):  # 1e9: without the shear of the raceways
         state = nut_map.evaluate(2000.0, speed, T, net_sliding_coefficient=1e9, breakaway_factor=breakaway)
         return state.sliding_torque / (1e9 * thick)
 
     assert factor(0.0) == pytest.approx(breakaway, rel=1e-8)
-    slowest = synthetic_map.surfaces(2000.0, LOWEST, T, MECHANISTIC)[3]
+    slowest = synthetic_map.surfaces(2000.0, LOWEST, T, Law.MECHANISTIC)[3]
     assert factor(LOWEST) == pytest.approx(slowest, rel=1e-8)
     if breakaway > 1.5:  # where the slope of the map is not above the steepest of the law
         below, above = slopes_at(factor, LOWEST)
@@ -211,7 +211,7 @@ def test_ball_friction_rises_smoothly_to_breakaway_at_standstill(breakaway):
 @pytest.mark.parametrize("speed", [47.0, 0.1])
 def test_oversize_balls_roll_freely_where_the_axial_load_has_freed_two_flanks(speed):
     """Held by all four flanks up to a large axial load; beyond separation their shear is that of two flanks."""
-    plain, at = MAPS[MECHANISTIC], (1700.0, speed, 311.0)
+    plain, at = MAPS[Law.MECHANISTIC], (1700.0, speed, 311.0)
     for load in (0.0, 1000.0, -1000.0):
         held, ours = (m.evaluate(*at, load).sliding_torque for m in (plain, OVERSIZE))
         assert held * (1.0 - 1e-4) <= ours <= held * (1.0 + 1e-12)

@@ -4,7 +4,7 @@ import numpy as np
 
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 from ballscrew_tehl.physics.hertz import E_prime, ellipse, reduced_radii
-from ballscrew_tehl.runtime.packed import MECHANISTIC
+from ballscrew_tehl.runtime.packed import Law
 
 VG100 = load_screw(PACKAGED_VG100)
 
@@ -12,7 +12,7 @@ VG100 = load_screw(PACKAGED_VG100)
 class ClosedContacts:
     """film: central film [m] at 20 N, 10 rad/s and 303 K, thicker with speed."""
 
-    name = MECHANISTIC
+    name = Law.MECHANISTIC
 
     def __init__(self, film=2e-7):
         self.film = film

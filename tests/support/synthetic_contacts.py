@@ -1,6 +1,5 @@
 """Contacts in closed form instead of solved ones, for fast tests of maps and of what is corrected by solves."""
 
-from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 
@@ -8,17 +7,16 @@ import numpy as np
 import pytest
 from reference_screw import GD4008
 
-from atlas_builder.published import FILMS, published_map
+from atlas_builder.published import published_map
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
 from ballscrew_tehl.atlas.groups import QUANTITIES, closed_forms, unmodelled
-from ballscrew_tehl.friction.sets import with_set
 from ballscrew_tehl.nut_map import build, file
 from ballscrew_tehl.nut_map.build import build_map
 from ballscrew_tehl.nut_map.grid import BuiltMap, MapGrid
-from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, Law, load_screw
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.film import film_formula, thermal_load_parameter, wilson_sheu
-from ballscrew_tehl.physics.kinematics import ROLLING_FRAME, surface_speeds
+from ballscrew_tehl.physics.kinematics import surface_speeds
 from ballscrew_tehl.runtime.evaluate import NutMap
 
 LAW = load_screw(PACKAGED_VG100)
@@ -50,15 +48,15 @@ class ClosedContacts(BallContacts):
 class ClosedFilm:
     """Film of sliding balls by the law of the paper (friction.film_shear.FilmModel)."""
 
-    def __init__(self, parameters, thermal):
-        self.parameters, self.thermal, self.name = parameters, thermal, FILMS[thermal]
+    def __init__(self, parameters):
+        self.parameters = parameters
 
     def central_film(self, raceway, load, speed, temperature):
         load = np.reshape(load, (-1, *np.ones(np.broadcast(speed, temperature).ndim, int)))
         cold = film_formula(self.parameters, raceway, load, speed, temperature)
         u_e = surface_speeds(self.parameters, raceway, speed).u_e
         heat = wilson_sheu(thermal_load_parameter(self.parameters.lubricant, u_e, temperature), 0.0)
-        return cold * (load / 30.0) ** FILM_EXPONENT[raceway] * (0.8 * heat if self.thermal else 1.0)
+        return cold * (load / 30.0) ** FILM_EXPONENT[raceway] * 0.8 * heat
 
 
 contacts_of = cache(ClosedContacts)
@@ -68,8 +66,8 @@ def closed_ball(parameters, raceway, load, speed, temperature, thermal):
     """In place of solve_ball in refinement.direct: rolling balls as ClosedContacts, others as ClosedFilm."""
     at = np.array([load]), np.array([speed]), np.array([temperature])
     found = {name: float(v[0]) for name, v in contacts_of(parameters).at(raceway, *at).items()}
-    if parameters.friction.kinematics != ROLLING_FRAME:
-        film = ClosedFilm(parameters, thermal).central_film(raceway, at[0], speed, temperature)
+    if parameters.friction.law is Law.THREE_PARAMETER:
+        film = ClosedFilm(parameters).central_film(raceway, at[0], speed, temperature)
         found["central_film"] = float(film[0])
     return SimpleNamespace(
         **{name: found[name] for name in ("rolling_loss", "core_pressure", "core_area")},
@@ -89,11 +87,9 @@ def law_map(parameters=LAW) -> BuiltMap:
 @cache
 def small_map() -> BuiltMap:
     """The map of GD4008 over GRID: the law of the paper."""
-    films = {film.name: film for film in (ClosedFilm(GD4008, thermal) for thermal in (False, True))}
-    return published_map(GD4008, films, ClosedContacts(GD4008), GRID, CERTIFICATE)
+    return published_map(GD4008, ClosedFilm(GD4008), ClosedContacts(GD4008), GRID, CERTIFICATE)
 
 
-def nut_map_of(built: BuiltMap, friction: str | None = None) -> NutMap:
-    """Nut map by a friction set, None = that of its screw, without a file."""
-    own = built.parameters if friction is None else with_set(built.parameters, friction)
-    return file.nut_map_of(replace(built, parameters=own))
+def nut_map_of(built: BuiltMap) -> NutMap:
+    """Nut map without a file."""
+    return file.nut_map_of(built)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ballscrew_tehl.runtime.bspline import map_arrays
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.packed import AXES, FILM_SHEAR, MECHANISTIC, sealed
+from ballscrew_tehl.runtime.packed import AXES, Law, sealed
 
 AXIS = {
     "force": (50.0, 12000.0, 7), "speed": (0.5, 320.0, 8), "temperature": (283.15, 353.15, 5),
@@ -25,12 +25,12 @@ MECHANISTIC_DEFAULTS = {
     "apparent_viscosity_ratio": 1.0, "net_sliding_coefficient": 0.0048, "roughness_height": 200e-9,
     "breakaway_factor": 2.0,
 }  # fmt: skip
-LAWS = (FILM_SHEAR, MECHANISTIC)
+LAWS = (Law.THREE_PARAMETER, Law.MECHANISTIC)
 SCREW = {"lead": 8e-3, "diameter": 0.04, "nut_stiffness": 1.35e9, "stiffness_preload": 2000.0}
 PRESLIDING_ANGLE = 6.9e-4  # [rad/N^(1/3)], as of the 40 mm screw
 
 
-def surfaces(force, speed, temperature, law=FILM_SHEAR):
+def surfaces(force, speed, temperature, law=Law.THREE_PARAMETER):
     """The ten surfaces of one nut, stacked on the last axis; SI."""
     x, y, z = np.log(force / 1000.0), np.log(speed / 10.0), (temperature - 303.15) / 50.0
     film_screw = 43e-9 * np.exp(-0.067 * x + 0.67 * y - 0.004 * y**2 - 0.9 * z + 0.1 * z**2)
@@ -39,7 +39,7 @@ def surfaces(force, speed, temperature, law=FILM_SHEAR):
     torque_nut = 0.017 * np.exp(0.67 * x + 0.33 * y + 0.004 * y**2 - 1.2 * z)
     rise = 8.0 * np.exp(0.2 * x + 0.9 * y - 0.02 * y**2 - 0.5 * z)
     torques = torque_screw, torque_nut, film_screw, film_nut
-    if law == MECHANISTIC:
+    if law == Law.MECHANISTIC:
         thinner = y - np.log(AXIS["speed"][1] / 10.0) - 0.2 * z  # 0 in the thickest films
         torques = (
             0.02 * np.exp(0.35 * x + 0.6 * y - 0.01 * y**2 - 0.8 * z),
@@ -91,7 +91,10 @@ def nodes(name):
 
 
 def make_map(
-    viscous_scale: float = 1.0, force_exponent: float = 0.0, law: str = FILM_SHEAR, free: float | None = None
+    viscous_scale: float = 1.0,
+    force_exponent: float = 0.0,
+    law: str = Law.THREE_PARAMETER,
+    free: float | None = None,
 ) -> NutMap:
     """The map; the viscous torque is multiplied by viscous_scale*(force/1 kN)^force_exponent, for other content.
 
@@ -107,13 +110,13 @@ def make_map(
     header = {
         "axes": {name: list(AXIS[name]) for name in AXES}, "parameters_json": "{}",
         "parameters_hash": "0" * 64, "law": law, "kinematics": "published", "film_model": "synthetic",
-        "defaults": DEFAULTS if law == FILM_SHEAR else MECHANISTIC_DEFAULTS, "screw": SCREW,
+        "defaults": DEFAULTS if law == Law.THREE_PARAMETER else MECHANISTIC_DEFAULTS, "screw": SCREW,
         "presliding_angle": PRESLIDING_ANGLE, "certificate": {}, "version": "0.1.0",
     }  # fmt: skip
     return NutMap(sealed(header, arrays), arrays)
 
 
 @functools.cache
-def closed_form(law: str = FILM_SHEAR, free: float | None = None) -> NutMap:
+def closed_form(law: str = Law.THREE_PARAMETER, free: float | None = None) -> NutMap:
     """make_map of this law, made once."""
     return make_map(law=law, free=free)

@@ -119,7 +119,7 @@ def native_description(
     if sources:
         name, variables = model.native_name, model.variables(header)
         interfaces = capabilities(model, fmi_version)
-    of_map = f"{header['kinematics']} kinematics, map {map_hash(header)[:12]}"
+    of_map = f"law {header['law']}, map {map_hash(header)[:12]}"
     root = Element(
         "fmiModelDescription",
         {

@@ -32,7 +32,7 @@ from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters, load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.film import MIN_FILM, THICKEST_FILM
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.packed import MECHANISTIC, SURFACES, map_hash
+from ballscrew_tehl.runtime.packed import SURFACES, Law, map_hash
 
 _TRENDS = ["", *(trend.Trend(*at).text for at in ((True, False), (False, True), (True, True)))]
 _START_SPEED, _START_TEMPERATURE = 1000.0, 303.15  # [r/min], [K]
@@ -77,7 +77,7 @@ def live_page(
         "inputs": _inputs(header),
         "start": _start(header, start),
         "parts": [
-            ("viscous_torque", "rolling" if law == MECHANISTIC else "viscous"),
+            ("viscous_torque", "rolling" if law == Law.MECHANISTIC else "viscous"),
             ("hysteresis_torque", "hysteresis"),
             ("sliding_torque", "sliding"),
             *([("seal_torque", "seal")] if nut_map.seal_torque else []),
@@ -86,7 +86,7 @@ def live_page(
         "loaded": "nut loaded as by preload alone",
         "cautions": _cautions(parameters),
         "trend": (trend.THICK, trend.STEP_K, trend.STEP_LN, trend.MIN_CHANGE, _TRENDS),
-        "slip": trend.MIN_FORCE_RATIO if law == MECHANISTIC and kind == FOUR_POINT else 0.0,
+        "slip": trend.MIN_FORCE_RATIO if law == Law.MECHANISTIC and kind == FOUR_POINT else 0.0,
         "nodes": None if ends is None else TABLE_NODES,
         "meaning": MEANING[bool(header["mechanistic_interval"]["fitted"])]
         if ends is not None

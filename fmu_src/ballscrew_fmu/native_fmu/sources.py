@@ -34,10 +34,10 @@ from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import (
     AXES,
     DEFAULTS,
-    FILM_SHEAR,
     FORCE_CURVES,
     SURFACES,
     TORQUE_SURFACES,
+    Law,
     map_hash,
 )
 
@@ -313,7 +313,7 @@ def _variables(header: Mapping[str, Any], model: FmuModel, hash_of_table: str) -
 
 def _constants(model: FmuModel) -> str:
     named = {name: value for name, value in vars(constants).items() if name.isupper()}
-    films = SURFACES[FILM_SHEAR][TORQUE_SURFACES:]  # the same in each law
+    films = SURFACES[Law.THREE_PARAMETER][TORQUE_SURFACES:]  # the same in each law
     return _CONSTANTS.format(
         name=model.native_name,
         law_names=", ".join(f'"{law}"' for law in SURFACES),

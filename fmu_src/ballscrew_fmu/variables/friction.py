@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from ballscrew_tehl.runtime.constants import DAMPING_TIME, ELEMENTS
-from ballscrew_tehl.runtime.packed import DEFAULTS, FILM_SHEAR, MECHANISTIC
+from ballscrew_tehl.runtime.packed import DEFAULTS, Law
 
 FIRST_REFERENCE = 1  # OMSimulator 3 takes the value references of FMI 3 dependencies for indices from 1
 Header = Mapping[str, Any]  # of a map
@@ -98,7 +98,7 @@ _SIGN = ("regularization_speed", "presliding", "presliding_side")
 _REFINED = ("refine", "refine_tolerance")
 _COEFFICIENTS = ("net_sliding_coefficient", "breakaway_factor")
 _SLIDING = (*_COEFFICIENTS, *_SIGN)
-_LAW_NAMES = {FILM_SHEAR: "film shear", MECHANISTIC: "mechanistic"}
+_LAW_NAMES = {Law.THREE_PARAMETER: "film shear", Law.MECHANISTIC: "mechanistic"}
 #: parameters of all friction FMUs, in their order
 FRICTION_PARAMETERS = (
     *DEFAULTS, "regularization_speed", "presliding", "presliding_stiffness", "presliding_damping", "presliding_side",
@@ -160,7 +160,7 @@ def largest_force(header: Header) -> float:
 
 def _coulomb(header: Header) -> Names:
     """Inputs that hysteresis and sliding torque depend on near standstill, where both follow one sign."""
-    return ("preload", "speed", "axial_load") if header["law"] == FILM_SHEAR else _ALL
+    return ("preload", "speed", "axial_load") if header["law"] == Law.THREE_PARAMETER else _ALL
 
 
 def input_text(header: Header, name: str, meaning: str) -> str:
@@ -198,7 +198,7 @@ def inputs(header: Header) -> tuple[Variable, ...]:
 
 def _torques(header: Header) -> tuple[Variable, ...]:
     """Rows of the torques, of both nuts together and of each."""
-    film_shear, coulomb = header["law"] == FILM_SHEAR, _coulomb(header)
+    film_shear, coulomb = header["law"] == Law.THREE_PARAMETER, _coulomb(header)
     viscous = ("apparent_viscosity_ratio", *(("roughness_height",) if film_shear else ()), *_REFINED)
     kind, slip = (
         ("Viscous", "") if film_shear else ("Hydrodynamic rolling", ": slip in contacts and between balls")
@@ -290,7 +290,7 @@ def outputs(header: Header) -> tuple[Variable, ...]:
 
 def parameters(header: Header) -> tuple[Variable, ...]:
     """Rows of the parameters of the friction law, then of the law at standstill."""
-    starts, film_shear = header["defaults"], header["law"] == FILM_SHEAR
+    starts, film_shear = header["defaults"], header["law"] == Law.THREE_PARAMETER
 
     def fitted(name: str, unit: str, nominal: float, of_film_shear: str, mechanistic: str) -> Variable:
         description = of_film_shear if film_shear else mechanistic

@@ -11,7 +11,6 @@ from ..parameters.file import Parameters
 from ..physics.hertz import RACEWAYS
 from ..physics.load import load_nodes
 from ..physics.lubricant import eta0
-from ..runtime.packed import MECHANISTIC
 from .contact_atlas import ContactAtlas, load_atlas, refuse_groups, refuse_laws
 from .groups import (
     QUANTITIES,
@@ -47,8 +46,6 @@ class BallContacts:
                  atlas : None = the packaged one
     Raises       OutsideAtlasError: oil, geometry or bodies that the atlas does not hold
     """
-
-    name = MECHANISTIC
 
     def __init__(
         self, parameters: Parameters, table: BallRange | None = None, atlas: ContactAtlas | None = None

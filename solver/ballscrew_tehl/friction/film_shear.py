@@ -44,9 +44,7 @@ def hysteresis_force(load: Any, b: Any, radius: float, coefficient: float) -> An
 
 
 class FilmModel(Protocol):
-    """Central film of the contacts of one screw with its kinematics; a friction set belongs to one, by its name."""
-
-    name: str
+    """Central film of the contacts of one screw."""
 
     def central_film(self, raceway: str, load: np.ndarray, speed: float, temperature: float) -> np.ndarray:
         """Film [m] of balls with load [N] > 0 at a screw speed [rad/s] > 0 and an oil temperature [K]."""

@@ -61,8 +61,6 @@ _Sheared = tuple[Array, Traction]
 class ContactValues(Protocol):
     """Contacts of the balls: from the atlas, or solved at each call."""
 
-    name: str
-
     def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> Mapping[str, Array]:
         """Quantities (n, s, t) [SI] at ball loads (n,) [N], speeds (s, 1) [rad/s], temperatures (t,) [K].
 

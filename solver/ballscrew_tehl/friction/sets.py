@@ -25,7 +25,6 @@ from ..whole_file import whole_file
 FITTED = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
 #: which of them a set fits; the others are zero, with the mechanistic law the ratio is 1
 SETS: dict[str, tuple[str, ...]] = {
-    Law.TWO_PARAMETER: FITTED[:2],
     Law.THREE_PARAMETER: FITTED,
     Law.MECHANISTIC: FITTED[1:2],
 }
@@ -33,8 +32,6 @@ SETS: dict[str, tuple[str, ...]] = {
 SUPPLY = "supply_length"
 #: names of the keys of the file that carry a unit
 _KEYS = {"roughness_height": "roughness_height_m"}
-#: entries of earlier files, which are ignored or follow from the law
-EARLIER = ("correlations", "other_losses", "film_model")
 PACKAGED_SETS = PACKAGED_DATA / "friction_sets.toml"
 
 #: name of the catalogue formula, baselines.nsk_torque
@@ -125,20 +122,9 @@ class FrictionSet:
         return self.law.value
 
     @property
-    def kinematics(self) -> str:
-        """Name of the surface speeds of the law in files."""
-        return self.law.kinematics
-
-    @property
-    def film_model(self) -> str:
-        """Name of the film of the law in map files."""
-        return self.law.film_model
-
-    @property
     def entries(self) -> dict[str, Any]:
         """Its content by the names of files and answers."""
-        law = {"name": self.name, "kinematics": self.kinematics, "film_model": self.film_model}
-        return law | {name: value for name, value in vars(self).items() if name != "law"}
+        return {"name": self.name} | {name: value for name, value in vars(self).items() if name != "law"}
 
 
 def _renamed(content: Any, names: Mapping[str, str]) -> Any:
@@ -156,31 +142,24 @@ def load_friction_sets(path: Path | str | None = None, remedy: str = "restore it
         raise ValueError(f"{file}: a screw file, no friction sets; {remedy}")
     sets = {}
     try:
-        for named in content.values():
-            for name, table in _renamed(named, {key: name for name, key in _KEYS.items()}).items():
-                for key in EARLIER:
-                    table.pop(key, None)
-                law = Law[name.upper()]
-                sets[law] = FrictionSet(law, **table)
-    except (AttributeError, KeyError, TypeError) as err:
+        for name, table in _renamed(content, {key: name for name, key in _KEYS.items()}).items():
+            sets[Law(name)] = FrictionSet(Law(name), **table)
+    except TypeError as err:
         raise ValueError(f"{file}: no friction sets, or other keys ({err}); {remedy}") from err
     return sets
 
 
 def friction_set_of_file(path: Path | str, parameters: Parameters) -> FrictionSet:
-    """The numbers of a file for the law of the parameters, else of one with the same surface speeds.
+    """The numbers of a file for the law of the parameters.
 
-    Raises       ValueError: file missing or of another form, no such law, a value out of range
+    Raises       ValueError: file missing or of another form, without this law, a value out of range
     """
     sets = load_friction_sets(path, "give a file that ballscrew calibrate --output has written")
     law = parameters.friction.law
-    laws = [law, *Law.of_kinematics(law.kinematics)]
-    entry = next((sets[one] for one in laws if one in sets), None)
-    if entry is None:
-        result = ", ".join(f"{one.kinematics} with set {one}" for one in sorted(sets)) or "nothing"
+    if (entry := sets.get(law)) is None:
         raise ValueError(
-            f"{path}: kinematics = {result}; allowed: {law.kinematics}, as in the screw file, with set "
-            f"{' or '.join(dict.fromkeys(laws))}: calibrate with it, or choose the other kinematics"
+            f"{path}: law = {' and '.join(sets) or 'nothing'}; allowed: {law}, as in the screw file: "
+            "calibrate with it, or change the law there"
         )
     check_usable(entry, parameters, f"{path}", "calibrate again")
     return entry
@@ -250,21 +229,20 @@ def _toml_lines(content: Mapping[str, Any], prefix: str) -> list[str]:
 def write_friction_sets(path: Path | str, sets: Iterable[FrictionSet], header: str = "") -> None:
     """Write numbers of laws as TOML below a comment; the same numbers give the same bytes."""
     lines = [f"# {line}".rstrip() for line in header.splitlines()]
-    for entry in sorted(sets, key=lambda entry: (entry.kinematics, entry.name)):
-        prefix = f"{entry.kinematics}.{entry.name}"
+    for entry in sorted(sets, key=lambda entry: entry.name):
         stated = {key: value for key, value in entry.entries.items() if value or value == 0.0}
-        del stated["name"], stated["kinematics"]
+        del stated["name"]
         if entry.not_identified is not None:
             # an empty table says that all is
             stated["not_identified"] = entry.not_identified
-        lines += ["", f"[{prefix}]", *_toml_lines(_renamed(stated, _KEYS), prefix)]
+        lines += ["", f"[{entry.name}]", *_toml_lines(_renamed(stated, _KEYS), entry.name)]
     with whole_file(Path(path)) as temporary:
         temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def friction_set_lines(entry: FrictionSet) -> list[str]:
     """One set as text."""
-    lines = [f"{entry.kinematics}, {entry.name} (film: {entry.film_model}, loss: {entry.loss or 'none'})"]
+    lines = [f"{entry.name} (loss: {entry.loss or 'none'})"]
     for key in SETS.get(entry.name, FITTED):
         value, half = getattr(entry, key), entry.intervals.get(key)
         scale, unit = (1e9, " nm") if key == "roughness_height" else (1.0, "")
@@ -311,17 +289,13 @@ def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
     )
 
 
-def with_set(parameters: Parameters, name: str) -> Parameters:
-    """Parameters with a law of the same surface speeds, else ValueError; overrides belong to the law of the file."""
-    if name == parameters.friction.law:
+def with_law(parameters: Parameters, law: str) -> Parameters:
+    """Parameters with a law, without the fitted numbers that the screw file states for another one; else ValueError."""
+    if law == parameters.friction.law:
         return parameters
-    kinematics = parameters.friction.kinematics
-    if name not in (known := Law.of_kinematics(kinematics)):
-        raise ValueError(
-            f"friction set = {name}; allowed with kinematics {kinematics}: {', '.join(known)}; the "
-            "kinematics decides the friction law"
-        )
-    return changed(without_overrides(parameters, name), friction={"law": name})
+    if law == Law.THREE_PARAMETER and parameters.published_speeds is None:
+        raise ValueError(f"law = {law}; allowed: {Law.MECHANISTIC}: the screw has no table published_speeds")
+    return changed(without_overrides(parameters, parameters.friction.law), friction={"law": Law(law)})
 
 
 def without_overrides(parameters: Parameters, name: str) -> Parameters:
@@ -344,16 +318,13 @@ def of_other_oil(friction: FrictionSet, parameters: Parameters) -> bool:
 
 
 def refuse_other_fit(friction: FrictionSet, parameters: Parameters) -> None:
-    """Refuse a set of other kinematics, and one fitted to another screw: MapError (a ValueError).
+    """Refuse a set of another law, and one fitted to another screw: MapError (a ValueError).
 
     The numbers of the mechanistic law serve other oils of the same screw, those of the others belong to their oil.
     """
     ours = parameters_hash(parameters)
-    if friction.kinematics != parameters.friction.kinematics:
-        raise MapError(
-            f"friction set {friction.name}: kinematics = {friction.kinematics}; "
-            f"expected {parameters.friction.kinematics}"
-        )
+    if friction.law != parameters.friction.law:
+        raise MapError(f"friction set of the law {friction.law}; expected {parameters.friction.law}")
     if friction.parameters_hash not in ("", ours) and not of_other_oil(friction, parameters):
         other = "other sizes or bodies than" if friction.screw_hash else "sizes, bodies or an oil other than"
         raise MapError(

@@ -12,12 +12,12 @@ from ..friction.mechanistic import Nut, law_constants, powers_of_nuts
 from ..numerics import Array
 from ..parameters.file import FOUR_POINT, Parameters
 from ..physics.hertz import RACEWAYS
-from ..physics.kinematics import ROLLING_FRAME
 from ..physics.load import double_nut_loads, nut_loads, separation_load
-from ..runtime.bspline import fit, map_arrays
-from ..runtime.packed import MECHANISTIC
-from .grid import VISCOUS, BuiltMap, MapGrid, Progress, ball_range, largest_pressure, map_grid
+from ..runtime.bspline import map_arrays
+from ..runtime.packed import Law
+from .grid import BuiltMap, MapGrid, Progress, ball_range, largest_pressure, map_grid
 
+LAW_CONSTANTS = "law_constants"  # key of the header of a map of the mechanistic law
 #: every third temperature, at which the shear of balls on two flanks is summed; its mean changes by 1.6e-3 at most
 SPARSE = slice(1, None, 3)
 FORCES = 16  # between two calls of the progress; 8 at a time take a tenth longer
@@ -31,12 +31,12 @@ def build_map(
     Parameters   grid : range and nodes, None = what screw and oil allow;  progress : called while it runs
     Returns      BuiltMap, to be written by file.save_map
     Raises       ValueError: no range;  OutsideAtlasError: a screw or oil that the atlas does not hold, or the sliding
-                 contacts of the published kinematics, whose map is packaged
+                 contacts of the law of the paper, whose map is packaged
     """
-    if parameters.friction.kinematics != ROLLING_FRAME:
+    if parameters.friction.law is Law.THREE_PARAMETER:
         raise OutsideAtlasError(
-            f"kinematics = {parameters.friction.kinematics}; the atlas of contacts holds {ROLLING_FRAME}: the map of "
-            "the published kinematics is packaged, for the GD4008-3 alone; remedy: ballscrew torque --direct"
+            f"law = {parameters.friction.law}; the atlas holds contacts of {Law.MECHANISTIC}: the map of the law of "
+            "the paper is packaged, for the GD4008-3 alone; remedy: ballscrew torque --direct"
         )
     grid = grid or map_grid(parameters)
     contacts = BallContacts(parameters, ball_range(parameters, grid))
@@ -45,13 +45,12 @@ def build_map(
     forces = force_values(parameters, grid, alone)
     extremes = extreme_values(parameters, contacts, grid)
     report(total - 1, total, "map")
-    arrays = dict(map_arrays(extremes, forces, *sharing_values(parameters, grid)))
+    values = np.concatenate([surfaces, extremes], axis=-1)
+    arrays = map_arrays(values, forces, *sharing_values(parameters, grid))
     report(total, total, "map")
-    arrays["extreme_coefficients"] = arrays.pop("coefficients")
-    arrays[f"{VISCOUS}{MECHANISTIC}"] = fit(np.log(surfaces), (0, 1, 2))
     header = {
         **map_header(parameters, grid),
-        MECHANISTIC: law_constants(parameters),
+        LAW_CONSTANTS: law_constants(parameters),
         "atlas": contacts.atlas.hash,
         "atlas_fraction": atlas_fraction(contacts, grid),
         "certificate": contacts.atlas.header["certificate"],
@@ -60,12 +59,11 @@ def build_map(
 
 
 def map_header(parameters: Parameters, grid: MapGrid) -> dict[str, Any]:
-    """Axes, kinematics and version of a map."""
+    """Axes, law and version of a map."""
     axes = {name: list(getattr(grid, name)) for name in ("force", "speed", "temperature", "preload")}
     return {
         "axes": axes | {"share": [0.0, 1.0, grid.share_nodes]},
-        "kinematics": parameters.friction.kinematics,
-        "film_kinematics": ROLLING_FRAME,
+        "law": parameters.friction.law,
         "version": __version__,
     }
 

@@ -6,38 +6,25 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
 from ..friction.sets import FrictionSet, carried_over, default_friction_set, refuse_other_fit, with_supply
 from ..numerics import Array
 from ..parameters import identity
 from ..parameters.file import PACKAGED_DATA, Parameters, ScrewParameters, load_screw
 from ..physics.ball_law import loaded_contact_angle
-from ..physics.kinematics import ROLLING_FRAME
 from ..physics.rating import nsk_torque
 from ..physics.stiffness import axial_stiffness, nut_stiffness_constant, presliding_angle
 from ..runtime.evaluate import NutMap
-from ..runtime.packed import (
-    DEFAULTS,
-    FILM_SHEAR,
-    MECHANISTIC,
-    MapError,
-    content_hash,
-    npz_bytes,
-    read_npz,
-    sealed,
-)
+from ..runtime.packed import DEFAULTS, Law, MapError, content_hash, npz_bytes, read_npz, sealed
 from ..whole_file import whole_file
-from .grid import VISCOUS, BuiltMap, Progress, grid_of, screw_grid
+from .build import LAW_CONSTANTS, build_map
+from .grid import BuiltMap, Progress, grid_of, screw_grid
 from .interval import BAND, band, band_point
 
-FILE_FORMAT = 9
+FILE_FORMAT = 10
 #: the command that messages advise
 BUILD_MAP = "ballscrew map build --screw FILE.toml --output MAP.npz"
 VG100 = "vg100"  # name of the packaged map of the mechanistic set
-#: arrays of a file beside those of VISCOUS and extreme_coefficients
-STORED = ("force_coefficients", "separation_coefficients", "sharing_coefficients")
 
 
 def packaged_map(name: str) -> Path:
@@ -79,11 +66,11 @@ def _sealed(built: BuiltMap) -> dict[str, Any]:
 
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
-    """Header and variables of a file, checked against its own hash."""
+    """Header and arrays of a file, checked against its own hash."""
     if not path.exists():
         raise MapError(f"{path}: no such map file: build it with {BUILD_MAP}")
     try:
-        header, variables = read_npz(path)
+        header, arrays = read_npz(path)
     except (MapError, OSError) as error:
         what = "a folder" if path.is_dir() else "of another kind, or cut short"
         raise MapError(f"{path}: not a readable map file ({what}): build one with {BUILD_MAP}") from error
@@ -92,12 +79,12 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Array]]:
             f"{path}: map file format {header.get('file_format')}; expected {FILE_FORMAT}: build it with {BUILD_MAP}"
         )
     digest = str(header.pop("file_hash", ""))
-    actual = content_hash(header, variables)
+    actual = content_hash(header, arrays)
     if actual != digest:
         raise MapError(
             f"{path}: content hash {actual[:12]}; expected {digest[:12]}: the file was changed or damaged"
         )
-    return dict(header, file_hash=digest), variables
+    return dict(header, file_hash=digest), arrays
 
 
 def _provenance(friction: FrictionSet, parameters: Parameters, preload: float) -> dict[str, Any]:
@@ -141,7 +128,7 @@ def load_map(
     friction_set: FrictionSet | None = None,
     progress: Progress | None = None,
 ) -> NutMap:
-    """Nut map of a screw, with the film model and the default friction parameters of its friction set.
+    """Nut map of a screw, with the default friction parameters of its friction set.
 
     Parameters   path : map file, or a screw file *.toml, whose map is made in memory in some seconds; None = the
                  packaged map of the parameters, else one made in memory
@@ -161,32 +148,30 @@ def load_map(
         path, parameters = None, load_screw(path) if parameters is None else parameters
     parameters = with_supply(parameters_for(path, parameters), friction_set)
     if path is not None:
-        header, variables = _read(Path(path))
+        header, arrays = _read(Path(path))
         if other := identity.differences(header["parameters_json"], identity.map_parameters_json(parameters)):
             raise MapError(
                 f"{path}: this map is of {other[0]}; the screw file is of {other[1]}: without --map a map of the screw "
                 "file is made"
             )
     elif (packaged := packaged_map_of(parameters)) is not None:
-        header, variables = packaged
+        header, arrays = packaged
     else:
-        from .build import build_map
-
         built = build_map(parameters, screw_grid(parameters), progress)
-        header, variables = _sealed(built), built.arrays
+        header, arrays = _sealed(built), built.arrays
     header[identity.SCREW_FILE] = identity.screw_file_json(parameters)
     if friction_set is not None:
         refuse_other_fit(friction_set, parameters)
     numbers = friction_set or default_friction_set(parameters)
-    return _with_friction(header, variables, parameters, numbers, progress)
+    return _with_friction(header, arrays, parameters, numbers, progress)
 
 
 def packaged_map_of(parameters: Parameters) -> tuple[dict[str, Any], dict[str, Array]] | None:
     """Header and arrays of the packaged map of a screw; None: there is none, or its file asks for another range."""
-    rolling = parameters.friction.kinematics == ROLLING_FRAME
-    header, variables = _read(packaged_map(VG100 if rolling else "published"))
+    rolling = parameters.friction.law is Law.MECHANISTIC
+    header, arrays = _read(packaged_map(VG100 if rolling else "published"))
     other = identity.differences(header["parameters_json"], identity.map_parameters_json(parameters))
-    return None if other or parameters.map != type(parameters.map)() else (header, variables)
+    return None if other or parameters.map != type(parameters.map)() else (header, arrays)
 
 
 def nut_map_of(built: BuiltMap) -> NutMap:
@@ -198,30 +183,24 @@ def nut_map_of(built: BuiltMap) -> NutMap:
 
 def _with_friction(
     header: dict[str, Any],
-    variables: dict[str, Array],
+    arrays: dict[str, Array],
     parameters: Parameters,
     friction: FrictionSet,
     progress: Progress | None = None,
 ) -> NutMap:
-    """The map of a file with the numbers of a friction set, and the film that it takes."""
-    film, defaults = friction.film_model, (*friction.values, 1.0)
-    if film == MECHANISTIC:
-        if header[MECHANISTIC] != law_constants(parameters):
+    """The map of a file with the numbers of a friction set."""
+    defaults = (*friction.values, 1.0)
+    if friction.law is Law.MECHANISTIC:
+        if header[LAW_CONSTANTS] != law_constants(parameters):
             # of other constants: the law is summed anew, in seconds
-            from .build import build_map
-
-            variables = build_map(parameters, grid_of(header["axes"]), progress).arrays
-            header |= {MECHANISTIC: law_constants(parameters), "file_hash": ""}
-            header["file_hash"] = content_hash(header, variables)
+            arrays = build_map(parameters, grid_of(header["axes"]), progress).arrays
+            header |= {LAW_CONSTANTS: law_constants(parameters), "file_hash": ""}
+            header["file_hash"] = content_hash(header, arrays)
         header[BAND] = band(parameters, header["axes"], friction)
         law = parameters.friction
         defaults = (*friction.values[:2], roughness_of(law), breakaway_factor(law))
-    viscous = variables[f"{VISCOUS}{film}"], variables["extreme_coefficients"]
-    arrays = {name: variables[name] for name in STORED} | {"coefficients": np.concatenate(viscous, axis=-1)}
     preload = band_point(header["axes"], parameters.screw)[0]
     header |= {
-        "film_model": film,
-        "law": MECHANISTIC if film == MECHANISTIC else FILM_SHEAR,
         "defaults": dict(zip(DEFAULTS, defaults, strict=True)),
         "friction": _provenance(friction, parameters, preload),
         "presliding_angle": presliding_angle(parameters.screw, 1.0),

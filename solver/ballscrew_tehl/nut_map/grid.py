@@ -17,8 +17,6 @@ from ..physics.rating import ball_pressure
 
 #: called with (finished, total, what) while a map is built
 Progress = Callable[[int, int, str], None]
-#: arrays of a map that depend on the film model, whose name follows
-VISCOUS = "viscous_coefficients_"
 LOAD_MARGIN = 0.02  # beyond the ball loads at the ends of the map; at 0 rounding puts them outside
 #: largest Hertz pressure of a map [Pa]: half of the 4.2 GPa that dent balls (ISO 76), so the axial force of one
 #: nut goes to about a sixth of C_0a, above any catalogue preload

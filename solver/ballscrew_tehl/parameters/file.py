@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any, Self
 
 from pydantic import Field, ValidationError, model_validator
-from pydantic.fields import FieldInfo
 
-from .friction import PUBLISHED, FrictionTable, Law
+from .friction import FrictionTable, Law
 from .oil import LubricantParameters
 from .screw import FOUR_POINT, NITRIDE, ScrewParameters, SolidParameters
 from .toml import Entry, FieldError, ParameterError, Table, entry, read_toml, require
@@ -85,7 +84,7 @@ class Parameters(Table):
     @property
     def summed_balls(self) -> int:
         """Balls of one nut in the friction sums: those that carry load; ball_count by the laws of the paper."""
-        paper = self.friction.kinematics == PUBLISHED
+        paper = self.friction.law is Law.THREE_PARAMETER
         return self.screw.ball_count if paper else self.screw.loaded_ball_count
 
     @property
@@ -95,7 +94,7 @@ class Parameters(Table):
 
     @model_validator(mode="after")
     def _speeds_are_known(self) -> Self:
-        known = self.friction.kinematics != PUBLISHED or self.published_speeds is not None
+        known = self.friction.law is Law.MECHANISTIC or self.published_speeds is not None
         allowed = f"{Law.MECHANISTIC}, or a table published_speeds"
         require(known, "friction.law", allowed, "the paper prints one screw only")
         return self
@@ -128,7 +127,7 @@ def _nearest(word: str, known: list[str]) -> str:
 def _explain(where: str, table: str, raw: dict[str, Any], error: dict[str, Any]) -> ParameterError:
     """The first error of pydantic as one line about the file, bounds in the unit of the file."""
     cause = error.get("ctx", {}).get("error")
-    entry = _entries(table)[cause.field if isinstance(cause, FieldError) else str(error["loc"][0])]
+    entry = TABLES[table].entries()[cause.field if isinstance(cause, FieldError) else str(error["loc"][0])]
     key = next((key for key in entry.keys if key in raw), entry.keys[0])
     if isinstance(cause, FieldError):
         return _message(where, f"{table}.{key}", raw.get(key), cause.allowed, cause.remedy)
@@ -142,15 +141,9 @@ def _explain(where: str, table: str, raw: dict[str, Any], error: dict[str, Any])
     return _message(where, f"{table}.{key}", raw.get(key), allowed, remedy)
 
 
-def _entries(table: str) -> dict[str, Entry]:
-    """Entries of a table by field, and those of files of before."""
-    before = {word: Entry(word, FieldInfo()) for word in TABLES[table].words_of_before}
-    return TABLES[table].entries() | before
-
-
 def _unknown_key(where: str, table: str, key: str, value: Any) -> ParameterError:
     """An unknown key of a table, or a known one without its unit."""
-    entries = _entries(table).values()
+    entries = TABLES[table].entries().values()
     allowed, remedy = "a known key", _nearest(key, [name for known in entries for name in known.keys])
     for known in sorted(entries, key=lambda known: len(known.field)):
         if known.dimension and (key == known.field or key.startswith(f"{known.field}_")):
@@ -160,7 +153,9 @@ def _unknown_key(where: str, table: str, key: str, value: Any) -> ParameterError
 
 def _build_table(where: str, table: str, raw: dict[str, Any]) -> Table:
     """A table of a file, whose keys carry their unit, checked and in SI."""
-    entries: dict[str, Entry] = {key: entry for entry in _entries(table).values() for key in entry.keys}
+    entries: dict[str, Entry] = {
+        key: entry for entry in TABLES[table].entries().values() for key in entry.keys
+    }
     values: dict[str, Any] = {}
     for key, value in raw.items():
         if (entry := entries.get(key)) is None:

@@ -5,13 +5,13 @@ it; [memory]: recalled.
 """
 
 import math
-from enum import StrEnum
 from functools import partial
 from typing import Any, NamedTuple, Self
 
 from pydantic import Field, model_validator
 
-from .toml import FieldError, Table, entry, require
+from ..runtime.packed import Law
+from .toml import Table, entry, require
 
 
 class BoundedConstant(NamedTuple):
@@ -83,39 +83,6 @@ def bounded(name: str, **bounds: Any) -> Any:
     return Field(default=constant.value, description=f"{constant.meaning}, mechanistic only", **bounds)
 
 
-#: names of the surface speeds of a law in files: those that the paper prints, pure rolling
-PUBLISHED, ROLLING_FRAME = "published", "rolling_frame"
-
-
-class Law(StrEnum):
-    """Friction law, which decides surface speeds, film and the numbers that are fitted.
-
-    MECHANISTIC: power balance of balls that roll; THREE_PARAMETER, TWO_PARAMETER: shear of the whole film with the
-    surface speeds of the paper, its film with and without heat
-    """
-
-    MECHANISTIC = "mechanistic"
-    THREE_PARAMETER = "three_parameter"
-    TWO_PARAMETER = "two_parameter"
-
-    @property
-    def kinematics(self) -> str:
-        """Name of its surface speeds in files."""
-        return ROLLING_FRAME if self is Law.MECHANISTIC else PUBLISHED
-
-    @property
-    def film_model(self) -> str:
-        """Name of its film in map files."""
-        # the film with heat needs the roughness height: without, the deviation from the tables of the paper is 12 %
-        films = {Law.THREE_PARAMETER: "solved_thermal", Law.TWO_PARAMETER: "solved"}
-        return films.get(self, self.value)
-
-    @classmethod
-    def of_kinematics(cls, kinematics: str) -> tuple["Law", ...]:
-        """Laws with these surface speeds, that by default first."""
-        return tuple(law for law in cls if law.kinematics == kinematics)
-
-
 #: of a number that the friction law takes, not the films
 _of_law = partial(entry, in_map=False)
 
@@ -129,17 +96,11 @@ def _bounded(name: str, **rules: Any) -> Any:
 class FrictionTable(Table):
     """Friction law, its constants and overrides of its fitted numbers."""
 
-    words_of_before = "kinematics", "set"
-
     hysteresis_coefficient: float = entry(
         "mu_hs of Eq. 18", default=BOUNDED["hysteresis_coefficient"].value, ge=0, le=1
     )
-    #: printed, but no law takes it: torques determine its product with what c does
-    sliding_coefficient: float = _of_law(
-        "mu_s as printed, without effect: net_sliding_coefficient has it", default=0.15, ge=0.15, le=0.15
-    )
-    law: Law = _of_law(
-        "law; the other two need the table published_speeds", default=Law.MECHANISTIC, strict=False
+    law: Law = entry(
+        "law; three_parameter needs the table published_speeds", default=Law.MECHANISTIC, strict=False
     )
     apparent_viscosity_ratio: float | None = _of_law("fitted number", default=None, gt=0, le=1e3)
     net_sliding_coefficient: float | None = _of_law("fitted number, by calibrate", default=None, ge=0, le=1)
@@ -169,27 +130,6 @@ class FrictionTable(Table):
             None if None in (d["raceway_rq"], d["ball_rq"]) else math.hypot(d["raceway_rq"], d["ball_rq"])
         ), ge=0, le=1e-4,
     )  # fmt: skip
-
-    @model_validator(mode="before")
-    @classmethod
-    def _law_in_words_of_before(cls, data: Any) -> Any:
-        """Files of before name surface speeds (kinematics) and fitted numbers (set) in place of the law."""
-        if not isinstance(data, dict) or not data.keys() & {"kinematics", "set"}:
-            return data
-        data = dict(data)
-        kinematics, name = data.pop("kinematics", None), data.pop("set", None)
-        known = [law.value for law in Law if kinematics in (None, law.kinematics)]
-        if not known:
-            raise FieldError("kinematics", f"{PUBLISHED} or {ROLLING_FRAME}", "or name the law")
-        if name is not None and name not in known:
-            with_it = f" with kinematics = {kinematics}" if kinematics else ""
-            raise FieldError("set", " or ".join(known) + with_it, "remove this entry")
-        return data | {"law": name or known[0]}
-
-    @property
-    def kinematics(self) -> str:
-        """Name of the surface speeds of the law in files."""
-        return self.law.kinematics
 
     @model_validator(mode="after")
     def _stated_once(self) -> Self:

@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from .file import TABLES, Law, ParameterError, Parameters, ScrewParameters
-from .friction import PUBLISHED
+from .file import TABLES, Law, ParameterError, Parameters
 from .toml import entry_text
 
 #: fields that are no part of the identity, by table: the range of a map is in its header, and what only the friction
@@ -16,8 +15,6 @@ NOT_IN_MAP: dict[str, Any] = {
     table: {name for name, entry in model.entries().items() if not entry.in_map}
     for table, model in TABLES.items()
 } | {"map": True}
-#: fields of screws of later versions, with the value of all earlier ones
-BEFORE = {name: entry.before for name, entry in ScrewParameters.entries().items() if entry.before is not None}
 #: key of the header of a map
 SCREW_FILE = "screw_file"
 #: fields by which screws and oils are distinguished first; most that a message names
@@ -27,34 +24,21 @@ ROUNDING = 1e-12
 
 
 def map_parameters_json(parameters: Parameters) -> str:
-    """Canonical text of the parameters that a map depends on, and of the names of its screw and oil.
-
-    Fields that were added later enter only where they differ from what all earlier screws had, so that every map stays
-    valid for its screw.
-    """
+    """Canonical text of the parameters that a map depends on, and of the names of its screw and oil."""
     like_solid = parameters.ball in (None, parameters.solid)
     content = parameters.model_dump(mode="json", exclude=NOT_IN_MAP | ({"ball": True} if like_solid else {}))
-    content["friction"]["kinematics"] = parameters.friction.kinematics
-    screw = content["screw"]
-    before = BEFORE | {f"ball_{name}": screw[name] for name in ("youngs_modulus", "poisson_ratio")}
-    content["screw"] = {key: value for key, value in screw.items() if value != before.get(key)}
     return _canonical(content)
 
 
 def screw_file_json(parameters: Parameters) -> str:
-    """All that a screw file has given, SI: entry SCREW_FILE of the header of a map, with the law in words of before."""
-    content = parameters.model_dump(mode="json", exclude_unset=True)
-    if law := content.get("friction", {}).pop("law", None):
-        content["friction"] |= {"kinematics": Law(law).kinematics, "set": law}
-    return json.dumps(content, sort_keys=True)
+    """All that a screw file has given, SI: entry SCREW_FILE of the header of a map."""
+    return json.dumps(parameters.model_dump(mode="json", exclude_unset=True), sort_keys=True)
 
 
 def map_parameters(header: Mapping[str, Any]) -> Parameters:
     """Parameters that a map was built for, or loaded with, from its header; ParameterError without them."""
     if SCREW_FILE not in header:
-        raise ParameterError(
-            "a map of an earlier version, without its screw: give the screw file, or build it again"
-        )
+        raise ParameterError("a map without its screw: give the screw file, or build it again")
     return Parameters.model_validate_json(header[SCREW_FILE])
 
 
@@ -63,7 +47,7 @@ def without_names(text: str) -> dict[str, Any]:
     content: dict[str, Any] = json.loads(text)
     for table in (content, content.get("lubricant", {})):
         table.pop("name", None)
-    if content["friction"]["kinematics"] != PUBLISHED:
+    if content["friction"]["law"] == Law.MECHANISTIC:
         content["screw"].pop("ball_count", None)
     return content
 
@@ -88,7 +72,6 @@ def differences(theirs: str, ours: str) -> tuple[str, str] | None:
 def _entries(text: str) -> dict[tuple[str, str], Any]:
     """Values of a text of map_parameters_json by table and field."""
     content = without_names(text)
-    content["screw"] = BEFORE | content["screw"]
     return {(table, name): value for table in content for name, value in (content[table] or {}).items()}
 
 

@@ -48,7 +48,7 @@ class ScrewParameters(Table):
     """
 
     preload_kind: Literal["double_nut", "single_nut_offset", "single_nut_oversize_ball"] = entry(
-        "two nuts, one nut with offset lead, one nut with four-point balls", before="double_nut", default="double_nut"
+        "two nuts, one nut with offset lead, one nut with four-point balls", default="double_nut"
     )  # fmt: skip
     nominal_radius: float = entry("radius of the ball centre helix", "length", gt=0, le=1)
     root_diameter: float | None = entry(
@@ -66,11 +66,10 @@ class ScrewParameters(Table):
         default_factory=lambda screw: math.atan(screw["lead"] / (2.0 * math.pi * screw["nominal_radius"])),
     )  # fmt: skip
     hand: Literal["right", "left"] = entry("left, or a negative lead", in_map=False, default="right")
-    starts: int = entry("starts of the thread", before=1, default=1, ge=1, le=12)
+    starts: int = entry("starts of the thread", default=1, ge=1, le=12)
     turns: float = entry('loaded turns of one start of a nut or half, as 5 or "2.5x2"', gt=0, le=100)
     spacer_balls: bool = entry(
         "every second ball is smaller and carries no load; ball_count is of the others",
-        before=False,
         default=False,
     )
     return_ball_count: int | None = entry(

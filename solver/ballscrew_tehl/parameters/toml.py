@@ -2,7 +2,7 @@
 
 import tomllib
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.fields import FieldInfo
@@ -32,7 +32,7 @@ class Entry(NamedTuple):
     """A field of a table as an entry of a screw file.
 
     dimension : of UNITS, None = a plain number or a word;  unit : on data sheets, "" = the first one of the dimension
-    in_map : whether maps depend on it;  before : value of all screws before this field was added, None = always there
+    in_map : whether maps depend on it
     """
 
     field: str
@@ -40,7 +40,6 @@ class Entry(NamedTuple):
     dimension: str | None = None
     unit: str = ""
     in_map: bool = True
-    before: Any = None
 
     @property
     def keys(self) -> list[str]:
@@ -70,9 +69,9 @@ class Entry(NamedTuple):
 def entry(description: str, dimension: str | None = None, **rules: Any) -> Any:
     """A field of a table, stated once: what reader, template, messages and the hash of a map take of it.
 
-    Parameters   rules : unit, in_map and before of Entry;  bounds and default (SI) as of pydantic.Field
+    Parameters   rules : unit and in_map of Entry;  bounds and default (SI) as of pydantic.Field
     """
-    own: dict[str, Any] = {name: rules.pop(name) for name in ("unit", "in_map", "before") if name in rules}
+    own: dict[str, Any] = {name: rules.pop(name) for name in ("unit", "in_map") if name in rules}
     return Field(description=description, json_schema_extra=own | {"dimension": dimension}, **rules)
 
 
@@ -80,8 +79,6 @@ class Table(BaseModel):
     """A checked, frozen, hashable table of the file."""
 
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid", allow_inf_nan=False)
-    #: keys of files of before, which its validators replace
-    words_of_before: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
     def entries(cls) -> dict[str, Entry]:

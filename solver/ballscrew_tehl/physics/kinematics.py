@@ -1,8 +1,9 @@
-"""Surface speeds of ball and raceway by two named models; how a ball slides and spins for any attitude.
+"""Surface speeds of ball and raceway by the two laws; how a ball slides and spins for any attitude.
 
-`published` reproduces the paper; `rolling_frame` is the physical one: entrainment is nearly equal on both
-raceways and what slides is differential slip and spin, see contact_motion (Lu et al., Machines 10(3) (2022) 203;
-Harris, Rolling Bearing Analysis, in the limit of zero lead).
+Those of `three_parameter` reproduce the paper, in the fixed frame; those of `mechanistic`, in a frame that turns with
+the ball, are the physical ones, whose films are shown with both laws: entrainment is nearly equal on both raceways, and
+what slides is differential slip and spin, see contact_motion (Lu et al., Machines 10(3) (2022) 203; Harris, Rolling
+Bearing Analysis, in the limit of zero lead).
 
 contact_motion: rigid-body kinematics on the exact helix. The frame moves along the helix with the ball centre: e_r away
 from the screw axis, e_t along the helix, e_b = e_r x e_t. A raceway turns about the screw axis, with w - w_c (screw) or
@@ -18,13 +19,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..numerics import Array
-from ..parameters.file import Parameters, ScrewParameters
-from ..parameters.friction import PUBLISHED, ROLLING_FRAME
+from ..parameters.file import Law, Parameters, ScrewParameters
 from ..parameters.screw import FOUR_POINT
 from .hertz import RACEWAYS, raceway_sign, reduced_radii
-
-#: names in files; films are shown of ROLLING_FRAME, also for the other one, whose speeds cannot be physical
-KINEMATICS = PUBLISHED, ROLLING_FRAME
 
 
 class ContactSpeeds(NamedTuple):
@@ -45,17 +42,17 @@ class ContactSpeeds(NamedTuple):
 
 
 def surface_speeds(parameters: Parameters, raceway: str, speed: Any) -> ContactSpeeds:
-    """Surface speeds of one contact by the kinematics of the parameters; speed: [rad/s], screw against nut, any sign.
+    """Surface speeds of one contact by the law of the parameters; speed: [rad/s], screw against nut, any sign.
 
-    Source       published: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Eqs. 1-4;
+    Source       three_parameter: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Eqs. 1-4;
                  differs from paper: the ball's own rotation is not printed, so the pairs that the printed
                  entrainment speeds and slide-to-roll ratios imply are scaled with the screw speed
                  errata: Eq. 3 must read r_b^2 sin^2; Eq. 4 gives 399.7 mm/s on the nut, which no ball speed
                  reconciles with both printed nut values; the printed 1.94203 there is the magnitude
-                 rolling_frame: pure rolling on the mean line
+                 mechanistic: pure rolling on the mean line
     """
     on_screw = raceway_sign(raceway) > 0
-    if parameters.friction.kinematics == ROLLING_FRAME:
+    if parameters.friction.law is Law.MECHANISTIC:
         u_e = entrainment_speed(parameters.screw, speed)
         return ContactSpeeds(u_e, u_e)
     table = parameters.published_speeds

@@ -13,24 +13,22 @@ from ..atlas.groups import QUANTITIES, closed_forms, rolling_contacts, unmodelle
 from ..contact import THICKEST, ContactResult, solve_ball
 from ..friction.film_shear import nut_forces, nut_sums
 from ..friction.mechanistic import mean_load, neighbour_power, nuts_powers, rolling_torque
-from ..friction.sets import FrictionSet
+from ..friction.sets import FrictionSet, with_law
 from ..numerics import Array
-from ..parameters.file import Parameters, ScrewParameters, changed
+from ..parameters.file import Parameters, ScrewParameters
 from ..physics.ball_law import contact_angle_at_ball_load
 from ..physics.film import film_formula
 from ..physics.hertz import RACEWAYS, ball_ellipse
-from ..physics.kinematics import ROLLING_FRAME, contact_motion, neighbour_sliding
+from ..physics.kinematics import contact_motion, neighbour_sliding
 from ..physics.load import EQUAL_LOADS, load_nodes, nut_loads
-from ..runtime.packed import MECHANISTIC
+from ..runtime.packed import Law
 
 NODES_PER_LN = 4.0  # nodes per unit of ln(load) of a nut, each of which is a solve
 
 
 def rolling_parameters(parameters: Parameters) -> Parameters:
-    """Parameters of the contacts whose films and rises are shown: those of rolling balls, see ROLLING_FRAME."""
-    if parameters.friction.kinematics == ROLLING_FRAME:
-        return parameters
-    return changed(parameters, friction={"law": MECHANISTIC})
+    """Parameters of the contacts whose films and rises are shown: those of rolling balls, see physics.kinematics."""
+    return with_law(parameters, Law.MECHANISTIC)
 
 
 def contact_quantities(found: ContactResult) -> dict[str, float]:
@@ -46,7 +44,7 @@ def solved_contact(
     parameters: Parameters, raceway: str, load: float, speed: float, temperature: float
 ) -> dict[str, float]:
     """QUANTITIES of a ball by a thermal solve, or by the closed forms where these give a film above THICKEST of R_x."""
-    if parameters.friction.kinematics != ROLLING_FRAME:
+    if parameters.friction.law is Law.THREE_PARAMETER:
         return contact_quantities(solve_ball(parameters, raceway, load, speed, temperature, thermal=True))
     contact = rolling_contacts(parameters, raceway, np.array([load]), speed, temperature)
     forms = unmodelled(dict.fromkeys(QUANTITIES, np.zeros(1)), closed_forms(contact).values)
@@ -60,14 +58,12 @@ def solved_contact(
 
 
 class DirectFilm:
-    """Film model "solved_thermal" or "solved": contacts solved at Chebyshev nodes over ln(load) of a nut, cached."""
+    """Films of the law of the paper: contacts solved at Chebyshev nodes over ln(load) of a nut, cached."""
 
-    def __init__(self, parameters: Parameters, thermal: bool) -> None:
-        self.name = "solved_thermal" if thermal else "solved"
-
+    def __init__(self, parameters: Parameters) -> None:
         @cache
         def film(raceway: str, load: float, speed: float, temperature: float) -> float:
-            return solve_ball(parameters, raceway, load, speed, temperature, thermal).h_c
+            return solve_ball(parameters, raceway, load, speed, temperature, True).h_c
 
         self._film = film
 
@@ -111,7 +107,6 @@ def ball_loads(screw: ScrewParameters, force: float, carrying: bool = True) -> A
 
 def solved_nut(
     parameters: Parameters,
-    film: str,
     raceway: str,
     force: float,
     speed: float,
@@ -120,15 +115,15 @@ def solved_nut(
 ) -> Array:
     """Solve the mean ball of one raceway of a nut, sum over the balls by a film with this exponent of load.
 
-    film : film model of the friction
     Returns (5,): viscous torque at viscosity ratio 1 and full viscous share, mechanistic: rolling torque [N m];
     effective film for that share, mechanistic: of the mean ball [m]; its thermal minimum, central film [m], rise [K]
     """
-    loads = ball_loads(parameters.screw, force, film == MECHANISTIC)
+    mechanistic = parameters.friction.law is Law.MECHANISTIC
+    loads = ball_loads(parameters.screw, force, mechanistic)
     load = mean_load(loads)
     hot = solved_contact(parameters, raceway, load, speed, temperature)
     own = hot["central_film"]
-    if film == MECHANISTIC:
+    if mechanistic:
         contacts = MeanBallContacts(parameters, {raceway: [(load, hot)]})
         at = np.array([[speed]]), np.array([[temperature]])
         mean = contacts.values(raceway, np.array([load]), *at)
@@ -139,8 +134,6 @@ def solved_nut(
         gap = neighbour_power(parameters, len(loads), diagonals, ratio, *at)
         torque = rolling_torque(parameters, raceway, load, mean, lost, gap, *at)[0, 0]
     else:
-        if film == "solved":
-            own = solve_ball(parameters, raceway, load, speed, temperature, False).h_c
         films = _PowerFilm(load, dict.fromkeys(RACEWAYS, (own, slope)))
         sums = nut_sums(parameters, loads, speed, temperature, films)._asdict()
         torque, own = sums[f"viscous_{raceway}"], sums[f"film_{raceway}"]
@@ -153,7 +146,6 @@ class _PowerFilm:
 
     load: float
     films: Mapping[str, tuple[float, float]]
-    name: str = "mean ball"
 
     def central_film(self, raceway: str, load: Array, speed: float, temperature: float) -> Array:
         film, slope = self.films[raceway]
@@ -178,7 +170,6 @@ class MeanBallContacts:
 
     parameters: Parameters
     solved: Mapping[str, Sequence[tuple[float, Mapping[str, float]]]]
-    name: str = MECHANISTIC
 
     def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
         """Quantities (n, 1, 1) at ball loads (n,), a speed (1, 1) and a temperature (1,): those of the solution."""
@@ -193,8 +184,6 @@ class MeanBallContacts:
 
 class DirectContacts:
     """Contacts of the mechanistic law, the mean ball of each raceway solved at each new point (ContactValues)."""
-
-    name = MECHANISTIC
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters, self._solved = parameters, cache(partial(solved_contact, parameters))
@@ -228,8 +217,7 @@ def mean_ball_state(
     films: of the balls whose films and rise are shown; None = the parameters
     """
     screw, at = parameters.screw, (speed, temperature)
-    mechanistic, thermal = friction_set.film_model == MECHANISTIC, friction_set.film_model != "solved"
-    shared = thermal and films in (None, parameters)
+    mechanistic, shared = friction_set.law is Law.MECHANISTIC, films in (None, parameters)
     torque, rise = 0.0, 0.0
     means: dict[str, list[tuple[float, Mapping[str, float]]]] = {name: [] for name in RACEWAYS}
     thinnest = dict.fromkeys(RACEWAYS, math.inf)
@@ -243,7 +231,7 @@ def mean_ball_state(
             hot = solved_contact(films or parameters, raceway, mean, *at)
             own = hot["central_film"]
             if not shared:
-                own = solve_ball(parameters, raceway, mean, *at, thermal).h_c
+                own = solve_ball(parameters, raceway, mean, *at, True).h_c
             light, middle, heavy = film_formula(parameters, raceway, balls, *at)
             means[raceway].append((mean, hot))
             slopes[raceway] = own, math.log(heavy / light) / wide if wide > EQUAL_LOADS else 0.0

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from ..parameters.file import Parameters
 from ..parameters.identity import map_parameters
 from ..physics.hertz import RACEWAYS
-from ..runtime.packed import MECHANISTIC
+from ..runtime.packed import Law
 from .direct import Array, ball_loads, mean_load, solved_nut
 
 if TYPE_CHECKING:  # an import would pack the module into the Python FMU, which has a copy of its own
@@ -181,15 +181,16 @@ class _LookUp(NamedTuple):
 class Refinement:
     """A nut map with live corrections; evaluate() as that of the map.
 
-    nut_map : of film model solved or solved_thermal, or mechanistic;  parameters : None = those of the map's header;
+    nut_map;  parameters : None = those of the map's header;
     tolerance : relative error of the friction torque, > 0;  report : called with every Solve, None = logging, a failure
     as a warning;  solves : the last of them
 
     Nothing is solved beyond the axes of the map, where known corrections apply; below the lowest speed and force the
     correction is that of the end of the axis. Torque follows direct per-ball solves within the tolerance (in 95 of 100
     cases, the rest up to three times as much); films and rise are corrected as for the mean ball, without a bound, but
-    not those that are shown of another kinematics. Forces of the nuts, hysteresis and sliding torque stay those of the
-    map; of the mechanistic law the rolling part alone, nearly all that follows the film, is corrected
+    not those of rolling balls that are shown with the law of the paper. Forces of the nuts, hysteresis and sliding
+    torque stay those of the map; of the mechanistic law the rolling part alone, nearly all that follows the film, is
+    corrected
     """
 
     def __init__(
@@ -199,14 +200,9 @@ class Refinement:
         tolerance: float = 1e-3,
         report: Callable[[Solve], None] | None = None,
     ) -> None:
-        film = nut_map.header["film_model"]
-        if film not in ("solved", "solved_thermal", MECHANISTIC):
-            raise ValueError(
-                f"film model of the map = {film}; refinement needs solved, solved_thermal or {MECHANISTIC}"
-            )
         self.nut_map, self.tolerance = nut_map, tolerance
         self.solves: deque[Solve] = deque(maxlen=CAPACITY)
-        self._parameters, self._film = parameters or map_parameters(nut_map.header), film
+        self._parameters = parameters or map_parameters(nut_map.header)
         self._report = report or _logged
         force, speed, temperature = nut_map.force, nut_map.speed, nut_map.temperature
         spans = math.log(force.hi / force.lo), math.log(speed.hi / speed.lo), temperature.hi - temperature.lo
@@ -236,7 +232,7 @@ class Refinement:
         force, speed = (math.sqrt(axis.lo * axis.hi) for axis in (self.nut_map.force, self.nut_map.speed))
         temperature = 0.5 * (self.nut_map.temperature.lo + self.nut_map.temperature.hi)
         with suppress(ArithmeticError):
-            solved_nut(self._parameters, self._film, RACEWAYS[0], force, speed, temperature, 0.0)
+            solved_nut(self._parameters, RACEWAYS[0], force, speed, temperature, 0.0)
 
     def evaluate(
         self,
@@ -284,7 +280,7 @@ class Refinement:
                 corrected[raceway::2] = [v + c for v, c in zip(values[raceway::2], found.values, strict=True)]
                 torque, film = corrected[raceway:4:2]  # logarithms of this raceway
                 viscous = share * math.exp(torque)
-                if self.nut_map.law != MECHANISTIC:
+                if self.nut_map.law != Law.MECHANISTIC:
                     viscous /= 1.0 + (friction[2] / math.exp(film)) ** 2
                 asked.append(_LookUp(raceway, force, viscous, found))
             return corrected
@@ -346,11 +342,11 @@ class Refinement:
         reached = np.log(np.clip(wide, axis.lo, axis.hi))
         slopes = (surfaces[:, 2] - surfaces[:, 0]) / (reached[2] - reached[0])
         point = RACEWAYS[raceway], force, speed, temperature
-        solved = solved_nut(self._parameters, self._film, *point, float(slopes[1]))
+        solved = solved_nut(self._parameters, *point, float(slopes[1]))
         expected = surfaces[:, 1].copy()
         # extremes belong to the heaviest or lightest of the load-carrying balls; the solved ball is the extreme one of
         # a nut with another force, and there the map is compared with it
-        load = mean_load(ball_loads(screw, force, self._film == MECHANISTIC))
+        load = mean_load(ball_loads(screw, force, self.nut_map.law == Law.MECHANISTIC))
         for column, slope in enumerate(slopes[2:], start=2):
             # films are least, the rise is largest
             extreme = np.max if (slope > 0.0) == (column == 4) else np.min
@@ -362,11 +358,10 @@ class Refinement:
         if not ((solved > 0.0) & (solved < math.inf)).all():
             raise ValueError(f"{solved}; needs > 0 and finite")
         correction = np.log(solved) - expected
-        if self.nut_map.law == MECHANISTIC:
+        if self.nut_map.law == Law.MECHANISTIC:
             # shear torque or thrust factor: of both raceways together
             correction[1] = 0.0
-        header = self.nut_map.header
-        if header["film_kinematics"] != header["kinematics"]:
+        else:
             correction[2:] = 0.0
         return correction
 

@@ -29,7 +29,7 @@ from ballscrew_tehl.runtime.constants import (
     SMOOTH,
     SPEED_EXPONENT_MAX,
 )
-from ballscrew_tehl.runtime.packed import FILM_SHEAR, TORQUE_CURVES, TORQUE_SURFACES, FrictionParameters
+from ballscrew_tehl.runtime.packed import TORQUE_CURVES, TORQUE_SURFACES, FrictionParameters, Law
 
 
 class Ops(NamedTuple):
@@ -108,7 +108,7 @@ def nut_torques(
     hysteresis, sliding, free = curves[:TORQUE_CURVES]
     for raceway in (0, 1):
         part, exponent = exp(surfaces[raceway]), None if slopes is None else slopes[raceway]
-        if law == FILM_SHEAR:
+        if law == Law.THREE_PARAMETER:
             x = (friction.roughness_height / exp(surfaces[2 + raceway])) ** 2
             share = 1.0 / (1.0 + x)
             part = part * share
@@ -117,7 +117,7 @@ def nut_torques(
         viscous = viscous + (part if slopes is None else part * _slow_share(exponent, s, ops))
     viscous = friction.apparent_viscosity_ratio * viscous * third * third
     hysteresis = exp(hysteresis) * f * third
-    if law == FILM_SHEAR:
+    if law == Law.THREE_PARAMETER:
         sliding = friction.net_sliding_coefficient * exp(sliding) * f
         if slopes is not None:
             sliding = sliding * coulomb_rise(s, 1.0, 0.0, friction.breakaway_factor, ops)

@@ -8,14 +8,27 @@ import io
 import json
 import zipfile
 from collections.abc import Mapping
+from enum import StrEnum
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-FORMAT_VERSION = 3
-FILM_SHEAR, MECHANISTIC = "film_shear", "mechanistic"  # friction laws, header["law"]
+FORMAT_VERSION = 4
+
+
+class Law(StrEnum):
+    """Friction law of a nut, which decides surface speeds, films and fitted numbers.
+
+    THREE_PARAMETER: shear of the whole film of balls that slide, of the paper; MECHANISTIC: power balance of balls that
+    roll.
+    """
+
+    THREE_PARAMETER = "three_parameter"
+    MECHANISTIC = "mechanistic"
+
+
 EXTREMES = (  # surfaces of both laws, after those of torque
     "minimum_film_screw",  # [m] thermal
     "minimum_film_nut",
@@ -25,14 +38,14 @@ EXTREMES = (  # surfaces of both laws, after those of torque
     "temperature_rise_nut",
 )
 SURFACES = {  # by law: logarithms over (ln force, ln speed, temperature) of one nut, raceway screw before nut
-    FILM_SHEAR: (
+    Law.THREE_PARAMETER: (
         "viscous_torque_screw",  # [N.m] at apparent viscosity ratio 1 and full viscous share
         "viscous_torque_nut",
         "effective_film_screw",  # [m] isothermal, for the viscous share at a roughness height
         "effective_film_nut",
         *EXTREMES,
     ),
-    MECHANISTIC: (
+    Law.MECHANISTIC: (
         "rolling_torque_screw",  # [N.m] hydrodynamic rolling loss
         "rolling_torque_nut",
         "shear_torque",  # [N.m] spin, differential and helix slip

@@ -9,11 +9,11 @@ from scipy.integrate import quad
 from section7 import BASIS, MEASURED, basis_of
 
 from ballscrew_tehl.applications.calibration.fit import fit, fit_values
-from ballscrew_tehl.friction.sets import FITTED, SETS
+from ballscrew_tehl.friction.sets import FITTED
 
 SINGLE = [[i] for i in range(len(BASIS))]
 GROUPS = [[0, 6], [1], [2, 3, 4], [5], [7], [8], [9], [10]]
-TWO, THREE = (replace(BASIS, names=SETS[name]) for name in ("two_parameter", "three_parameter"))
+TWO, THREE = (replace(BASIS, names=names) for names in (FITTED[:2], FITTED))
 
 
 def test_fits_against_hand_calculation():
@@ -79,4 +79,4 @@ def test_a_point_beyond_the_limit_is_an_outlier():
 
 def test_proportional_parts_are_refused():
     with pytest.raises(ValueError, match="measure at several speeds"):
-        fit_values(replace(basis_of([MEASURED[0]] * 5), names=SETS["two_parameter"]))
+        fit_values(replace(basis_of([MEASURED[0]] * 5), names=FITTED[:2]))

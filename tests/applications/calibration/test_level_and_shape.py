@@ -90,9 +90,7 @@ def test_file_carries_the_length_to_torque_map_and_interval(capsys, tmp_path):
     assert code == 0, err
     entry = friction_set_of_file(output, VG100)
     assert entry.supply_length == pytest.approx(LENGTH, rel=5e-3)
-    assert (
-        "level and shape fitted" in json.loads(out)["rolling_frame.mechanistic"]["calibration"]["notes"][-1]
-    )
+    assert "level and shape fitted" in json.loads(out)["mechanistic"]["calibration"]["notes"][-1]
     m = basis.measurements[-1]
     torque = load_map(None, VG100, entry).evaluate(m.preload, m.speed, m.temperature).friction_torque
     assert torque == pytest.approx(m.torque, rel=5e-3)

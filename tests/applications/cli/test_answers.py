@@ -267,10 +267,8 @@ def test_choices_of_the_parser_are_those_of_the_modules():
     """The parser repeats names so that it does not import the modules that define them."""
     for own, place in (
         (parser.DROP_KINDS, "applications.calibration.measured.DROPS"),
-        (parser.SET_NAMES, "friction.sets.SETS"),
         (parser.NUT_KINDS, "physics.rating.CATALOGUE_SHARE"),
         (parser.LUBRICANTS, "parameters.template.LUBRICANTS"), (parser.LAWS, "contact.moes.LAWS"),
-        (parser.KINEMATICS, "physics.kinematics.KINEMATICS"),
         (parser.EXPORT_FORMATS, "applications.cli.commands.export.KINDS"),
     ):  # fmt: skip
         assert set(own) == set(resolve_name(f"ballscrew_tehl.{place}")), place

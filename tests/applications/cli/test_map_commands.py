@@ -38,7 +38,7 @@ def test_range_of_the_screw_its_table_and_the_options(tmp_path, capsys):
     code, out, err = run(capsys, "map", "build", "--screw", PACKAGED_VG100, "--output", path)
     assert code == 0
     assert out.endswith(f"ballscrew build --map {path} --output {path.with_name('map_fmus')}\n")
-    said = "kinematics rolling_frame: preload 120 to 12000 N (up to 2.1 GPa), speed 5 to 6000 r/min"
+    said = "law mechanistic: preload 120 to 12000 N (up to 2.1 GPa), speed 5 to 6000 r/min"
     assert f"GD4008-3, {said}" in err
     whole, grid = load_map(path, LAW), map_grid(LAW)
     for name in ("preload", "speed", "temperature"):
@@ -91,4 +91,4 @@ def test_a_screw_outside_the_atlas_is_refused_with_its_number(tmp_path, capsys):
     other = PACKAGED_DATA.joinpath("gd4008.toml").read_text(encoding="utf-8")
     screw.write_text(other.replace("ball_diameter_mm = 4.763", "ball_diameter_mm = 4.7"), encoding="utf-8")
     line = refused(capsys, "torque", *POINT, "--screw", screw)
-    assert "kinematics = published; the atlas of contacts holds rolling_frame" in line
+    assert "law = three_parameter; the atlas holds contacts of mechanistic" in line

@@ -14,7 +14,7 @@ from ballscrew_tehl.applications.identification.dynamics import identify
 from ballscrew_tehl.applications.identification.log_file import Log, read_log
 from ballscrew_tehl.applications.identification.output import identified_data, identified_text
 from ballscrew_tehl.applications.identification.preload import (
-    Law,
+    ScrewMap,
     change_of_preload,
     found_preload,
     screw_friction,
@@ -38,7 +38,7 @@ def emps():
 @pytest.fixture(scope="module")
 def law():
     parameters = load_screw(PACKAGED_VG100)
-    return Law(parameters, load_map(packaged_map(VG100), parameters), default_friction_set(parameters))
+    return ScrewMap(parameters, load_map(packaged_map(VG100), parameters), default_friction_set(parameters))
 
 
 def of_emps(_, position, voltage, **given):

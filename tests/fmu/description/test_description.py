@@ -23,7 +23,7 @@ from ballscrew_fmu.description.model_description import (
 )
 from ballscrew_fmu.models import AXIS, FRICTION, MODELS
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
-from ballscrew_tehl.runtime.packed import FILM_SHEAR
+from ballscrew_tehl.runtime.packed import Law
 
 pytestmark = pytest.mark.slow
 
@@ -38,7 +38,7 @@ STATES_OF["BallScrewAxis"] = AXIS_STATES
 RATES = {f"{name}_rate": name for name in AXIS_STATES}
 
 
-def described(model, kind, law=FILM_SHEAR):
+def described(model, kind, law=Law.THREE_PARAMETER):
     header = closed_form(law).header
     if kind == "python":
         return ElementTree.fromstring(python_description(header, "", ""))
@@ -215,7 +215,7 @@ def test_what_a_change_of_a_value_changes_is_declared(opened, model, kind, law):
             assert not isinstance(value, bool) or one.set_boolean(name, value) == OK
         return dict(zip(names, one.get(*names), strict=True))
 
-    for _ in range(60 if law == FILM_SHEAR else 15):
+    for _ in range(60 if law == Law.THREE_PARAMETER else 15):
         base = {name: drawn(rng, name, rows[name]) for name in settable}
         if "position" in base:  # contacts deflect by micrometres
             ratio = synthetic_map.SCREW["lead"] / (2.0 * math.pi)

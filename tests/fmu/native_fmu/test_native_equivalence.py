@@ -10,11 +10,11 @@ from synthetic_map import LAWS, closed_form
 from ballscrew_fmu.checks.reference import friction_step
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
-from ballscrew_tehl.runtime.packed import MECHANISTIC
+from ballscrew_tehl.runtime.packed import Law
 from ballscrew_tehl.runtime.standstill import RELAXED, initial_elements
 
 pytestmark = pytest.mark.slow
-MAPS = {law: closed_form(law) for law in LAWS} | {"oversize": closed_form(MECHANISTIC, 0.3)}
+MAPS = {law: closed_form(law) for law in LAWS} | {"oversize": closed_form(Law.MECHANISTIC, 0.3)}
 AGREEMENT = 1e-9  # of a value, or the largest part that it is the sum of: libm and the order of sums differ
 RATIO = 8e-3 / (2.0 * math.pi)  # [m/rad] of the closed-form map
 WAY = 4.4e-6  # [m] about that at which a nut comes free at 2 kN

@@ -20,7 +20,7 @@ from synthetic_map import closed_form, make_map
 from ballscrew_fmu.models import FRICTION, MONITOR
 from ballscrew_fmu.native_fmu.resource_files import HEAD_SIZE, MAP_FILE, SCREW_FILE, map_bytes, screw_bytes
 from ballscrew_fmu.native_fmu.sources import Embedded, is_fmi_header, native_sources, table_hash, units_of
-from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, MECHANISTIC
+from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, Law
 
 pytestmark = pytest.mark.slow
 NUT_MAP, OTHER = closed_form(), make_map(viscous_scale=2.0)
@@ -173,7 +173,7 @@ def test_damaged_and_foreign_map_files_are_refused(tmp_path):
         return sealed(GOOD[: HEAD + place] + struct.pack("<d", value) + GOOD[HEAD + place + 8 :])
 
     assert sealed(GOOD) == GOOD
-    law = closed_form(MECHANISTIC)
+    law = closed_form(Law.MECHANISTIC)
     for content, of in ((GOOD, NUT_MAP), (map_bytes(OTHER), NUT_MAP), (map_bytes(law), law)):
         assert refusal(tmp_path, of=of, nut_map=content) == ""
     for content, found in (

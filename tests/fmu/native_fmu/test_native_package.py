@@ -29,7 +29,7 @@ from ballscrew_fmu.native_fmu.resource_files import map_bytes
 from ballscrew_fmu.native_fmu.sources import is_fmi_header
 from ballscrew_fmu.native_fmu.validation import Reference
 from ballscrew_tehl.nut_map.file import load_map
-from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
+from ballscrew_tehl.runtime.packed import Law
 
 pytestmark = pytest.mark.slow
 NATIVE_NAME = FRICTION.native_name
@@ -93,7 +93,12 @@ def test_another_process_and_folder_build_the_same_bytes(synthetic_nut_map, monk
 
 
 def test_the_libraries_are_the_same_for_all_screws_and_versions():
-    maps = [closed_form(FILM_SHEAR), closed_form(MECHANISTIC), make_map(2.0), load_map(None, GD4008)]
+    maps = [
+        closed_form(Law.THREE_PARAMETER),
+        closed_form(Law.MECHANISTIC),
+        make_map(2.0),
+        load_map(None, GD4008),
+    ]
     for model in MODELS:
         library, *others = (native_library(nut_map.header, model) for nut_map in maps)
         assert all(other == library for other in others)

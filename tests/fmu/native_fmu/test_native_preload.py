@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from native_model import NativeModel
-from synthetic_map import LAWS, MECHANISTIC, closed_form
+from synthetic_map import LAWS, Law, closed_form
 
 from ballscrew_fmu.models import MONITOR
 from ballscrew_tehl.runtime.constants import LEAST_ELASTICITY
@@ -18,7 +18,7 @@ SETS = tuple(
         (7.6, 0.0051, 24e-9, 1.0), (1.0, 0.0, 0.0, 3.0), (40.0, 0.0, 200e-9, 1.0), (0.0, 0.01, 0.0, 2.0),
     )
 )  # fmt: skip
-MAPS = {law: closed_form(law) for law in LAWS} | {"oversize balls": closed_form(MECHANISTIC, 0.3)}
+MAPS = {law: closed_form(law) for law in LAWS} | {"oversize balls": closed_form(Law.MECHANISTIC, 0.3)}
 OUTPUTS = ("preload", "torque_sensitivity", "in_range", "preload_half_width", "preload_low", "preload_high")
 
 

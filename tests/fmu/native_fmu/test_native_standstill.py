@@ -11,10 +11,10 @@ from synthetic_map import LAWS, closed_form
 from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION
 from ballscrew_fmu.variables.friction import ELEMENT_STATES
 from ballscrew_tehl.runtime.constants import ELEMENTS
-from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
+from ballscrew_tehl.runtime.packed import Law
 
 pytestmark = pytest.mark.slow
-MAPS = {law: closed_form(law) for law in LAWS} | {"oversize": closed_form(MECHANISTIC, 0.3)}
+MAPS = {law: closed_form(law) for law in LAWS} | {"oversize": closed_form(Law.MECHANISTIC, 0.3)}
 RATIO = 8e-3 / (2.0 * math.pi)  # [m/rad] of the closed-form map
 LAW = pytest.mark.parametrize("nut_map", MAPS.values(), ids=MAPS)
 
@@ -50,7 +50,7 @@ BEYOND = [
 def test_in_range_changes_at_events_with_hysteresis():
     """The indicator of each input falls below 0 outside, in_range follows at the event, which is not repeated."""
     for model, outside in BEYOND:
-        one = begun(MAPS[FILM_SHEAR], model, **INSIDE[model])
+        one = begun(MAPS[Law.THREE_PARAMETER], model, **INSIDE[model])
         assert one.get("in_range") == 1.0
         assert one.get("in_range_indicator") > 0.0
         for values, inside in ((outside, False), (INSIDE[model], True)):
@@ -63,8 +63,8 @@ def test_in_range_changes_at_events_with_hysteresis():
                 one.event()
                 assert one.get("in_range") == inside
                 assert (one.get("in_range_indicator") > 0.0) is inside
-    fastest = MAPS[FILM_SHEAR].speed.hi
-    one = begun(MAPS[FILM_SHEAR], speed=0.5 * fastest)
+    fastest = MAPS[Law.THREE_PARAMETER].speed.hi
+    one = begun(MAPS[Law.THREE_PARAMETER], speed=0.5 * fastest)
     for speed, sign in (
         (fastest * (1.0 + 1e-9), 1.0), (fastest * 1.001, -1.0), (fastest * (1.0 - 1e-9), -1.0),
     ):  # fmt: skip
@@ -74,7 +74,7 @@ def test_in_range_changes_at_events_with_hysteresis():
 
 
 def test_the_monitor_holds_its_estimate_at_rest():
-    one = begun(MAPS[FILM_SHEAR], MONITOR, torque=0.8, speed=30.0, speed_min=2.0)
+    one = begun(MAPS[Law.THREE_PARAMETER], MONITOR, torque=0.8, speed=30.0, speed_min=2.0)
     estimated = one.get("preload")
     one.latch(torque=0.5)
     assert one.get("preload") < estimated  # continuous while it moves
@@ -106,7 +106,7 @@ def rates(one):
 
 def test_a_level_that_falls_takes_energy_and_elements_that_slide_follow_one_that_rises():
     """Sliding, energy is stored from the work of the motion; held at rest, a fall beyond 5 % is heat at an event."""
-    nut_map = MAPS[MECHANISTIC]
+    nut_map = MAPS[Law.MECHANISTIC]
     one = begun(nut_map, preload=2000.0, speed=0.01, **STIFF)
     one.latch(preload=2400.0)
     assert [one.get(f"slip_indicator_{i}") > 0.0 for i in range(1, 7)] == [True] * 6
@@ -155,7 +155,7 @@ def test_model_exchange_keeps_energy_and_stiffness_while_a_load_is_held(nut_map)
 
 
 def test_elements_that_are_switched_off_while_they_slide_are_not_counted_twice():
-    one = begun(MAPS[FILM_SHEAR], speed=5.0)
+    one = begun(MAPS[Law.THREE_PARAMETER], speed=5.0)
     sliding = one.get("power_loss")
     one.latch(presliding=0.0)
     assert one.event()
@@ -236,7 +236,7 @@ def test_model_exchange_has_the_states_torques_and_heat_of_co_simulation():
     """To rounding while the Coulomb torque stays; or within the time in which elements that slide follow it."""
     for swing, tolerance in ((0.0, 1e-9), (600.0, 0.1)):
         rows, total = profile(swing), np.zeros(2)
-        exchange, steps = NativeModel(MAPS[FILM_SHEAR], continuous=True), NativeModel(MAPS[FILM_SHEAR])
+        exchange, steps = (NativeModel(MAPS[Law.THREE_PARAMETER], continuous=c) for c in (True, False))
         for one in (exchange, steps):
             one.latch(**FROM_REST, **rows[0])
         exchange.initial_event()

@@ -20,7 +20,7 @@ from ballscrew_fmu.models import MONITOR
 from ballscrew_fmu.python_fmu.package import PLATFORMS, build_fmu
 from ballscrew_fmu.variables.friction import origin_text
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.packed import MECHANISTIC, sealed
+from ballscrew_tehl.runtime.packed import Law, sealed
 
 pytestmark = pytest.mark.skipif(not RUNS_HERE, reason="opens the library for x86_64 Linux")
 
@@ -89,7 +89,7 @@ def test_a_state_of_another_map_or_damaged_is_refused_and_the_steps_after_it_too
 
 def test_friction_numbers_of_another_screw_are_reported_once(tmp_path):
     """The text of the header; here and in a native FMU, whose compiler and printf would misread it."""
-    made = make_map(law=MECHANISTIC)
+    made = make_map(law=Law.MECHANISTIC)
     says = 'measured on A, not on "B" 50 % \\ ??/ \u00e4'
     catalogue = {"preload": 2000.0, "torque": 0.5048}
     friction = {"set": "mechanistic", "loss": "", "provenance": "of A", "errors": {}, "limits": {}}

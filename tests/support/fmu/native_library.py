@@ -19,12 +19,12 @@ from synthetic_map import closed_form
 from ballscrew_fmu.models import FRICTION
 from ballscrew_fmu.variables.friction import FIRST_REFERENCE, fmu_variables, native_variables
 from ballscrew_tehl.runtime.constants import ELEMENTS
-from ballscrew_tehl.runtime.packed import FILM_SHEAR
+from ballscrew_tehl.runtime.packed import Law
 
 OK, WARNING, DISCARD, ERROR = range(4)
 CS, ME = "co-simulation", "model exchange"
 KINDS = {CS: 1, ME: 0}  # fmi2Type
-NUT_MAP = closed_form(FILM_SHEAR)
+NUT_MAP = closed_form(Law.THREE_PARAMETER)
 VARIABLES = native_variables(NUT_MAP.header)
 TIME_REFERENCE = FIRST_REFERENCE + len(VARIABLES)  # FMI 3
 REALS = tuple(v.name for v in VARIABLES if v.unit is not None)

@@ -18,7 +18,7 @@ from native_model import put_resources, resources, sealed
 from synthetic_map import closed_form
 
 from ballscrew_fmu.models import MODELS, TRANSMISSION
-from ballscrew_tehl.runtime.packed import FILM_SHEAR, MECHANISTIC
+from ballscrew_tehl.runtime.packed import Law
 
 CALLS, FILES = 4000, 200  # of each model and version; damaged ones of the map and of the screw
 ODD = (math.nan, math.inf, -math.inf, 1e300, -1e30, 1e29, -1.0, 0.0, 5e-324)
@@ -96,7 +96,10 @@ def use_states(rng, one, state, saved):
 
 def walk(rng, version, model):
     """One of each kind, which share a map, now and then replaced by a new one."""
-    options = {"model": model, "nut_map": closed_form(MECHANISTIC if model is TRANSMISSION else FILM_SHEAR)}
+    options = {
+        "model": model,
+        "nut_map": closed_form(Law.MECHANISTIC if model is TRANSMISSION else Law.THREE_PARAMETER),
+    }
     pair, saved = [[NativeInstance(version, kind, **options), "i"] for kind in STATES], []
     for _ in range(CALLS):
         one, state = each = rng.choice(pair)

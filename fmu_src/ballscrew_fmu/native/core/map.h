@@ -33,7 +33,7 @@ typedef struct {
 
 typedef struct Map Map;
 struct Map {
-    int law; /* FILM_SHEAR_LAW or MECHANISTIC_LAW */
+    int law; /* THREE_PARAMETER_LAW or MECHANISTIC_LAW */
     Axis force, speed, temperature, preload, share;
     double defaults[MAP_DEFAULTS];
     double presliding_angle;  /* [rad] Coulomb torque over presliding stiffness at the lowest force */

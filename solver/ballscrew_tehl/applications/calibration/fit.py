@@ -30,7 +30,7 @@ from ballscrew_tehl.nut_map.grid import Progress
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.friction import BOUNDED, ball_ball_coefficient
 from ballscrew_tehl.physics.load import nut_loads
-from ballscrew_tehl.runtime.packed import MECHANISTIC
+from ballscrew_tehl.runtime.packed import Law
 
 from .measurements import Measurement
 
@@ -77,7 +77,7 @@ class TorqueBasis:
 
     @classmethod
     def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutTorques]]) -> Self:
-        """By the law `published`, the sums of both nuts at each point."""
+        """By the law of the paper, the sums of both nuts at each point."""
 
         def columns(*names: str) -> Array:
             return np.array([[getattr(s, name) for s in nuts for name in names] for nuts in sums])
@@ -97,7 +97,7 @@ class TorqueBasis:
         rolling = np.array([[torque_line(nuts)[0] for nuts in lengths] for lengths in powers]).T - rest
         dense = PchipInterpolator(INVERSES, rolling[1:])(DENSE) if len(rolling) > 1 else None
         film = np.full((len(rest), 1), np.inf)
-        law = SETS[MECHANISTIC], (1.0, 0.0, 0.0), dense
+        law = SETS[Law.MECHANISTIC], (1.0, 0.0, 0.0), dense
         return cls(tuple(measurements), rolling[0][:, None], film, rest, sliding, *law)
 
     @property
@@ -169,8 +169,8 @@ def torque_basis(
     progress: Progress = lambda finished, total, what: None,
 ) -> TorqueBasis:
     """Both nuts at every operating point by a FilmModel, or by ContactValues of the mechanistic law."""
-    mechanistic, nuts = film_model.name == MECHANISTIC, list[Any]()
-    what, variants = f"operating points with {film_model.name}", [parameters]
+    mechanistic, nuts = parameters.friction.law is Law.MECHANISTIC, list[Any]()
+    what, variants = "operating points", [parameters]
     if len(measurements) >= FOR_SUPPLY and SUPPLY not in parameters.friction.model_fields_set:
         # the first of finite length, too: beyond R_x none changes anything
         variants += [with_constants(parameters, {SUPPLY: 1.0 / max(each, 1e-6)}) for each in INVERSES]

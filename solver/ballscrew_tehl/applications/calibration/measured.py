@@ -20,7 +20,6 @@ from ballscrew_tehl.friction.sets import (
     SUPPLY,
     FrictionSet,
     default_friction_set,
-    with_set,
     with_supply,
     without_overrides,
 )
@@ -35,7 +34,6 @@ from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.physics.rating import nsk_torque
 from ballscrew_tehl.refinement.contacts import contacts_of
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.packed import MECHANISTIC
 
 from ..tables.headings import TORQUE
 from .fit import INVERSE_SUPPLY, Fit, TorqueBasis, fit_law, torque_basis
@@ -84,7 +82,6 @@ def calibrate(
     parameters: Parameters | None = None,
     map_file: Path | str | None = None,
     *,
-    name: str | None = None,
     temperature: float | None = None,
     drop: Collection[str] = (),
     torque_tolerance: float = 0.0,
@@ -97,7 +94,6 @@ def calibrate(
                  single torque, as a file of one row
                  parameters : screw and oil (load_screw); None = those of the map file, or the packaged GD4008-3
                  map_file : map of this screw, None = of the atlas; what that does not hold is solved, seconds a point
-                 name : friction set to fit; None = that of the screw
                  temperature : of rows without one [K]; None = reference temperature of the oil
                  drop : kinds of rows to leave out, of DROPS;  progress : called while points are computed
                  torque_tolerance, preload_tolerance : as fractions, of all rows that state none: 0.25 of a sheet's
@@ -111,28 +107,27 @@ def calibrate(
     if unknown := set(drop) - set(DROPS):
         raise ValueError(f"drop = {', '.join(sorted(unknown))}; allowed: {', '.join(DROPS)}")
     parameters = parameters_for(map_file, parameters)
-    name = name or parameters.friction.law
-    with_set(parameters, name)
     if isinstance(measurements, Measurement):
         file = MeasurementFile.of_point(measurements)
     else:
         reference = parameters.lubricant.reference_temperature
         file = read_measurement_file(measurements, reference if temperature is None else temperature)
     file = file.with_tolerances(torque_tolerance, preload_tolerance)
-    return _calibration(file, parameters, name, *film_of(name, parameters, map_file), drop, progress)
+    return _calibration(file, parameters, *film_of(parameters, map_file), drop, progress)
 
 
 def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactValues) -> Calibration:
     """Calibration on a single torque without axial load, with contacts of the balls."""
-    return _calibration(MeasurementFile.of_point(m), parameters, MECHANISTIC, contacts)
+    return _calibration(MeasurementFile.of_point(m), parameters, contacts)
 
 
 def _calibration(
-    file: MeasurementFile, parameters: Parameters, name: str, film: Any,
+    file: MeasurementFile, parameters: Parameters, film: Any,
     outside: Reason = lambda m: "", drop: Collection[str] = (),
     progress: Progress = lambda finished, total, what: None,
 ) -> Calibration:  # fmt: skip
-    if parameters.screw.spacer_balls and name == MECHANISTIC:
+    name = parameters.friction.law
+    if parameters.screw.spacer_balls and name == Law.MECHANISTIC:
         raise ValueError(
             "spacer_balls = true; between them nothing slides, so there is no number to fit: compare the torque with "
             "the interval of ballscrew torque, and where it lies outside state supply_length or "
@@ -140,13 +135,15 @@ def _calibration(
         )
     if seals := parameters.screw.seal_torque:
         file = file.without_seals(seals)
-    single = name == MECHANISTIC and not file.problems and [m.axial_load for m in file.measurements] == [0.0]
-    law = _typical_law(file, parameters, name, film, outside)
+    single = (
+        name == Law.MECHANISTIC and not file.problems and [m.axial_load for m in file.measurements] == [0.0]
+    )
+    law = _typical_law(file, parameters, film, outside)
     kinds: dict[str, Reason] = {"impossible": partial(implausible_for, parameters), "outside": outside}
     points, dropped = _usable(file, kinds, drop)
     notes = file.notes + ([] if single else _check_count(points, name))
     basis = replace(torque_basis(parameters, film, points, progress), names=SETS[name])
-    defaults = parameters, default_friction_set(with_set(parameters, name)).net_sliding_coefficient
+    defaults = parameters, default_friction_set(parameters).net_sliding_coefficient
     fitted, found = fit_law(basis, repeats_of(points), *defaults)
     if "outliers" in drop and found.outliers:
         # one pass; outliers of the remaining points are reported and kept
@@ -188,18 +185,20 @@ def _calibration(
         outliers = _outliers(points, found).items()
         notes += [f"{points[i].point}: {text}; to leave it out: --drop outliers" for i, text in outliers]
     if any(m.limits or m.preload_tolerance for m in points):
-        notes.append(TOLERATED if name == MECHANISTIC else f"tolerances are not used: {name} has no interval")
+        notes.append(
+            TOLERATED if name == Law.MECHANISTIC else f"tolerances are not used: {name} has no interval"
+        )
         statistics["provenance"] += ", with tolerances"
     statistics["provenance"] += f", ballscrew_tehl {__version__}"
     statistics |= {"screw": parameters.name, "parameters_hash": parameters_hash(parameters)}
-    if name == MECHANISTIC:
+    if name == Law.MECHANISTIC:
         statistics["screw_hash"] = parameters_hash(parameters, oil=False)
         statistics["nlgi"] = parameters.lubricant.nlgi or ""
     ratio, net, height = found.values.tolist()
     if INVERSE_SUPPLY in basis.names:
         statistics[SUPPLY], height = 1.0 / height if height > 0.0 else math.inf, 0.0
-    friction_set = FrictionSet(Law(name), ratio, net, height, **statistics)
-    if name == MECHANISTIC:
+    friction_set = FrictionSet(name, ratio, net, height, **statistics)
+    if name == Law.MECHANISTIC:
         friction_set = with_learned(friction_set, basis, found.deviation, parameters, film)
     notes += number_notes(friction_set, parameters)
     notes += supply_notes(basis, found, parameters)
@@ -236,20 +235,19 @@ def with_learned(
     return replace(entry, learned=found)
 
 
-def _typical_law(
-    file: MeasurementFile, parameters: Parameters, name: str, film: Any, outside: Reason
-) -> TorqueInterval:
+def _typical_law(file: MeasurementFile, parameters: Parameters, film: Any, outside: Reason) -> TorqueInterval:
     """Torque of the unfitted law, without overrides, at the point with the median torque over preload, as checked.
 
     With the interval of the mechanistic law, of another one the torque alone; NaN if all points are outside.
     """
-    own = without_overrides(with_set(parameters, name), name)
+    law_of = parameters.friction.law
+    own = without_overrides(parameters, law_of)
     inside = sorted((m for m in file.measurements if not outside(m)), key=lambda m: m.torque / m.preload)
     if not inside:
         return TorqueInterval(math.nan, math.nan, math.nan, {}, {})
     m = inside[(len(inside) - 1) // 2]
-    if name == MECHANISTIC:
-        unfitted = FrictionSet(Law(name), 1.0, ball_ball_coefficient(own.friction, own.friction.ball_thrust))
+    if law_of is Law.MECHANISTIC:
+        unfitted = FrictionSet(law_of, 1.0, ball_ball_coefficient(own.friction, own.friction.ball_thrust))
         forces = nut_forces(own, m.preload, m.axial_load)
         law = torque_interval(own, forces, film, m.speed, m.temperature, unfitted)
     else:
@@ -335,7 +333,7 @@ def _check_count(points: Sequence[Measurement], name: str) -> list[str]:
     if distinct < count or rows <= count:
         raise ValueError(
             f"usable rows: {rows}, different operating points: {distinct}; {name} has {count} parameter(s) and needs "
-            f"at least {count + 1} rows at {count} operating point(s): measure more, or fit fewer parameters (--set)"
+            f"at least {count + 1} rows at {count} operating point(s): measure more"
         )
     if rows - count >= FEW_DEGREES and distinct > count:
         return []
@@ -344,13 +342,13 @@ def _check_count(points: Sequence[Measurement], name: str) -> list[str]:
     ]
 
 
-def film_of(name: str, parameters: Parameters, map_file: Path | str | None) -> tuple[Any, Reason]:
+def film_of(parameters: Parameters, map_file: Path | str | None) -> tuple[Any, Reason]:
     """FilmModel of a set, or ContactValues of the mechanistic law, and why a point is outside the map."""
     if map_file is None:
-        return solved_film(name, parameters), lambda m: ""
+        return solved_film(parameters), lambda m: ""
     from ballscrew_tehl.nut_map.file import load_map
 
-    nut_map = load_map(map_file, with_set(parameters, name))
+    nut_map = load_map(map_file, parameters)
 
     def outside(m: Measurement) -> str:
         forces = [force for force in nut_forces(parameters, m.preload, m.axial_load) if force > 0.0]
@@ -367,8 +365,8 @@ def film_of(name: str, parameters: Parameters, map_file: Path | str | None) -> t
                 problems.append(f"outside the map: {axis} = {shown} {unit}; allowed: {allowed}")
         return "; ".join(problems)
 
-    film = solved_film(name, parameters) if name == MECHANISTIC else MapFilm(nut_map, parameters)
-    return film, outside
+    mechanistic = parameters.friction.law is Law.MECHANISTIC
+    return solved_film(parameters) if mechanistic else MapFilm(nut_map, parameters), outside
 
 
 class MapFilm:
@@ -378,7 +376,7 @@ class MapFilm:
     """
 
     def __init__(self, nut_map: NutMap, parameters: Parameters) -> None:
-        self.nut_map, self.name, screw = nut_map, str(nut_map.header["film_model"]), parameters.screw
+        self.nut_map, screw = nut_map, parameters.screw
         self._force = np.geomspace(*nut_map.header["axes"]["force"])
         self._load = np.array([mean_load(nut_loads(screw, float(f), screw.ball_count)) for f in self._force])
 
@@ -389,10 +387,10 @@ class MapFilm:
         return np.exp(self.nut_map.surfaces(force, speed, temperature)[film])
 
 
-def solved_film(name: str, parameters: Parameters) -> Any:
-    """FilmModel of a set, by the solver, or the ContactValues of the mechanistic law, of the atlas if it holds them."""
-    if name == MECHANISTIC:
+def solved_film(parameters: Parameters) -> Any:
+    """FilmModel of the law of the paper, solved, or ContactValues of the mechanistic law, of the atlas if it can."""
+    if parameters.friction.law is Law.MECHANISTIC:
         return contacts_of(parameters)
     from ballscrew_tehl.refinement.direct import DirectFilm
 
-    return DirectFilm(parameters, Law(name).film_model == "solved_thermal")
+    return DirectFilm(parameters)

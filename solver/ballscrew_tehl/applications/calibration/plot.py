@@ -62,7 +62,7 @@ def calibration_figure(result: Calibration) -> Figure:
     below.set(xlabel="screw speed [r/min]", ylabel="model/measured - 1 [%]", xscale="log")
     below.xaxis.set(major_formatter="{x:g}", minor_formatter=LogFormatter())
     entry = result.friction_set
-    title = f"{result.parameters.name}, points: {len(points)} ({entry.kinematics}, {entry.name})"
+    title = f"{result.parameters.name}, points: {len(points)} ({entry.name})"
     for key, text in (("mean", "mean error"), ("leave_one_out_mean", "left out")):
         title += f", {text} {100.0 * entry.errors[key]:.2f} %" if key in entry.errors else ""
     figure.suptitle(title, fontsize="medium")

@@ -10,7 +10,7 @@ from ballscrew_tehl.friction.interval import implied_thrust
 from ballscrew_tehl.friction.sets import FITTED, SUPPLY, FrictionSet
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.units import RPM
-from ballscrew_tehl.runtime.packed import MECHANISTIC
+from ballscrew_tehl.runtime.packed import Law
 
 from .fit import INVERSE_SUPPLY, MAX_INVERSE, OF_MECHANISTIC, THIRD, Fit, TorqueBasis
 from .measurements import RowProblem
@@ -48,7 +48,7 @@ class Calibration:
 
 def number_notes(entry: FrictionSet, parameters: Parameters) -> list[str]:
     """What the fitted number of the mechanistic law is in terms of the other keys of the screw file."""
-    if entry.name != MECHANISTIC:
+    if entry.name != Law.MECHANISTIC:
         return []
     thrust = implied_thrust(entry.net_sliding_coefficient, parameters)
     notes = [

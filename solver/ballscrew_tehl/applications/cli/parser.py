@@ -18,8 +18,6 @@ from ballscrew_tehl._version import __version__
 from .shared import quantities as q
 from .shared.quantities import Quantity, with_error
 
-KINEMATICS = ("published", "rolling_frame")
-SET_NAMES = ("two_parameter", "three_parameter", "mechanistic")
 DROP_KINDS = ("impossible", "outside", "outliers")
 NUT_KINDS = ("double_nut", "single_nut_offset", "single_nut_oversize_ball")
 OILS, LUBRICANTS = ("viscosities", "iso_vg"), ("oil", "grease")
@@ -68,11 +66,10 @@ VERSION = switch("--version", argparse.SUPPRESS, "version", version=f"ballscrew-
 JSON = switch("--json", "JSON on stdout, logs on stderr")
 SCREW = option("--screw", "screw file; default: that in the map, or the packaged GD4008-3", "FILE.toml")
 SCREW_ALONE = option("--screw", "screw file; default: the packaged GD4008-3", "FILE.toml")
-KINEMATIC = option("--kinematics", argparse.SUPPRESS, "LAW", choices=KINEMATICS)  # of the paper: docs/theory.md
 MAP_FILE = option("--map", "map file, which holds its screw; default: packaged or made in memory", "FILE.npz")
 FRICTION = option("--friction", "a file of calibrate, or the name of a packaged set", "NAME|FILE")
-INPUTS = (SCREW, MAP_FILE, FRICTION, KINEMATIC, *numbers(q.TOLERANCE))
-OF_SCREW, OF_MAP = (SCREW, KINEMATIC, JSON), (*INPUTS, JSON)
+INPUTS = (SCREW, MAP_FILE, FRICTION, *numbers(q.TOLERANCE))
+OF_SCREW, OF_MAP = (SCREW, JSON), (*INPUTS, JSON)
 OUTPUT = "file to write"
 ROWS = (
     option("--points", "many points: rows with columns such as preload_n or preload [kN]", "FILE.csv"),
@@ -90,7 +87,7 @@ MAP_ACTIONS = {
         *numbers(*(Quantity(name, f"range of the map [{unit}]") for name, unit in (
             ("preload_n", "N"), ("speed_rpm", "r/min"), ("temperature_c", "C"))), **RANGE),
         option("--family", "a map for every *.toml in this folder; --output: folder", "FOLDER"),
-    ), (SCREW_ALONE, KINEMATIC, JSON), "--screw my.toml --output my_map.npz",
+    ), (SCREW_ALONE, JSON), "--screw my.toml --output my_map.npz",
         "Ranges: by these options, else table [map] of the screw file, else what the screw and its oil allow. The map "
         "holds its screw and oil, and the errors of the atlas against direct solves. No command needs the file: with "
         "--screw alone they make the map in memory."),
@@ -157,9 +154,8 @@ COMMANDS = {
         *numbers(*q.CALIBRATION_POINT, *q.TOLERANCES),
         option("--output", "where to write the sets, for --friction", "FILE.toml"),
         PLOT,
-        option("--set", "parameters to fit; default: as in the screw file", choices=SET_NAMES),
         option("--drop", "rows to leave out (repeat it for several)", choices=DROP_KINDS, action="append", default=[]),
-    ), (SCREW, MAP_FILE, KINEMATIC, JSON), "measurements.csv --map my_map.npz --output friction.toml",
+    ), (SCREW, MAP_FILE, JSON), "measurements.csv --map my_map.npz --output friction.toml",
         "Columns by headings with units: preload [N], speed [r/min], temperature [degC], torque [N.m]; optional "
         "axial_load, torque_uncertainty or weight, torque_low and torque_high, preload_tolerance, table, comment. Or "
         "one torque, measured or of a catalogue with its tolerance: the four options of a point. Prints errors, 95 % "

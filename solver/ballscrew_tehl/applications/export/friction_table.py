@@ -101,7 +101,7 @@ def friction_table(
     about = {
         "screw": parameters.name,
         "oil": parameters.lubricant.name,
-        "friction set": f"{friction_set.kinematics}.{friction_set.name}",
+        "friction set": friction_set.name,
         "map": str(nut_map.header["file_hash"]),
     }
     if not interval:

@@ -15,7 +15,7 @@ from ballscrew_tehl.numerics import Array
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.packed import MECHANISTIC
+from ballscrew_tehl.runtime.packed import Law
 
 from .directions import LIMIT, Bidirectional
 from .dynamics import Identified
@@ -27,7 +27,7 @@ SHAPE, MIN_SPEEDS, LEFT, INSIDE = 0.01, 3, 0.05, 1e-3
 LawCurve = tuple[Array, Array, Array, Array, str]
 
 
-class Law(NamedTuple):
+class ScrewMap(NamedTuple):
     """Map of a screw with its friction set."""
 
     parameters: Parameters
@@ -112,7 +112,7 @@ def without(friction: Bidirectional, known: float, other: Bidirectional | None =
     return friction._replace(mean=torque, error=error).where(torque > 0.0)
 
 
-def _inside(friction: Bidirectional, law: Law) -> Bidirectional:
+def _inside(friction: Bidirectional, law: ScrewMap) -> Bidirectional:
     """The speeds within the map."""
     low, high = law.nut_map.header["axes"]["speed"][:2]
     keep = (friction.speed >= low) & (friction.speed <= high)
@@ -133,7 +133,7 @@ def _typical_speed(friction: Bidirectional) -> float:
     return float(np.exp(np.average(np.log(friction.speed), weights=_weight(friction) ** 2)))
 
 
-def _fitted(friction: Bidirectional, law: Law, temperature: float, factor: float = 1.0) -> float:
+def _fitted(friction: Bidirectional, law: ScrewMap, temperature: float, factor: float = 1.0) -> float:
     """Preload at which the law, times a factor, is nearest to the friction; at an end of the map if beyond."""
     weight = _weight(friction)
 
@@ -145,7 +145,7 @@ def _fitted(friction: Bidirectional, law: Law, temperature: float, factor: float
     return math.exp(scipy.optimize.minimize_scalar(misfit, bounds=bounds, options={"xatol": 1e-7}).x)
 
 
-def found_preload(friction: Bidirectional, law: Law, temperature: float) -> FoundPreload:
+def found_preload(friction: Bidirectional, law: ScrewMap, temperature: float) -> FoundPreload:
     """Preload of the friction of the nut alone.
 
     Raises       ValueError: speeds, temperature or torque outside the map;  ArithmeticError: as preload_interval
@@ -173,7 +173,7 @@ def found_preload(friction: Bidirectional, law: Law, temperature: float) -> Foun
     excess = float(np.sum((residual * weight) ** 2)) / max(len(residual) - 1, 1)
     of_log = math.sqrt(max(excess, 1.0) / float(np.sum((rise * weight) ** 2))) * LIMIT
     bounds, meaning = (preload, preload), "95 %, of the log alone: this friction set has no interval"
-    if law.nut_map.law == MECHANISTIC:
+    if law.nut_map.law == Law.MECHANISTIC:
         point = preload, _typical_speed(friction), temperature
         torque = float(law.torque(*point))
         ends = preload_interval(law.parameters, law.nut_map, law.friction_set, torque, *point)
@@ -194,7 +194,7 @@ def found_preload(friction: Bidirectional, law: Law, temperature: float) -> Foun
 PreloadedLog = tuple[Bidirectional, FoundPreload, float]
 
 
-def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: Law) -> Change:
+def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: ScrewMap) -> Change:
     """The law's level is common to both: it moves the ratio only as far as the law is no power of the preload. The
     exponent of that power may be wrong as far as it is from 1 (torque in proportion to the preload, as in ISO 3408).
     """
@@ -203,7 +203,7 @@ def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: Law) -> Chan
     ratio = now[1].preload_n / before[1].preload_n
     own = math.hypot(*(math.log(log[1].preload_log_high_n / log[1].preload_n) for log in (now, before)))
     moved = [0.0]
-    if law.nut_map.law == MECHANISTIC:
+    if law.nut_map.law == Law.MECHANISTIC:
         friction, result, temperature = now
         point = result.preload_n, _typical_speed(_inside(friction, law)), temperature
         for factor in map_interval(
@@ -220,7 +220,7 @@ def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: Law) -> Chan
     return Change(before[1].preload_n, ratio, ratio * math.exp(-wide), ratio * math.exp(wide))
 
 
-def separated_parts(logs: list[tuple[Bidirectional, float, float]], law: Law) -> Apart:
+def separated_parts(logs: list[tuple[Bidirectional, float, float]], law: ScrewMap) -> Apart:
     """Least squares of other + factor * law over logs at known preloads [N] and temperatures [K]."""
     logs = [(_inside(friction, law), preload, kelvin) for friction, preload, kelvin in logs]
     parts = [friction for friction, _, _ in logs]

@@ -17,7 +17,7 @@ from ballscrew_tehl.parameters.units import CELSIUS, RPM, SHOWN
 from ballscrew_tehl.physics.rating import catalogue_preload
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
-from ballscrew_tehl.runtime.packed import MECHANISTIC
+from ballscrew_tehl.runtime.packed import Law
 
 from ..mechanics import Efficiency, LoadedScrew, efficiency, loaded_screw, screw_constants
 from ..trend import unphysical_trend
@@ -100,7 +100,7 @@ class ReportData:
     @property
     def mechanistic(self) -> bool:
         """Whether the friction law is the mechanistic one, which has an interval."""
-        return self.nut_map.law == MECHANISTIC
+        return self.nut_map.law == Law.MECHANISTIC
 
     @property
     def roughness(self) -> float:

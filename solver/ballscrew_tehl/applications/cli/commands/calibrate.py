@@ -17,7 +17,7 @@ from ballscrew_tehl.friction.sets import (
 )
 from ballscrew_tehl.parameters.file import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
-from ballscrew_tehl.runtime.packed import MECHANISTIC
+from ballscrew_tehl.runtime.packed import Law
 
 from ..shared.inputs import screw_of
 from ..shared.output import QUIET, Answer, check_output, progress_bar, say, written
@@ -29,16 +29,20 @@ def run_calibrate(args: Namespace) -> Answer:
     one = any(getattr(args, quantity.name) is not None for quantity in CALIBRATION_POINT[:3])
     if bool(args.measurements) + one != 1:
         raise ValueError("calibrate needs either MEASUREMENTS.csv or --torque-nm with its point")
-    measurements, name = (_point(args), MECHANISTIC) if one else (args.measurements, args.set)
+    measurements = _point(args) if one else args.measurements
     # as torque --friction mechanistic does
-    law = name == MECHANISTIC and not (args.screw or args.map)
+    law = one and not (args.screw or args.map)
     parameters = screw_of(args, PACKAGED_VG100 if law else None)
     if law:
         say(f"no --screw: {parameters.name} with {parameters.lubricant.name} ({PACKAGED_VG100.name})")
     for option, path, kind in (("--output", args.output, "*.toml"), ("--plot", args.plot, "*.png")):
         if path:
             check_output(option, path, f"a file {kind}", inputs=(args.measurements, args.screw))
-    options = {"name": name, "drop": args.drop}
+    if one and parameters.friction.law is not Law.MECHANISTIC:
+        raise ValueError(
+            f"--torque-nm, law = {parameters.friction.law}; allowed: {Law.MECHANISTIC}, with one number"
+        )
+    options = {"drop": args.drop}
     options |= {each.axis: 0.01 * (getattr(args, each.name) or 0.0) for each in TOLERANCES}
     if args.temperature_c is not None:
         options["temperature"] = args.temperature_c + CELSIUS
@@ -67,15 +71,13 @@ def run_calibrate(args: Namespace) -> Answer:
         numbers = (f"{key} = {getattr(friction, name):.6g}" for name, key in keys.items())
         text = "\n".join([text, "For the screw file:", "[friction]", f'law = "{friction.name}"', *numbers])
     entry = friction.entries | {"calibration": data}
-    return Answer([{f"{friction.kinematics}.{friction.name}": entry}], text=text)
+    return Answer([{friction.name: entry}], text=text)
 
 
 def _point(args: Namespace) -> Measurement:
     """The one point of the options."""
     if args.drop:
         raise ValueError("--drop with --torque-nm; allowed: with MEASUREMENTS.csv only")
-    if args.set not in (None, MECHANISTIC):
-        raise ValueError(f"--set = {args.set}; allowed with --torque-nm: {MECHANISTIC}, which has one number")
     values = {quantity.option: getattr(args, quantity.name) for quantity in CALIBRATION_POINT}
     for option in (option for option, value in values.items() if value is None):
         raise ValueError(f"{option} (missing); allowed: {', '.join(values)} together")

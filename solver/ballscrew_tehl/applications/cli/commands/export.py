@@ -19,7 +19,7 @@ from ballscrew_tehl.applications.export.friction_table import (
 from ballscrew_tehl.applications.export.piecewise import Points, few_points, weighted_points
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.rating import catalogue_preload
-from ballscrew_tehl.runtime.packed import MECHANISTIC
+from ballscrew_tehl.runtime.packed import Law
 
 from ..shared.inputs import Chosen, chosen_of
 from ..shared.output import Answer, check_output, write_text
@@ -143,7 +143,7 @@ def _of_map(args: Namespace, max_points: int) -> _Export:
     low, high = _speeds(args, *nut_map.header["axes"]["speed"][:2])
     twincat = args.format == "twincat"
     speed = curve_speeds(low, high, CURVE) if twincat else np.geomspace(low, high, max_points)
-    interval = nut_map.law == MECHANISTIC and not twincat
+    interval = nut_map.law == Law.MECHANISTIC and not twincat
     table = friction_table(
         nut_map, chosen.parameters, chosen.friction_set, interval, speed, preload, temperature
     )
@@ -166,7 +166,7 @@ def _grid(args: Namespace, chosen: Chosen) -> tuple[Array, Array]:
 
 def _of_log(args: Namespace, max_points: int) -> _Export:
     """Friction that identify has written."""
-    options = ("screw", "map", "friction", "kinematics", "preload_n", "temperature_c")
+    options = ("screw", "map", "friction", "preload_n", "temperature_c")
     if needless := [name for name in options if getattr(args, name) is not None]:
         raise ValueError(
             f"--{needless[0].replace('_', '-')} with --identified; allowed: with --map, whose friction is then written"

@@ -20,7 +20,7 @@ from ballscrew_tehl.applications.identification.signals import Drive, signals_of
 from ballscrew_tehl.applications.tables.csv_file import naming, open_table
 from ballscrew_tehl.applications.tables.headings import LOG
 from ballscrew_tehl.parameters.units import CELSIUS
-from ballscrew_tehl.runtime.packed import MECHANISTIC
+from ballscrew_tehl.runtime.packed import Law
 
 from ..shared.inputs import chosen_of
 from ..shared.output import Answer, check_output, say, to_builtin, write_text, written
@@ -34,7 +34,7 @@ class _Axis(NamedTuple):
 
     args: Namespace
     lead: float | None
-    law: preload.Law | None = None
+    law: preload.ScrewMap | None = None
 
     @property
     def known(self) -> float:
@@ -161,11 +161,11 @@ def _axis(args: Namespace) -> _Axis:
     if not with_law and "temperature" not in open_table(args.log, LOG, stated_columns(args.column)).columns:
         say("no --temperature-c: the lead of the screw is used, no preload is computed")
         return _Axis(args, own)
-    return _Axis(args, own, preload.Law(chosen.parameters, chosen.nut_map(args), chosen.friction_set))
+    return _Axis(args, own, preload.ScrewMap(chosen.parameters, chosen.nut_map(args), chosen.friction_set))
 
 
 def _with_law(
-    axis: _Axis, law: preload.Law, fit: Identified, friction: Bidirectional, other: Bidirectional | None,
+    axis: _Axis, law: preload.ScrewMap, fit: Identified, friction: Bidirectional, other: Bidirectional | None,
     data: dict[str, Any],
 ) -> Bidirectional:  # fmt: skip
     """Friction of the nut, without that of the log without it; preload, change and parts are added to the answer."""
@@ -200,14 +200,16 @@ def _with_law(
     return friction
 
 
-def _curve(axis: _Axis, law: preload.Law, fit: Identified, friction: Bidirectional, force: float) -> LawCurve:
+def _curve(
+    axis: _Axis, law: preload.ScrewMap, fit: Identified, friction: Bidirectional, force: float
+) -> LawCurve:
     """The law at a preload over the speeds of the log, with what was subtracted from the friction."""
     whole = preload.screw_friction(fit, axis.lead)
     low, high = law.nut_map.header["axes"]["speed"][:2]
     speed = np.linspace(max(float(whole.speed.min()), low), min(float(whole.speed.max()), high), 60)
     other = np.interp(speed, whole.speed, whole.mean) - np.interp(speed, friction.speed, friction.mean)
     table = friction_table(
-        law.nut_map, law.parameters, law.friction_set, law.nut_map.law == MECHANISTIC, speed,
+        law.nut_map, law.parameters, law.friction_set, law.nut_map.law == Law.MECHANISTIC, speed,
         np.array([force]), np.array([axis.temperature(fit)]),
     )  # fmt: skip
     scale, unit = (1.0, "N m") if fit.rotary else (abs(axis.lead or 1.0), "N")

@@ -37,7 +37,7 @@ def run_map_build(args: Namespace) -> Answer:
             preload, speed, oil = (_range(*ends) for ends in axes)
             pressure = 1e-9 * largest_pressure(parameters.screw, grid.preload[1])
             say(
-                f"{path}: {parameters.name}, kinematics {parameters.friction.kinematics}: preload {preload} (up to "
+                f"{path}: {parameters.name}, law {parameters.friction.law}: preload {preload} (up to "
                 f"{pressure:.3g} GPa), speed {speed}, oil {oil}"
             )
             built = build_map(parameters, grid, progress)
@@ -82,7 +82,7 @@ def _jobs(args: Namespace) -> list[tuple[Path, Parameters, MapGrid]]:
         check_output("--output", path, "a file *.npz")
         if path.exists() and not is_map_file(path):
             raise ValueError(f"--output = {path}; allowed: a new file *.npz, or a map to replace")
-        parameters = screw_of(Namespace(screw=file, map=None, kinematics=args.kinematics))
+        parameters = screw_of(Namespace(screw=file, map=None))
         jobs.append((path, parameters, screw_grid(parameters, user)))
     return jobs
 

@@ -9,7 +9,7 @@ from ballscrew_tehl.applications.preload import preload_from_torque, preload_int
 from ballscrew_tehl.friction.sets import carried_over
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.packed import MECHANISTIC
+from ballscrew_tehl.runtime.packed import Law
 
 from ..shared.inputs import Chosen, chosen_of, read_points, say_outside, some_of
 from ..shared.output import Answer, each, say
@@ -67,7 +67,7 @@ def _result(chosen: Chosen, nut_map: NutMap, point: Mapping[str, float]) -> dict
     preload = preload_from_torque(torque, measured, 0.0, highest)
     state = nut_map.evaluate(preload, *at)
     result: dict[str, Any] = {**point, "preload_n": preload}
-    if nut_map.law == MECHANISTIC:
+    if nut_map.law == Law.MECHANISTIC:
         ends = preload_interval(chosen.parameters, nut_map, chosen.friction_set, measured, preload, *at)
         result |= {"preload_low_n": ends.low, "preload_high_n": ends.high, "preload_interval": ends.meaning}
         result |= {AT_EDGE: list(ends.at_edge)} if ends.at_edge else {}

@@ -15,12 +15,11 @@ from ballscrew_tehl.friction.sets import carried_over
 from ballscrew_tehl.nut_map.interval import map_interval
 from ballscrew_tehl.parameters.file import ScrewParameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
-from ballscrew_tehl.physics.kinematics import ROLLING_FRAME
 from ballscrew_tehl.physics.rating import nsk_torque
 from ballscrew_tehl.runtime.constants import LAMBDA_RATIO_MAX, SMOOTH
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
-from ballscrew_tehl.runtime.packed import MECHANISTIC
+from ballscrew_tehl.runtime.packed import Law
 
 from ..shared.inputs import Chosen, chosen_of, key_of, read_points, say_outside, some_of
 from ..shared.output import Answer, each, say
@@ -60,7 +59,7 @@ def run_torque(args: Namespace) -> Answer:
         nut_map = chosen.nut_map(args)
         header, work = nut_map.header, each(points, "points")
         axes, state_at = header["axes"], functools.partial(_by_map, chosen, nut_map)
-        provenance = {"film_kinematics": header["film_kinematics"], "map_hash": header["file_hash"]}
+        provenance = {"map_hash": header["file_hash"]}
     results = [_result(screw, point, state_at) for point in work]
     say_outside(results, axes)
     usual = SEALS * (2.0 * screw.nominal_radius) ** 2
@@ -124,7 +123,7 @@ def _by_map(
 ) -> State:
     """State by a map at a preload [N], speed [rad/s], temperature [K] and axial load [N]."""
     at, interval, unlike = (preload, speed, temperature, axial_load), None, ""
-    if (preload > 0.0 or (preload == 0.0 and axial_load)) and nut_map.law == MECHANISTIC:
+    if (preload > 0.0 or (preload == 0.0 and axial_load)) and nut_map.law == Law.MECHANISTIC:
         interval = map_interval(chosen.parameters, nut_map.header["axes"], chosen.friction_set, *at)
         unlike = unlike_flanks(chosen.parameters, preload, axial_load, interval.torque)
     return nut_map.evaluate(*at), interval, (unphysical_trend(nut_map, *at).text, unlike)
@@ -142,13 +141,13 @@ def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
     )
 
     parameters, friction_set = chosen.parameters, chosen.friction_set
-    mechanistic = friction_set.film_model == MECHANISTIC
+    mechanistic = friction_set.law is Law.MECHANISTIC
     height = roughness_of(parameters.friction) if mechanistic else friction_set.roughness_height
-    # speeds of the published kinematics are not physical: its films are not shown, as by the map
+    # surface speeds of the paper are not physical: their films are not shown, as by the map
     rolling = rolling_parameters(parameters)
     contacts = DirectContacts(parameters)
-    film_model = DirectFilm(parameters, friction_set.film_model == "solved_thermal")
-    provenance: Values = {"film_kinematics": ROLLING_FRAME}
+    film_model = DirectFilm(parameters)
+    provenance: Values = {}
     if mechanistic:
         # errors of the grid of these solves, against a finer one
         around = contacts_of(parameters)

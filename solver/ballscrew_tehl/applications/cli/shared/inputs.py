@@ -15,7 +15,7 @@ from ballscrew_tehl.friction.sets import (
     friction_set_of_file,
     load_friction_sets,
     refuse_other_fit,
-    with_set,
+    with_law,
     with_supply,
     without_overrides,
 )
@@ -23,7 +23,6 @@ from ballscrew_tehl.parameters.file import PACKAGED_VG100, Parameters, changed, 
 from ballscrew_tehl.parameters.friction import Law
 from ballscrew_tehl.parameters.units import SHOWN
 from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.packed import MECHANISTIC
 
 from .output import QUIET, check_output, progress_bar, say
 from .quantities import TOLERANCE, TORQUE_POINT, Quantity
@@ -40,15 +39,7 @@ def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
     tolerance = getattr(args, TOLERANCE.name, None)
     if tolerance is not None:
         parameters = changed(parameters, lubricant={"temperature_tolerance": tolerance})
-    if args.kinematics in (None, parameters.friction.kinematics):
-        return parameters
-    if args.kinematics == "published" and parameters.published_speeds is None:
-        raise ValueError(
-            "--kinematics = published; allowed: rolling_frame, the screw has no published_speeds"
-        )
-    # numbers in the screw file belong to its own law
-    own = without_overrides(parameters, Law.of_kinematics(args.kinematics)[0])
-    return changed(own, friction={"kinematics": args.kinematics})
+    return parameters
 
 
 class Chosen(NamedTuple):
@@ -67,33 +58,33 @@ class Chosen(NamedTuple):
 
     @property
     def described(self) -> dict[str, str]:
-        """Keys of the answer: screw, set, kinematics, screw of the fit."""
+        """Keys of the answer: screw, oil, set, screw of the fit."""
         parameters, friction = self.parameters, self.friction_set
         return {
-            "screw": parameters.name, "oil": parameters.lubricant.name, "kinematics": friction.kinematics,
-            "friction_set": friction.name, "friction_screw": friction.screw,
+            "screw": parameters.name, "oil": parameters.lubricant.name, "friction_set": friction.name,
+            "friction_screw": friction.screw,
         }  # fmt: skip
 
     def catalogue_note(self, axial_load: float) -> dict[str, str]:
         """Key that says why a torque differs from that of the catalogue."""
         notes = ["of the preload alone, without the axial load"] if axial_load else []
         notes += (
-            [catalogue_differs(self.parameters.screw)] if self.friction_set.film_model == MECHANISTIC else []
+            [catalogue_differs(self.parameters.screw)] if self.friction_set.law is Law.MECHANISTIC else []
         )
         return {"catalogue_note": "; ".join(notes)} if notes else {}
 
 
 def chosen_of(args: Namespace) -> Chosen:
-    """Screw and friction set selected by --screw, --map, --kinematics and --friction."""
+    """Screw and friction set selected by --screw, --map and --friction."""
     packaged, name = load_friction_sets(), args.friction
     if name is None or name in packaged:
-        parameters = screw_of(args, PACKAGED_VG100 if name == MECHANISTIC else None)
-        parameters = parameters if name is None else with_set(parameters, name)
+        parameters = screw_of(args, PACKAGED_VG100 if name == Law.MECHANISTIC else None)
+        parameters = parameters if name is None else with_law(parameters, name)
         return Chosen(parameters, default_friction_set(parameters), None)
     if not Path(name).is_file():
         raise ValueError(f"--friction = {name}; allowed: {', '.join(packaged)}, or a file of calibrate")
     sets = load_friction_sets(name, "give a file that ballscrew calibrate --output has written")
-    only_law = all(entry.film_model == MECHANISTIC for entry in sets.values())
+    only_law = set(sets) == {Law.MECHANISTIC}
     parameters = screw_of(args, PACKAGED_VG100 if only_law else None)
     of_file = friction_set_of_file(name, parameters)
     refuse_other_fit(of_file, parameters)

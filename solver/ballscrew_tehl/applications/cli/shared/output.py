@@ -38,7 +38,7 @@ class CommandError(Exception):
 
 
 #: keys that JSON and CSV have and a listing only with another value than this; None: never
-NOT_LISTED = {"map_hash": None, "kinematics": "rolling_frame", "film_kinematics": "rolling_frame"}
+NOT_LISTED = ("map_hash",)
 
 
 class Answer(NamedTuple):
@@ -83,7 +83,7 @@ def show(answer: Answer, as_json: bool) -> int:
     if as_json:
         print(json.dumps(to_builtin(rows if many else rows[0]), allow_nan=False))
     elif text is not None or not many:
-        shown = {k: v for k, v in rows[0].items() if k not in NOT_LISTED or NOT_LISTED[k] not in (None, v)}
+        shown = {k: v for k, v in rows[0].items() if k not in NOT_LISTED}
         print(listing(shown) if text is None else text)
     return code
 
