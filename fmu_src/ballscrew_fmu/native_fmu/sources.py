@@ -47,10 +47,6 @@ FMI_HEADERS = {
 }
 _HERE = importlib.resources.files("ballscrew_fmu") / "native"
 ALL = "all.c"
-_ORDER = (  # of the files that all.c includes: each calls those before it
-    "file.c", "map.c", "axis_part.c", "axis_step.c", "model.c", "messages.c", "resources.c", "values.c",
-    "saved_state.c", "instance.c", "fmi2.c", "fmi3.c",
-)  # fmt: skip
 _SHARED = ("core", "models", "runtime", "fmi")  # folders; in addition one folder of models
 
 _TABLE = """\
@@ -162,14 +158,7 @@ static const unsigned char screw_file[] = {{
 """
 _ALL = """\
 /* GENERATED: all of the FMU in one unit, except the laws in dual numbers. */
-#define _POSIX_C_SOURCE 200809L /* O_NOFOLLOW, */
-#define _DARWIN_C_SOURCE        /* on macOS */
-#if defined(_WIN32)
-#define WIN32_LEAN_AND_MEAN
-#include <windows.h>
-#undef near
-#undef far
-#endif
+#include "system.h"
 {includes}
 """
 _ENTRY_TABLE = """\
@@ -218,7 +207,7 @@ def native_sources(
         files[Path(name).name] = (_HERE / "models" / name).read_bytes()
     if missing := [f"fmi{version}.c" for version in fmi_versions if f"fmi{version}.c" not in files]:
         raise SourceError(f"{missing[0]} not found in {_HERE}; install the project again")
-    parts = [name for name in _ORDER if name in files]
+    parts = sorted(name for name in files if name.endswith(".c") and name != model.dual)
     if embedded is not None:
         files["embedded.h"] = _embedded_source(embedded).encode()
         parts.insert(0, "embedded.h")

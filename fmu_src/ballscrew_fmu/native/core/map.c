@@ -1,4 +1,8 @@
-#include "map.h"
+#include "system.h"
+
+#include "map_file.h"
+
+#include "file.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -113,7 +117,6 @@ typedef char Lock;
 static inline void lock_enter(Lock *lock) { (void)lock; }
 static inline void lock_leave(Lock *lock) { (void)lock; }
 #elif defined(_WIN32)
-#include <windows.h>
 typedef SRWLOCK Lock;
 #define LOCK_OPEN SRWLOCK_INIT
 static inline void lock_enter(Lock *lock) { AcquireSRWLockExclusive(lock); }

@@ -5,6 +5,7 @@
 
 #include "contacts.h"
 #include "named_parts.h"
+#include "step_context.h"
 
 #define STANDARD_GRAVITY 9.80665 /* [m/s2] */
 #define STEEL_DENSITY 7850.0     /* [kg/m3] */
@@ -12,21 +13,6 @@
 #define LEAST_MASS 1e-6          /* [kg] of the table; of the screw with a support */
 #define AXIS_FOLLOW_TIME 3e-5    /* [s] model exchange, in which an element that slides follows: stiff, as the axis is */
 #define LEAST_TRAVEL 1e-9        /* [m] of the guide to sliding */
-
-/* What the axis needs in addition to the variables. */
-typedef struct {
-    unsigned slips;  /* bit per element that slides, */
-    int slip;        /* in direction +1 or -1 */
-    double stiffness; /* [N.m/rad] of the elements */
-    int guide_slip;  /* direction of the guide that slides, 0: it follows */
-    double heat;     /* [J] of all steps; model exchange: of events */
-    double supplied; /* [J] of all steps */
-} Moment;
-
-/* Derivatives of outputs and rates along one direction (tangent.c). at: inputs, parameters and states, at an instant */
-#define slopes_along BALLSCREW_NAMED(BALLSCREW_PREFIX, slopes_along)
-void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
-                  const Moment *moment, double slopes[VARIABLE_COUNT]);
 
 /* Degrees of freedom. The last one exists with a support only. */
 enum { SHAFT, TABLE, SCREW, FREEDOMS };
@@ -166,7 +152,7 @@ static inline void energy_outputs(const Point *point, const Number at[], Number 
 }
 
 /* Outputs and rates at an instant, except those of a whole step, which the model adds. */
-static inline void axis_outputs(const Point *point, const Number at[], const Moment *moment, Number out[])
+static inline void axis_outputs(const Point *point, const Number at[], const StepContext *context, Number out[])
 {
     const Mechanics *mechanics = &point->mechanics;
     const Contacts *contacts = &point->contacts;
@@ -174,13 +160,13 @@ static inline void axis_outputs(const Point *point, const Number at[], const Mom
     const Number stiffness = add(contacts->a.slope, contacts->b.slope);
     const Number damping = multiply(multiply(time, stiffness), contacts->drift);
     const Number force = add(subtract(contacts->a.force, contacts->b.force), damping);
-    const Guide guide = guide_at_instant(mechanics, at[GUIDE_ELEMENT], velocity, moment->guide_slip);
+    const Guide guide = guide_at_instant(mechanics, at[GUIDE_ELEMENT], velocity, context->guide_slip);
     const Number drag = multiply(at[GUIDE_VISCOUS], velocity);
     const Number coulomb = coulomb_magnitude(&point->parts);
     Presliding elements;
     Number power, share;
 
-    presliding_at_instant(&at[PRESLIDING_ELEMENT_1], speed, &point->level, true, moment->slips, moment->slip,
+    presliding_at_instant(&at[PRESLIDING_ELEMENT_1], speed, &point->level, true, context->slips, context->slip,
                           AXIS_FOLLOW_TIME, &elements);
     share = value_of(coulomb) > 0.0 ? clamped(divide(elements.torque, coulomb), -1.0, 1.0) : constant(0.0);
     part_outputs(&point->parts, share, loads_nut_a(contacts), speed, out);
@@ -214,8 +200,8 @@ static inline void axis_outputs(const Point *point, const Number at[], const Mom
     }
     out[GUIDE_ELEMENT_RATE] = guide.rate;
     out[POWER_LOSS] = greater(power, constant(0.0));
-    out[HEAT] = constant(moment->heat);
-    out[SUPPLIED_ENERGY] = constant(moment->supplied);
+    out[HEAT] = constant(context->heat);
+    out[SUPPLIED_ENERGY] = constant(context->supplied);
 }
 
 static inline Number point_margin(const Map *map, const Point *point, const Number at[])

@@ -9,7 +9,7 @@
    vibrations is of fourth order (Quispel, McLaren, J. Phys. A 41 (2008) 045206, Eq. (14); there without friction).
 
    f comes from a convex potential, so the equations have one solution, which Newton's method finds at any h. */
-#include "state.h"
+#include "axis_part.h"
 
 #include <string.h>
 
@@ -20,16 +20,6 @@
 typedef struct {
     double of[FREEDOMS][FREEDOMS];
 } Matrix;
-
-/* Constant in a communication step. */
-typedef struct {
-    const Map *map;
-    const double *at;
-    Mechanics mechanics;
-    int freedoms;
-    double inverse[FREEDOMS]; /* 1/sqrt(mass) */
-    double force, way;        /* [N], [m] scales of force and deflection */
-} Plant;
 
 /* One part. */
 typedef struct {
@@ -162,7 +152,7 @@ static void mean_forces(const Plant *plant, const Motion *from, const Level *lev
 
 /* --- one part --------------------------------------------------------------------------------------------------- */
 
-static double deflection_of(const Mechanics *mechanics, const Motion *motion)
+INTERNAL double deflection_of(const Mechanics *mechanics, const Motion *motion)
 {
     return mechanics->lever[SHAFT] * motion->place[SHAFT] - motion->place[TABLE] + motion->place[SCREW];
 }
@@ -328,7 +318,7 @@ static bool find_means(const Plant *plant, const Motion *from, const Level *leve
 }
 
 /* Friction of the screw at a deflection [m] and a speed [rad/s]. */
-static void level_at(const Plant *plant, double deflection, double speed, Level *level)
+INTERNAL void level_at(const Plant *plant, double deflection, double speed, Level *level)
 {
     const double least = 1e-3 * plant->map->speed.lo, pace = fabs(speed) > least ? fabs(speed) : least;
     Point point;
@@ -407,7 +397,7 @@ static void hold_stiffness(const Motion *from, const PreslidingLevel *before, Pr
 }
 
 /* Advances by a part. The friction is that at the middle of a first solution, which is made with the last friction. */
-static bool make_part(const Plant *plant, double length, Advance *state)
+INTERNAL bool make_part(const Plant *plant, double length, Advance *state)
 {
     const Motion from = state->motion;
     double mean[FREEDOMS], middle;

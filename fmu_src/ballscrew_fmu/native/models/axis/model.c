@@ -1,4 +1,6 @@
 /* Life cycle, outputs, events and derivatives of BallScrewAxis. */
+#include "axis_step.h"
+#include "dual_laws.h"
 #include "screw_model.h"
 #include "text.h"
 
@@ -12,7 +14,7 @@ static double held_stiffness(const Model *model)
     return model->began ? ELEMENTS * of_one * of_one : 0.0;
 }
 
-static inline const Point *locate(Model *model)
+INTERNAL const Point *locate(Model *model)
 {
     if (!model->located) {
         point_locate(model->map, model->latched, held_stiffness(model), &model->point);
@@ -21,19 +23,19 @@ static inline const Point *locate(Model *model)
     return &model->point;
 }
 
-static Moment moment_of(const Model *model)
+static StepContext context_of(const Model *model)
 {
-    const Moment moment = {model->last.slips,      model->last.slip, held_stiffness(model),
+    const StepContext context = {model->last.slips,      model->last.slip, held_stiffness(model),
                            model->last.guide_slip, model->heat,      model->supplied};
 
-    return moment;
+    return context;
 }
 
-static void compute_outputs(Model *model)
+INTERNAL void compute_outputs(Model *model)
 {
-    const Moment moment = moment_of(model);
+    const StepContext context = context_of(model);
 
-    axis_outputs(locate(model), model->latched, &moment, model->value);
+    axis_outputs(locate(model), model->latched, &context, model->value);
     if (model->step > 0.0) {
         model->value[POWER_LOSS] = model->last.heat / model->step;
     }
@@ -123,20 +125,6 @@ unsigned model_clamped(Model *model)
     const Point *point = locate(model);
 
     return contacts_clamped(model->map, &point->contacts, &point->conditions, constant(model->latched[PRELOAD]));
-}
-
-bool model_possible(const Model *model)
-{
-    const Advance *last = &model->last;
-    const PreslidingLevel *level = &last->level.elements;
-
-    /* comparisons that NaN and infinity fail */
-    return model->step >= 0.0 && last->proposal >= 0.0 && level->coulomb >= 0.0 && level->root >= 0.0
-           && level->damping >= 0.0 && last->level.viscous >= 0.0
-           && model->step + last->proposal + level->coulomb + level->root + level->damping + last->level.viscous
-                      + fabs(last->heat) + fabs(model->heat) + fabs(model->supplied)
-                  < HUGE_VAL
-           && (last->slip != 0 || last->slips == 0U);
 }
 
 /* --- events --- */
@@ -252,7 +240,7 @@ void model_initial_event(Model *model)
 /* At an instant: those of a step of co-simulation are not provided. */
 void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
 {
-    const Moment moment = moment_of(model);
+    const StepContext context = context_of(model);
 
-    slopes_along(model->map, model->latched, direction, &moment, slopes);
+    slopes_along(model->map, model->latched, direction, &context, slopes);
 }

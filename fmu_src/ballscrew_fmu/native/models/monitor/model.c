@@ -99,7 +99,7 @@ static void compute(Model *model)
 static void compute_lambda_ratio(Model *model)
 {
     static const double constants[VARIABLE_COUNT] = {0.0};
-    Along preload = {0.0, 0.0};
+    Dual preload = {0.0, 0.0};
 
     compute(model);
     preload.value = model->value[PRELOAD];
@@ -113,6 +113,11 @@ void model_reset(Model *model, const Map *map, const double start[VARIABLE_COUNT
 {
     model_start(model, map, start, continuous);
     model_latch(model);
+}
+
+void model_set(Model *model, int reference, double value)
+{
+    model->value[reference] = value;
 }
 
 void model_latch(Model *model)
@@ -165,11 +170,6 @@ bool model_warns_of_step(Model *model, char *text, size_t size)
 {
     (void)model, (void)text, (void)size;
     return false;
-}
-
-bool model_possible(const Model *model)
-{
-    return model->held >= 0.0 && model->held < TOO_LARGE;
 }
 
 /* --- events ------------------------------------------------------------------------------------------------------ */
@@ -246,20 +246,20 @@ bool model_event(Model *model)
 
 #define SLOPE_STEP 1e-4 /* relative change of the inputs in the difference of sensitivities */
 
-static Along motion_along(const Model *model, const double direction[VARIABLE_COUNT])
+static Dual motion_along(const Model *model, const double direction[VARIABLE_COUNT])
 {
     const double speed = model->latched[SPEED];
     const bool moves = fabs(speed) > model->latched[SPEED_MIN];
-    const Along out = {motion(model), moves ? with_sign_of(direction[SPEED], speed) : direction[SPEED_MIN]};
+    const Dual out = {motion(model), moves ? with_sign_of(direction[SPEED], speed) : direction[SPEED_MIN]};
     return out;
 }
 
 /* Preload of the outputs. By the torque it is the solution of torque(preload, inputs) = measured torque, so its
    derivative is that of an implicit function; held, at rest or where the torque does not determine it, it is constant.
    torque: derivative of that of the balls. */
-static Along preload_along(Model *model, const double direction[VARIABLE_COUNT], Along speed, double torque)
+static Dual preload_along(Model *model, const double direction[VARIABLE_COUNT], Dual speed, double torque)
 {
-    Along out = {model->value[PRELOAD], 0.0};
+    Dual out = {model->value[PRELOAD], 0.0};
     Estimate found;
 
     if (at_rest(model)) {
@@ -274,7 +274,7 @@ static Along preload_along(Model *model, const double direction[VARIABLE_COUNT],
 }
 
 /* Derivative of the exact sensitivity, by a central difference along the direction. */
-static double sensitivity_slope(const Model *model, const double direction[VARIABLE_COUNT], Along speed, Along preload)
+static double sensitivity_slope(const Model *model, const double direction[VARIABLE_COUNT], Dual speed, Dual preload)
 {
     double at[VARIABLE_COUNT], sensitivity[2], size = fabs(preload.slope) / greater(preload.value, 1.0), h;
 
@@ -304,7 +304,7 @@ static double sensitivity_slope(const Model *model, const double direction[VARIA
 void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
 {
     const double *at = model->latched;
-    Along speed, preload;
+    Dual speed, preload;
     double torque, steep, wide;
 
     memset(slopes, 0, VARIABLE_COUNT * sizeof *slopes);

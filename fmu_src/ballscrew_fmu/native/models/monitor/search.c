@@ -150,45 +150,45 @@ void preload_of_torque(const Map *map, const double at[VARIABLE_COUNT], double s
 
 /* --- derivatives along a direction ------------------------------------------------------------------------------- */
 
-static Number dual_of(Along a) { return number(a.value, a.slope); }
+static Number number_of(Dual a) { return number(a.value, a.slope); }
 
-static Along pair_of(Number a)
+static Dual dual_of(Number a)
 {
-    const Along out = {value_of(a), slope_of(a)};
+    const Dual out = {value_of(a), slope_of(a)};
     return out;
 }
 
-Along torque_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Along speed,
-                   Along preload)
+Dual torque_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Dual speed,
+                   Dual preload)
 {
     const Friction friction = friction_along(at, direction);
-    const Number sign = regularised_sign(dual_of(speed), variable_of(at, direction, REGULARIZATION_SPEED));
+    const Number sign = regularised_sign(number_of(speed), variable_of(at, direction, REGULARIZATION_SPEED));
     Conditions conditions;
     Loads loads;
     Parts parts;
 
-    nut_conditions(map, dual_of(speed), variable_of(at, direction, TEMPERATURE), &conditions);
-    nut_loads(map, dual_of(preload), variable_of(at, direction, AXIAL_LOAD), &loads);
+    nut_conditions(map, number_of(speed), variable_of(at, direction, TEMPERATURE), &conditions);
+    nut_loads(map, number_of(preload), variable_of(at, direction, AXIAL_LOAD), &loads);
     nut_parts(map, &loads, &conditions, NULL, &friction, &parts);
-    return pair_of(add(parts.viscous, multiply(sign, coulomb_magnitude(&parts))));
+    return dual_of(add(parts.viscous, multiply(sign, coulomb_magnitude(&parts))));
 }
 
-Along seal_along(const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Along speed)
+Dual seal_along(const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Dual speed)
 {
-    const Number sign = regularised_sign(dual_of(speed), variable_of(at, direction, REGULARIZATION_SPEED));
+    const Number sign = regularised_sign(number_of(speed), variable_of(at, direction, REGULARIZATION_SPEED));
 
-    return pair_of(multiply(sign, variable_of(at, direction, SEAL_TORQUE)));
+    return dual_of(multiply(sign, variable_of(at, direction, SEAL_TORQUE)));
 }
 
-Along lambda_ratio_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
-                         Along preload)
+Dual lambda_ratio_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+                         Dual preload)
 {
     Conditions conditions;
     Loads loads;
     Films films;
 
     nut_conditions(map, variable_of(at, direction, SPEED), variable_of(at, direction, TEMPERATURE), &conditions);
-    nut_loads(map, dual_of(preload), variable_of(at, direction, AXIAL_LOAD), &loads);
+    nut_loads(map, number_of(preload), variable_of(at, direction, AXIAL_LOAD), &loads);
     nut_films(map, &loads, &conditions, &films);
-    return pair_of(lambda_ratio(films.minimum, variable_of(at, direction, ROUGHNESS_HEIGHT)));
+    return dual_of(lambda_ratio(films.minimum, variable_of(at, direction, ROUGHNESS_HEIGHT)));
 }

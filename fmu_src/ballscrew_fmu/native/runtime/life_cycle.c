@@ -1,9 +1,16 @@
-#include "instance.h"
+/* Life of an instance in the order of the standards: creation, initialization, steps, events. */
+#include "life_cycle.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "map_file.h"
+#include "messages.h"
+#include "resources.h"
+#include "saved_state.h"
+#include "values.h"
 
 /* --- create and free --------------------------------------------------------------------------------------------- */
 
@@ -24,7 +31,7 @@ static void report_map(Instance *instance)
 
 INTERNAL Status instance_reset(Instance *instance)
 {
-    Situation *now = &instance->now;
+    InstanceState *now = &instance->now;
 
     memset(now, 0, sizeof *now);
     model_reset(&now->model, instance->map, instance->screw.start, instance->kind == KIND_ME);
@@ -90,7 +97,7 @@ static const char *kind_name(unsigned kind)
 }
 
 /* Start of every FMI call. NULL: the call is illegal, which is logged, and the instance has failed. */
-INTERNAL Instance *instance_begin(void *handle, const Call *call)
+INTERNAL Instance *instance_begin(void *handle, const char *call, unsigned kinds, unsigned states)
 {
     Instance *instance = handle;
     char here[32], legal[192];
@@ -98,15 +105,15 @@ INTERNAL Instance *instance_begin(void *handle, const Call *call)
     if (instance == NULL) {
         return NULL;
     }
-    instance->call = call->name;
-    if ((instance->now.state & call->states) != 0U && (instance->kind & call->kinds) != 0U) {
+    instance->call = call;
+    if ((instance->now.state & states) != 0U && (instance->kind & kinds) != 0U) {
         return instance;
     }
     instance_list_states(instance->now.state, here, sizeof here);
-    instance_list_states(call->states, legal, sizeof legal);
-    if ((instance->kind & call->kinds) == 0U) {
+    instance_list_states(states, legal, sizeof legal);
+    if ((instance->kind & kinds) == 0U) {
         (void)instance_fail(instance, "called in %s; legal in %s only", kind_name(instance->kind),
-                            kind_name(call->kinds));
+                            kind_name(kinds));
     } else {
         (void)instance_fail(instance, "called in %s; legal in %s", here,
                             legal[0] != '\0' ? legal : "no state of this FMU");
@@ -176,9 +183,9 @@ INTERNAL Status instance_enter(Instance *instance, unsigned state)
 
 INTERNAL Status instance_exit_initialization(Instance *instance)
 {
-    Situation *now = &instance->now;
+    InstanceState *now = &instance->now;
 
-    instance_follow(instance);
+    update_outputs(instance);
     now->postponed = now->unchecked; /* a value is not valid: the elements begin with the good one in its place */
     now->state = STEP_MODE;
     if (instance->kind == KIND_ME) {
@@ -196,7 +203,7 @@ INTERNAL Status instance_exit_initialization(Instance *instance)
 /* Before a step: arguments and values are checked. */
 static Status begin_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
-    Situation *now = &instance->now;
+    InstanceState *now = &instance->now;
     const double tolerance = TIME_SHARE * step + 4.0 * DBL_EPSILON * fabs(time);
     char text[32], other[32];
 
@@ -230,7 +237,7 @@ static Status begin_step(Instance *instance, double time, double step, bool zero
 INTERNAL Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
     const Status status = begin_step(instance, time, step, zero_allowed, check_time);
-    Situation *now = &instance->now;
+    InstanceState *now = &instance->now;
     char text[MESSAGE_SIZE / 2];
 
     if (status != STATUS_OK) {
@@ -263,7 +270,7 @@ INTERNAL Status instance_set_time(Instance *instance, double time)
 
 INTERNAL Status instance_event(Instance *instance, bool *state_changed)
 {
-    instance_follow(instance);
+    update_outputs(instance);
     *state_changed = model_event(&instance->now.model);
     warn_of_clamping(instance);
     return STATUS_OK;
