@@ -121,7 +121,6 @@ TRANSMISSION = FmuModel(
         "friction/screw_model.c",
         "friction/screw_model.h",
         "friction/state.h",
-        "friction/step_context.h",
     ),
     step=1e-5,  # below 1.5 times the damping time of the contacts: stable with any masses and either order of exchange
 )

@@ -113,11 +113,16 @@ static inline Number weighted(const Number w[4], const double *values, int strid
                times(values[3 * stride], w[3]));
 }
 
-/* Weighted sum of the sixteen rows of neighbours. columns: a constant at each call, few enough for registers */
+enum { SUMS = 16 }; /* at once, in registers */
+
+/* Fails to compile if a sum of contract, or a plane of neighbours, does not fit. */
+typedef char columns_fit[4 * TORQUE_COLUMNS <= SUMS && 2 * FILM_COLUMNS <= SUMS && 4 * FILM_COLUMNS >= SUMS ? 1 : -1];
+
+/* Weighted sum of the sixteen rows of neighbours. columns: a constant at each call, at most SUMS */
 static inline void add_rows(const double *block, ptrdiff_t by_speed, ptrdiff_t by_temperature, const double plane[16],
                             double sums[], int columns)
 {
-    double run[16] = {0.0};
+    double run[SUMS] = {0.0};
 
     for (int b = 0; b < 4; ++b) {
         for (int c = 0; c < 4; ++c) {

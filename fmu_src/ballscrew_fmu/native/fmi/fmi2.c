@@ -144,18 +144,6 @@ fmi2Status fmi2SetBoolean(fmi2Component instance, const fmi2ValueReference vr[],
     return (fmi2Status)instance_end(self, status);
 }
 
-/* Types without variables. */
-#define FMI2_NO_VARIABLES(name, type, states, ...) \
-    fmi2Status name(fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, __VA_ARGS__) \
-    { \
-        BEGIN(fmi2Error, #name, BOTH_KINDS, states) \
-        return (fmi2Status)instance_end(self, instance_no_variables(self, type, vr, nvr)); \
-    }
-FMI2_NO_VARIABLES(fmi2GetInteger, "Integer", EVALUATED, fmi2Integer value[])
-FMI2_NO_VARIABLES(fmi2SetInteger, "Integer", SETTABLE, const fmi2Integer value[])
-FMI2_NO_VARIABLES(fmi2GetString, "String", EVALUATED, fmi2String value[])
-FMI2_NO_VARIABLES(fmi2SetString, "String", SETTABLE, const fmi2String value[])
-
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance, const fmi2ValueReference vUnknown_ref[],
                                         size_t nUnknown, const fmi2ValueReference vKnown_ref[], size_t nKnown,
                                         const fmi2Real dvKnown[], fmi2Real dvUnknown[])
@@ -282,25 +270,7 @@ fmi2Status fmi2DoStep(fmi2Component instance, fmi2Real currentCommunicationPoint
     return (fmi2Status)instance_step(self, currentCommunicationPoint, communicationStepSize, true, false);
 }
 
-/* steps never run in the background */
-fmi2Status fmi2CancelStep(fmi2Component instance)
-{
-    FMI2_CALL(fmi2CancelStep, KIND_CS, 0U, STATUS_ERROR);
-}
-
-fmi2Status fmi2SetRealInputDerivatives(fmi2Component instance, const fmi2ValueReference vr[], size_t nvr,
-                                       const fmi2Integer order[], const fmi2Real value[])
-{
-    FMI2_CALL(fmi2SetRealInputDerivatives, KIND_CS, INSTANTIATED | INITIALIZATION_MODE | STEP_MODE,
-              instance_fail(self, "no derivatives of inputs: inputs are constant over a step"));
-}
-
-fmi2Status fmi2GetRealOutputDerivatives(fmi2Component instance, const fmi2ValueReference vr[], size_t nvr,
-                                        const fmi2Integer order[], fmi2Real value[])
-{
-    FMI2_CALL(fmi2GetRealOutputDerivatives, KIND_CS, STEP_MODE | TERMINATED | FAILED,
-              instance_fail(self, "no derivatives of outputs over time"));
-}
+#define STATUS_STATES (STEP_MODE | TERMINATED)
 
 /* Other status kinds are for asynchronous steps; fmi2Terminated may be asked after a discarded step, but fmpy takes the
    answer "false" for a step to repeat. */
@@ -309,23 +279,51 @@ static Status no_status(Instance *self, fmi2StatusKind kind)
     return instance_discard(self, "status %d of a step is not available", (int)kind);
 }
 
-#define FMI2_NO_STATUS(name, type) \
-    fmi2Status name(fmi2Component instance, const fmi2StatusKind s, type *value) \
-    { \
-        BEGIN(fmi2Error, #name, KIND_CS, STEP_MODE | TERMINATED) \
-        return (fmi2Status)instance_end(self, no_status(self, s)); \
-    }
-FMI2_NO_STATUS(fmi2GetStatus, fmi2Status)
-FMI2_NO_STATUS(fmi2GetIntegerStatus, fmi2Integer)
-FMI2_NO_STATUS(fmi2GetBooleanStatus, fmi2Boolean)
-FMI2_NO_STATUS(fmi2GetStringStatus, fmi2String)
-
 fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind s, fmi2Real *value)
 {
-    FMI2_BEGIN(fmi2GetRealStatus, KIND_CS, STEP_MODE | TERMINATED)
+    FMI2_BEGIN(fmi2GetRealStatus, KIND_CS, STATUS_STATES)
     if (s != fmi2LastSuccessfulTime || value == NULL) {
         return (fmi2Status)instance_end(self, no_status(self, s));
     }
     *value = self->now.time;
     return fmi2OK;
 }
+
+/* --- what this FMU has not --------------------------------------------------------------------------------------- */
+
+/* Types without variables. */
+#define FMI2_NO_VARIABLES(name, type, states, ...) \
+    fmi2Status name(fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, __VA_ARGS__) \
+    { \
+        BEGIN(fmi2Error, #name, BOTH_KINDS, states) \
+        return (fmi2Status)instance_end(self, instance_no_variables(self, type, vr, nvr)); \
+    }
+FMI2_NO_VARIABLES(fmi2GetInteger, "Integer", EVALUATED, fmi2Integer value[])
+FMI2_NO_VARIABLES(fmi2SetInteger, "Integer", SETTABLE, const fmi2Integer value[])
+FMI2_NO_VARIABLES(fmi2GetString, "String", EVALUATED, fmi2String value[])
+FMI2_NO_VARIABLES(fmi2SetString, "String", SETTABLE, const fmi2String value[])
+
+/* Functions without use. Steps never run in the background. */
+#define FMI2_REFUSED(name, states, refused, ...) \
+    fmi2Status name(__VA_ARGS__) \
+    { \
+        BEGIN(fmi2Error, #name, KIND_CS, states) \
+        return (fmi2Status)instance_end(self, refused); \
+    }
+FMI2_REFUSED(fmi2CancelStep, 0U, STATUS_ERROR, fmi2Component instance)
+FMI2_REFUSED(fmi2SetRealInputDerivatives, INSTANTIATED | INITIALIZATION_MODE | STEP_MODE,
+             instance_fail(self, "no derivatives of inputs: inputs are constant over a step"),
+             fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
+             const fmi2Real value[])
+FMI2_REFUSED(fmi2GetRealOutputDerivatives, STEP_MODE | TERMINATED | FAILED,
+             instance_fail(self, "no derivatives of outputs over time"),
+             fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, const fmi2Integer order[],
+             fmi2Real value[])
+FMI2_REFUSED(fmi2GetStatus, STATUS_STATES, no_status(self, s), fmi2Component instance, const fmi2StatusKind s,
+             fmi2Status *value)
+FMI2_REFUSED(fmi2GetIntegerStatus, STATUS_STATES, no_status(self, s), fmi2Component instance, const fmi2StatusKind s,
+             fmi2Integer *value)
+FMI2_REFUSED(fmi2GetBooleanStatus, STATUS_STATES, no_status(self, s), fmi2Component instance, const fmi2StatusKind s,
+             fmi2Boolean *value)
+FMI2_REFUSED(fmi2GetStringStatus, STATUS_STATES, no_status(self, s), fmi2Component instance, const fmi2StatusKind s,
+             fmi2String *value)

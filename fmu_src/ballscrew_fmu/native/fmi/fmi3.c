@@ -129,21 +129,6 @@ fmi3Status fmi3Reset(fmi3Instance instance)
     FMI3_CALL(fmi3Reset, BOTH_KINDS, ANY_STATE, instance_reset(self));
 }
 
-static Status no_structure(Instance *self)
-{
-    return instance_fail(self, "no configuration mode: there are no structural parameters");
-}
-
-fmi3Status fmi3EnterConfigurationMode(fmi3Instance instance)
-{
-    FMI3_CALL(fmi3EnterConfigurationMode, BOTH_KINDS, INSTANTIATED | STEP_MODE | EVENT_MODE, no_structure(self));
-}
-
-fmi3Status fmi3ExitConfigurationMode(fmi3Instance instance)
-{
-    FMI3_CALL(fmi3ExitConfigurationMode, BOTH_KINDS, 0U, no_structure(self));
-}
-
 /* --- values ------------------------------------------------------------------------------------------------------ */
 
 /* All variables are scalars: one value for each reference. */
@@ -192,79 +177,7 @@ fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueR
                   : STATUS_ERROR);
 }
 
-/* Types without variables. */
-#define FMI3_NO_VARIABLES(name, type, states, ...) \
-    fmi3Status name(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences, \
-                    __VA_ARGS__) \
-    { \
-        BEGIN(fmi3Error, #name, BOTH_KINDS, states) \
-        return (fmi3Status)instance_end(self, instance_no_variables(self, type, valueReferences, nValueReferences)); \
-    }
-FMI3_NO_VARIABLES(fmi3GetFloat32, "Float32", EVALUATED, fmi3Float32 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetFloat32, "Float32", SETTABLE | CONTINUOUS_TIME_MODE, const fmi3Float32 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetInt8, "Int8", EVALUATED, fmi3Int8 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetInt8, "Int8", SETTABLE, const fmi3Int8 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetUInt8, "UInt8", EVALUATED, fmi3UInt8 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetUInt8, "UInt8", SETTABLE, const fmi3UInt8 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetInt16, "Int16", EVALUATED, fmi3Int16 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetInt16, "Int16", SETTABLE, const fmi3Int16 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetUInt16, "UInt16", EVALUATED, fmi3UInt16 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetUInt16, "UInt16", SETTABLE, const fmi3UInt16 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetInt32, "Int32", EVALUATED, fmi3Int32 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetInt32, "Int32", SETTABLE, const fmi3Int32 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetUInt32, "UInt32", EVALUATED, fmi3UInt32 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetUInt32, "UInt32", SETTABLE, const fmi3UInt32 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetInt64, "Int64", EVALUATED, fmi3Int64 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetInt64, "Int64", SETTABLE, const fmi3Int64 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetUInt64, "UInt64", EVALUATED, fmi3UInt64 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetUInt64, "UInt64", SETTABLE, const fmi3UInt64 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetString, "String", EVALUATED, fmi3String values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetString, "String", SETTABLE, const fmi3String values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetBinary, "Binary", EVALUATED, size_t valueSizes[], fmi3Binary values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetBinary, "Binary", SETTABLE, const size_t valueSizes[], const fmi3Binary values[],
-                  size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetClock, "Clock", AT_EVENTS, fmi3Clock values[])
-FMI3_NO_VARIABLES(fmi3SetClock, "Clock", AT_EVENTS, const fmi3Clock values[])
-FMI3_NO_VARIABLES(fmi3GetIntervalDecimal, "Clock", AT_EVENTS, fmi3Float64 intervals[],
-                  fmi3IntervalQualifier qualifiers[])
-FMI3_NO_VARIABLES(fmi3GetIntervalFraction, "Clock", AT_EVENTS, fmi3UInt64 counters[], fmi3UInt64 resolutions[],
-                  fmi3IntervalQualifier qualifiers[])
-FMI3_NO_VARIABLES(fmi3GetShiftDecimal, "Clock", AT_EVENTS, fmi3Float64 shifts[])
-FMI3_NO_VARIABLES(fmi3GetShiftFraction, "Clock", AT_EVENTS, fmi3UInt64 counters[], fmi3UInt64 resolutions[])
-FMI3_NO_VARIABLES(fmi3SetIntervalDecimal, "Clock", AT_EVENTS, const fmi3Float64 intervals[])
-FMI3_NO_VARIABLES(fmi3SetIntervalFraction, "Clock", AT_EVENTS, const fmi3UInt64 counters[],
-                  const fmi3UInt64 resolutions[])
-FMI3_NO_VARIABLES(fmi3SetShiftDecimal, "Clock", AT_EVENTS, const fmi3Float64 shifts[])
-FMI3_NO_VARIABLES(fmi3SetShiftFraction, "Clock", AT_EVENTS, const fmi3UInt64 counters[],
-                  const fmi3UInt64 resolutions[])
-
-fmi3Status fmi3ActivateModelPartition(fmi3Instance instance, fmi3ValueReference clockReference,
-                                      fmi3Float64 activationTime)
-{
-    FMI3_CALL(fmi3ActivateModelPartition, BOTH_KINDS, 0U, instance_no_variables(self, "Clock", &clockReference, 1));
-}
-
-/* --- structure and derivatives ----------------------------------------------------------------------------------- */
-
-static Status no_elements(Instance *self)
-{
-    return instance_fail(self, "providesPerElementDependencies is false; all variables are scalars, see the model "
-                               "description");
-}
-
-fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance instance, fmi3ValueReference valueReference,
-                                               size_t *nDependencies)
-{
-    FMI3_CALL(fmi3GetNumberOfVariableDependencies, BOTH_KINDS, ANY_STATE, no_elements(self));
-}
-
-fmi3Status fmi3GetVariableDependencies(fmi3Instance instance, fmi3ValueReference dependent,
-                                       size_t elementIndicesOfDependent[], fmi3ValueReference independents[],
-                                       size_t elementIndicesOfIndependents[], fmi3DependencyKind dependencyKinds[],
-                                       size_t nDependencies)
-{
-    FMI3_CALL(fmi3GetVariableDependencies, BOTH_KINDS, ANY_STATE, no_elements(self));
-}
+/* --- derivatives --------------------------------------------------------------------------------------------- */
 
 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
                                         const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],
@@ -326,12 +239,6 @@ fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte seriali
 fmi3Status fmi3EnterEventMode(fmi3Instance instance)
 {
     FMI3_CALL(fmi3EnterEventMode, KIND_ME, CONTINUOUS_TIME_MODE, instance_enter(self, EVENT_MODE));
-}
-
-fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance)
-{
-    FMI3_CALL(fmi3EvaluateDiscreteStates, BOTH_KINDS, AT_EVENTS,
-              instance_fail(self, "providesEvaluateDiscreteStates is false"));
 }
 
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
@@ -420,20 +327,6 @@ fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nConti
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
-/* no event mode to leave */
-fmi3Status fmi3EnterStepMode(fmi3Instance instance)
-{
-    FMI3_CALL(fmi3EnterStepMode, KIND_CS, 0U, STATUS_ERROR);
-}
-
-fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueReference valueReferences[],
-                                    size_t nValueReferences, const fmi3Int32 orders[], fmi3Float64 values[],
-                                    size_t nValues)
-{
-    FMI3_CALL(fmi3GetOutputDerivatives, KIND_CS, STEP_MODE | TERMINATED | FAILED,
-              instance_fail(self, "no derivatives of outputs over time"));
-}
-
 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoint, fmi3Float64 communicationStepSize,
                       fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded,
                       fmi3Boolean *terminateSimulation, fmi3Boolean *earlyReturn, fmi3Float64 *lastSuccessfulTime)
@@ -448,3 +341,77 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     PUT(lastSuccessfulTime, self->now.time);
     return (fmi3Status)status;
 }
+
+/* --- what this FMU has not --------------------------------------------------------------------------------------- */
+
+/* Types without variables. */
+#define FMI3_NO_VARIABLES(name, type, states, ...) \
+    fmi3Status name(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences, \
+                    __VA_ARGS__) \
+    { \
+        BEGIN(fmi3Error, #name, BOTH_KINDS, states) \
+        return (fmi3Status)instance_end(self, instance_no_variables(self, type, valueReferences, nValueReferences)); \
+    }
+FMI3_NO_VARIABLES(fmi3GetFloat32, "Float32", EVALUATED, fmi3Float32 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3SetFloat32, "Float32", SETTABLE | CONTINUOUS_TIME_MODE, const fmi3Float32 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3GetInt8, "Int8", EVALUATED, fmi3Int8 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3SetInt8, "Int8", SETTABLE, const fmi3Int8 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3GetUInt8, "UInt8", EVALUATED, fmi3UInt8 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3SetUInt8, "UInt8", SETTABLE, const fmi3UInt8 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3GetInt16, "Int16", EVALUATED, fmi3Int16 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3SetInt16, "Int16", SETTABLE, const fmi3Int16 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3GetUInt16, "UInt16", EVALUATED, fmi3UInt16 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3SetUInt16, "UInt16", SETTABLE, const fmi3UInt16 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3GetInt32, "Int32", EVALUATED, fmi3Int32 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3SetInt32, "Int32", SETTABLE, const fmi3Int32 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3GetUInt32, "UInt32", EVALUATED, fmi3UInt32 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3SetUInt32, "UInt32", SETTABLE, const fmi3UInt32 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3GetInt64, "Int64", EVALUATED, fmi3Int64 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3SetInt64, "Int64", SETTABLE, const fmi3Int64 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3GetUInt64, "UInt64", EVALUATED, fmi3UInt64 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3SetUInt64, "UInt64", SETTABLE, const fmi3UInt64 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3GetString, "String", EVALUATED, fmi3String values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3SetString, "String", SETTABLE, const fmi3String values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3GetBinary, "Binary", EVALUATED, size_t valueSizes[], fmi3Binary values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3SetBinary, "Binary", SETTABLE, const size_t valueSizes[], const fmi3Binary values[],
+                  size_t nValues)
+FMI3_NO_VARIABLES(fmi3GetClock, "Clock", AT_EVENTS, fmi3Clock values[])
+FMI3_NO_VARIABLES(fmi3SetClock, "Clock", AT_EVENTS, const fmi3Clock values[])
+FMI3_NO_VARIABLES(fmi3GetIntervalDecimal, "Clock", AT_EVENTS, fmi3Float64 intervals[],
+                  fmi3IntervalQualifier qualifiers[])
+FMI3_NO_VARIABLES(fmi3GetIntervalFraction, "Clock", AT_EVENTS, fmi3UInt64 counters[], fmi3UInt64 resolutions[],
+                  fmi3IntervalQualifier qualifiers[])
+FMI3_NO_VARIABLES(fmi3GetShiftDecimal, "Clock", AT_EVENTS, fmi3Float64 shifts[])
+FMI3_NO_VARIABLES(fmi3GetShiftFraction, "Clock", AT_EVENTS, fmi3UInt64 counters[], fmi3UInt64 resolutions[])
+FMI3_NO_VARIABLES(fmi3SetIntervalDecimal, "Clock", AT_EVENTS, const fmi3Float64 intervals[])
+FMI3_NO_VARIABLES(fmi3SetIntervalFraction, "Clock", AT_EVENTS, const fmi3UInt64 counters[],
+                  const fmi3UInt64 resolutions[])
+FMI3_NO_VARIABLES(fmi3SetShiftDecimal, "Clock", AT_EVENTS, const fmi3Float64 shifts[])
+FMI3_NO_VARIABLES(fmi3SetShiftFraction, "Clock", AT_EVENTS, const fmi3UInt64 counters[],
+                  const fmi3UInt64 resolutions[])
+
+/* Functions without use. A step has no event mode to leave. */
+#define FMI3_REFUSED(name, kinds, states, reason, ...) \
+    fmi3Status name(__VA_ARGS__) \
+    { \
+        BEGIN(fmi3Error, #name, kinds, states) \
+        return (fmi3Status)instance_end(self, instance_fail(self, reason)); \
+    }
+#define NO_STRUCTURE "no configuration mode: there are no structural parameters"
+#define NO_ELEMENTS "providesPerElementDependencies is false; all variables are scalars, see the model description"
+FMI3_REFUSED(fmi3EnterConfigurationMode, BOTH_KINDS, INSTANTIATED | STEP_MODE | EVENT_MODE, NO_STRUCTURE,
+             fmi3Instance instance)
+FMI3_REFUSED(fmi3ExitConfigurationMode, BOTH_KINDS, 0U, NO_STRUCTURE, fmi3Instance instance)
+FMI3_REFUSED(fmi3GetNumberOfVariableDependencies, BOTH_KINDS, ANY_STATE, NO_ELEMENTS, fmi3Instance instance,
+             fmi3ValueReference valueReference, size_t *nDependencies)
+FMI3_REFUSED(fmi3GetVariableDependencies, BOTH_KINDS, ANY_STATE, NO_ELEMENTS, fmi3Instance instance,
+             fmi3ValueReference dependent, size_t elementIndicesOfDependent[], fmi3ValueReference independents[],
+             size_t elementIndicesOfIndependents[], fmi3DependencyKind dependencyKinds[], size_t nDependencies)
+FMI3_REFUSED(fmi3EvaluateDiscreteStates, BOTH_KINDS, AT_EVENTS, "providesEvaluateDiscreteStates is false",
+             fmi3Instance instance)
+FMI3_REFUSED(fmi3ActivateModelPartition, BOTH_KINDS, 0U, "no clocks", fmi3Instance instance,
+             fmi3ValueReference clockReference, fmi3Float64 activationTime)
+FMI3_REFUSED(fmi3EnterStepMode, KIND_CS, 0U, "no event mode", fmi3Instance instance)
+FMI3_REFUSED(fmi3GetOutputDerivatives, KIND_CS, STEP_MODE | TERMINATED | FAILED,
+             "no derivatives of outputs over time", fmi3Instance instance, const fmi3ValueReference valueReferences[],
+             size_t nValueReferences, const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues)

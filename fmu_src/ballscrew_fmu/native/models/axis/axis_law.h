@@ -5,7 +5,6 @@
 
 #include "contacts.h"
 #include "named_parts.h"
-#include "step_context.h"
 
 #define STANDARD_GRAVITY 9.80665 /* [m/s2] */
 #define STEEL_DENSITY 7850.0     /* [kg/m3] */
@@ -13,6 +12,16 @@
 #define LEAST_MASS 1e-6          /* [kg] of the table; of the screw with a support */
 #define AXIS_FOLLOW_TIME 3e-5    /* [s] model exchange, in which an element that slides follows: stiff, as the axis is */
 #define LEAST_TRAVEL 1e-9        /* [m] of the guide to sliding */
+
+/* What the axis needs in addition to the variables. */
+typedef struct StepContext {
+    unsigned slips;  /* bit per element that slides, */
+    int slip;        /* in direction +1 or -1 */
+    double stiffness; /* [N.m/rad] of the elements */
+    int guide_slip;  /* direction of the guide that slides, 0: it follows */
+    double heat;     /* [J] of all steps; model exchange: of events */
+    double supplied; /* [J] of all steps */
+} StepContext;
 
 /* Degrees of freedom. The last one exists with a support only. */
 enum { SHAFT, TABLE, SCREW, FREEDOMS };

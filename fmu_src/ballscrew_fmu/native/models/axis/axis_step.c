@@ -1,7 +1,5 @@
 /* A communication step in pairs of parts. Each is compared with one part of twice the length; the length follows from the
    difference. */
-#include "axis_step.h"
-
 #include "axis_part.h"
 
 #define MOST_PAIRS 20000   /* of parts in a communication step with control of the error */

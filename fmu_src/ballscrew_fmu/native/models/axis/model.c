@@ -1,5 +1,5 @@
 /* Life cycle, outputs, events and derivatives of BallScrewAxis. */
-#include "axis_step.h"
+#include "axis_part.h"
 #include "dual_laws.h"
 #include "screw_model.h"
 #include "text.h"

@@ -3,12 +3,13 @@
 #define BALLSCREW_DUAL_LAWS_H
 
 #include "map.h"
-#include "step_context.h"
 #include "variables.h"
+
+struct StepContext; /* of the model's law */
 
 /* at: inputs, parameters and states; of a step the elements at its start */
 #define slopes_along BALLSCREW_NAMED(BALLSCREW_PREFIX, slopes_along)
 void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
-                  const StepContext *context, double slopes[VARIABLE_COUNT]);
+                  const struct StepContext *context, double slopes[VARIABLE_COUNT]);
 
 #endif

@@ -5,7 +5,17 @@
 #define BALLSCREW_FRICTION_LAW_H
 
 #include "named_parts.h"
-#include "step_context.h"
+
+/* What the elasto-slip elements need in addition to the variables. */
+typedef struct StepContext {
+    double step;     /* [s] that the outputs belong to; 0: an instant */
+    bool continuous; /* model exchange */
+    double stiffness; /* [N.m/rad] of the elements; 0: that of the loads */
+    bool from_side;  /* at the start: the elements follow from presliding_side */
+    unsigned slips;  /* model exchange: bit per element that slides */
+    int slip;        /* +1 or -1 direction in which they slide, 0: none does */
+    double heat;     /* [J] dissipated before the step; model exchange: at events */
+} StepContext;
 
 /* A step without presliding: what the elements stored becomes heat. At an instant nothing happens to them. */
 static inline void presliding_off(const Number at[], double step, Presliding *out)
