@@ -17,12 +17,12 @@
 /* Which map the results are from, that in the resources can be replaced; and of which screw its friction numbers are. */
 static void report_map(Instance *instance)
 {
-    const char *found = instance->map->identity.content_hash, *described = instance->screw.map;
+    const char *result = instance->map->identity.content_hash, *described = instance->screw.map;
 
-    (void)instance_log(instance, STATUS_OK, "map %s, %s friction law", found, map_law_name(instance->map->law));
-    if (strcmp(found, described) != 0) {
+    (void)instance_log(instance, STATUS_OK, "map %s, %s friction law", result, map_law_name(instance->map->law));
+    if (strcmp(result, described) != 0) {
         instance_warn(instance, "map %.12s replaces map %.12s, which the start values of the model description belong to",
-             found, described);
+             result, described);
     }
     if (instance->screw.origin[0] != '\0') {
         instance_warn(instance, "%s", instance->screw.origin);
@@ -198,13 +198,13 @@ INTERNAL Status instance_exit_initialization(Instance *instance)
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
-#define TIME_SHARE 1e-3 /* of a step: allowed difference of communication points, in addition to rounding */
+#define TIME_FRACTION 1e-3 /* of a step: allowed difference of communication points, in addition to rounding */
 
 /* Before a step: arguments and values are checked. */
 static Status begin_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
     InstanceState *now = &instance->now;
-    const double tolerance = TIME_SHARE * step + 4.0 * DBL_EPSILON * fabs(time);
+    const double tolerance = TIME_FRACTION * step + 4.0 * DBL_EPSILON * fabs(time);
     char text[32], other[32];
 
     if (!(is_time(time) && step >= 0.0 && step < TOO_LARGE && (step > 0.0 || zero_allowed))) {

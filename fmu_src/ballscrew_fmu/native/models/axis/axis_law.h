@@ -47,11 +47,11 @@ typedef struct {
     PreslidingLevel level;
 } Point;
 
-/* held: stiffness of the elements [N.m/rad]; 0: that of the loads */
-static inline PreslidingLevel level_of(const Map *map, const Number at[], double held, Loads *loads,
+/* fixed: stiffness of the elements [N.m/rad]; 0: that of the loads */
+static inline PreslidingLevel level_of(const Map *map, const Number at[], double fixed, Loads *loads,
                                        const Friction *friction, const Parts *parts)
 {
-    const Number stiffness = held > 0.0 ? constant(held) : stiffness_at(at, map, loads, friction);
+    const Number stiffness = fixed > 0.0 ? constant(fixed) : stiffness_at(at, map, loads, friction);
     const Number damping = value_of(at[PRESLIDING_DAMPING]) > 0.0 ? at[PRESLIDING_DAMPING]
                                                                   : times(AXIS_DAMPING_TIME, stiffness);
 
@@ -90,18 +90,18 @@ static inline void mechanics_of(const Number at[], Mechanics *out)
 
 static inline bool is_supported(const Mechanics *mechanics) { return value_of(mechanics->support) > 0.0; }
 
-/* Loads of both nuts, and friction at a speed of the screw [rad/s]. held: as in level_of */
-static inline void friction_at(const Map *map, const Number at[], Number speed, double held, Point *point)
+/* Loads of both nuts, and friction at a speed of the screw [rad/s]. fixed: as in level_of */
+static inline void friction_at(const Map *map, const Number at[], Number speed, double fixed, Point *point)
 {
     const Friction friction = friction_of(at);
 
     loads_of_contacts(map, &point->contacts, &point->loads);
     nut_conditions(map, speed, at[TEMPERATURE], &point->conditions);
     nut_parts(map, &point->loads, &point->conditions, NULL, &friction, &point->parts);
-    point->level = level_of(map, at, held, &point->loads, &friction, &point->parts);
+    point->level = level_of(map, at, fixed, &point->loads, &friction, &point->parts);
 }
 
-static inline void point_locate(const Map *map, const Number at[], double held, Point *point)
+static inline void point_locate(const Map *map, const Number at[], double fixed, Point *point)
 {
     Mechanics *mechanics = &point->mechanics;
     Number drift, deflection; /* rate and way by which the screw leads the nut */
@@ -113,7 +113,7 @@ static inline void point_locate(const Map *map, const Number at[], double held, 
         drift = add(drift, at[SCREW_VELOCITY]);
     }
     contacts_of(mechanics->contact, mechanics->approach, deflection, deflection, drift, &point->contacts);
-    friction_at(map, at, at[SPEED], held, point);
+    friction_at(map, at, at[SPEED], fixed, point);
 }
 
 /* Guide, an elasto-slip element: force without viscous part [N], rate of its state, power [W]. */
@@ -173,12 +173,12 @@ static inline void axis_outputs(const Point *point, const Number at[], const Ste
     const Number drag = multiply(at[GUIDE_VISCOUS], velocity);
     const Number coulomb = coulomb_magnitude(&point->parts);
     Presliding elements;
-    Number power, share;
+    Number power, fraction;
 
     presliding_at_instant(&at[PRESLIDING_ELEMENT_1], speed, &point->level, true, context->slips, context->slip,
                           AXIS_FOLLOW_TIME, &elements);
-    share = value_of(coulomb) > 0.0 ? clamped(divide(elements.torque, coulomb), -1.0, 1.0) : constant(0.0);
-    part_outputs(&point->parts, share, loads_nut_a(contacts), speed, out);
+    fraction = value_of(coulomb) > 0.0 ? clamped(divide(elements.torque, coulomb), -1.0, 1.0) : constant(0.0);
+    part_outputs(&point->parts, fraction, loads_nut_a(contacts), speed, out);
     out[GUIDE_FORCE] = add(guide.force, drag);
     out[NUT_FORCE] = force;
     out[FORCE_NUT_A] = contacts->a.force;

@@ -7,7 +7,7 @@
 /* --- from the latched point to outputs --- */
 
 /* [N.m/rad] of the elements; 0 at the start: that of the loads */
-static double held_stiffness(const Model *model)
+static double fixed_stiffness(const Model *model)
 {
     const double of_one = model->last.level.elements.root;
 
@@ -17,7 +17,7 @@ static double held_stiffness(const Model *model)
 INTERNAL const Point *locate(Model *model)
 {
     if (!model->located) {
-        point_locate(model->map, model->latched, held_stiffness(model), &model->point);
+        point_locate(model->map, model->latched, fixed_stiffness(model), &model->point);
         model->located = true;
     }
     return &model->point;
@@ -25,7 +25,7 @@ INTERNAL const Point *locate(Model *model)
 
 static StepContext context_of(const Model *model)
 {
-    const StepContext context = {model->last.slips,      model->last.slip, held_stiffness(model),
+    const StepContext context = {model->last.slips,      model->last.slip, fixed_stiffness(model),
                            model->last.guide_slip, model->heat,      model->supplied};
 
     return context;
@@ -158,7 +158,7 @@ void model_indicators(Model *model)
 
     out[IN_RANGE_INDICATOR] = range_indicator(model);
     out[STIFFNESS_INDICATOR] = model->began && model->continuous
-                                   ? distance_to_stiffness(held_stiffness(model), present_stiffness(model))
+                                   ? distance_to_stiffness(fixed_stiffness(model), present_stiffness(model))
                                    : 1.0;
     for (int i = 0; i < ELEMENTS; ++i) {
         out[SLIP_INDICATOR_1 + i] =
@@ -204,7 +204,7 @@ bool model_event(Model *model)
     present = present_stiffness(model);
     if (stiffness_follows(last->slips == (1U << ELEMENTS) - 1U
                               || elements_free(&value[PRESLIDING_ELEMENT_1], locate(model)->level.unit),
-                          held_stiffness(model), present)) {
+                          fixed_stiffness(model), present)) {
         last->level.elements.root = root(present / ELEMENTS);
         model->located = false;
     }

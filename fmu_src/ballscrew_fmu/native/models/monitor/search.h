@@ -16,7 +16,7 @@
 typedef struct {
     double preload, torque; /* [N], [N.m] */
     double slope;           /* [N.m/N] derivative of torque with respect to preload */
-    bool found;             /* the torque is the wanted one */
+    bool converged;             /* the torque is the target */
     bool speed_clamped, temperature_clamped, axial_load_clamped;
 } Estimate;
 
