@@ -342,7 +342,7 @@ def _row(v: Variable, states: Collection[str]) -> str:
 
 
 def write_sources(folder: Path) -> None:
-    """All sources of each model in its folder, and compile_commands.json, by which each C file compiles alone."""
+    """All sources of each model in a folder of its own, and how each C file compiles alone."""
     from ballscrew_fmu.native_fmu.compile import WARNINGS  # which imports this module
     from ballscrew_tehl.nut_map.file import load_map
 

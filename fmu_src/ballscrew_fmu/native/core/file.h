@@ -1,5 +1,5 @@
-/* Files of the resources: eight characters that name the format, size of the file, checksum of what follows, content.
-   Little-endian, a multiple of eight bytes. */
+/* Files of the resources: eight characters that name the format, size of the file, checksum of what follows,
+   content. Little-endian, a multiple of eight bytes. */
 #ifndef BALLSCREW_FILE_H
 #define BALLSCREW_FILE_H
 
@@ -21,8 +21,8 @@ static inline uint64_t little_endian(const unsigned char bytes[8])
     return value;
 }
 
-INTERNAL bool file_fails(const unsigned char *bytes, size_t size, const char *magic, const char *name, const char *what,
-                         char *message, size_t message_size);
+INTERNAL bool file_fails(const unsigned char *bytes, size_t size, const char *magic, const char *name,
+                         const char *what, char *message, size_t message_size);
 INTERNAL void file_seal(unsigned char *bytes, size_t size, const char *magic);
 #ifndef EMBEDDED_RESOURCES
 INTERNAL const char *end_of_path(const char *path);

@@ -113,7 +113,8 @@ static inline Number viscous_torque_of_nut(const Map *map, const LoadedNut *nut,
         Number torque = divide(exponential(values[t]), add(one, x));
         if (value_of(now->fraction) < 1.0) {
             const Number rough = divide(times(2.0, x), add(one, x));
-            torque = multiply(torque, slow_fraction(map, now->fraction, add(slopes[t], multiply(rough, slopes[h]))));
+            const Number slope = add(slopes[t], multiply(rough, slopes[h]));
+            torque = multiply(torque, slow_fraction(map, now->fraction, slope));
         }
         viscous = add(viscous, torque);
     }
@@ -149,7 +150,8 @@ static inline Number sliding_torque_of_nut(const Map *map, const LoadedNut *nut,
     spin->shear = multiply(nut->fraction, exponential(values[SHEAR_TORQUE]));
     spin->push = nut->sliding_load;
     if (value_of(now->fraction) < 1.0) {
-        const Number rise = coulomb_rise(map, now->fraction, factor, slopes[THRUST_FACTOR], friction->breakaway);
+        const Number rise = coulomb_rise(map, now->fraction, factor, slopes[THRUST_FACTOR],
+                                         friction->breakaway);
         const Number sliding = multiply(add(spin->shear, on_balls), rise);
         spin->shear = multiply(spin->shear, rise);
         spin->push = multiply(spin->push, rise);
@@ -227,7 +229,8 @@ static inline void nut_parts(const Map *map, Loads *loads, const Conditions *now
         Number coefficient = friction->net_sliding;
         if (slow) {
             coefficient = multiply(
-                coefficient, coulomb_rise(map, now->fraction, constant(1.0), constant(0.0), friction->breakaway));
+                coefficient,
+                coulomb_rise(map, now->fraction, constant(1.0), constant(0.0), friction->breakaway));
         }
         out->sliding = multiply(coefficient, loads->sliding_load);
         relieved_sliding = multiply(coefficient, loads->nut[0].sliding_load);
@@ -257,7 +260,8 @@ static inline Films films_of_nut(const Map *map, const LoadedNut *nut, const Con
     out.pressure =
         multiply(nut->third, exponential(weighted(nut->weight, curves + CONTACT_PRESSURE_MAX_CURVE, CURVE_COLUMNS)));
     out.ball_load =
-        multiply(nut->fraction, exponential(weighted(nut->weight, curves + BALL_LOAD_MAX_CURVE, CURVE_COLUMNS)));
+        multiply(nut->fraction,
+                 exponential(weighted(nut->weight, curves + BALL_LOAD_MAX_CURVE, CURVE_COLUMNS)));
     return out;
 }
 

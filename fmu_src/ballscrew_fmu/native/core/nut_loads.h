@@ -115,8 +115,9 @@ static inline Number weighted(const Number w[4], const double *values, int strid
 
 enum { SUMS = 16 }; /* at once, in registers */
 
-/* Fails to compile if a sum of contract, or a plane of neighbours, does not fit. */
-typedef char columns_fit[4 * TORQUE_COLUMNS <= SUMS && 2 * FILM_COLUMNS <= SUMS && 4 * FILM_COLUMNS >= SUMS ? 1 : -1];
+/* Fails to compile if the sums of nut_law.h, or the weights of a plane in a Row, do not fit. */
+typedef char sums_fit[4 * TORQUE_COLUMNS <= SUMS && 2 * FILM_COLUMNS <= SUMS ? 1 : -1];
+typedef char plane_fits[4 * FILM_COLUMNS >= 16 && FILM_COLUMNS >= TORQUE_COLUMNS ? 1 : -1];
 
 /* Weighted sum of the sixteen rows of neighbours. columns: a constant at each call, at most SUMS */
 static inline void add_rows(const double *block, ptrdiff_t by_speed, ptrdiff_t by_temperature, const double plane[16],
@@ -215,7 +216,8 @@ static inline void nut_forces(const Map *map, Number preload, Number axial_load,
         return;
     }
     spline_weights(axis_position(&map->preload, clamped(preload, map->preload.lo, map->preload.hi), &p), w_p);
-    fraction = divide(load, multiply(preload, exponential(weighted(w_p, map->separation + side * n_p + p, 1))));
+    fraction = divide(load,
+                      multiply(preload, exponential(weighted(w_p, map->separation + side * n_p + p, 1))));
     if (value_of(fraction) >= 1.0) {
         return; /* the nuts are separated: the relieved one is unloaded */
     }

@@ -63,7 +63,10 @@ static inline double distance_to_stiffness(double fixed, double present)
     if (fixed == present) {
         return 1.0;
     }
-    return fixed > 0.0 && present > 0.0 ? STIFFNESS_RATIO - (fixed > present ? fixed / present : present / fixed) : -1.0;
+    if (!(fixed > 0.0 && present > 0.0)) {
+        return -1.0;
+    }
+    return STIFFNESS_RATIO - (fixed > present ? fixed / present : present / fixed);
 }
 
 /* Whether no element holds a load, or all slide. unit: limit of the first element. */
@@ -199,7 +202,8 @@ static inline void presliding_at_instant(const Number element[ELEMENTS], Number 
 
             out->rate[i] = multiply(level->root, speed);
             along = add(along, signed_limited);
-            power = add(power, multiply(subtract(signed_limited, loaded), pace)); /* 0 unless above a level that decreases */
+            /* 0 unless above a level that decreases */
+            power = add(power, multiply(subtract(signed_limited, loaded), pace));
             ++moving;
         }
     }

@@ -82,12 +82,14 @@ fmi2Status fmi2SetupExperiment(fmi2Component instance, fmi2Boolean toleranceDefi
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component instance)
 {
-    FMI2_CALL(fmi2EnterInitializationMode, BOTH_KINDS, INSTANTIATED, instance_enter(self, INITIALIZATION_MODE));
+    FMI2_CALL(fmi2EnterInitializationMode, BOTH_KINDS, INSTANTIATED,
+              instance_enter(self, INITIALIZATION_MODE));
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component instance)
 {
-    FMI2_CALL(fmi2ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE, instance_exit_initialization(self));
+    FMI2_CALL(fmi2ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE,
+              instance_exit_initialization(self));
 }
 
 fmi2Status fmi2Terminate(fmi2Component instance)
@@ -107,9 +109,11 @@ fmi2Status fmi2GetReal(fmi2Component instance, const fmi2ValueReference vr[], si
     FMI2_CALL(fmi2GetReal, BOTH_KINDS, EVALUATED, instance_get_reals(self, vr, nvr, value));
 }
 
-fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, const fmi2Real value[])
+fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference vr[], size_t nvr,
+                       const fmi2Real value[])
 {
-    FMI2_CALL(fmi2SetReal, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE, instance_set(self, vr, nvr, value, false));
+    FMI2_CALL(fmi2SetReal, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE,
+              instance_set(self, vr, nvr, value, false));
 }
 
 fmi2Status fmi2GetBoolean(fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
@@ -149,7 +153,8 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance, const fmi2ValueR
                                         const fmi2Real dvKnown[], fmi2Real dvUnknown[])
 {
     FMI2_CALL(fmi2GetDirectionalDerivative, BOTH_KINDS, EVALUATED,
-              instance_derivative(self, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, dvUnknown, false));
+              instance_derivative(self, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, dvUnknown,
+                                  false));
 }
 
 /* --- saved states ------------------------------------------------------------------------------------------------ */
@@ -171,7 +176,8 @@ fmi2Status fmi2FreeFMUstate(fmi2Component instance, fmi2FMUstate *FMUstate)
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component instance, fmi2FMUstate FMUstate, size_t *size)
 {
-    FMI2_CALL(fmi2SerializedFMUstateSize, BOTH_KINDS, ANY_STATE, instance_serialized_size(self, FMUstate, size));
+    FMI2_CALL(fmi2SerializedFMUstateSize, BOTH_KINDS, ANY_STATE,
+              instance_serialized_size(self, FMUstate, size));
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component instance, fmi2FMUstate FMUstate, fmi2Byte serializedState[],
@@ -192,7 +198,8 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component instance, const fmi2Byte serial
 
 fmi2Status fmi2EnterEventMode(fmi2Component instance)
 {
-    FMI2_CALL(fmi2EnterEventMode, KIND_ME, EVENT_MODE | CONTINUOUS_TIME_MODE, instance_enter(self, EVENT_MODE));
+    FMI2_CALL(fmi2EnterEventMode, KIND_ME, EVENT_MODE | CONTINUOUS_TIME_MODE,
+              instance_enter(self, EVENT_MODE));
 }
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component instance, fmi2EventInfo *eventInfo)
@@ -240,12 +247,14 @@ fmi2Status fmi2SetContinuousStates(fmi2Component instance, const fmi2Real x[], s
 
 fmi2Status fmi2GetContinuousStates(fmi2Component instance, fmi2Real x[], size_t nx)
 {
-    FMI2_CALL(fmi2GetContinuousStates, KIND_ME, EVALUATED, instance_get_all(self, CAUSALITY_STATE, false, x, nx));
+    FMI2_CALL(fmi2GetContinuousStates, KIND_ME, EVALUATED,
+              instance_get_all(self, CAUSALITY_STATE, false, x, nx));
 }
 
 fmi2Status fmi2GetDerivatives(fmi2Component instance, fmi2Real derivatives[], size_t nx)
 {
-    FMI2_CALL(fmi2GetDerivatives, KIND_ME, EVALUATED, instance_get_all(self, CAUSALITY_RATE, false, derivatives, nx));
+    FMI2_CALL(fmi2GetDerivatives, KIND_ME, EVALUATED,
+              instance_get_all(self, CAUSALITY_RATE, false, derivatives, nx));
 }
 
 fmi2Status fmi2GetEventIndicators(fmi2Component instance, fmi2Real eventIndicators[], size_t ni)
@@ -321,9 +330,9 @@ FMI2_REFUSED(fmi2GetRealOutputDerivatives, STEP_MODE | TERMINATED | FAILED,
              fmi2Real value[])
 FMI2_REFUSED(fmi2GetStatus, STATUS_STATES, no_status(self, s), fmi2Component instance, const fmi2StatusKind s,
              fmi2Status *value)
-FMI2_REFUSED(fmi2GetIntegerStatus, STATUS_STATES, no_status(self, s), fmi2Component instance, const fmi2StatusKind s,
-             fmi2Integer *value)
-FMI2_REFUSED(fmi2GetBooleanStatus, STATUS_STATES, no_status(self, s), fmi2Component instance, const fmi2StatusKind s,
-             fmi2Boolean *value)
-FMI2_REFUSED(fmi2GetStringStatus, STATUS_STATES, no_status(self, s), fmi2Component instance, const fmi2StatusKind s,
-             fmi2String *value)
+FMI2_REFUSED(fmi2GetIntegerStatus, STATUS_STATES, no_status(self, s), fmi2Component instance,
+             const fmi2StatusKind s, fmi2Integer *value)
+FMI2_REFUSED(fmi2GetBooleanStatus, STATUS_STATES, no_status(self, s), fmi2Component instance,
+             const fmi2StatusKind s, fmi2Boolean *value)
+FMI2_REFUSED(fmi2GetStringStatus, STATUS_STATES, no_status(self, s), fmi2Component instance,
+             const fmi2StatusKind s, fmi2String *value)

@@ -116,7 +116,8 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
 {
-    FMI3_CALL(fmi3ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE, instance_exit_initialization(self));
+    FMI3_CALL(fmi3ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE,
+              instance_exit_initialization(self));
 }
 
 fmi3Status fmi3Terminate(fmi3Instance instance)
@@ -141,8 +142,8 @@ static bool equal_counts(Instance *self, size_t references, size_t values)
     return references == values;
 }
 
-fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                          fmi3Float64 values[], size_t nValues)
+fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[],
+                          size_t nValueReferences, fmi3Float64 values[], size_t nValues)
 {
     FMI3_CALL(fmi3GetFloat64, BOTH_KINDS, EVALUATED,
               equal_counts(self, nValueReferences, nValues)
@@ -150,8 +151,8 @@ fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueR
                   : STATUS_ERROR);
 }
 
-fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                          const fmi3Float64 values[], size_t nValues)
+fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[],
+                          size_t nValueReferences, const fmi3Float64 values[], size_t nValues)
 {
     FMI3_CALL(fmi3SetFloat64, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE,
               equal_counts(self, nValueReferences, nValues)
@@ -159,8 +160,8 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueR
                   : STATUS_ERROR);
 }
 
-fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                          fmi3Boolean values[], size_t nValues)
+fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[],
+                          size_t nValueReferences, fmi3Boolean values[], size_t nValues)
 {
     FMI3_CALL(fmi3GetBoolean, BOTH_KINDS, EVALUATED,
               equal_counts(self, nValueReferences, nValues)
@@ -168,8 +169,8 @@ fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueR
                   : STATUS_ERROR);
 }
 
-fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-                          const fmi3Boolean values[], size_t nValues)
+fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[],
+                          size_t nValueReferences, const fmi3Boolean values[], size_t nValues)
 {
     FMI3_CALL(fmi3SetBoolean, BOTH_KINDS, SETTABLE,
               equal_counts(self, nValueReferences, nValues)
@@ -177,11 +178,12 @@ fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueR
                   : STATUS_ERROR);
 }
 
-/* --- derivatives --------------------------------------------------------------------------------------------- */
+/* --- derivatives ------------------------------------------------------------------------------------------------- */
 
-fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
-                                        const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],
-                                        size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity)
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[],
+                                        size_t nUnknowns, const fmi3ValueReference knowns[], size_t nKnowns,
+                                        const fmi3Float64 seed[], size_t nSeed, fmi3Float64 sensitivity[],
+                                        size_t nSensitivity)
 {
     FMI3_CALL(fmi3GetDirectionalDerivative, BOTH_KINDS, EVALUATED,
               equal_counts(self, nKnowns, nSeed) && equal_counts(self, nUnknowns, nSensitivity)
@@ -189,9 +191,10 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueRe
                   : STATUS_ERROR);
 }
 
-fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
-                                    const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],
-                                    size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity)
+fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[],
+                                    size_t nUnknowns, const fmi3ValueReference knowns[], size_t nKnowns,
+                                    const fmi3Float64 seed[], size_t nSeed, fmi3Float64 sensitivity[],
+                                    size_t nSensitivity)
 {
     FMI3_CALL(fmi3GetAdjointDerivative, BOTH_KINDS, EVALUATED,
               equal_counts(self, nUnknowns, nSeed) && equal_counts(self, nKnowns, nSensitivity)
@@ -218,13 +221,15 @@ fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState FMUState, size_t *size)
 {
-    FMI3_CALL(fmi3SerializedFMUStateSize, BOTH_KINDS, ANY_STATE, instance_serialized_size(self, FMUState, size));
+    FMI3_CALL(fmi3SerializedFMUStateSize, BOTH_KINDS, ANY_STATE,
+              instance_serialized_size(self, FMUState, size));
 }
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[],
                                  size_t size)
 {
-    FMI3_CALL(fmi3SerializeFMUState, BOTH_KINDS, ANY_STATE, instance_serialize(self, FMUState, serializedState, size));
+    FMI3_CALL(fmi3SerializeFMUState, BOTH_KINDS, ANY_STATE,
+              instance_serialize(self, FMUState, serializedState, size));
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte serializedState[], size_t size,
@@ -288,7 +293,8 @@ fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 cont
               instance_set_states(self, continuousStates, nContinuousStates));
 }
 
-fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 continuousStates[], size_t nContinuousStates)
+fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 continuousStates[],
+                                   size_t nContinuousStates)
 {
     FMI3_CALL(fmi3GetContinuousStates, KIND_ME, EVALUATED,
               instance_get_all(self, CAUSALITY_STATE, false, continuousStates, nContinuousStates));
@@ -301,13 +307,15 @@ fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 
               instance_get_all(self, CAUSALITY_RATE, false, derivatives, nContinuousStates));
 }
 
-fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 eventIndicators[], size_t nEventIndicators)
+fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 eventIndicators[],
+                                  size_t nEventIndicators)
 {
     FMI3_CALL(fmi3GetEventIndicators, KIND_ME, EVALUATED,
               instance_get_all(self, CAUSALITY_INDICATOR, false, eventIndicators, nEventIndicators));
 }
 
-fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 nominals[], size_t nContinuousStates)
+fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 nominals[],
+                                             size_t nContinuousStates)
 {
     FMI3_CALL(fmi3GetNominalsOfContinuousStates, KIND_ME, EVALUATED,
               instance_get_nominals(self, nominals, nContinuousStates));
@@ -346,14 +354,16 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
 
 /* Types without variables. */
 #define FMI3_NO_VARIABLES(name, type, states, ...) \
-    fmi3Status name(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences, \
-                    __VA_ARGS__) \
+    fmi3Status name(fmi3Instance instance, const fmi3ValueReference valueReferences[], \
+                    size_t nValueReferences, __VA_ARGS__) \
     { \
         BEGIN(fmi3Error, #name, BOTH_KINDS, states) \
-        return (fmi3Status)instance_end(self, instance_no_variables(self, type, valueReferences, nValueReferences)); \
+        return (fmi3Status)instance_end(self, instance_no_variables(self, type, valueReferences, \
+                                                                    nValueReferences)); \
     }
 FMI3_NO_VARIABLES(fmi3GetFloat32, "Float32", EVALUATED, fmi3Float32 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetFloat32, "Float32", SETTABLE | CONTINUOUS_TIME_MODE, const fmi3Float32 values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3SetFloat32, "Float32", SETTABLE | CONTINUOUS_TIME_MODE, const fmi3Float32 values[],
+                  size_t nValues)
 FMI3_NO_VARIABLES(fmi3GetInt8, "Int8", EVALUATED, fmi3Int8 values[], size_t nValues)
 FMI3_NO_VARIABLES(fmi3SetInt8, "Int8", SETTABLE, const fmi3Int8 values[], size_t nValues)
 FMI3_NO_VARIABLES(fmi3GetUInt8, "UInt8", EVALUATED, fmi3UInt8 values[], size_t nValues)
@@ -372,15 +382,16 @@ FMI3_NO_VARIABLES(fmi3GetUInt64, "UInt64", EVALUATED, fmi3UInt64 values[], size_
 FMI3_NO_VARIABLES(fmi3SetUInt64, "UInt64", SETTABLE, const fmi3UInt64 values[], size_t nValues)
 FMI3_NO_VARIABLES(fmi3GetString, "String", EVALUATED, fmi3String values[], size_t nValues)
 FMI3_NO_VARIABLES(fmi3SetString, "String", SETTABLE, const fmi3String values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetBinary, "Binary", EVALUATED, size_t valueSizes[], fmi3Binary values[], size_t nValues)
+FMI3_NO_VARIABLES(fmi3GetBinary, "Binary", EVALUATED, size_t valueSizes[], fmi3Binary values[],
+                  size_t nValues)
 FMI3_NO_VARIABLES(fmi3SetBinary, "Binary", SETTABLE, const size_t valueSizes[], const fmi3Binary values[],
                   size_t nValues)
 FMI3_NO_VARIABLES(fmi3GetClock, "Clock", AT_EVENTS, fmi3Clock values[])
 FMI3_NO_VARIABLES(fmi3SetClock, "Clock", AT_EVENTS, const fmi3Clock values[])
 FMI3_NO_VARIABLES(fmi3GetIntervalDecimal, "Clock", AT_EVENTS, fmi3Float64 intervals[],
                   fmi3IntervalQualifier qualifiers[])
-FMI3_NO_VARIABLES(fmi3GetIntervalFraction, "Clock", AT_EVENTS, fmi3UInt64 counters[], fmi3UInt64 resolutions[],
-                  fmi3IntervalQualifier qualifiers[])
+FMI3_NO_VARIABLES(fmi3GetIntervalFraction, "Clock", AT_EVENTS, fmi3UInt64 counters[],
+                  fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
 FMI3_NO_VARIABLES(fmi3GetShiftDecimal, "Clock", AT_EVENTS, fmi3Float64 shifts[])
 FMI3_NO_VARIABLES(fmi3GetShiftFraction, "Clock", AT_EVENTS, fmi3UInt64 counters[], fmi3UInt64 resolutions[])
 FMI3_NO_VARIABLES(fmi3SetIntervalDecimal, "Clock", AT_EVENTS, const fmi3Float64 intervals[])
@@ -398,20 +409,22 @@ FMI3_NO_VARIABLES(fmi3SetShiftFraction, "Clock", AT_EVENTS, const fmi3UInt64 cou
         return (fmi3Status)instance_end(self, instance_fail(self, reason)); \
     }
 #define NO_STRUCTURE "no configuration mode: there are no structural parameters"
-#define NO_ELEMENTS "providesPerElementDependencies is false; all variables are scalars, see the model description"
+#define NO_ELEMENTS "providesPerElementDependencies is false; all variables are scalars"
 FMI3_REFUSED(fmi3EnterConfigurationMode, BOTH_KINDS, INSTANTIATED | STEP_MODE | EVENT_MODE, NO_STRUCTURE,
              fmi3Instance instance)
 FMI3_REFUSED(fmi3ExitConfigurationMode, BOTH_KINDS, 0U, NO_STRUCTURE, fmi3Instance instance)
 FMI3_REFUSED(fmi3GetNumberOfVariableDependencies, BOTH_KINDS, ANY_STATE, NO_ELEMENTS, fmi3Instance instance,
              fmi3ValueReference valueReference, size_t *nDependencies)
 FMI3_REFUSED(fmi3GetVariableDependencies, BOTH_KINDS, ANY_STATE, NO_ELEMENTS, fmi3Instance instance,
-             fmi3ValueReference dependent, size_t elementIndicesOfDependent[], fmi3ValueReference independents[],
-             size_t elementIndicesOfIndependents[], fmi3DependencyKind dependencyKinds[], size_t nDependencies)
+             fmi3ValueReference dependent, size_t elementIndicesOfDependent[],
+             fmi3ValueReference independents[], size_t elementIndicesOfIndependents[],
+             fmi3DependencyKind dependencyKinds[], size_t nDependencies)
 FMI3_REFUSED(fmi3EvaluateDiscreteStates, BOTH_KINDS, AT_EVENTS, "providesEvaluateDiscreteStates is false",
              fmi3Instance instance)
 FMI3_REFUSED(fmi3ActivateModelPartition, BOTH_KINDS, 0U, "no clocks", fmi3Instance instance,
              fmi3ValueReference clockReference, fmi3Float64 activationTime)
 FMI3_REFUSED(fmi3EnterStepMode, KIND_CS, 0U, "no event mode", fmi3Instance instance)
 FMI3_REFUSED(fmi3GetOutputDerivatives, KIND_CS, STEP_MODE | TERMINATED | FAILED,
-             "no derivatives of outputs over time", fmi3Instance instance, const fmi3ValueReference valueReferences[],
-             size_t nValueReferences, const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues)
+             "no derivatives of outputs over time", fmi3Instance instance,
+             const fmi3ValueReference valueReferences[], size_t nValueReferences, const fmi3Int32 orders[],
+             fmi3Float64 values[], size_t nValues)

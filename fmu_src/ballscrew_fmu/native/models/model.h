@@ -2,9 +2,9 @@
    monitor of its preload. Each FMU has one of them.
 
    All state is in Model, which is plain data and is saved by copying it. A model allocates no memory and has no global
-   data except constant tables. The fields of Model from films_known on follow from the others. The latched values are those that the outputs belong to. A reference is the index of a
-   variable in the table of variables.h, not its value reference in FMI. Every Model has map, value, latched,
-   continuous. */
+   data except constant tables. The fields of Model from films_known on follow from the others. The latched values
+   are those that the outputs belong to. A reference is the index of a variable in the table of variables.h, not
+   its value reference in FMI. Every Model has map, value, latched, continuous, films_known. */
 #ifndef BALLSCREW_MODEL_H
 #define BALLSCREW_MODEL_H
 

@@ -19,7 +19,8 @@ static void report_map(Instance *instance)
 {
     const char *result = instance->map->identity.content_hash, *described = instance->screw.map;
 
-    (void)instance_log(instance, STATUS_OK, "map %s, %s friction law", result, map_law_name(instance->map->law));
+    (void)instance_log(instance, STATUS_OK, "map %s, %s friction law", result,
+                       map_law_name(instance->map->law));
     if (strcmp(result, described) != 0) {
         instance_warn(instance, "map %.12s replaces map %.12s, which the start values of the model description belong to",
              result, described);
@@ -198,7 +199,7 @@ INTERNAL Status instance_exit_initialization(Instance *instance)
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
-#define TIME_FRACTION 1e-3 /* of a step: allowed difference of communication points, in addition to rounding */
+#define TIME_FRACTION 1e-3 /* of a step: allowed difference of communication points, besides rounding */
 
 /* Before a step: arguments and values are checked. */
 static Status begin_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)

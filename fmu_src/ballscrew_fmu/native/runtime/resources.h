@@ -3,7 +3,7 @@
 
 #include "instance.h"
 
-INTERNAL Map *importer_resources(const Importer *importer, const char *name, const char *token, const char *resources,
-                                 Screw *screw);
+INTERNAL Map *importer_resources(const Importer *importer, const char *name, const char *token,
+                                 const char *resources, Screw *screw);
 
 #endif

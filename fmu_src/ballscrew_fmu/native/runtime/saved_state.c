@@ -1,5 +1,5 @@
-/* Saved states of an instance, in memory, and as bytes: a file of file.c with what a state must belong to, then the state
-   as it is in memory, which only a library with the same structs reads. */
+/* Saved states of an instance, in memory, and as bytes: a file of file.c with what a state must belong to, then the
+   state as it is in memory, which only a library with the same structs reads. */
 #include "saved_state.h"
 
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 #define STATE_MAGIC "BSFSTA06" /* ends with the version of the layout */
 #define OWNER_SIZE (3 * HASH_SIZE)
 #define STATE_FROM (FILE_HEAD_SIZE + OWNER_SIZE)
-/* The last fields, from this one on, follow from the others: a state that is read has them not. */
+/* The fields from films_known on follow from the others and are not saved. */
 #define STATE_BYTES (offsetof(InstanceState, model) + offsetof(Model, films_known))
 #define STATE_SIZE ((STATE_FROM + STATE_BYTES + 7) / 8 * 8)
 
@@ -84,7 +84,8 @@ static void owner_of(const Instance *instance, unsigned char owner[OWNER_SIZE])
     memset(owner, 0, OWNER_SIZE);
     memcpy(owner, instance->screw.token, strlen(instance->screw.token));
     memcpy(owner + HASH_SIZE, TABLE_HASH, strlen(TABLE_HASH));
-    memcpy(owner + 2 * HASH_SIZE, instance->map->identity.content_hash, strlen(instance->map->identity.content_hash));
+    memcpy(owner + 2 * HASH_SIZE, instance->map->identity.content_hash,
+           strlen(instance->map->identity.content_hash));
 }
 
 INTERNAL Status instance_serialized_size(Instance *instance, const void *state, size_t *size)

@@ -8,6 +8,7 @@ INTERNAL Status instance_restore(Instance *instance, const void *state);
 INTERNAL Status instance_free_state(void **state);
 INTERNAL Status instance_serialized_size(Instance *instance, const void *state, size_t *size);
 INTERNAL Status instance_serialize(Instance *instance, const void *state, unsigned char *bytes, size_t size);
-INTERNAL Status instance_deserialize(Instance *instance, const unsigned char *bytes, size_t size, void **state);
+INTERNAL Status instance_deserialize(Instance *instance, const unsigned char *bytes, size_t size,
+                                     void **state);
 
 #endif

@@ -6,10 +6,12 @@
 INTERNAL Status instance_missing_array(Instance *instance);
 INTERNAL bool instance_is_valid(Instance *instance);
 INTERNAL void update_outputs(Instance *instance);
-INTERNAL Status instance_get_reals(Instance *instance, const unsigned references[], size_t count, double values[]);
-INTERNAL Status instance_get_booleans(Instance *instance, const unsigned references[], size_t count, bool values[]);
-INTERNAL Status instance_set(Instance *instance, const unsigned references[], size_t count, const void *values,
-                             bool boolean);
+INTERNAL Status instance_get_reals(Instance *instance, const unsigned references[], size_t count,
+                                   double values[]);
+INTERNAL Status instance_get_booleans(Instance *instance, const unsigned references[], size_t count,
+                                      bool values[]);
+INTERNAL Status instance_set(Instance *instance, const unsigned references[], size_t count,
+                             const void *values, bool boolean);
 INTERNAL Status instance_no_variables(Instance *instance, const char *type, const unsigned references[],
                                       size_t count);
 INTERNAL Status instance_put_count(Instance *instance, enum Causality causality, size_t *count);

@@ -161,7 +161,8 @@ static inline void energy_outputs(const Point *point, const Number at[], Number 
 }
 
 /* Outputs and rates at an instant, except those of a whole step, which the model adds. */
-static inline void axis_outputs(const Point *point, const Number at[], const StepContext *context, Number out[])
+static inline void axis_outputs(const Point *point, const Number at[], const StepContext *context,
+                                Number out[])
 {
     const Mechanics *mechanics = &point->mechanics;
     const Contacts *contacts = &point->contacts;
@@ -175,8 +176,8 @@ static inline void axis_outputs(const Point *point, const Number at[], const Ste
     Presliding elements;
     Number power, fraction;
 
-    presliding_at_instant(&at[PRESLIDING_ELEMENT_1], speed, &point->level, true, context->slips, context->slip,
-                          AXIS_FOLLOW_TIME, &elements);
+    presliding_at_instant(&at[PRESLIDING_ELEMENT_1], speed, &point->level, true, context->slips,
+                          context->slip, AXIS_FOLLOW_TIME, &elements);
     fraction = value_of(coulomb) > 0.0 ? clamped(divide(elements.torque, coulomb), -1.0, 1.0) : constant(0.0);
     part_outputs(&point->parts, fraction, loads_nut_a(contacts), speed, out);
     out[GUIDE_FORCE] = add(guide.force, drag);

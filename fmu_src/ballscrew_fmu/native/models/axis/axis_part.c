@@ -53,8 +53,10 @@ typedef struct {
 static Element mean_of_element(double before, double way, double limit)
 {
     const double from = within(before, limit), to = within(from + way, limit);
-    const double fraction = fabs(from + way) <= limit ? 1.0 : (to - from) / way; /* of the way that it follows */
-    const Element out = {to - 0.5 * (to - from) * fraction, 0.5 * fraction * fraction, to - from, fraction == 1.0};
+    /* of the way that it follows */
+    const double fraction = fabs(from + way) <= limit ? 1.0 : (to - from) / way;
+    const Element out = {to - 0.5 * (to - from) * fraction, 0.5 * fraction * fraction, to - from,
+                         fraction == 1.0};
 
     return out;
 }
@@ -389,7 +391,8 @@ static bool end_part(const Plant *plant, const Motion *from, const Level *level,
 /* The stiffness of the elements stays while they hold a load. */
 static void hold_stiffness(const Motion *from, const PreslidingLevel *before, PreslidingLevel *level)
 {
-    const double fixed = ELEMENTS * before->root * before->root, present = ELEMENTS * level->root * level->root;
+    const double fixed = ELEMENTS * before->root * before->root;
+    const double present = ELEMENTS * level->root * level->root;
 
     if (!stiffness_follows(elements_free(from->element, before->unit), fixed, present)) {
         *level = presliding_level(level->coulomb, fixed, level->damping);

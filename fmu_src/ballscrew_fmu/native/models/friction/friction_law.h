@@ -33,8 +33,8 @@ static inline void presliding_off(const Number at[], double step, Presliding *ou
 }
 
 /* stiffness: of the elements */
-static inline void presliding_at(const Number at[], Number coulomb, Number stiffness, const StepContext *context,
-                                 Presliding *out)
+static inline void presliding_at(const Number at[], Number coulomb, Number stiffness,
+                                 const StepContext *context, Presliding *out)
 {
     const PreslidingLevel level = presliding_level(coulomb, stiffness, damping_at(at, stiffness));
     const Number *elements = &at[PRESLIDING_ELEMENT_1];
@@ -47,8 +47,8 @@ static inline void presliding_at(const Number at[], Number coulomb, Number stiff
     if (context->step > 0.0) {
         presliding_after_step(elements, at[SPEED], context->step, &level, out);
     } else {
-        presliding_at_instant(elements, at[SPEED], &level, context->continuous, context->slips, context->slip, FOLLOW_TIME,
-                              out);
+        presliding_at_instant(elements, at[SPEED], &level, context->continuous, context->slips, context->slip,
+                              FOLLOW_TIME, out);
     }
 }
 

@@ -149,7 +149,8 @@ bool model_warns_of_step(Model *model, char *text, size_t size)
     char numbers[4][32];
 
     if (!presliding(model) || at[SPEED] == 0.0 || !(model->step * stiffness >= damping)
-        || !(fabs(model->elements.torque) < (1.0 - ROUNDING_FRACTION) * coulomb_magnitude(friction_parts(model)))) {
+        || !(fabs(model->elements.torque)
+             < (1.0 - ROUNDING_FRACTION) * coulomb_magnitude(friction_parts(model)))) {
         return false;
     }
     (void)snprintf(text, size,

@@ -35,8 +35,8 @@ static inline Number damping_at(const Number at[], Number stiffness)
     return value_of(at[PRESLIDING_DAMPING]) > 0.0 ? at[PRESLIDING_DAMPING] : times(DAMPING_TIME, stiffness);
 }
 
-/* Torques. fraction: of the Coulomb torque, with the sign of the torque, -1 to 1; loads_a: nut A has the larger force, of
-   equal ones either */
+/* Torques. fraction: of the Coulomb torque, with the sign of the torque, -1 to 1; loads_a: nut A has the larger
+   force, of equal ones either */
 static inline void part_outputs(const Parts *parts, Number fraction, bool loads_a, Number speed, Number out[])
 {
     const int relieved = loads_a ? FRICTION_TORQUE_NUT_B : FRICTION_TORQUE_NUT_A;
@@ -47,8 +47,9 @@ static inline void part_outputs(const Parts *parts, Number fraction, bool loads_
     out[SLIDING_TORQUE] = multiply(fraction, parts->sliding);
     out[FRICTION_TORQUE] = add(add(add(out[VISCOUS_TORQUE], out[HYSTERESIS_TORQUE]), out[SLIDING_TORQUE]),
                                multiply(fraction, parts->seal));
+    /* each nut has seals */
     out[relieved] = add(with_sign_of(parts->relieved_viscous, speed),
-                        multiply(fraction, add(parts->relieved_coulomb, times(0.5, parts->seal)))); /* each nut has seals */
+                        multiply(fraction, add(parts->relieved_coulomb, times(0.5, parts->seal))));
     out[loaded] = subtract(out[FRICTION_TORQUE], out[relieved]);
 }
 

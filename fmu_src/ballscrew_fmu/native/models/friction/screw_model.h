@@ -1,5 +1,5 @@
-/* What friction/model.c and axis/model.c have in common: events of elements and of the range. screw_model.c has the
-   outputs on demand, computed by two functions of the model. */
+/* What friction/model.c and axis/model.c have in common: events of elements and of the range. screw_model.c has
+   the outputs on demand, computed by two functions of the model. */
 #ifndef BALLSCREW_SCREW_MODEL_H
 #define BALLSCREW_SCREW_MODEL_H
 

@@ -42,7 +42,8 @@ static double torque_along_motion(const Model *model)
 
 static unsigned clamped_inputs(const Estimate *result)
 {
-    return (result->speed_clamped ? bit_of(SPEED) : 0U) | (result->temperature_clamped ? bit_of(TEMPERATURE) : 0U)
+    return (result->speed_clamped ? bit_of(SPEED) : 0U)
+           | (result->temperature_clamped ? bit_of(TEMPERATURE) : 0U)
            | (result->axial_load_clamped ? bit_of(AXIAL_LOAD) : 0U);
 }
 
@@ -52,7 +53,8 @@ static void estimate(Model *model, Estimate *result)
     model->estimate = result->preload;
     model->elasticity = result->torque > 0.0 ? result->slope * result->preload / result->torque : 0.0;
     model->clamped = clamped_inputs(result);
-    if (!result->converged || result->preload < model->map->preload.lo || !(model->elasticity >= LEAST_ELASTICITY)) {
+    if (!result->converged || result->preload < model->map->preload.lo
+        || !(model->elasticity >= LEAST_ELASTICITY)) {
         model->clamped |= bit_of(TORQUE);
     }
 }
@@ -268,13 +270,15 @@ static Dual preload_along(Model *model, const double direction[VARIABLE_COUNT], 
     }
     preload_of_torque(model->map, model->latched, speed.value, torque_along_motion(model), &result);
     if (result.converged && result.slope > 0.0) {
-        out.slope = (torque - torque_along(model->map, model->latched, direction, speed, out).slope) / result.slope;
+        out.slope = torque - torque_along(model->map, model->latched, direction, speed, out).slope;
+        out.slope /= result.slope;
     }
     return out;
 }
 
 /* Derivative of the exact sensitivity, by a central difference along the direction. */
-static double sensitivity_slope(const Model *model, const double direction[VARIABLE_COUNT], Dual speed, Dual preload)
+static double sensitivity_slope(const Model *model, const double direction[VARIABLE_COUNT], Dual speed,
+                                Dual preload)
 {
     double at[VARIABLE_COUNT], sensitivity[2], size = fabs(preload.slope) / greater(preload.value, 1.0), h;
 

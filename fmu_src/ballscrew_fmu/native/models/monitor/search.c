@@ -158,7 +158,8 @@ static Dual dual_of(Number a)
     return out;
 }
 
-Dual torque_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Dual speed,
+Dual torque_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+                  Dual speed,
                    Dual preload)
 {
     const Friction friction = friction_along(at, direction);
@@ -180,7 +181,8 @@ Dual seal_along(const double at[VARIABLE_COUNT], const double direction[VARIABLE
     return dual_of(multiply(sign, variable_of(at, direction, SEAL_TORQUE)));
 }
 
-Dual lambda_ratio_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+Dual lambda_ratio_along(const Map *map, const double at[VARIABLE_COUNT],
+                        const double direction[VARIABLE_COUNT],
                          Dual preload)
 {
     Conditions conditions;

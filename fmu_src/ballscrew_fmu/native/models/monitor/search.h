@@ -16,7 +16,7 @@
 typedef struct {
     double preload, torque; /* [N], [N.m] */
     double slope;           /* [N.m/N] derivative of torque with respect to preload */
-    bool converged;             /* the torque is the target */
+    bool converged;         /* the torque is the target */
     bool speed_clamped, temperature_clamped, axial_load_clamped;
 } Estimate;
 
@@ -34,9 +34,11 @@ typedef struct {
 
 /* Torque of the seals, in the direction of the motion. */
 Dual seal_along(const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Dual speed);
-Dual torque_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Dual speed,
+Dual torque_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+                  Dual speed,
                    Dual preload);
-Dual lambda_ratio_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+Dual lambda_ratio_along(const Map *map, const double at[VARIABLE_COUNT],
+                        const double direction[VARIABLE_COUNT],
                          Dual preload);
 
 #endif

@@ -11,8 +11,8 @@ typedef struct {
     const Map *map;
     double value[VARIABLE_COUNT];   /* inputs and parameters as set; outputs when computed */
     double latched[VARIABLE_COUNT]; /* inputs and parameters that the outputs belong to */
-    double stored;                    /* [N] preload of the last step or, in model exchange, event that was in range */
-    bool has_stored;                     /* stored is defined */
+    double stored;                  /* [N] preload of the last step or event that was in range */
+    bool has_stored;                /* stored is defined */
     bool continuous;                /* model exchange: modes change at events only */
     bool in_range;                  /* model exchange: at the last event, without the condition on speed */
     bool rests;                     /* model exchange: at the last event, speed below speed_min */
