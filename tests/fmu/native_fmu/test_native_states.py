@@ -195,7 +195,8 @@ def test_damaged_and_impossible_contents_are_refused(version):
         refused(other, good + b"\0")
         content_hash, table = NUT_MAP.header["content_hash"].encode(), table_hash(NUT_MAP.header).encode()
         for bad in (
-            good.replace(content_hash, content_hash[::-1]), good.replace(table, table[::-1]), good.replace(TOKEN.encode(), b"{tesT}"),
+            good.replace(content_hash, content_hash[::-1]), good.replace(table, table[::-1]),
+            good.replace(TOKEN.encode(), b"{tesT}"),
             good.replace(TOKEN.encode() + b"\0", TOKEN.encode() + b"x"), good[:-8], good + bytes(8),
         ):  # fmt: skip
             assert bad != good

@@ -14,9 +14,9 @@
 #endif
 
 /* Start of a call that is legal in these kinds and states; a body of one statement. */
-#define FMI2_BEGIN(name, kinds, states) BEGIN(fmi2Error, #name, kinds, states)
-#define FMI2_CALL(name, kinds, states, call) \
-    BEGIN(fmi2Error, #name, kinds, states) \
+#define FMI2_BEGIN(kinds, states) BEGIN(fmi2Error, kinds, states)
+#define FMI2_CALL(kinds, states, call) \
+    FMI2_BEGIN(kinds, states) \
     return (fmi2Status)instance_end(self, call)
 
 /* --- importer ---------------------------------------------------------------------------------------------------- */
@@ -44,7 +44,7 @@ const char *fmi2GetVersion(void)
 fmi2Status fmi2SetDebugLogging(fmi2Component instance, fmi2Boolean loggingOn, size_t nCategories,
                                const fmi2String categories[])
 {
-    FMI2_CALL(fmi2SetDebugLogging, BOTH_KINDS, ANY_STATE,
+    FMI2_CALL(BOTH_KINDS, ANY_STATE,
               instance_set_logging(self, loggingOn != fmi2False, nCategories, categories));
 }
 
@@ -76,51 +76,48 @@ void fmi2FreeInstance(fmi2Component instance)
 fmi2Status fmi2SetupExperiment(fmi2Component instance, fmi2Boolean toleranceDefined, fmi2Real tolerance,
                                fmi2Real startTime, fmi2Boolean stopTimeDefined, fmi2Real stopTime)
 {
-    FMI2_CALL(fmi2SetupExperiment, BOTH_KINDS, INSTANTIATED,
+    FMI2_CALL(BOTH_KINDS, INSTANTIATED,
               instance_setup(self, startTime, stopTimeDefined != fmi2False, stopTime));
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component instance)
 {
-    FMI2_CALL(fmi2EnterInitializationMode, BOTH_KINDS, INSTANTIATED,
-              instance_enter(self, INITIALIZATION_MODE));
+    FMI2_CALL(BOTH_KINDS, INSTANTIATED, instance_enter(self, INITIALIZATION_MODE));
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component instance)
 {
-    FMI2_CALL(fmi2ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE,
-              instance_exit_initialization(self));
+    FMI2_CALL(BOTH_KINDS, INITIALIZATION_MODE, instance_exit_initialization(self));
 }
 
 fmi2Status fmi2Terminate(fmi2Component instance)
 {
-    FMI2_CALL(fmi2Terminate, BOTH_KINDS, RUNNING, instance_enter(self, TERMINATED));
+    FMI2_CALL(BOTH_KINDS, RUNNING, instance_enter(self, TERMINATED));
 }
 
 fmi2Status fmi2Reset(fmi2Component instance)
 {
-    FMI2_CALL(fmi2Reset, BOTH_KINDS, ANY_STATE, instance_reset(self));
+    FMI2_CALL(BOTH_KINDS, ANY_STATE, instance_reset(self));
 }
 
 /* --- values ------------------------------------------------------------------------------------------------------ */
 
 fmi2Status fmi2GetReal(fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[])
 {
-    FMI2_CALL(fmi2GetReal, BOTH_KINDS, EVALUATED, instance_get_reals(self, vr, nvr, value));
+    FMI2_CALL(BOTH_KINDS, EVALUATED, instance_get_reals(self, vr, nvr, value));
 }
 
 fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference vr[], size_t nvr,
                        const fmi2Real value[])
 {
-    FMI2_CALL(fmi2SetReal, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE,
-              instance_set(self, vr, nvr, value, false));
+    FMI2_CALL(BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE, instance_set(self, vr, nvr, value, false));
 }
 
 fmi2Status fmi2GetBoolean(fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, fmi2Boolean value[])
 {
     Status status = STATUS_OK;
 
-    FMI2_BEGIN(fmi2GetBoolean, BOTH_KINDS, EVALUATED)
+    FMI2_BEGIN(BOTH_KINDS, EVALUATED)
     if (nvr > 0 && (vr == NULL || value == NULL)) {
         status = instance_missing_array(self);
     }
@@ -138,7 +135,7 @@ fmi2Status fmi2SetBoolean(fmi2Component instance, const fmi2ValueReference vr[],
 {
     Status status = STATUS_OK;
 
-    FMI2_BEGIN(fmi2SetBoolean, BOTH_KINDS, SETTABLE)
+    FMI2_BEGIN(BOTH_KINDS, SETTABLE)
     if (nvr > 0 && (vr == NULL || value == NULL)) {
         status = instance_missing_array(self);
     }
@@ -152,7 +149,7 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance, const fmi2ValueR
                                         size_t nUnknown, const fmi2ValueReference vKnown_ref[], size_t nKnown,
                                         const fmi2Real dvKnown[], fmi2Real dvUnknown[])
 {
-    FMI2_CALL(fmi2GetDirectionalDerivative, BOTH_KINDS, EVALUATED,
+    FMI2_CALL(BOTH_KINDS, EVALUATED,
               instance_derivative(self, vUnknown_ref, nUnknown, vKnown_ref, nKnown, dvKnown, dvUnknown,
                                   false));
 }
@@ -161,36 +158,35 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component instance, const fmi2ValueR
 
 fmi2Status fmi2GetFMUstate(fmi2Component instance, fmi2FMUstate *FMUstate)
 {
-    FMI2_CALL(fmi2GetFMUstate, BOTH_KINDS, ANY_STATE, instance_save(self, FMUstate));
+    FMI2_CALL(BOTH_KINDS, ANY_STATE, instance_save(self, FMUstate));
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component instance, fmi2FMUstate FMUstate)
 {
-    FMI2_CALL(fmi2SetFMUstate, BOTH_KINDS, ANY_STATE, instance_restore(self, FMUstate));
+    FMI2_CALL(BOTH_KINDS, ANY_STATE, instance_restore(self, FMUstate));
 }
 
 fmi2Status fmi2FreeFMUstate(fmi2Component instance, fmi2FMUstate *FMUstate)
 {
-    FMI2_CALL(fmi2FreeFMUstate, BOTH_KINDS, ANY_STATE, instance_free_state(FMUstate));
+    FMI2_CALL(BOTH_KINDS, ANY_STATE, instance_free_state(FMUstate));
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component instance, fmi2FMUstate FMUstate, size_t *size)
 {
-    FMI2_CALL(fmi2SerializedFMUstateSize, BOTH_KINDS, ANY_STATE,
-              instance_serialized_size(self, FMUstate, size));
+    FMI2_CALL(BOTH_KINDS, ANY_STATE, instance_serialized_size(self, FMUstate, size));
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component instance, fmi2FMUstate FMUstate, fmi2Byte serializedState[],
                                  size_t size)
 {
-    FMI2_CALL(fmi2SerializeFMUstate, BOTH_KINDS, ANY_STATE,
+    FMI2_CALL(BOTH_KINDS, ANY_STATE,
               instance_serialize(self, FMUstate, (unsigned char *)serializedState, size));
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component instance, const fmi2Byte serializedState[], size_t size,
                                    fmi2FMUstate *FMUstate)
 {
-    FMI2_CALL(fmi2DeSerializeFMUstate, BOTH_KINDS, ANY_STATE,
+    FMI2_CALL(BOTH_KINDS, ANY_STATE,
               instance_deserialize(self, (const unsigned char *)serializedState, size, FMUstate));
 }
 
@@ -198,8 +194,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component instance, const fmi2Byte serial
 
 fmi2Status fmi2EnterEventMode(fmi2Component instance)
 {
-    FMI2_CALL(fmi2EnterEventMode, KIND_ME, EVENT_MODE | CONTINUOUS_TIME_MODE,
-              instance_enter(self, EVENT_MODE));
+    FMI2_CALL(KIND_ME, EVENT_MODE | CONTINUOUS_TIME_MODE, instance_enter(self, EVENT_MODE));
 }
 
 fmi2Status fmi2NewDiscreteStates(fmi2Component instance, fmi2EventInfo *eventInfo)
@@ -207,7 +202,7 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component instance, fmi2EventInfo *eventInf
     bool changed = false;
     Status status;
 
-    FMI2_BEGIN(fmi2NewDiscreteStates, KIND_ME, EVENT_MODE)
+    FMI2_BEGIN(KIND_ME, EVENT_MODE)
     if (eventInfo == NULL) {
         return (fmi2Status)instance_end(self, instance_fail(self, "event info is a NULL pointer"));
     }
@@ -223,13 +218,13 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component instance, fmi2EventInfo *eventInf
 
 fmi2Status fmi2EnterContinuousTimeMode(fmi2Component instance)
 {
-    FMI2_CALL(fmi2EnterContinuousTimeMode, KIND_ME, EVENT_MODE, instance_enter(self, CONTINUOUS_TIME_MODE));
+    FMI2_CALL(KIND_ME, EVENT_MODE, instance_enter(self, CONTINUOUS_TIME_MODE));
 }
 
 fmi2Status fmi2CompletedIntegratorStep(fmi2Component instance, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation)
 {
-    FMI2_BEGIN(fmi2CompletedIntegratorStep, KIND_ME, CONTINUOUS_TIME_MODE)
+    FMI2_BEGIN(KIND_ME, CONTINUOUS_TIME_MODE)
     PUT(enterEventMode, fmi2False);
     PUT(terminateSimulation, fmi2False);
     return fmi2OK;
@@ -237,36 +232,32 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component instance, fmi2Boolean noSet
 
 fmi2Status fmi2SetTime(fmi2Component instance, fmi2Real time)
 {
-    FMI2_CALL(fmi2SetTime, KIND_ME, EVENT_MODE | CONTINUOUS_TIME_MODE, instance_set_time(self, time));
+    FMI2_CALL(KIND_ME, EVENT_MODE | CONTINUOUS_TIME_MODE, instance_set_time(self, time));
 }
 
 fmi2Status fmi2SetContinuousStates(fmi2Component instance, const fmi2Real x[], size_t nx)
 {
-    FMI2_CALL(fmi2SetContinuousStates, KIND_ME, CONTINUOUS_TIME_MODE, instance_set_states(self, x, nx));
+    FMI2_CALL(KIND_ME, CONTINUOUS_TIME_MODE, instance_set_states(self, x, nx));
 }
 
 fmi2Status fmi2GetContinuousStates(fmi2Component instance, fmi2Real x[], size_t nx)
 {
-    FMI2_CALL(fmi2GetContinuousStates, KIND_ME, EVALUATED,
-              instance_get_all(self, CAUSALITY_STATE, false, x, nx));
+    FMI2_CALL(KIND_ME, EVALUATED, instance_get_all(self, CAUSALITY_STATE, false, x, nx));
 }
 
 fmi2Status fmi2GetDerivatives(fmi2Component instance, fmi2Real derivatives[], size_t nx)
 {
-    FMI2_CALL(fmi2GetDerivatives, KIND_ME, EVALUATED,
-              instance_get_all(self, CAUSALITY_RATE, false, derivatives, nx));
+    FMI2_CALL(KIND_ME, EVALUATED, instance_get_all(self, CAUSALITY_RATE, false, derivatives, nx));
 }
 
 fmi2Status fmi2GetEventIndicators(fmi2Component instance, fmi2Real eventIndicators[], size_t ni)
 {
-    FMI2_CALL(fmi2GetEventIndicators, KIND_ME, EVALUATED,
-              instance_get_all(self, CAUSALITY_INDICATOR, false, eventIndicators, ni));
+    FMI2_CALL(KIND_ME, EVALUATED, instance_get_all(self, CAUSALITY_INDICATOR, false, eventIndicators, ni));
 }
 
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component instance, fmi2Real x_nominal[], size_t nx)
 {
-    FMI2_CALL(fmi2GetNominalsOfContinuousStates, KIND_ME, INSTANTIATED | EVALUATED,
-              instance_get_nominals(self, x_nominal, nx));
+    FMI2_CALL(KIND_ME, INSTANTIATED | EVALUATED, instance_get_nominals(self, x_nominal, nx));
 }
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
@@ -275,7 +266,7 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component instance, fmi2Real x_
 fmi2Status fmi2DoStep(fmi2Component instance, fmi2Real currentCommunicationPoint, fmi2Real communicationStepSize,
                       fmi2Boolean noSetFMUStatePriorToCurrentPoint)
 {
-    FMI2_BEGIN(fmi2DoStep, KIND_CS, STEP_MODE)
+    FMI2_BEGIN(KIND_CS, STEP_MODE)
     return (fmi2Status)instance_step(self, currentCommunicationPoint, communicationStepSize, true, false);
 }
 
@@ -290,7 +281,7 @@ static Status no_status(Instance *self, fmi2StatusKind kind)
 
 fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind s, fmi2Real *value)
 {
-    FMI2_BEGIN(fmi2GetRealStatus, KIND_CS, STATUS_STATES)
+    FMI2_BEGIN(KIND_CS, STATUS_STATES)
     if (s != fmi2LastSuccessfulTime || value == NULL) {
         return (fmi2Status)instance_end(self, no_status(self, s));
     }
@@ -304,8 +295,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component instance, const fmi2StatusKind s, fmi
 #define FMI2_NO_VARIABLES(name, type, states, ...) \
     fmi2Status name(fmi2Component instance, const fmi2ValueReference vr[], size_t nvr, __VA_ARGS__) \
     { \
-        BEGIN(fmi2Error, #name, BOTH_KINDS, states) \
-        return (fmi2Status)instance_end(self, instance_no_variables(self, type, vr, nvr)); \
+        FMI2_CALL(BOTH_KINDS, states, instance_no_variables(self, type, vr, nvr)); \
     }
 FMI2_NO_VARIABLES(fmi2GetInteger, "Integer", EVALUATED, fmi2Integer value[])
 FMI2_NO_VARIABLES(fmi2SetInteger, "Integer", SETTABLE, const fmi2Integer value[])
@@ -316,8 +306,7 @@ FMI2_NO_VARIABLES(fmi2SetString, "String", SETTABLE, const fmi2String value[])
 #define FMI2_REFUSED(name, states, refused, ...) \
     fmi2Status name(__VA_ARGS__) \
     { \
-        BEGIN(fmi2Error, #name, KIND_CS, states) \
-        return (fmi2Status)instance_end(self, refused); \
+        FMI2_CALL(KIND_CS, states, refused); \
     }
 FMI2_REFUSED(fmi2CancelStep, 0U, STATUS_ERROR, fmi2Component instance)
 FMI2_REFUSED(fmi2SetRealInputDerivatives, INSTANTIATED | INITIALIZATION_MODE | STEP_MODE,

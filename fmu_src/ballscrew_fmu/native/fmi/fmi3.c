@@ -14,9 +14,9 @@
 #define AT_EVENTS (INITIALIZATION_MODE | EVENT_MODE)
 
 /* Start of a call that is legal in these kinds and states; a body of one statement. */
-#define FMI3_BEGIN(name, kinds, states) BEGIN(fmi3Error, #name, kinds, states)
-#define FMI3_CALL(name, kinds, states, call) \
-    BEGIN(fmi3Error, #name, kinds, states) \
+#define FMI3_BEGIN(kinds, states) BEGIN(fmi3Error, kinds, states)
+#define FMI3_CALL(kinds, states, call) \
+    FMI3_BEGIN(kinds, states) \
     return (fmi3Status)instance_end(self, call)
 
 /* --- importer ---------------------------------------------------------------------------------------------------- */
@@ -47,8 +47,7 @@ const char *fmi3GetVersion(void)
 fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories,
                                const fmi3String categories[])
 {
-    FMI3_CALL(fmi3SetDebugLogging, BOTH_KINDS, ANY_STATE,
-              instance_set_logging(self, loggingOn, nCategories, categories));
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_set_logging(self, loggingOn, nCategories, categories));
 }
 
 /* --- life cycle -------------------------------------------------------------------------------------------------- */
@@ -108,7 +107,7 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
 {
     Status status;
 
-    FMI3_BEGIN(fmi3EnterInitializationMode, BOTH_KINDS, INSTANTIATED)
+    FMI3_BEGIN(BOTH_KINDS, INSTANTIATED)
     status = instance_setup(self, startTime, stopTimeDefined, stopTime);
     status = status == STATUS_OK ? instance_enter(self, INITIALIZATION_MODE) : status;
     return (fmi3Status)instance_end(self, status);
@@ -116,18 +115,17 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean tolera
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
 {
-    FMI3_CALL(fmi3ExitInitializationMode, BOTH_KINDS, INITIALIZATION_MODE,
-              instance_exit_initialization(self));
+    FMI3_CALL(BOTH_KINDS, INITIALIZATION_MODE, instance_exit_initialization(self));
 }
 
 fmi3Status fmi3Terminate(fmi3Instance instance)
 {
-    FMI3_CALL(fmi3Terminate, BOTH_KINDS, RUNNING, instance_enter(self, TERMINATED));
+    FMI3_CALL(BOTH_KINDS, RUNNING, instance_enter(self, TERMINATED));
 }
 
 fmi3Status fmi3Reset(fmi3Instance instance)
 {
-    FMI3_CALL(fmi3Reset, BOTH_KINDS, ANY_STATE, instance_reset(self));
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_reset(self));
 }
 
 /* --- values ------------------------------------------------------------------------------------------------------ */
@@ -145,7 +143,7 @@ static bool equal_counts(Instance *self, size_t references, size_t values)
 fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[],
                           size_t nValueReferences, fmi3Float64 values[], size_t nValues)
 {
-    FMI3_CALL(fmi3GetFloat64, BOTH_KINDS, EVALUATED,
+    FMI3_CALL(BOTH_KINDS, EVALUATED,
               equal_counts(self, nValueReferences, nValues)
                   ? instance_get_reals(self, valueReferences, nValueReferences, values)
                   : STATUS_ERROR);
@@ -154,7 +152,7 @@ fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueR
 fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[],
                           size_t nValueReferences, const fmi3Float64 values[], size_t nValues)
 {
-    FMI3_CALL(fmi3SetFloat64, BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE,
+    FMI3_CALL(BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE,
               equal_counts(self, nValueReferences, nValues)
                   ? instance_set(self, valueReferences, nValueReferences, values, false)
                   : STATUS_ERROR);
@@ -163,7 +161,7 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueR
 fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[],
                           size_t nValueReferences, fmi3Boolean values[], size_t nValues)
 {
-    FMI3_CALL(fmi3GetBoolean, BOTH_KINDS, EVALUATED,
+    FMI3_CALL(BOTH_KINDS, EVALUATED,
               equal_counts(self, nValueReferences, nValues)
                   ? instance_get_booleans(self, valueReferences, nValueReferences, values)
                   : STATUS_ERROR);
@@ -172,7 +170,7 @@ fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueR
 fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[],
                           size_t nValueReferences, const fmi3Boolean values[], size_t nValues)
 {
-    FMI3_CALL(fmi3SetBoolean, BOTH_KINDS, SETTABLE,
+    FMI3_CALL(BOTH_KINDS, SETTABLE,
               equal_counts(self, nValueReferences, nValues)
                   ? instance_set(self, valueReferences, nValueReferences, values, true)
                   : STATUS_ERROR);
@@ -185,7 +183,7 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueRe
                                         const fmi3Float64 seed[], size_t nSeed, fmi3Float64 sensitivity[],
                                         size_t nSensitivity)
 {
-    FMI3_CALL(fmi3GetDirectionalDerivative, BOTH_KINDS, EVALUATED,
+    FMI3_CALL(BOTH_KINDS, EVALUATED,
               equal_counts(self, nKnowns, nSeed) && equal_counts(self, nUnknowns, nSensitivity)
                   ? instance_derivative(self, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity, false)
                   : STATUS_ERROR);
@@ -196,7 +194,7 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueRefere
                                     const fmi3Float64 seed[], size_t nSeed, fmi3Float64 sensitivity[],
                                     size_t nSensitivity)
 {
-    FMI3_CALL(fmi3GetAdjointDerivative, BOTH_KINDS, EVALUATED,
+    FMI3_CALL(BOTH_KINDS, EVALUATED,
               equal_counts(self, nUnknowns, nSeed) && equal_counts(self, nKnowns, nSensitivity)
                   ? instance_derivative(self, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity, true)
                   : STATUS_ERROR);
@@ -206,44 +204,41 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueRefere
 
 fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
 {
-    FMI3_CALL(fmi3GetFMUState, BOTH_KINDS, ANY_STATE, instance_save(self, FMUState));
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_save(self, FMUState));
 }
 
 fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState FMUState)
 {
-    FMI3_CALL(fmi3SetFMUState, BOTH_KINDS, ANY_STATE, instance_restore(self, FMUState));
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_restore(self, FMUState));
 }
 
 fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
 {
-    FMI3_CALL(fmi3FreeFMUState, BOTH_KINDS, ANY_STATE, instance_free_state(FMUState));
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_free_state(FMUState));
 }
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState FMUState, size_t *size)
 {
-    FMI3_CALL(fmi3SerializedFMUStateSize, BOTH_KINDS, ANY_STATE,
-              instance_serialized_size(self, FMUState, size));
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_serialized_size(self, FMUState, size));
 }
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[],
                                  size_t size)
 {
-    FMI3_CALL(fmi3SerializeFMUState, BOTH_KINDS, ANY_STATE,
-              instance_serialize(self, FMUState, serializedState, size));
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_serialize(self, FMUState, serializedState, size));
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte serializedState[], size_t size,
                                    fmi3FMUState *FMUState)
 {
-    FMI3_CALL(fmi3DeserializeFMUState, BOTH_KINDS, ANY_STATE,
-              instance_deserialize(self, serializedState, size, FMUState));
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_deserialize(self, serializedState, size, FMUState));
 }
 
 /* --- events ------------------------------------------------------------------------------------------------------ */
 
 fmi3Status fmi3EnterEventMode(fmi3Instance instance)
 {
-    FMI3_CALL(fmi3EnterEventMode, KIND_ME, CONTINUOUS_TIME_MODE, instance_enter(self, EVENT_MODE));
+    FMI3_CALL(KIND_ME, CONTINUOUS_TIME_MODE, instance_enter(self, EVENT_MODE));
 }
 
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
@@ -254,7 +249,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
     bool changed = false;
     Status status;
 
-    FMI3_BEGIN(fmi3UpdateDiscreteStates, KIND_ME, EVENT_MODE)
+    FMI3_BEGIN(KIND_ME, EVENT_MODE)
     status = instance_event(self, &changed);
     PUT(discreteStatesNeedUpdate, false);
     PUT(terminateSimulation, false);
@@ -269,13 +264,13 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
 
 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance)
 {
-    FMI3_CALL(fmi3EnterContinuousTimeMode, KIND_ME, EVENT_MODE, instance_enter(self, CONTINUOUS_TIME_MODE));
+    FMI3_CALL(KIND_ME, EVENT_MODE, instance_enter(self, CONTINUOUS_TIME_MODE));
 }
 
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation)
 {
-    FMI3_BEGIN(fmi3CompletedIntegratorStep, KIND_ME, CONTINUOUS_TIME_MODE)
+    FMI3_BEGIN(KIND_ME, CONTINUOUS_TIME_MODE)
     PUT(enterEventMode, false);
     PUT(terminateSimulation, false);
     return fmi3OK;
@@ -283,54 +278,50 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetF
 
 fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time)
 {
-    FMI3_CALL(fmi3SetTime, KIND_ME, EVENT_MODE | CONTINUOUS_TIME_MODE, instance_set_time(self, time));
+    FMI3_CALL(KIND_ME, EVENT_MODE | CONTINUOUS_TIME_MODE, instance_set_time(self, time));
 }
 
 fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 continuousStates[],
                                    size_t nContinuousStates)
 {
-    FMI3_CALL(fmi3SetContinuousStates, KIND_ME, CONTINUOUS_TIME_MODE,
-              instance_set_states(self, continuousStates, nContinuousStates));
+    FMI3_CALL(KIND_ME, CONTINUOUS_TIME_MODE, instance_set_states(self, continuousStates, nContinuousStates));
 }
 
 fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 continuousStates[],
                                    size_t nContinuousStates)
 {
-    FMI3_CALL(fmi3GetContinuousStates, KIND_ME, EVALUATED,
+    FMI3_CALL(KIND_ME, EVALUATED,
               instance_get_all(self, CAUSALITY_STATE, false, continuousStates, nContinuousStates));
 }
 
 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 derivatives[],
                                              size_t nContinuousStates)
 {
-    FMI3_CALL(fmi3GetContinuousStateDerivatives, KIND_ME, EVALUATED,
+    FMI3_CALL(KIND_ME, EVALUATED,
               instance_get_all(self, CAUSALITY_RATE, false, derivatives, nContinuousStates));
 }
 
 fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 eventIndicators[],
                                   size_t nEventIndicators)
 {
-    FMI3_CALL(fmi3GetEventIndicators, KIND_ME, EVALUATED,
+    FMI3_CALL(KIND_ME, EVALUATED,
               instance_get_all(self, CAUSALITY_INDICATOR, false, eventIndicators, nEventIndicators));
 }
 
 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 nominals[],
                                              size_t nContinuousStates)
 {
-    FMI3_CALL(fmi3GetNominalsOfContinuousStates, KIND_ME, EVALUATED,
-              instance_get_nominals(self, nominals, nContinuousStates));
+    FMI3_CALL(KIND_ME, EVALUATED, instance_get_nominals(self, nominals, nContinuousStates));
 }
 
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *nEventIndicators)
 {
-    FMI3_CALL(fmi3GetNumberOfEventIndicators, KIND_ME, ANY_STATE,
-              instance_put_count(self, CAUSALITY_INDICATOR, nEventIndicators));
+    FMI3_CALL(KIND_ME, ANY_STATE, instance_put_count(self, CAUSALITY_INDICATOR, nEventIndicators));
 }
 
 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nContinuousStates)
 {
-    FMI3_CALL(fmi3GetNumberOfContinuousStates, KIND_ME, ANY_STATE,
-              instance_put_count(self, CAUSALITY_STATE, nContinuousStates));
+    FMI3_CALL(KIND_ME, ANY_STATE, instance_put_count(self, CAUSALITY_STATE, nContinuousStates));
 }
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
@@ -341,7 +332,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
 {
     Status status;
 
-    FMI3_BEGIN(fmi3DoStep, KIND_CS, STEP_MODE)
+    FMI3_BEGIN(KIND_CS, STEP_MODE)
     status = instance_step(self, currentCommunicationPoint, communicationStepSize, false, true);
     PUT(eventHandlingNeeded, false);
     PUT(terminateSimulation, false);
@@ -357,31 +348,21 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     fmi3Status name(fmi3Instance instance, const fmi3ValueReference valueReferences[], \
                     size_t nValueReferences, __VA_ARGS__) \
     { \
-        BEGIN(fmi3Error, #name, BOTH_KINDS, states) \
-        return (fmi3Status)instance_end(self, instance_no_variables(self, type, valueReferences, \
-                                                                    nValueReferences)); \
+        FMI3_CALL(BOTH_KINDS, states, instance_no_variables(self, type, valueReferences, nValueReferences)); \
     }
-FMI3_NO_VARIABLES(fmi3GetFloat32, "Float32", EVALUATED, fmi3Float32 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetFloat32, "Float32", SETTABLE | CONTINUOUS_TIME_MODE, const fmi3Float32 values[],
-                  size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetInt8, "Int8", EVALUATED, fmi3Int8 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetInt8, "Int8", SETTABLE, const fmi3Int8 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetUInt8, "UInt8", EVALUATED, fmi3UInt8 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetUInt8, "UInt8", SETTABLE, const fmi3UInt8 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetInt16, "Int16", EVALUATED, fmi3Int16 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetInt16, "Int16", SETTABLE, const fmi3Int16 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetUInt16, "UInt16", EVALUATED, fmi3UInt16 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetUInt16, "UInt16", SETTABLE, const fmi3UInt16 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetInt32, "Int32", EVALUATED, fmi3Int32 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetInt32, "Int32", SETTABLE, const fmi3Int32 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetUInt32, "UInt32", EVALUATED, fmi3UInt32 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetUInt32, "UInt32", SETTABLE, const fmi3UInt32 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetInt64, "Int64", EVALUATED, fmi3Int64 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetInt64, "Int64", SETTABLE, const fmi3Int64 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetUInt64, "UInt64", EVALUATED, fmi3UInt64 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetUInt64, "UInt64", SETTABLE, const fmi3UInt64 values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3GetString, "String", EVALUATED, fmi3String values[], size_t nValues)
-FMI3_NO_VARIABLES(fmi3SetString, "String", SETTABLE, const fmi3String values[], size_t nValues)
+#define FMI3_NO_TYPE(get, set, type, settable) \
+    FMI3_NO_VARIABLES(get, #type, EVALUATED, fmi3##type values[], size_t nValues) \
+    FMI3_NO_VARIABLES(set, #type, settable, const fmi3##type values[], size_t nValues)
+FMI3_NO_TYPE(fmi3GetFloat32, fmi3SetFloat32, Float32, SETTABLE | CONTINUOUS_TIME_MODE)
+FMI3_NO_TYPE(fmi3GetInt8, fmi3SetInt8, Int8, SETTABLE)
+FMI3_NO_TYPE(fmi3GetUInt8, fmi3SetUInt8, UInt8, SETTABLE)
+FMI3_NO_TYPE(fmi3GetInt16, fmi3SetInt16, Int16, SETTABLE)
+FMI3_NO_TYPE(fmi3GetUInt16, fmi3SetUInt16, UInt16, SETTABLE)
+FMI3_NO_TYPE(fmi3GetInt32, fmi3SetInt32, Int32, SETTABLE)
+FMI3_NO_TYPE(fmi3GetUInt32, fmi3SetUInt32, UInt32, SETTABLE)
+FMI3_NO_TYPE(fmi3GetInt64, fmi3SetInt64, Int64, SETTABLE)
+FMI3_NO_TYPE(fmi3GetUInt64, fmi3SetUInt64, UInt64, SETTABLE)
+FMI3_NO_TYPE(fmi3GetString, fmi3SetString, String, SETTABLE)
 FMI3_NO_VARIABLES(fmi3GetBinary, "Binary", EVALUATED, size_t valueSizes[], fmi3Binary values[],
                   size_t nValues)
 FMI3_NO_VARIABLES(fmi3SetBinary, "Binary", SETTABLE, const size_t valueSizes[], const fmi3Binary values[],
@@ -405,8 +386,7 @@ FMI3_NO_VARIABLES(fmi3SetShiftFraction, "Clock", AT_EVENTS, const fmi3UInt64 cou
 #define FMI3_REFUSED(name, kinds, states, reason, ...) \
     fmi3Status name(__VA_ARGS__) \
     { \
-        BEGIN(fmi3Error, #name, kinds, states) \
-        return (fmi3Status)instance_end(self, instance_fail(self, reason)); \
+        FMI3_CALL(kinds, states, instance_fail(self, reason)); \
     }
 #define NO_STRUCTURE "no configuration mode: there are no structural parameters"
 #define NO_ELEMENTS "providesPerElementDependencies is false; all variables are scalars"

@@ -21,8 +21,8 @@
 #define SETTABLE (INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | EVENT_MODE)
 
 /* self: the instance, of the handle that the importer has as `instance` */
-#define BEGIN(error, name, kinds, states) \
-    Instance *const self = instance_begin(instance, name, kinds, states); \
+#define BEGIN(error, kinds, states) \
+    Instance *const self = instance_begin(instance, __func__, kinds, states); \
     if (self == NULL) { \
         return error; \
     }
