@@ -184,7 +184,7 @@ def refused(one, content, found="damaged|not a state of this format|another vers
 
 
 @both_versions
-def test_damaged_and_impossible_contents_are_refused(version):
+def test_damaged_and_foreign_contents_are_refused(version):
     """Every byte flipped, every truncation; with correct checksums another map, table, token, size, version."""
     with wound(NativeInstance(version)) as one, NativeInstance(version) as other:
         good = one.serialize(one.save())

@@ -117,7 +117,7 @@ bool model_warns_of_step(Model *model, char *text, size_t size)
                    "step = %s s; its motion is too fast for error_bound, the error of the step is larger: take a shorter "
                    "step, a larger bound or check inertias, masses and stiffness (logged once)",
                    number_text(model->step, number));
-    return model->last.cut;
+    return model->last.cut != 0;
 }
 
 unsigned model_clamped(Model *model)

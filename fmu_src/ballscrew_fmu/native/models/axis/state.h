@@ -16,7 +16,8 @@ typedef struct {
     double viscous; /* [N.m.s/rad] torque over speed */
 } Level;
 
-/* What a step starts from and ends with. Model exchange: modes, and friction of the elements, at the last event. */
+/* What a step starts from and ends with. Model exchange: modes, and friction of the elements, at the last event.
+   Without padding, as it is copied: equal states have equal bytes. */
 typedef struct {
     Motion motion;
     Level level;     /* of the last part */
@@ -26,7 +27,7 @@ typedef struct {
     unsigned slips;  /* bit per element that slides */
     int slip;        /* direction of those */
     int guide_slip;  /* 0 the guide follows, +1 or -1 direction of slip */
-    bool cut;        /* the step needed too many parts, or ended where numbers become too large */
+    int cut;         /* 1: the step needed too many parts, or ended where numbers become too large */
 } Advance;
 
 typedef struct {
