@@ -1,10 +1,6 @@
 /* FMI 2.0 for co-simulation and model exchange: translates the calls to the runtime. */
 #include "fmi2Functions.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "fmi_common.h"
 
 /* copies of the header without FMI2_FUNCTION_PREFIX are in use */
