@@ -31,7 +31,7 @@ class FmuModel(NamedTuple):
     summary: str  # first words of the description
     variables: Table  # of the native FMUs
     layer: str  # folder of the model in native/models
-    dual: str = "tangent.c"  # file there with the laws in dual numbers
+    dual: str = "dual_laws.c"  # file there with the laws in dual numbers
     suffix: str = ""
     terminals: tuple[Terminal, ...] = ()
     borrowed: tuple[str, ...] = ()  # files of other models in native/models
@@ -113,12 +113,14 @@ TRANSMISSION = FmuModel(
         HEAT,
     ),
     borrowed=(
+        "friction/dual_laws.c",
+        "friction/dual_laws.h",
         "friction/friction_law.h",
         "friction/model.c",
         "friction/named_parts.h",
+        "friction/screw_model.c",
         "friction/screw_model.h",
         "friction/state.h",
-        "friction/tangent.c",
     ),
     step=1e-5,  # below 1.5 times the damping time of the contacts: stable with any masses and either order of exchange
 )
@@ -142,7 +144,13 @@ AXIS = FmuModel(
         ),
         HEAT,
     ),
-    borrowed=("transmission/contacts.h", "friction/named_parts.h", "friction/screw_model.h"),
+    borrowed=(
+        "friction/dual_laws.h",
+        "friction/named_parts.h",
+        "friction/screw_model.c",
+        "friction/screw_model.h",
+        "transmission/contacts.h",
+    ),
     step_derivatives=False,  # of a step of many parts they would cost as much as differences of steps
 )
 MODELS = (FRICTION, MONITOR, TRANSMISSION, AXIS)

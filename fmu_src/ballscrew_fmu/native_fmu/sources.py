@@ -3,7 +3,8 @@
 The runtime is in folders (native/core, models, runtime, fmi). In an FMU its files are in sources/ without folders, as
 importers compile them without include paths. Two files are compiled: all.c, which includes the others, so that their
 names are internal (INTERNAL in constants.h), and that with the laws in dual numbers. The sources are the same for all
-screws. The FMI headers are needed to compile but, as the standard requires, are not in the FMU (is_fmi_header).
+screws. The FMI headers are needed to compile but, as the standard requires, are not in the FMU (is_fmi_header). For
+editors, `python -m ballscrew_fmu.native_fmu.sources FOLDER` writes all of it with a compile_commands.json.
 
 External names are those of the FMI functions, which begin with FMI2_FUNCTION_PREFIX or FMI3_FUNCTION_PREFIX, if it is
 defined, and of the functions in dual numbers, which begin with that too, else with the name of the model: several FMUs
@@ -12,13 +13,15 @@ can be linked into one program.
 
 import hashlib
 import importlib.resources
+import json
+import sys
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import fmpy
 
-from ballscrew_fmu.models import FRICTION, FmuModel
+from ballscrew_fmu.models import FRICTION, MODELS, FmuModel
 from ballscrew_fmu.native_fmu.resource_files import (
     MAP_FILE,
     MAP_MAGIC,
@@ -47,10 +50,6 @@ FMI_HEADERS = {
 }
 _HERE = importlib.resources.files("ballscrew_fmu") / "native"
 ALL = "all.c"
-_ORDER = (  # of the files that all.c includes: each calls those before it
-    "file.c", "map.c", "axis_part.c", "axis_step.c", "model.c", "messages.c", "resources.c", "values.c",
-    "saved_state.c", "instance.c", "fmi2.c", "fmi3.c",
-)  # fmt: skip
 _SHARED = ("core", "models", "runtime", "fmi")  # folders; in addition one folder of models
 
 _TABLE = """\
@@ -108,7 +107,7 @@ _CONSTANTS = """\
 
 #define MODEL_NAME "{name}"
 
-/* of functions that only all.c has and uses; tests replace it */
+/* of functions that only all.c has and uses; extern where a file is compiled alone, and in tests */
 #ifndef INTERNAL
 #define INTERNAL static inline
 #endif
@@ -162,14 +161,7 @@ static const unsigned char screw_file[] = {{
 """
 _ALL = """\
 /* GENERATED: all of the FMU in one unit, except the laws in dual numbers. */
-#define _POSIX_C_SOURCE 200809L /* O_NOFOLLOW, */
-#define _DARWIN_C_SOURCE        /* on macOS */
-#if defined(_WIN32)
-#define WIN32_LEAN_AND_MEAN
-#include <windows.h>
-#undef near
-#undef far
-#endif
+#include "system.h"
 {includes}
 """
 _ENTRY_TABLE = """\
@@ -218,7 +210,7 @@ def native_sources(
         files[Path(name).name] = (_HERE / "models" / name).read_bytes()
     if missing := [f"fmi{version}.c" for version in fmi_versions if f"fmi{version}.c" not in files]:
         raise SourceError(f"{missing[0]} not found in {_HERE}; install the project again")
-    parts = [name for name in _ORDER if name in files]
+    parts = sorted(name for name in files if name.endswith(".c") and name != model.dual)
     if embedded is not None:
         files["embedded.h"] = _embedded_source(embedded).encode()
         parts.insert(0, "embedded.h")
@@ -347,3 +339,24 @@ def _row(v: Variable, states: Collection[str]) -> str:
         for flag in (v.needs == "films", v.unit is None, v.fixed, kind == "STATE" and v.causality == "output")
     )
     return f'    {{"{v.name}", CAUSALITY_{kind}, {flags}, {numbers}}},'
+
+
+def write_sources(folder: Path) -> None:
+    """All sources of each model in a folder of its own, and how each C file compiles alone."""
+    from ballscrew_fmu.native_fmu.compile import WARNINGS  # which imports this module
+    from ballscrew_tehl.nut_map.file import load_map
+
+    options = ("cc", "-std=c99", *WARNINGS, "-DINTERNAL=extern", "-isystem", "fmi", "-c")
+    commands, header = [], load_map(None).header
+    for model in MODELS:
+        place = folder.absolute() / model.layer
+        (place / "fmi").mkdir(parents=True, exist_ok=True)
+        for name, content in native_sources(header, model=model).items():
+            (place / ("fmi" if is_fmi_header(name) else ".") / name).write_bytes(content)
+            if name.endswith(".c"):
+                commands.append({"directory": str(place), "file": name, "arguments": [*options, name]})
+    (folder / "compile_commands.json").write_text(json.dumps(commands, indent=1))
+
+
+if __name__ == "__main__":
+    write_sources(Path(sys.argv[1]))

@@ -1,5 +1,7 @@
 """Packing the native FMUs: members, reproducible bytes, libraries for five platforms, clear errors."""
 
+import json
+import os
 import re
 import shutil
 import struct
@@ -11,7 +13,7 @@ import fmpy
 import pytest
 from fmpy.util import create_cmake_project
 from fmu_checks import exports, findings, fmi_functions, machine_of, members
-from native_model import FLAGS
+from native_model import FLAGS, compiler
 from processes import elsewhere, output
 from reference_screw import GD4008
 from synthetic_map import closed_form, make_map
@@ -26,7 +28,7 @@ from ballscrew_fmu.native_fmu.compile import PLATFORMS, WASM, BuildError, build_
 from ballscrew_fmu.native_fmu.libraries import entry_library, native_library, page_library
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_files
 from ballscrew_fmu.native_fmu.resource_files import map_bytes
-from ballscrew_fmu.native_fmu.sources import is_fmi_header
+from ballscrew_fmu.native_fmu.sources import is_fmi_header, write_sources
 from ballscrew_fmu.native_fmu.validation import Reference
 from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.runtime.packed import Law
@@ -197,3 +199,16 @@ def test_one_line_for_what_cannot_be_built():
         with pytest.raises(BuildError, match=found) as error:
             build_libraries({"a.c": text}, ("a.c",), "a", ("x86_64-linux",))
         assert "\n" not in str(error.value)
+
+
+def test_each_c_file_compiles_alone(tmp_path):
+    """As an editor does: none needs what all.c includes before it."""
+    write_sources(tmp_path)
+    commands = json.loads((tmp_path / "compile_commands.json").read_text())
+    assert {(Path(c["directory"]).name, c["file"]) for c in commands} >= {
+        (model.layer, file) for model in MODELS for file in ("fmi2.c", "fmi3.c", "map.c", model.dual)
+    }
+    for command in commands:
+        cc, *first = compiler()
+        options = *first, *command["arguments"][1:], "-o", os.devnull
+        output(*options, program=cc, folder=command["directory"])

@@ -1,31 +1,16 @@
-/* Files of the resources: eight characters that name the format, size of the file, checksum of what follows, content.
-   Little-endian, a multiple of eight bytes. */
+#include "system.h"
+
+#include "file.h"
+
 #include <errno.h>
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "constants.h"
-
-#define FILE_MAGIC_SIZE 8
-#define FILE_HEAD_SIZE (FILE_MAGIC_SIZE + 16)
-
 #define LARGEST_FILE 67108864 /* bytes, thirty times a map */
 #define SHOWN_PATH 300U       /* bytes of a path in a message, which has room for the reason then */
 
-static inline uint64_t little_endian(const unsigned char bytes[8])
-{
-    uint64_t value = 0;
-    for (int i = 7; i >= 0; --i) {
-        value = value << 8 | bytes[i];
-    }
-    return value;
-}
-
-static inline void put_little_endian(uint64_t value, unsigned char bytes[8])
+static void put_little_endian(uint64_t value, unsigned char bytes[8])
 {
     for (int i = 0; i < 8; ++i) {
         bytes[i] = (unsigned char)(value >> (8 * i) & 0xFFU);
@@ -46,14 +31,14 @@ static uint64_t checksum(const unsigned char *bytes, size_t size)
 INTERNAL bool file_fails(const unsigned char *bytes, size_t size, const char *magic, const char *name, const char *what,
                          char *message, size_t message_size)
 {
-    char found[FILE_MAGIC_SIZE + 1] = "";
+    char result[FILE_MAGIC_SIZE + 1] = "";
 
     for (size_t i = 0; i < FILE_MAGIC_SIZE && i < size; ++i) {
-        found[i] = bytes[i] > ' ' && bytes[i] < 127 ? (char)bytes[i] : '.';
+        result[i] = bytes[i] > ' ' && bytes[i] < 127 ? (char)bytes[i] : '.';
     }
     if (size < FILE_HEAD_SIZE || memcmp(bytes, magic, FILE_MAGIC_SIZE) != 0) {
         (void)snprintf(message, message_size, "%s: %.0f bytes that begin with '%s': not a %s of this format, which begins "
-                       "with '%s'", name, (double)size, found, what, magic);
+                       "with '%s'", name, (double)size, result, what, magic);
     } else if (little_endian(bytes + FILE_MAGIC_SIZE) != size || size % 8 != 0) {
         (void)snprintf(message, message_size, "%s: %.0f bytes, expected %.0f: truncated or damaged", name, (double)size,
                        (double)little_endian(bytes + FILE_MAGIC_SIZE));
@@ -88,8 +73,6 @@ INTERNAL const char *end_of_path(const char *path)
 
 #if defined(_WIN32)
 
-#include <windows.h>
-
 static FILE *open_file(const char *path)
 {
     wchar_t wide[32768];
@@ -107,12 +90,12 @@ static FILE *open_file(const char *path)
 static FILE *open_file(const char *path)
 {
     const int descriptor = open(path, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-    struct stat found;
+    struct stat status;
     FILE *file = NULL;
 
-    if (descriptor >= 0 && fstat(descriptor, &found) == 0) {
-        errno = S_ISDIR(found.st_mode) ? EISDIR : EINVAL;
-        file = S_ISREG(found.st_mode) ? fdopen(descriptor, "rb") : NULL;
+    if (descriptor >= 0 && fstat(descriptor, &status) == 0) {
+        errno = S_ISDIR(status.st_mode) ? EISDIR : EINVAL;
+        file = S_ISREG(status.st_mode) ? fdopen(descriptor, "rb") : NULL;
     }
     if (descriptor >= 0 && file == NULL) {
         (void)close(descriptor);

@@ -1,4 +1,8 @@
-#include "map.h"
+#include "system.h"
+
+#include "map_file.h"
+
+#include "file.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -44,7 +48,7 @@ static const char *head_from(Map *map, const double *numbers)
                         {"axis speed is invalid", &map->speed, true},
                         {"axis temperature is invalid", &map->temperature, false},
                         {"axis preload is invalid", &map->preload, true},
-                        {"axis share is invalid", &map->share, false}};
+                        {"axis share is invalid", &map->fraction, false}};
 
     for (size_t i = 0; i < MAP_AXES; ++i) {
         if (!axis_from(axes[i].axis, numbers + 3 * i, axes[i].logarithmic)) {
@@ -70,10 +74,10 @@ static uint64_t coefficients_of(const Map *map)
 {
     const uint64_t force = (uint64_t)axis_coefficients(&map->force);
     const uint64_t plane = (uint64_t)axis_coefficients(&map->speed) * (uint64_t)axis_coefficients(&map->temperature);
-    const uint64_t share = (uint64_t)axis_coefficients(&map->share);
+    const uint64_t fraction = (uint64_t)axis_coefficients(&map->fraction);
 
     return force * (plane * (TORQUE_COLUMNS + FILM_COLUMNS) + CURVE_COLUMNS)
-           + 2 * (uint64_t)axis_coefficients(&map->preload) * (1 + share);
+           + 2 * (uint64_t)axis_coefficients(&map->preload) * (1 + fraction);
 }
 
 /* Fills map from count numbers, which must last as long as it. NULL, or what is wrong with them. */
@@ -113,7 +117,6 @@ typedef char Lock;
 static inline void lock_enter(Lock *lock) { (void)lock; }
 static inline void lock_leave(Lock *lock) { (void)lock; }
 #elif defined(_WIN32)
-#include <windows.h>
 typedef SRWLOCK Lock;
 #define LOCK_OPEN SRWLOCK_INIT
 static inline void lock_enter(Lock *lock) { AcquireSRWLockExclusive(lock); }

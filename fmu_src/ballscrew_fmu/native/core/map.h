@@ -34,7 +34,7 @@ typedef struct {
 typedef struct Map Map;
 struct Map {
     int law; /* THREE_PARAMETER_LAW or MECHANISTIC_LAW */
-    Axis force, speed, temperature, preload, share;
+    Axis force, speed, temperature, preload, fraction;
     double defaults[MAP_DEFAULTS];
     double presliding_angle;  /* [rad] Coulomb torque over presliding stiffness at the lowest force */
     double seal_angle;        /* [rad] the same at the highest force */

@@ -50,7 +50,7 @@ static inline Number efficiency_of(Number ideal_torque, Number friction, Number 
 
 /* Torque below the lowest speed of the map, divided by that at the lowest speed. slope: of its logarithm there, with
    respect to the position in the cell. */
-static inline Number slow_share(const Map *map, Number s, Number slope)
+static inline Number slow_fraction(const Map *map, Number s, Number slope)
 {
     const Number one = constant(1.0), exponent = times(map->speed.scale, slope);
     const Number c = times(0.5, subtract(clamped(exponent, 0.0, SPEED_EXPONENT_MAX), one));
@@ -80,7 +80,7 @@ static inline Number coulomb_rise(const Map *map, Number s, Number factor, Numbe
 static inline void surfaces_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now, const Row *slope_plane,
                                    Columns *columns, Number values[TORQUE_COLUMNS], Number slopes[TORQUE_COLUMNS])
 {
-    const bool slow = value_of(now->share) < 1.0;
+    const bool slow = value_of(now->fraction) < 1.0;
     Row here[2], *sums = columns != NULL ? &columns->sums : &here[0];
     Row *slope_sums = columns != NULL ? &columns->slope_sums : &here[1];
 
@@ -111,9 +111,10 @@ static inline Number viscous_torque_of_nut(const Map *map, const LoadedNut *nut,
         const int t = VISCOUS_TORQUE_SCREW + raceway, h = EFFECTIVE_FILM_SCREW + raceway;
         const Number ratio = multiply(roughness, exponential(negative(values[h]))), x = multiply(ratio, ratio);
         Number torque = divide(exponential(values[t]), add(one, x));
-        if (value_of(now->share) < 1.0) {
+        if (value_of(now->fraction) < 1.0) {
             const Number rough = divide(times(2.0, x), add(one, x));
-            torque = multiply(torque, slow_share(map, now->share, add(slopes[t], multiply(rough, slopes[h]))));
+            const Number slope = add(slopes[t], multiply(rough, slopes[h]));
+            torque = multiply(torque, slow_fraction(map, now->fraction, slope));
         }
         viscous = add(viscous, torque);
     }
@@ -126,9 +127,9 @@ static inline Number rolling_torque_of_nut(const Map *map, const LoadedNut *nut,
 {
     Number screw = exponential(values[ROLLING_TORQUE_SCREW]), other = exponential(values[ROLLING_TORQUE_NUT]);
 
-    if (value_of(now->share) < 1.0) {
-        screw = multiply(screw, slow_share(map, now->share, slopes[ROLLING_TORQUE_SCREW]));
-        other = multiply(other, slow_share(map, now->share, slopes[ROLLING_TORQUE_NUT]));
+    if (value_of(now->fraction) < 1.0) {
+        screw = multiply(screw, slow_fraction(map, now->fraction, slopes[ROLLING_TORQUE_SCREW]));
+        other = multiply(other, slow_fraction(map, now->fraction, slopes[ROLLING_TORQUE_NUT]));
     }
     return multiply(add(screw, other), multiply(nut->third, nut->third));
 }
@@ -146,10 +147,11 @@ static inline Number sliding_torque_of_nut(const Map *map, const LoadedNut *nut,
     const Number factor = exponential(values[THRUST_FACTOR]);
     const Number on_balls = multiply(multiply(friction->net_sliding, nut->sliding_load), factor);
 
-    spin->shear = multiply(nut->share, exponential(values[SHEAR_TORQUE]));
+    spin->shear = multiply(nut->fraction, exponential(values[SHEAR_TORQUE]));
     spin->push = nut->sliding_load;
-    if (value_of(now->share) < 1.0) {
-        const Number rise = coulomb_rise(map, now->share, factor, slopes[THRUST_FACTOR], friction->breakaway);
+    if (value_of(now->fraction) < 1.0) {
+        const Number rise = coulomb_rise(map, now->fraction, factor, slopes[THRUST_FACTOR],
+                                         friction->breakaway);
         const Number sliding = multiply(add(spin->shear, on_balls), rise);
         spin->shear = multiply(spin->shear, rise);
         spin->push = multiply(spin->push, rise);
@@ -159,18 +161,18 @@ static inline Number sliding_torque_of_nut(const Map *map, const LoadedNut *nut,
 }
 
 /* Sliding torque by which oversize balls lose less than two sets of flanks alone: freed_shear of nut_law.py. */
-static inline Number freed_shear(const Spin *relieved, const Spin *loaded, Number share)
+static inline Number freed_shear(const Spin *relieved, const Spin *loaded, Number fraction)
 {
-    const Number one = constant(1.0), held = add(relieved->shear, loaded->shear);
-    const Number free = add(multiply(share, loaded->shear), times(FREE_PUSH, relieved->push));
-    const Number low = lesser(held, free), high = greater(greater(held, free), constant(SMOOTH));
+    const Number one = constant(1.0), separate = add(relieved->shear, loaded->shear);
+    const Number free = add(multiply(fraction, loaded->shear), times(FREE_PUSH, relieved->push));
+    const Number low = lesser(separate, free), high = greater(greater(separate, free), constant(SMOOTH));
     const Number near = power(divide(low, high), FREE_SHARPNESS);
 
-    return subtract(multiply(low, power(add(one, near), -1.0 / FREE_SHARPNESS)), held);
+    return subtract(multiply(low, power(add(one, near), -1.0 / FREE_SHARPNESS)), separate);
 }
 
 /* Share of the relieved set of flanks in that, a convention. */
-static inline Number relieved_share(const Spin *relieved, const Spin *loaded)
+static inline Number relieved_fraction(const Spin *relieved, const Spin *loaded)
 {
     return divide(relieved->shear, greater(add(relieved->shear, loaded->shear), constant(SMOOTH)));
 }
@@ -180,7 +182,7 @@ static inline Number relieved_share(const Spin *relieved, const Spin *loaded)
 static inline void nut_parts(const Map *map, Loads *loads, const Conditions *now, Columns columns[2],
                              const Friction *friction, Parts *out)
 {
-    const bool slow = value_of(now->share) < 1.0;
+    const bool slow = value_of(now->fraction) < 1.0;
     Number viscous = constant(0.0), sliding = constant(0.0);
     Row slope_plane;
     Number relieved_viscous = viscous, relieved_sliding = sliding;
@@ -221,13 +223,14 @@ static inline void nut_parts(const Map *map, Loads *loads, const Conditions *now
             const Number freed = freed_shear(&spin[0], &spin[loads->nuts - 1], loaded->free);
             out->sliding = add(out->sliding, freed);
             relieved_sliding =
-                add(relieved_sliding, multiply(freed, relieved_share(&spin[0], &spin[loads->nuts - 1])));
+                add(relieved_sliding, multiply(freed, relieved_fraction(&spin[0], &spin[loads->nuts - 1])));
         }
     } else {
         Number coefficient = friction->net_sliding;
         if (slow) {
             coefficient = multiply(
-                coefficient, coulomb_rise(map, now->share, constant(1.0), constant(0.0), friction->breakaway));
+                coefficient,
+                coulomb_rise(map, now->fraction, constant(1.0), constant(0.0), friction->breakaway));
         }
         out->sliding = multiply(coefficient, loads->sliding_load);
         relieved_sliding = multiply(coefficient, loads->nut[0].sliding_load);
@@ -238,8 +241,8 @@ static inline void nut_parts(const Map *map, Loads *loads, const Conditions *now
 static inline Films films_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now)
 {
     const double *curves = map->curves + (ptrdiff_t)nut->cell * CURVE_COLUMNS;
-    const Number s = now->share;
-    const Number film_share = value_of(s) < 1.0 ? power(s, FILM_SPEED_EXPONENT) : constant(1.0);
+    const Number s = now->fraction;
+    const Number film_fraction = value_of(s) < 1.0 ? power(s, FILM_SPEED_EXPONENT) : constant(1.0);
     Number values[FILM_COLUMNS], least;
     Row sums;
     Films out;
@@ -249,15 +252,16 @@ static inline Films films_of_nut(const Map *map, const LoadedNut *nut, const Con
     /* splines of nearly equal films may cross each other */
     least = lesser(lesser(values[MINIMUM_FILM_SCREW], values[MINIMUM_FILM_NUT]),
                    lesser(values[CENTRAL_FILM_SCREW], values[CENTRAL_FILM_NUT]));
-    out.minimum = multiply(film_share, exponential(least));
-    out.central_screw = multiply(film_share, exponential(values[CENTRAL_FILM_SCREW]));
-    out.central_nut = multiply(film_share, exponential(values[CENTRAL_FILM_NUT]));
+    out.minimum = multiply(film_fraction, exponential(least));
+    out.central_screw = multiply(film_fraction, exponential(values[CENTRAL_FILM_SCREW]));
+    out.central_nut = multiply(film_fraction, exponential(values[CENTRAL_FILM_NUT]));
     out.rise = multiply(multiply(s, nut->third),
                         exponential(greater(values[TEMPERATURE_RISE_SCREW], values[TEMPERATURE_RISE_NUT])));
     out.pressure =
         multiply(nut->third, exponential(weighted(nut->weight, curves + CONTACT_PRESSURE_MAX_CURVE, CURVE_COLUMNS)));
     out.ball_load =
-        multiply(nut->share, exponential(weighted(nut->weight, curves + BALL_LOAD_MAX_CURVE, CURVE_COLUMNS)));
+        multiply(nut->fraction,
+                 exponential(weighted(nut->weight, curves + BALL_LOAD_MAX_CURVE, CURVE_COLUMNS)));
     return out;
 }
 

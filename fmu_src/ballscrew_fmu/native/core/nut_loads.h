@@ -23,7 +23,7 @@ typedef struct {
     int cell;            /* of the force */
     Number weight[4];    /* of the neighbours in force */
     Number force;        /* [N] */
-    Number share, third; /* force divided by the lowest of the axis, at most 1; its cube root */
+    Number fraction, third; /* force divided by the lowest of the axis, at most 1; its cube root */
     Number log_width;    /* logarithm of the contact width divided by that at the lowest force, at least 0 */
     Number log_hysteresis, log_sliding, log_free; /* logarithms of the curves at this force */
     Number hysteresis, sliding_load; /* [N.m] as in Loads */
@@ -47,7 +47,7 @@ typedef struct {
     int speed_cell, temperature_cell;
     Number at_speed, at_temperature; /* positions in the cells */
     Row plane;                       /* weights of the neighbours */
-    Number share;                    /* speed divided by the lowest of the axis, at most 1 */
+    Number fraction;                    /* speed divided by the lowest of the axis, at most 1 */
     bool speed_clamped, temperature_clamped;
 } Conditions;
 
@@ -113,11 +113,17 @@ static inline Number weighted(const Number w[4], const double *values, int strid
                times(values[3 * stride], w[3]));
 }
 
-/* Weighted sum of the sixteen rows of neighbours. columns: a constant at each call, few enough for registers */
+enum { SUMS = 16 }; /* at once, in registers */
+
+/* Fails to compile if the sums of nut_law.h, or the weights of a plane in a Row, do not fit. */
+typedef char sums_fit[4 * TORQUE_COLUMNS <= SUMS && 2 * FILM_COLUMNS <= SUMS ? 1 : -1];
+typedef char plane_fits[4 * FILM_COLUMNS >= 16 && FILM_COLUMNS >= TORQUE_COLUMNS ? 1 : -1];
+
+/* Weighted sum of the sixteen rows of neighbours. columns: a constant at each call, at most SUMS */
 static inline void add_rows(const double *block, ptrdiff_t by_speed, ptrdiff_t by_temperature, const double plane[16],
                             double sums[], int columns)
 {
-    double run[16] = {0.0};
+    double run[SUMS] = {0.0};
 
     for (int b = 0; b < 4; ++b) {
         for (int c = 0; c < 4; ++c) {
@@ -200,8 +206,8 @@ static inline void nut_forces(const Map *map, Number preload, Number axial_load,
 {
     const Number load = absolute(axial_load);
     const int side = value_of(axial_load) >= 0.0 ? 0 : 1;
-    const ptrdiff_t n_p = axis_coefficients(&map->preload), n_q = axis_coefficients(&map->share);
-    Number share, y, w_p[4], w_q[4], rows[4];
+    const ptrdiff_t n_p = axis_coefficients(&map->preload), n_q = axis_coefficients(&map->fraction);
+    Number fraction, y, w_p[4], w_q[4], rows[4];
     int p, q;
 
     force[0] = constant(0.0);
@@ -210,11 +216,12 @@ static inline void nut_forces(const Map *map, Number preload, Number axial_load,
         return;
     }
     spline_weights(axis_position(&map->preload, clamped(preload, map->preload.lo, map->preload.hi), &p), w_p);
-    share = divide(load, multiply(preload, exponential(weighted(w_p, map->separation + side * n_p + p, 1))));
-    if (value_of(share) >= 1.0) {
+    fraction = divide(load,
+                      multiply(preload, exponential(weighted(w_p, map->separation + side * n_p + p, 1))));
+    if (value_of(fraction) >= 1.0) {
         return; /* the nuts are separated: the relieved one is unloaded */
     }
-    spline_weights(axis_position(&map->share, share, &q), w_q);
+    spline_weights(axis_position(&map->fraction, fraction, &q), w_q);
     for (int a = 0; a < 4; ++a) {
         rows[a] = multiply(w_p[a], weighted(w_q, map->sharing + (side * n_p + p + a) * n_q + q, 1));
     }
@@ -236,8 +243,8 @@ static inline void place_nuts(const Map *map, const Number force[], int nuts, Lo
         spline_weights(place, nut->weight);
         nut->log_width = over(add(place, constant(nut->cell)), 3.0 * map->force.scale); /* it grows as force^(1/3) */
         nut->force = force[n];
-        nut->share = below ? over(force[n], map->force.lo) : constant(1.0);
-        nut->third = below ? power(nut->share, 1.0 / 3.0) : constant(1.0);
+        nut->fraction = below ? over(force[n], map->force.lo) : constant(1.0);
+        nut->third = below ? power(nut->fraction, 1.0 / 3.0) : constant(1.0);
         curves = map->curves + (ptrdiff_t)nut->cell * CURVE_COLUMNS;
         nut->log_hysteresis = weighted(nut->weight, curves + HYSTERESIS_TORQUE_CURVE, CURVE_COLUMNS);
         nut->log_sliding = weighted(nut->weight, curves + SLIDING_TORQUE_CURVE, CURVE_COLUMNS);
@@ -260,11 +267,11 @@ static inline void nut_loads_of_forces(const Map *map, Number relieved, Number l
 static inline void nut_loads(const Map *map, Number preload, Number axial_load, Loads *loads)
 {
     /* without preload one nut holds the axial load */
-    const double held = value_of(preload) == 0.0 ? fabs(value_of(axial_load)) : value_of(preload);
+    const double holding = value_of(preload) == 0.0 ? fabs(value_of(axial_load)) : value_of(preload);
     int nuts = 1;
     Number force[2];
 
-    loads->preload_clamped = held < map->preload.lo || held > map->force.hi;
+    loads->preload_clamped = holding < map->preload.lo || holding > map->force.hi;
     loads->axial_load_clamped = false;
     loads->highest = 0.0;
     /* derivatives: one-sided at the end of the map, 0 at preload 0, where that of the viscous part is infinite */
@@ -290,9 +297,9 @@ static inline void nut_sums(const Map *map, Loads *loads)
     loads->hysteresis = loads->sliding_load = loads->stiffness_hysteresis = loads->stiffness_sliding = constant(0.0);
     for (int n = 0; n < loads->nuts; ++n) {
         LoadedNut *nut = &loads->nut[n];
-        nut->hysteresis = multiply(multiply(exponential(nut->log_hysteresis), nut->share), nut->third);
+        nut->hysteresis = multiply(multiply(exponential(nut->log_hysteresis), nut->fraction), nut->third);
         loads->hysteresis = add(loads->hysteresis, nut->hysteresis);
-        nut->sliding_load = multiply(exponential(nut->log_sliding), nut->share);
+        nut->sliding_load = multiply(exponential(nut->log_sliding), nut->fraction);
         loads->sliding_load = add(loads->sliding_load, nut->sliding_load);
         if (value_of(nut->force) > 0.0) {
             const Number narrow = divide(exponential(negative(nut->log_width)), times(map->presliding_angle, nut->third));
@@ -318,7 +325,7 @@ static inline void nut_conditions(const Map *map, Number speed, Number temperatu
     now->speed_clamped = value_of(speed) > map->speed.hi;
     now->temperature_clamped =
         !(value_of(temperature) >= map->temperature.lo && value_of(temperature) <= map->temperature.hi);
-    now->share = value_of(speed) < map->speed.lo ? over(speed, map->speed.lo) : constant(1.0);
+    now->fraction = value_of(speed) < map->speed.lo ? over(speed, map->speed.lo) : constant(1.0);
     now->at_speed = axis_position(&map->speed, speed, &now->speed_cell);
     now->at_temperature = axis_position(&map->temperature, temperature, &now->temperature_cell);
     spline_weights(now->at_speed, w_j);

@@ -27,9 +27,9 @@ typedef struct {
 
 /* Whether the stiffness follows the loads at the same energy. While elements hold a load it stays: if it followed, a
    preload that swings would let the screw creep. free: none holds one, or all slide. */
-static inline bool stiffness_follows(bool free, double held, double present)
+static inline bool stiffness_follows(bool free, double fixed, double present)
 {
-    return free || !(held <= STIFFNESS_RATIO * present && present <= STIFFNESS_RATIO * held);
+    return free || !(fixed <= STIFFNESS_RATIO * present && present <= STIFFNESS_RATIO * fixed);
 }
 
 /* Smoothed sign of the speed. Regularization speed 0: the sign itself. */
@@ -58,12 +58,15 @@ static inline PreslidingLevel presliding_level(Number coulomb, Number stiffness,
 }
 
 /* Event indicator, to where the stiffness that is held follows that of the loads. */
-static inline double distance_to_stiffness(double held, double present)
+static inline double distance_to_stiffness(double fixed, double present)
 {
-    if (held == present) {
+    if (fixed == present) {
         return 1.0;
     }
-    return held > 0.0 && present > 0.0 ? STIFFNESS_RATIO - (held > present ? held / present : present / held) : -1.0;
+    if (!(fixed > 0.0 && present > 0.0)) {
+        return -1.0;
+    }
+    return STIFFNESS_RATIO - (fixed > present ? fixed / present : present / fixed);
 }
 
 /* Whether no element holds a load, or all slide. unit: limit of the first element. */
@@ -174,7 +177,7 @@ static inline void presliding_at_instant(const Number element[ELEMENTS], Number 
 
     for (int i = 0; i < ELEMENTS; ++i) {
         const Number limit = times(2.0 * i + 1.0, level->unit);
-        const Number held = element_within(element[i], limit);
+        const Number limited = element_within(element[i], limit);
         const Number loaded = value_of(speed) < 0.0 ? negative(element[i]) : element[i];
 
         out->element[i] = element[i];
@@ -195,11 +198,12 @@ static inline void presliding_at_instant(const Number element[ELEMENTS], Number 
                 out->rate[i] = multiply(level->root, speed);
             }
         } else {
-            const Number signed_held = value_of(speed) < 0.0 ? negative(held) : held;
+            const Number signed_limited = value_of(speed) < 0.0 ? negative(limited) : limited;
 
             out->rate[i] = multiply(level->root, speed);
-            along = add(along, signed_held);
-            power = add(power, multiply(subtract(signed_held, loaded), pace)); /* 0 unless above a level that decreases */
+            along = add(along, signed_limited);
+            /* 0 unless above a level that decreases */
+            power = add(power, multiply(subtract(signed_limited, loaded), pace));
             ++moving;
         }
     }

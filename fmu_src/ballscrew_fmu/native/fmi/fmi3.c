@@ -1,4 +1,4 @@
-/* FMI 3.0 for co-simulation and model exchange: translates the calls to instance.h. No clocks, no structural
+/* FMI 3.0 for co-simulation and model exchange: translates the calls to the runtime. No clocks, no structural
    parameters, no scheduled execution. */
 #ifdef __clang__
 #pragma clang diagnostic push
@@ -9,28 +9,20 @@
 #pragma clang diagnostic pop
 #endif
 
-#include "calls.h"
+#include "fmi_common.h"
 
-#undef FMI /* in one unit with fmi2.c */
-#undef STATE
-#undef DESERIALIZE
-#undef DERIVATIVES
-#undef NOMINALS_IN
-#define FMI fmi3
-#define STATE FMUState
-#define DESERIALIZE Deserialize
-#define DERIVATIVES GetContinuousStateDerivatives
-#define NOMINALS_IN EVALUATED
 #define AT_EVENTS (INITIALIZATION_MODE | EVENT_MODE)
 
-/* Parameters of a call about variables, and of one about a type without variables. */
-#define VARIABLES fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences
-#define NONE_OF(type) instance_no_variables(self, type, valueReferences, nValueReferences)
+/* Start of a call that is legal in these kinds and states; a body of one statement. */
+#define FMI3_BEGIN(kinds, states) BEGIN(fmi3Error, kinds, states)
+#define FMI3_CALL(kinds, states, call) \
+    FMI3_BEGIN(kinds, states) \
+    return (fmi3Status)instance_end(self, call)
 
 /* --- importer ---------------------------------------------------------------------------------------------------- */
 
 static void log_fmi3(const Importer *importer, const char *instance_name, Status status, const char *category,
-                 const char *message)
+                     const char *message)
 {
     const fmi3LogMessageCallback log_message = (fmi3LogMessageCallback)importer->logger;
 
@@ -51,6 +43,14 @@ const char *fmi3GetVersion(void)
 {
     return fmi3Version;
 }
+
+fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean loggingOn, size_t nCategories,
+                               const fmi3String categories[])
+{
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_set_logging(self, loggingOn, nCategories, categories));
+}
+
+/* --- life cycle -------------------------------------------------------------------------------------------------- */
 
 fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
                                           fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
@@ -97,114 +97,149 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3Stri
     return NULL;
 }
 
-#include "both.h"
-
-/* --- life cycle -------------------------------------------------------------------------------------------------- */
+void fmi3FreeInstance(fmi3Instance instance)
+{
+    instance_free(instance);
+}
 
 fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean toleranceDefined, fmi3Float64 tolerance,
                                        fmi3Float64 startTime, fmi3Boolean stopTimeDefined, fmi3Float64 stopTime)
 {
     Status status;
 
-    BEGIN(EnterInitializationMode, BOTH_KINDS, INSTANTIATED)
+    FMI3_BEGIN(BOTH_KINDS, INSTANTIATED)
     status = instance_setup(self, startTime, stopTimeDefined, stopTime);
-    RETURN(status == STATUS_OK ? instance_enter(self, INITIALIZATION_MODE) : status);
+    status = status == STATUS_OK ? instance_enter(self, INITIALIZATION_MODE) : status;
+    return (fmi3Status)instance_end(self, status);
 }
 
-static Status no_structure(Instance *self)
+fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
 {
-    return instance_fail(self, "no configuration mode: there are no structural parameters");
+    FMI3_CALL(BOTH_KINDS, INITIALIZATION_MODE, instance_exit_initialization(self));
 }
 
-FORWARD(EnterConfigurationMode, BOTH_KINDS, INSTANTIATED | STEP_MODE | EVENT_MODE, (fmi3Instance instance),
-        no_structure(self))
-FORWARD(ExitConfigurationMode, BOTH_KINDS, 0U, (fmi3Instance instance), no_structure(self))
+fmi3Status fmi3Terminate(fmi3Instance instance)
+{
+    FMI3_CALL(BOTH_KINDS, RUNNING, instance_enter(self, TERMINATED));
+}
+
+fmi3Status fmi3Reset(fmi3Instance instance)
+{
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_reset(self));
+}
 
 /* --- values ------------------------------------------------------------------------------------------------------ */
 
 /* All variables are scalars: one value for each reference. */
-static Status check_counts(Instance *self, size_t references, size_t values)
+static bool equal_counts(Instance *self, size_t references, size_t values)
 {
-    return references == values ? STATUS_OK
-                                : instance_fail(self, "%lu values for %lu scalar variables", (unsigned long)values,
-                                                (unsigned long)references);
+    if (references != values) {
+        (void)instance_fail(self, "%lu values for %lu scalar variables", (unsigned long)values,
+                            (unsigned long)references);
+    }
+    return references == values;
 }
 
-/* The two functions of a type. */
-#define TYPE(type, settable, get, set)                                                                   \
-    FORWARD(Get##type, BOTH_KINDS, EVALUATED, (VARIABLES, fmi3##type values[], size_t nValues), get)      \
-    FORWARD(Set##type, BOTH_KINDS, settable, (VARIABLES, const fmi3##type values[], size_t nValues), set)
-#define COUNTED(call) (check_counts(self, nValueReferences, nValues) == STATUS_OK ? call : STATUS_ERROR)
-#define NO_TYPE(type, settable) TYPE(type, settable, NONE_OF(#type), NONE_OF(#type))
-
-TYPE(Float64, SETTABLE | CONTINUOUS_TIME_MODE,
-     COUNTED(instance_get_reals(self, valueReferences, nValueReferences, values)),
-     COUNTED(instance_set(self, valueReferences, nValueReferences, values, false)))
-TYPE(Boolean, SETTABLE, COUNTED(instance_get_booleans(self, valueReferences, nValueReferences, values)),
-     COUNTED(instance_set(self, valueReferences, nValueReferences, values, true)))
-NO_TYPE(Float32, SETTABLE | CONTINUOUS_TIME_MODE)
-
-#define NO_DISCRETE(X) X(Int8) X(UInt8) X(Int16) X(UInt16) X(Int32) X(UInt32) X(Int64) X(UInt64) X(String)
-#define NO_DISCRETE_TYPE(type) NO_TYPE(type, SETTABLE)
-NO_DISCRETE(NO_DISCRETE_TYPE)
-FORWARD(GetBinary, BOTH_KINDS, EVALUATED, (VARIABLES, size_t valueSizes[], fmi3Binary values[], size_t nValues),
-        NONE_OF("Binary"))
-FORWARD(SetBinary, BOTH_KINDS, SETTABLE,
-        (VARIABLES, const size_t valueSizes[], const fmi3Binary values[], size_t nValues), NONE_OF("Binary"))
-
-/* --- clocks (not supported) -------------------------------------------------------------------------------------- */
-
-#define NO_CLOCK(name, ...) FORWARD(name, BOTH_KINDS, AT_EVENTS, (VARIABLES, __VA_ARGS__), NONE_OF("Clock"))
-
-NO_CLOCK(GetClock, fmi3Clock values[])
-NO_CLOCK(SetClock, const fmi3Clock values[])
-NO_CLOCK(GetIntervalDecimal, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])
-NO_CLOCK(GetIntervalFraction, fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
-NO_CLOCK(GetShiftDecimal, fmi3Float64 shifts[])
-NO_CLOCK(GetShiftFraction, fmi3UInt64 counters[], fmi3UInt64 resolutions[])
-NO_CLOCK(SetIntervalDecimal, const fmi3Float64 intervals[])
-NO_CLOCK(SetIntervalFraction, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
-NO_CLOCK(SetShiftDecimal, const fmi3Float64 shifts[])
-NO_CLOCK(SetShiftFraction, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
-FORWARD(ActivateModelPartition, BOTH_KINDS, 0U,
-        (fmi3Instance instance, fmi3ValueReference clockReference, fmi3Float64 activationTime),
-        instance_no_variables(self, "Clock", &clockReference, 1))
-
-/* --- structure and derivatives ----------------------------------------------------------------------------------- */
-
-static Status no_elements(Instance *self)
+fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[],
+                          size_t nValueReferences, fmi3Float64 values[], size_t nValues)
 {
-    return instance_fail(self, "providesPerElementDependencies is false; all variables are scalars, see the model "
-                               "description");
+    FMI3_CALL(BOTH_KINDS, EVALUATED,
+              equal_counts(self, nValueReferences, nValues)
+                  ? instance_get_reals(self, valueReferences, nValueReferences, values)
+                  : STATUS_ERROR);
 }
 
-FORWARD(GetNumberOfVariableDependencies, BOTH_KINDS, ANY_STATE,
-        (fmi3Instance instance, fmi3ValueReference valueReference, size_t *nDependencies), no_elements(self))
-FORWARD(GetVariableDependencies, BOTH_KINDS, ANY_STATE,
-        (fmi3Instance instance, fmi3ValueReference dependent, size_t elementIndicesOfDependent[],
-         fmi3ValueReference independents[], size_t elementIndicesOfIndependents[],
-         fmi3DependencyKind dependencyKinds[], size_t nDependencies),
-        no_elements(self))
+fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[],
+                          size_t nValueReferences, const fmi3Float64 values[], size_t nValues)
+{
+    FMI3_CALL(BOTH_KINDS, SETTABLE | CONTINUOUS_TIME_MODE,
+              equal_counts(self, nValueReferences, nValues)
+                  ? instance_set(self, valueReferences, nValueReferences, values, false)
+                  : STATUS_ERROR);
+}
 
-#define SENSITIVITIES                                                                                             \
-    fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns, const fmi3ValueReference knowns[], \
-        size_t nKnowns, const fmi3Float64 seed[], size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity
+fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[],
+                          size_t nValueReferences, fmi3Boolean values[], size_t nValues)
+{
+    FMI3_CALL(BOTH_KINDS, EVALUATED,
+              equal_counts(self, nValueReferences, nValues)
+                  ? instance_get_booleans(self, valueReferences, nValueReferences, values)
+                  : STATUS_ERROR);
+}
 
-FORWARD(GetDirectionalDerivative, BOTH_KINDS, EVALUATED, (SENSITIVITIES),
-        check_counts(self, nKnowns, nSeed) == STATUS_OK && check_counts(self, nUnknowns, nSensitivity) == STATUS_OK
-            ? instance_derivative(self, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity, false)
-            : STATUS_ERROR)
-FORWARD(GetAdjointDerivative, BOTH_KINDS, EVALUATED, (SENSITIVITIES),
-        check_counts(self, nUnknowns, nSeed) == STATUS_OK && check_counts(self, nKnowns, nSensitivity) == STATUS_OK
-            ? instance_derivative(self, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity, true)
-            : STATUS_ERROR)
+fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[],
+                          size_t nValueReferences, const fmi3Boolean values[], size_t nValues)
+{
+    FMI3_CALL(BOTH_KINDS, SETTABLE,
+              equal_counts(self, nValueReferences, nValues)
+                  ? instance_set(self, valueReferences, nValueReferences, values, true)
+                  : STATUS_ERROR);
+}
+
+/* --- derivatives ------------------------------------------------------------------------------------------------- */
+
+fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[],
+                                        size_t nUnknowns, const fmi3ValueReference knowns[], size_t nKnowns,
+                                        const fmi3Float64 seed[], size_t nSeed, fmi3Float64 sensitivity[],
+                                        size_t nSensitivity)
+{
+    FMI3_CALL(BOTH_KINDS, EVALUATED,
+              equal_counts(self, nKnowns, nSeed) && equal_counts(self, nUnknowns, nSensitivity)
+                  ? instance_derivative(self, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity, false)
+                  : STATUS_ERROR);
+}
+
+fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[],
+                                    size_t nUnknowns, const fmi3ValueReference knowns[], size_t nKnowns,
+                                    const fmi3Float64 seed[], size_t nSeed, fmi3Float64 sensitivity[],
+                                    size_t nSensitivity)
+{
+    FMI3_CALL(BOTH_KINDS, EVALUATED,
+              equal_counts(self, nUnknowns, nSeed) && equal_counts(self, nKnowns, nSensitivity)
+                  ? instance_derivative(self, unknowns, nUnknowns, knowns, nKnowns, seed, sensitivity, true)
+                  : STATUS_ERROR);
+}
+
+/* --- saved states ------------------------------------------------------------------------------------------------ */
+
+fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
+{
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_save(self, FMUState));
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState FMUState)
+{
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_restore(self, FMUState));
+}
+
+fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *FMUState)
+{
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_free_state(FMUState));
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState FMUState, size_t *size)
+{
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_serialized_size(self, FMUState, size));
+}
+
+fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState FMUState, fmi3Byte serializedState[],
+                                 size_t size)
+{
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_serialize(self, FMUState, serializedState, size));
+}
+
+fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte serializedState[], size_t size,
+                                   fmi3FMUState *FMUState)
+{
+    FMI3_CALL(BOTH_KINDS, ANY_STATE, instance_deserialize(self, serializedState, size, FMUState));
+}
 
 /* --- events ------------------------------------------------------------------------------------------------------ */
 
-FORWARD(EnterEventMode, KIND_ME, CONTINUOUS_TIME_MODE, (fmi3Instance instance),
-        instance_enter(self, EVENT_MODE))
-FORWARD(EvaluateDiscreteStates, BOTH_KINDS, AT_EVENTS, (fmi3Instance instance),
-        instance_fail(self, "providesEvaluateDiscreteStates is false"))
+fmi3Status fmi3EnterEventMode(fmi3Instance instance)
+{
+    FMI3_CALL(KIND_ME, CONTINUOUS_TIME_MODE, instance_enter(self, EVENT_MODE));
+}
 
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
                                     fmi3Boolean *terminateSimulation, fmi3Boolean *nominalsOfContinuousStatesChanged,
@@ -214,7 +249,7 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
     bool changed = false;
     Status status;
 
-    BEGIN(UpdateDiscreteStates, KIND_ME, EVENT_MODE)
+    FMI3_BEGIN(KIND_ME, EVENT_MODE)
     status = instance_event(self, &changed);
     PUT(discreteStatesNeedUpdate, false);
     PUT(terminateSimulation, false);
@@ -222,41 +257,74 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discrete
     PUT(valuesOfContinuousStatesChanged, changed);
     PUT(nextEventTimeDefined, false);
     PUT(nextEventTime, 0.0);
-    RETURN(status);
+    return (fmi3Status)instance_end(self, status);
 }
 
 /* --- model exchange ---------------------------------------------------------------------------------------------- */
 
+fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance)
+{
+    FMI3_CALL(KIND_ME, EVENT_MODE, instance_enter(self, CONTINUOUS_TIME_MODE));
+}
+
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
                                        fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation)
 {
-    BEGIN(CompletedIntegratorStep, KIND_ME, CONTINUOUS_TIME_MODE)
+    FMI3_BEGIN(KIND_ME, CONTINUOUS_TIME_MODE)
     PUT(enterEventMode, false);
     PUT(terminateSimulation, false);
     return fmi3OK;
 }
 
-static Status put_number(Instance *self, size_t *to, size_t number)
+fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time)
 {
-    if (to == NULL) {
-        return instance_fail(self, "argument is a NULL pointer");
-    }
-    *to = number;
-    return STATUS_OK;
+    FMI3_CALL(KIND_ME, EVENT_MODE | CONTINUOUS_TIME_MODE, instance_set_time(self, time));
 }
 
-FORWARD(GetNumberOfEventIndicators, KIND_ME, ANY_STATE, (fmi3Instance instance, size_t *nEventIndicators),
-        put_number(self, nEventIndicators, instance_count(CAUSALITY_INDICATOR)))
-FORWARD(GetNumberOfContinuousStates, KIND_ME, ANY_STATE, (fmi3Instance instance, size_t *nContinuousStates),
-        put_number(self, nContinuousStates, instance_count(CAUSALITY_STATE)))
+fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 continuousStates[],
+                                   size_t nContinuousStates)
+{
+    FMI3_CALL(KIND_ME, CONTINUOUS_TIME_MODE, instance_set_states(self, continuousStates, nContinuousStates));
+}
+
+fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 continuousStates[],
+                                   size_t nContinuousStates)
+{
+    FMI3_CALL(KIND_ME, EVALUATED,
+              instance_get_all(self, CAUSALITY_STATE, false, continuousStates, nContinuousStates));
+}
+
+fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 derivatives[],
+                                             size_t nContinuousStates)
+{
+    FMI3_CALL(KIND_ME, EVALUATED,
+              instance_get_all(self, CAUSALITY_RATE, false, derivatives, nContinuousStates));
+}
+
+fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 eventIndicators[],
+                                  size_t nEventIndicators)
+{
+    FMI3_CALL(KIND_ME, EVALUATED,
+              instance_get_all(self, CAUSALITY_INDICATOR, false, eventIndicators, nEventIndicators));
+}
+
+fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 nominals[],
+                                             size_t nContinuousStates)
+{
+    FMI3_CALL(KIND_ME, EVALUATED, instance_get_nominals(self, nominals, nContinuousStates));
+}
+
+fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *nEventIndicators)
+{
+    FMI3_CALL(KIND_ME, ANY_STATE, instance_put_count(self, CAUSALITY_INDICATOR, nEventIndicators));
+}
+
+fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nContinuousStates)
+{
+    FMI3_CALL(KIND_ME, ANY_STATE, instance_put_count(self, CAUSALITY_STATE, nContinuousStates));
+}
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
-
-/* no event mode to leave */
-FORWARD(EnterStepMode, KIND_CS, 0U, (fmi3Instance instance), STATUS_ERROR)
-FORWARD(GetOutputDerivatives, KIND_CS, STEP_MODE | TERMINATED | FAILED,
-        (VARIABLES, const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues),
-        instance_fail(self, "no derivatives of outputs over time"))
 
 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoint, fmi3Float64 communicationStepSize,
                       fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean *eventHandlingNeeded,
@@ -264,7 +332,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
 {
     Status status;
 
-    BEGIN(DoStep, KIND_CS, STEP_MODE)
+    FMI3_BEGIN(KIND_CS, STEP_MODE)
     status = instance_step(self, currentCommunicationPoint, communicationStepSize, false, true);
     PUT(eventHandlingNeeded, false);
     PUT(terminateSimulation, false);
@@ -272,3 +340,71 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 currentCommunicationPoi
     PUT(lastSuccessfulTime, self->now.time);
     return (fmi3Status)status;
 }
+
+/* --- what this FMU has not --------------------------------------------------------------------------------------- */
+
+/* Types without variables. */
+#define FMI3_NO_VARIABLES(name, type, states, ...) \
+    fmi3Status name(fmi3Instance instance, const fmi3ValueReference valueReferences[], \
+                    size_t nValueReferences, __VA_ARGS__) \
+    { \
+        FMI3_CALL(BOTH_KINDS, states, instance_no_variables(self, type, valueReferences, nValueReferences)); \
+    }
+#define FMI3_NO_TYPE(get, set, type, settable) \
+    FMI3_NO_VARIABLES(get, #type, EVALUATED, fmi3##type values[], size_t nValues) \
+    FMI3_NO_VARIABLES(set, #type, settable, const fmi3##type values[], size_t nValues)
+FMI3_NO_TYPE(fmi3GetFloat32, fmi3SetFloat32, Float32, SETTABLE | CONTINUOUS_TIME_MODE)
+FMI3_NO_TYPE(fmi3GetInt8, fmi3SetInt8, Int8, SETTABLE)
+FMI3_NO_TYPE(fmi3GetUInt8, fmi3SetUInt8, UInt8, SETTABLE)
+FMI3_NO_TYPE(fmi3GetInt16, fmi3SetInt16, Int16, SETTABLE)
+FMI3_NO_TYPE(fmi3GetUInt16, fmi3SetUInt16, UInt16, SETTABLE)
+FMI3_NO_TYPE(fmi3GetInt32, fmi3SetInt32, Int32, SETTABLE)
+FMI3_NO_TYPE(fmi3GetUInt32, fmi3SetUInt32, UInt32, SETTABLE)
+FMI3_NO_TYPE(fmi3GetInt64, fmi3SetInt64, Int64, SETTABLE)
+FMI3_NO_TYPE(fmi3GetUInt64, fmi3SetUInt64, UInt64, SETTABLE)
+FMI3_NO_TYPE(fmi3GetString, fmi3SetString, String, SETTABLE)
+FMI3_NO_VARIABLES(fmi3GetBinary, "Binary", EVALUATED, size_t valueSizes[], fmi3Binary values[],
+                  size_t nValues)
+FMI3_NO_VARIABLES(fmi3SetBinary, "Binary", SETTABLE, const size_t valueSizes[], const fmi3Binary values[],
+                  size_t nValues)
+FMI3_NO_VARIABLES(fmi3GetClock, "Clock", AT_EVENTS, fmi3Clock values[])
+FMI3_NO_VARIABLES(fmi3SetClock, "Clock", AT_EVENTS, const fmi3Clock values[])
+FMI3_NO_VARIABLES(fmi3GetIntervalDecimal, "Clock", AT_EVENTS, fmi3Float64 intervals[],
+                  fmi3IntervalQualifier qualifiers[])
+FMI3_NO_VARIABLES(fmi3GetIntervalFraction, "Clock", AT_EVENTS, fmi3UInt64 counters[],
+                  fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
+FMI3_NO_VARIABLES(fmi3GetShiftDecimal, "Clock", AT_EVENTS, fmi3Float64 shifts[])
+FMI3_NO_VARIABLES(fmi3GetShiftFraction, "Clock", AT_EVENTS, fmi3UInt64 counters[], fmi3UInt64 resolutions[])
+FMI3_NO_VARIABLES(fmi3SetIntervalDecimal, "Clock", AT_EVENTS, const fmi3Float64 intervals[])
+FMI3_NO_VARIABLES(fmi3SetIntervalFraction, "Clock", AT_EVENTS, const fmi3UInt64 counters[],
+                  const fmi3UInt64 resolutions[])
+FMI3_NO_VARIABLES(fmi3SetShiftDecimal, "Clock", AT_EVENTS, const fmi3Float64 shifts[])
+FMI3_NO_VARIABLES(fmi3SetShiftFraction, "Clock", AT_EVENTS, const fmi3UInt64 counters[],
+                  const fmi3UInt64 resolutions[])
+
+/* Functions without use. A step has no event mode to leave. */
+#define FMI3_REFUSED(name, kinds, states, reason, ...) \
+    fmi3Status name(__VA_ARGS__) \
+    { \
+        FMI3_CALL(kinds, states, instance_fail(self, reason)); \
+    }
+#define NO_STRUCTURE "no configuration mode: there are no structural parameters"
+#define NO_ELEMENTS "providesPerElementDependencies is false; all variables are scalars"
+FMI3_REFUSED(fmi3EnterConfigurationMode, BOTH_KINDS, INSTANTIATED | STEP_MODE | EVENT_MODE, NO_STRUCTURE,
+             fmi3Instance instance)
+FMI3_REFUSED(fmi3ExitConfigurationMode, BOTH_KINDS, 0U, NO_STRUCTURE, fmi3Instance instance)
+FMI3_REFUSED(fmi3GetNumberOfVariableDependencies, BOTH_KINDS, ANY_STATE, NO_ELEMENTS, fmi3Instance instance,
+             fmi3ValueReference valueReference, size_t *nDependencies)
+FMI3_REFUSED(fmi3GetVariableDependencies, BOTH_KINDS, ANY_STATE, NO_ELEMENTS, fmi3Instance instance,
+             fmi3ValueReference dependent, size_t elementIndicesOfDependent[],
+             fmi3ValueReference independents[], size_t elementIndicesOfIndependents[],
+             fmi3DependencyKind dependencyKinds[], size_t nDependencies)
+FMI3_REFUSED(fmi3EvaluateDiscreteStates, BOTH_KINDS, AT_EVENTS, "providesEvaluateDiscreteStates is false",
+             fmi3Instance instance)
+FMI3_REFUSED(fmi3ActivateModelPartition, BOTH_KINDS, 0U, "no clocks", fmi3Instance instance,
+             fmi3ValueReference clockReference, fmi3Float64 activationTime)
+FMI3_REFUSED(fmi3EnterStepMode, KIND_CS, 0U, "no event mode", fmi3Instance instance)
+FMI3_REFUSED(fmi3GetOutputDerivatives, KIND_CS, STEP_MODE | TERMINATED | FAILED,
+             "no derivatives of outputs over time", fmi3Instance instance,
+             const fmi3ValueReference valueReferences[], size_t nValueReferences, const fmi3Int32 orders[],
+             fmi3Float64 values[], size_t nValues)

@@ -2,19 +2,14 @@
    monitor of its preload. Each FMU has one of them.
 
    All state is in Model, which is plain data and is saved by copying it. A model allocates no memory and has no global
-   data except constant tables. The latched values are those that the outputs belong to. A reference is the index of a
-   variable in the table of variables.h, not its value reference in FMI. Every Model has map, value, latched,
-   continuous. */
+   data except constant tables. The fields of Model from films_known on follow from the others. The latched values
+   are those that the outputs belong to. A reference is the index of a variable in the table of variables.h, not
+   its value reference in FMI. Every Model has map, value, latched, continuous, films_known. */
 #ifndef BALLSCREW_MODEL_H
 #define BALLSCREW_MODEL_H
 
 #include <stdbool.h>
 #include <string.h>
-
-#include "map.h"
-#include "variables.h"
-
-typedef struct Model Model;
 
 #include "state.h"
 
@@ -22,7 +17,7 @@ typedef struct Model Model;
 INTERNAL void model_reset(Model *model, const Map *map, const double start[VARIABLE_COUNT], bool continuous);
 
 /* Whether an input, a parameter or the state may have this value: finite, >= lower bound, < TOO_LARGE. */
-INTERNAL bool model_accepts(int reference, double value)
+static inline bool model_accepts(int reference, double value)
 {
     return value >= model_variables[reference].lowest && value < TOO_LARGE;
 }
@@ -38,10 +33,7 @@ static inline bool model_is_set(const Variable *variable)
 INTERNAL double model_get(Model *model, int reference);
 
 /* Store a value that model_accepts. Inputs, parameters and continuous states only. */
-INTERNAL void model_set(Model *model, int reference, double value)
-{
-    model->value[reference] = value;
-}
+INTERNAL void model_set(Model *model, int reference, double value);
 
 /* From now on the outputs are those of the current values, at an instant. */
 INTERNAL void model_latch(Model *model);
@@ -53,9 +45,6 @@ INTERNAL void model_step(Model *model, double step);
 /* What is beyond the map and clamped at the latched point, an input or an output that the friction depends on: one bit
    per variable of the table, from the first input. Less than 29 bits. */
 INTERNAL unsigned model_clamped(Model *model);
-
-/* Whether the fields of a saved state other than value and latched are valid. */
-INTERNAL bool model_possible(const Model *model);
 
 /* Co-simulation: a warning about the step just made, in text. False: none. */
 INTERNAL bool model_warns_of_step(Model *model, char *text, size_t size);

@@ -57,7 +57,7 @@ enum {
     CLAMPED,
     VALUE_COUNT
 };
-static const char *const own_names[VALUE_COUNT - VARIABLE_COUNT] = {
+static const char *const local_names[VALUE_COUNT - VARIABLE_COUNT] = {
     "torque_low",  "torque_high",        "breakaway_torque",       "force_nut_a",
     "force_nut_b", "driving_efficiency", "backdriving_efficiency", "clamped"};
 
@@ -77,7 +77,7 @@ EXPORTED int page_count(void) { return VALUE_COUNT; }
 
 EXPORTED const char *page_name(int n)
 {
-    return n < VARIABLE_COUNT ? model_variables[n].name : own_names[n - VARIABLE_COUNT];
+    return n < VARIABLE_COUNT ? model_variables[n].name : local_names[n - VARIABLE_COUNT];
 }
 
 EXPORTED double *page_values(void) { return page.value; }

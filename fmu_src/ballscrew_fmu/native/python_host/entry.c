@@ -289,16 +289,17 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
 }
 
 /* pythonfmu logs all: log_message selects. */
-fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String chosen[])
+fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean loggingOn, size_t nCategories,
+                               const fmi2String names[])
 {
     const char *unknown_name;
     char message[200];
 
     BEGIN(SetDebugLogging)
-    if (nCategories > 0 && chosen == NULL) {
+    if (nCategories > 0 && names == NULL) {
         return fail(entry, "an array is a NULL pointer");
     }
-    unknown_name = categories_mask(loggingOn != fmi2False, nCategories, chosen, &entry->logged);
+    unknown_name = categories_mask(loggingOn != fmi2False, nCategories, names, &entry->logged);
     if (unknown_name == NULL) {
         return fmi2OK;
     }

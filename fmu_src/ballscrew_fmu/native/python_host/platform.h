@@ -25,14 +25,14 @@ static void *open_library(char *reason, size_t size)
     enum { LONGEST = 32768 };
     wchar_t *path = calloc(LONGEST, sizeof *path);
     static const int here = 0;
-    HMODULE own = NULL, library = NULL;
+    HMODULE local = NULL, library = NULL;
     DWORD length = 0;
 
     if (path != NULL
         && GetModuleHandleExW(
             GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT,
-            (LPCWSTR)(const void *)&here, &own)) {
-        length = GetModuleFileNameW(own, path, LONGEST);
+            (LPCWSTR)(const void *)&here, &local)) {
+        length = GetModuleFileNameW(local, path, LONGEST);
     }
     while (length > 0 && path[length - 1] != L'\\') {
         --length;
@@ -54,21 +54,21 @@ static void *open_library(char *reason, size_t size)
 static void *open_library(char *reason, size_t size)
 {
     static const int here = 0;
-    Dl_info own;
+    Dl_info local;
     size_t length;
     char *path;
     void *library = NULL;
 
     (void)snprintf(reason, size, "folder not found");
-    if (dladdr(&here, &own) == 0 || own.dli_fname == NULL) {
+    if (dladdr(&here, &local) == 0 || local.dli_fname == NULL) {
         return NULL;
     }
-    for (length = strlen(own.dli_fname); length > 0 && own.dli_fname[length - 1] != '/';) {
+    for (length = strlen(local.dli_fname); length > 0 && local.dli_fname[length - 1] != '/';) {
         --length;
     }
     path = calloc(1, length + sizeof LIBRARY);
     if (path != NULL) {
-        memcpy(path, own.dli_fname, length);
+        memcpy(path, local.dli_fname, length);
         strcpy(path + length, LIBRARY);
         library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
         if (library == NULL) {
@@ -85,13 +85,13 @@ static void *open_library(char *reason, size_t size)
 static Function function_of(void *library, const char *name)
 {
 #ifdef _WIN32
-    const FARPROC found = GetProcAddress((HMODULE)library, name);
+    const FARPROC result = GetProcAddress((HMODULE)library, name);
 #else
-    void *const found = dlsym(library, name);
+    void *const result = dlsym(library, name);
 #endif
     Function function;
 
-    memcpy(&function, &found, sizeof function); /* ISO C has no conversion */
+    memcpy(&function, &result, sizeof function); /* ISO C has no conversion */
     return function;
 }
 
@@ -144,7 +144,7 @@ static bool first_line(const char *folder, const char *file, char *line, int siz
     const size_t length = strlen(folder) + strlen(file) + 2;
     char *path = calloc(1, length);
     FILE *stream = NULL;
-    bool found = false;
+    bool result = false;
 
     if (path != NULL) {
         (void)snprintf(path, length, "%s/%s", folder, file);
@@ -152,11 +152,11 @@ static bool first_line(const char *folder, const char *file, char *line, int siz
         free(path);
     }
     if (stream != NULL) {
-        found = fgets(line, size, stream) != NULL;
+        result = fgets(line, size, stream) != NULL;
         (void)fclose(stream);
-        line[found ? strcspn(line, "\r\n") : 0] = '\0';
+        line[result ? strcspn(line, "\r\n") : 0] = '\0';
     }
-    return found;
+    return result;
 }
 
 #endif

@@ -1,5 +1,5 @@
 /* One instance for both FMI versions: screw, importer, states of the standards, saved states. Independent of the FMI
-   headers: fmi2.c and fmi3.c translate the calls. */
+   headers: fmi2.c and fmi3.c translate the calls. The other files of the runtime have the functions. */
 #ifndef BALLSCREW_INSTANCE_H
 #define BALLSCREW_INSTANCE_H
 
@@ -47,7 +47,6 @@ enum {
 
 /* Content of a saved state. */
 typedef struct {
-    Model model;
     double time; /* [s] last communication point, or as set in model exchange */
     double stop; /* [s] infinity: not defined */
     unsigned state;
@@ -55,7 +54,8 @@ typedef struct {
     bool stale;      /* a value was set after the outputs were computed */
     bool unchecked;  /* co-simulation: a value that was set may be invalid */
     bool postponed;  /* co-simulation: initialization ended with an invalid value; the first good step does it */
-} Situation;
+    Model model;     /* last */
+} InstanceState;
 
 /* beyond the bits of model_clamped */
 #define WARNED_TIME (1U << 29)
@@ -64,19 +64,14 @@ typedef struct {
 typedef struct Saved Saved;
 struct Saved {
     Saved *next, *previous; /* ring, with a head that has no state */
-    Situation situation;
+    InstanceState state;
 };
 
 enum { KIND_CS = 1, KIND_ME = 2, BOTH_KINDS = 3 }; /* co-simulation, model exchange */
 
-typedef struct {
-    const char *name;
-    unsigned kinds, states; /* in which the call is legal */
-} Call;
-
 typedef struct Instance Instance;
 struct Instance {
-    Situation now;
+    InstanceState now;
     unsigned kind;
     unsigned categories; /* bit per status that is logged */
     const char *call;    /* current call, for messages */
@@ -95,17 +90,5 @@ static inline Status instance_end(Instance *instance, Status status)
     }
     return status;
 }
-
-#define instance_fail(instance, ...) instance_log(instance, STATUS_ERROR, __VA_ARGS__)
-#define instance_discard(instance, ...) instance_log(instance, STATUS_DISCARD, __VA_ARGS__)
-#define instance_warn(instance, ...) (void)instance_log(instance, STATUS_WARNING, __VA_ARGS__)
-/* Without debug logging, too. */
-#define instance_tell(instance, ...) \
-    do { \
-        const unsigned chosen = (instance)->categories; \
-        (instance)->categories = ALL_CATEGORIES; \
-        instance_warn(instance, __VA_ARGS__); \
-        (instance)->categories = chosen; \
-    } while (false)
 
 #endif

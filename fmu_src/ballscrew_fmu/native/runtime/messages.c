@@ -1,5 +1,5 @@
 /* Messages, and which of them are logged. */
-#include "instance.h"
+#include "messages.h"
 
 static const char *const state_names[] = {"Instantiated", "Initialization Mode", "Event Mode", "Continuous-Time Mode",
                                           "Step Mode",    "Terminated",          "Error"};
@@ -39,15 +39,15 @@ INTERNAL Status instance_log(Instance *instance, Status status, const char *form
     return status;
 }
 
-INTERNAL Status instance_set_logging(Instance *instance, bool on, size_t count, const char *const wanted[])
+INTERNAL Status instance_set_logging(Instance *instance, bool on, size_t count, const char *const names[])
 {
     const char *unknown_name;
     unsigned mask;
 
-    if (count > 0 && wanted == NULL) {
+    if (count > 0 && names == NULL) {
         return instance_fail(instance, "%lu log categories, but the array is NULL", (unsigned long)count);
     }
-    unknown_name = categories_mask(on, count, wanted, &mask);
+    unknown_name = categories_mask(on, count, names, &mask);
     instance->categories = mask;
     if (unknown_name == NULL) {
         return STATUS_OK;

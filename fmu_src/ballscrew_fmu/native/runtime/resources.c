@@ -1,7 +1,11 @@
 /* Screw and map of an instance, in the resources of the FMU or compiled in. */
+#include "resources.h"
+
 #include <stdlib.h>
 
-#include "instance.h"
+#include "file.h"
+#include "map_file.h"
+#include "messages.h"
 
 /* --- the screw: layout in native_fmu/resource_files.py --- */
 

@@ -1,7 +1,9 @@
 /* Values of the variables of an instance, by value reference and as vectors of model exchange. A call that fails or is
    discarded stores nothing. In co-simulation a value that is not valid is stored, and steps are discarded until it is
    replaced. */
-#include "instance.h"
+#include "values.h"
+
+#include "messages.h"
 
 /* States in which a variable may be set; 0: never. */
 static unsigned settable_in(const Variable *variable)
@@ -18,7 +20,7 @@ static unsigned settable_in(const Variable *variable)
     }
 }
 
-INTERNAL unsigned instance_index(unsigned reference)
+static unsigned instance_index(unsigned reference)
 {
     const unsigned index = reference - FIRST_REFERENCE; /* wraps around below the first */
 
@@ -61,7 +63,7 @@ INTERNAL bool instance_is_valid(Instance *instance)
 }
 
 /* Update the outputs after valid values were set. In step mode of co-simulation only a step updates them. */
-INTERNAL void instance_follow(Instance *instance)
+INTERNAL void update_outputs(Instance *instance)
 {
     if (instance->now.stale
         && (instance->kind == KIND_ME || instance->now.state == INITIALIZATION_MODE)) {
@@ -97,7 +99,7 @@ INTERNAL Status instance_get_reals(Instance *instance, const unsigned references
     if (count > 0 && (references == NULL || values == NULL)) {
         return instance_missing_array(instance);
     }
-    instance_follow(instance);
+    update_outputs(instance);
     for (size_t i = 0; i < count; ++i) {
         const unsigned index = instance_index(references[i]);
         if (index < (unsigned)VARIABLE_COUNT) { /* a Boolean too, as 0 or 1: some importers read all outputs as Real */
@@ -134,7 +136,7 @@ INTERNAL Status instance_get_booleans(Instance *instance, const unsigned referen
     if (!check_references(instance, references, values, count, true, "Boolean")) {
         return STATUS_ERROR;
     }
-    instance_follow(instance);
+    update_outputs(instance);
     for (size_t i = 0; i < count; ++i) {
         values[i] = model_get(&instance->now.model, (int)instance_index(references[i])) != 0.0;
     }
@@ -196,7 +198,7 @@ static Status check_length(Instance *instance, const double array[], size_t leng
 }
 
 /* Number of variables of a causality. */
-INTERNAL size_t instance_count(enum Causality causality)
+static size_t instance_count(enum Causality causality)
 {
     size_t count = 0;
 
@@ -204,6 +206,15 @@ INTERNAL size_t instance_count(enum Causality causality)
         count += model_variables[i].causality == causality;
     }
     return count;
+}
+
+INTERNAL Status instance_put_count(Instance *instance, enum Causality causality, size_t *count)
+{
+    if (count == NULL) {
+        return instance_fail(instance, "argument is a NULL pointer");
+    }
+    *count = instance_count(causality);
+    return STATUS_OK;
 }
 
 /* Values of the states, rates or event indicators, in the order of the table; nominal: the nominal ones. */
@@ -214,7 +225,7 @@ INTERNAL Status instance_get_all(Instance *instance, enum Causality causality, b
     Model *model = &instance->now.model;
 
     if (status == STATUS_OK && causality != CAUSALITY_STATE) {
-        instance_follow(instance);
+        update_outputs(instance);
     }
     if (status == STATUS_OK && causality == CAUSALITY_INDICATOR) {
         model_indicators(model);
@@ -227,6 +238,12 @@ INTERNAL Status instance_get_all(Instance *instance, enum Causality causality, b
         }
     }
     return status;
+}
+
+/* fmi4c asks without an array, and ends if it is refused */
+INTERNAL Status instance_get_nominals(Instance *instance, double nominals[], size_t length)
+{
+    return nominals == NULL ? STATUS_OK : instance_get_all(instance, CAUSALITY_STATE, true, nominals, length);
 }
 
 INTERNAL Status instance_set_states(Instance *instance, const double states[], size_t length)
@@ -297,7 +314,7 @@ INTERNAL Status instance_derivative(Instance *instance, const unsigned unknowns[
                                  knowns[k]);
         }
     }
-    instance_follow(instance);
+    update_outputs(instance);
     for (size_t k = 0; adjoint && k < known_count; ++k) {
         const unsigned along = instance_index(knowns[k]);
         direction[along] = 1.0;

@@ -14,19 +14,14 @@
 #define LEAST_TRAVEL 1e-9        /* [m] of the guide to sliding */
 
 /* What the axis needs in addition to the variables. */
-typedef struct {
+typedef struct StepContext {
     unsigned slips;  /* bit per element that slides, */
     int slip;        /* in direction +1 or -1 */
     double stiffness; /* [N.m/rad] of the elements */
     int guide_slip;  /* direction of the guide that slides, 0: it follows */
     double heat;     /* [J] of all steps; model exchange: of events */
     double supplied; /* [J] of all steps */
-} Moment;
-
-/* Derivatives of outputs and rates along one direction (tangent.c). at: inputs, parameters and states, at an instant */
-#define slopes_along BALLSCREW_NAMED(BALLSCREW_PREFIX, slopes_along)
-void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
-                  const Moment *moment, double slopes[VARIABLE_COUNT]);
+} StepContext;
 
 /* Degrees of freedom. The last one exists with a support only. */
 enum { SHAFT, TABLE, SCREW, FREEDOMS };
@@ -52,11 +47,11 @@ typedef struct {
     PreslidingLevel level;
 } Point;
 
-/* held: stiffness of the elements [N.m/rad]; 0: that of the loads */
-static inline PreslidingLevel level_of(const Map *map, const Number at[], double held, Loads *loads,
+/* fixed: stiffness of the elements [N.m/rad]; 0: that of the loads */
+static inline PreslidingLevel level_of(const Map *map, const Number at[], double fixed, Loads *loads,
                                        const Friction *friction, const Parts *parts)
 {
-    const Number stiffness = held > 0.0 ? constant(held) : stiffness_at(at, map, loads, friction);
+    const Number stiffness = fixed > 0.0 ? constant(fixed) : stiffness_at(at, map, loads, friction);
     const Number damping = value_of(at[PRESLIDING_DAMPING]) > 0.0 ? at[PRESLIDING_DAMPING]
                                                                   : times(AXIS_DAMPING_TIME, stiffness);
 
@@ -95,18 +90,18 @@ static inline void mechanics_of(const Number at[], Mechanics *out)
 
 static inline bool is_supported(const Mechanics *mechanics) { return value_of(mechanics->support) > 0.0; }
 
-/* Loads of both nuts, and friction at a speed of the screw [rad/s]. held: as in level_of */
-static inline void friction_at(const Map *map, const Number at[], Number speed, double held, Point *point)
+/* Loads of both nuts, and friction at a speed of the screw [rad/s]. fixed: as in level_of */
+static inline void friction_at(const Map *map, const Number at[], Number speed, double fixed, Point *point)
 {
     const Friction friction = friction_of(at);
 
     loads_of_contacts(map, &point->contacts, &point->loads);
     nut_conditions(map, speed, at[TEMPERATURE], &point->conditions);
     nut_parts(map, &point->loads, &point->conditions, NULL, &friction, &point->parts);
-    point->level = level_of(map, at, held, &point->loads, &friction, &point->parts);
+    point->level = level_of(map, at, fixed, &point->loads, &friction, &point->parts);
 }
 
-static inline void point_locate(const Map *map, const Number at[], double held, Point *point)
+static inline void point_locate(const Map *map, const Number at[], double fixed, Point *point)
 {
     Mechanics *mechanics = &point->mechanics;
     Number drift, deflection; /* rate and way by which the screw leads the nut */
@@ -118,7 +113,7 @@ static inline void point_locate(const Map *map, const Number at[], double held, 
         drift = add(drift, at[SCREW_VELOCITY]);
     }
     contacts_of(mechanics->contact, mechanics->approach, deflection, deflection, drift, &point->contacts);
-    friction_at(map, at, at[SPEED], held, point);
+    friction_at(map, at, at[SPEED], fixed, point);
 }
 
 /* Guide, an elasto-slip element: force without viscous part [N], rate of its state, power [W]. */
@@ -166,7 +161,8 @@ static inline void energy_outputs(const Point *point, const Number at[], Number 
 }
 
 /* Outputs and rates at an instant, except those of a whole step, which the model adds. */
-static inline void axis_outputs(const Point *point, const Number at[], const Moment *moment, Number out[])
+static inline void axis_outputs(const Point *point, const Number at[], const StepContext *context,
+                                Number out[])
 {
     const Mechanics *mechanics = &point->mechanics;
     const Contacts *contacts = &point->contacts;
@@ -174,16 +170,16 @@ static inline void axis_outputs(const Point *point, const Number at[], const Mom
     const Number stiffness = add(contacts->a.slope, contacts->b.slope);
     const Number damping = multiply(multiply(time, stiffness), contacts->drift);
     const Number force = add(subtract(contacts->a.force, contacts->b.force), damping);
-    const Guide guide = guide_at_instant(mechanics, at[GUIDE_ELEMENT], velocity, moment->guide_slip);
+    const Guide guide = guide_at_instant(mechanics, at[GUIDE_ELEMENT], velocity, context->guide_slip);
     const Number drag = multiply(at[GUIDE_VISCOUS], velocity);
     const Number coulomb = coulomb_magnitude(&point->parts);
     Presliding elements;
-    Number power, share;
+    Number power, fraction;
 
-    presliding_at_instant(&at[PRESLIDING_ELEMENT_1], speed, &point->level, true, moment->slips, moment->slip,
-                          AXIS_FOLLOW_TIME, &elements);
-    share = value_of(coulomb) > 0.0 ? clamped(divide(elements.torque, coulomb), -1.0, 1.0) : constant(0.0);
-    part_outputs(&point->parts, share, loads_nut_a(contacts), speed, out);
+    presliding_at_instant(&at[PRESLIDING_ELEMENT_1], speed, &point->level, true, context->slips,
+                          context->slip, AXIS_FOLLOW_TIME, &elements);
+    fraction = value_of(coulomb) > 0.0 ? clamped(divide(elements.torque, coulomb), -1.0, 1.0) : constant(0.0);
+    part_outputs(&point->parts, fraction, loads_nut_a(contacts), speed, out);
     out[GUIDE_FORCE] = add(guide.force, drag);
     out[NUT_FORCE] = force;
     out[FORCE_NUT_A] = contacts->a.force;
@@ -214,8 +210,8 @@ static inline void axis_outputs(const Point *point, const Number at[], const Mom
     }
     out[GUIDE_ELEMENT_RATE] = guide.rate;
     out[POWER_LOSS] = greater(power, constant(0.0));
-    out[HEAT] = constant(moment->heat);
-    out[SUPPLIED_ENERGY] = constant(moment->supplied);
+    out[HEAT] = constant(context->heat);
+    out[SUPPLIED_ENERGY] = constant(context->supplied);
 }
 
 static inline Number point_margin(const Map *map, const Point *point, const Number at[])

@@ -9,7 +9,7 @@
    vibrations is of fourth order (Quispel, McLaren, J. Phys. A 41 (2008) 045206, Eq. (14); there without friction).
 
    f comes from a convex potential, so the equations have one solution, which Newton's method finds at any h. */
-#include "state.h"
+#include "axis_part.h"
 
 #include <string.h>
 
@@ -20,16 +20,6 @@
 typedef struct {
     double of[FREEDOMS][FREEDOMS];
 } Matrix;
-
-/* Constant in a communication step. */
-typedef struct {
-    const Map *map;
-    const double *at;
-    Mechanics mechanics;
-    int freedoms;
-    double inverse[FREEDOMS]; /* 1/sqrt(mass) */
-    double force, way;        /* [N], [m] scales of force and deflection */
-} Plant;
 
 /* One part. */
 typedef struct {
@@ -63,8 +53,10 @@ typedef struct {
 static Element mean_of_element(double before, double way, double limit)
 {
     const double from = within(before, limit), to = within(from + way, limit);
-    const double share = fabs(from + way) <= limit ? 1.0 : (to - from) / way; /* of the way that it follows */
-    const Element out = {to - 0.5 * (to - from) * share, 0.5 * share * share, to - from, share == 1.0};
+    /* of the way that it follows */
+    const double fraction = fabs(from + way) <= limit ? 1.0 : (to - from) / way;
+    const Element out = {to - 0.5 * (to - from) * fraction, 0.5 * fraction * fraction, to - from,
+                         fraction == 1.0};
 
     return out;
 }
@@ -162,7 +154,7 @@ static void mean_forces(const Plant *plant, const Motion *from, const Level *lev
 
 /* --- one part --------------------------------------------------------------------------------------------------- */
 
-static double deflection_of(const Mechanics *mechanics, const Motion *motion)
+INTERNAL double deflection_of(const Mechanics *mechanics, const Motion *motion)
 {
     return mechanics->lever[SHAFT] * motion->place[SHAFT] - motion->place[TABLE] + motion->place[SCREW];
 }
@@ -299,26 +291,26 @@ static bool find_means(const Plant *plant, const Motion *from, const Level *leve
     }
     size = residual(plant, from, level, part, before, mean, trial, left);
     for (int k = 0; k < MOST_CORRECTIONS; ++k) {
-        double found = HUGE_VAL, correction;
+        double result = HUGE_VAL, correction;
         bool better = false;
         if (!corrected(plant, part, trial, left)) {
             return false;
         }
         correction = square(left, n);
         /* the equation is the slope of a convex function: some share of the correction is better */
-        for (double share = 1.0; !better; share *= 0.5) {
+        for (double fraction = 1.0; !better; fraction *= 0.5) {
             double remaining[FREEDOMS] = {0.0};
             for (int i = 0; i < n; ++i) {
-                next[i] = mean[i] - share * left[i];
+                next[i] = mean[i] - fraction * left[i];
             }
-            found = residual(plant, from, level, part, before, next, trial, remaining);
-            better = found <= size || share < 0.2 || correction <= 1e-24 * square(next, n);
+            result = residual(plant, from, level, part, before, next, trial, remaining);
+            better = result <= size || fraction < 0.2 || correction <= 1e-24 * square(next, n);
             if (better) {
                 memcpy(mean, next, sizeof next);
                 memcpy(left, remaining, sizeof remaining);
             }
         }
-        size = found;
+        size = result;
         scale = square(mean, n) + square(before, n);
         if (correction <= LAST_CORRECTION * LAST_CORRECTION * scale || !(size > 0.0)) {
             return size < HUGE_VAL;
@@ -328,7 +320,7 @@ static bool find_means(const Plant *plant, const Motion *from, const Level *leve
 }
 
 /* Friction of the screw at a deflection [m] and a speed [rad/s]. */
-static void level_at(const Plant *plant, double deflection, double speed, Level *level)
+INTERNAL void level_at(const Plant *plant, double deflection, double speed, Level *level)
 {
     const double least = 1e-3 * plant->map->speed.lo, pace = fabs(speed) > least ? fabs(speed) : least;
     Point point;
@@ -399,15 +391,16 @@ static bool end_part(const Plant *plant, const Motion *from, const Level *level,
 /* The stiffness of the elements stays while they hold a load. */
 static void hold_stiffness(const Motion *from, const PreslidingLevel *before, PreslidingLevel *level)
 {
-    const double held = ELEMENTS * before->root * before->root, present = ELEMENTS * level->root * level->root;
+    const double fixed = ELEMENTS * before->root * before->root;
+    const double present = ELEMENTS * level->root * level->root;
 
-    if (!stiffness_follows(elements_free(from->element, before->unit), held, present)) {
-        *level = presliding_level(level->coulomb, held, level->damping);
+    if (!stiffness_follows(elements_free(from->element, before->unit), fixed, present)) {
+        *level = presliding_level(level->coulomb, fixed, level->damping);
     }
 }
 
 /* Advances by a part. The friction is that at the middle of a first solution, which is made with the last friction. */
-static bool make_part(const Plant *plant, double length, Advance *state)
+INTERNAL bool make_part(const Plant *plant, double length, Advance *state)
 {
     const Motion from = state->motion;
     double mean[FREEDOMS], middle;

@@ -1,6 +1,6 @@
 /* A communication step in pairs of parts. Each is compared with one part of twice the length; the length follows from the
    difference. */
-#include "state.h"
+#include "axis_part.h"
 
 #define MOST_PAIRS 20000   /* of parts in a communication step with control of the error */
 #define LAST_PAIRS 32      /* for the rest of it, without */
@@ -79,7 +79,7 @@ void axis_advance(const Map *map, const double at[VARIABLE_COUNT], double step, 
     state->heat = state->supplied = 0.0;
     state->slips = 0U;
     state->slip = state->guide_slip = 0;
-    state->cut = false;
+    state->cut = 0;
     for (int pairs = 0; left > 0.0; ++pairs) {
         const bool last = pairs >= MOST_PAIRS;
         const double count = last ? MOST_PAIRS + LAST_PAIRS - pairs : ceil(left / state->proposal - PART_ROUNDING);
@@ -97,7 +97,7 @@ void axis_advance(const Map *map, const double at[VARIABLE_COUNT], double step, 
             state->proposal = error <= 1.0 && length < state->proposal ? greater(state->proposal, factor * length)
                                                                         : greater(factor * length, LEAST_PART);
         } else if (length <= LEAST_PART || last) {
-            state->cut = true; /* numbers become too large: the motion ends here */
+            state->cut = 1; /* numbers become too large: the motion ends here */
             return;
         } else {
             state->proposal = (factor < 0.7 ? factor : 0.7) * length;

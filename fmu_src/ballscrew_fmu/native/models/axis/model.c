@@ -1,39 +1,41 @@
 /* Life cycle, outputs, events and derivatives of BallScrewAxis. */
+#include "axis_part.h"
+#include "dual_laws.h"
 #include "screw_model.h"
 #include "text.h"
 
 /* --- from the latched point to outputs --- */
 
 /* [N.m/rad] of the elements; 0 at the start: that of the loads */
-static double held_stiffness(const Model *model)
+static double fixed_stiffness(const Model *model)
 {
     const double of_one = model->last.level.elements.root;
 
     return model->began ? ELEMENTS * of_one * of_one : 0.0;
 }
 
-static inline const Point *locate(Model *model)
+INTERNAL const Point *locate(Model *model)
 {
     if (!model->located) {
-        point_locate(model->map, model->latched, held_stiffness(model), &model->point);
+        point_locate(model->map, model->latched, fixed_stiffness(model), &model->point);
         model->located = true;
     }
     return &model->point;
 }
 
-static Moment moment_of(const Model *model)
+static StepContext context_of(const Model *model)
 {
-    const Moment moment = {model->last.slips,      model->last.slip, held_stiffness(model),
+    const StepContext context = {model->last.slips,      model->last.slip, fixed_stiffness(model),
                            model->last.guide_slip, model->heat,      model->supplied};
 
-    return moment;
+    return context;
 }
 
-static void compute_outputs(Model *model)
+INTERNAL void compute_outputs(Model *model)
 {
-    const Moment moment = moment_of(model);
+    const StepContext context = context_of(model);
 
-    axis_outputs(locate(model), model->latched, &moment, model->value);
+    axis_outputs(locate(model), model->latched, &context, model->value);
     if (model->step > 0.0) {
         model->value[POWER_LOSS] = model->last.heat / model->step;
     }
@@ -115,7 +117,7 @@ bool model_warns_of_step(Model *model, char *text, size_t size)
                    "step = %s s; its motion is too fast for error_bound, the error of the step is larger: take a shorter "
                    "step, a larger bound or check inertias, masses and stiffness (logged once)",
                    number_text(model->step, number));
-    return model->last.cut;
+    return model->last.cut != 0;
 }
 
 unsigned model_clamped(Model *model)
@@ -123,20 +125,6 @@ unsigned model_clamped(Model *model)
     const Point *point = locate(model);
 
     return contacts_clamped(model->map, &point->contacts, &point->conditions, constant(model->latched[PRELOAD]));
-}
-
-bool model_possible(const Model *model)
-{
-    const Advance *last = &model->last;
-    const PreslidingLevel *level = &last->level.elements;
-
-    /* comparisons that NaN and infinity fail */
-    return model->step >= 0.0 && last->proposal >= 0.0 && level->coulomb >= 0.0 && level->root >= 0.0
-           && level->damping >= 0.0 && last->level.viscous >= 0.0
-           && model->step + last->proposal + level->coulomb + level->root + level->damping + last->level.viscous
-                      + fabs(last->heat) + fabs(model->heat) + fabs(model->supplied)
-                  < HUGE_VAL
-           && (last->slip != 0 || last->slips == 0U);
 }
 
 /* --- events --- */
@@ -170,7 +158,7 @@ void model_indicators(Model *model)
 
     out[IN_RANGE_INDICATOR] = range_indicator(model);
     out[STIFFNESS_INDICATOR] = model->began && model->continuous
-                                   ? distance_to_stiffness(held_stiffness(model), present_stiffness(model))
+                                   ? distance_to_stiffness(fixed_stiffness(model), present_stiffness(model))
                                    : 1.0;
     for (int i = 0; i < ELEMENTS; ++i) {
         out[SLIP_INDICATOR_1 + i] =
@@ -216,7 +204,7 @@ bool model_event(Model *model)
     present = present_stiffness(model);
     if (stiffness_follows(last->slips == (1U << ELEMENTS) - 1U
                               || elements_free(&value[PRESLIDING_ELEMENT_1], locate(model)->level.unit),
-                          held_stiffness(model), present)) {
+                          fixed_stiffness(model), present)) {
         last->level.elements.root = root(present / ELEMENTS);
         model->located = false;
     }
@@ -252,7 +240,7 @@ void model_initial_event(Model *model)
 /* At an instant: those of a step of co-simulation are not provided. */
 void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
 {
-    const Moment moment = moment_of(model);
+    const StepContext context = context_of(model);
 
-    slopes_along(model->map, model->latched, direction, &moment, slopes);
+    slopes_along(model->map, model->latched, direction, &context, slopes);
 }

@@ -16,7 +16,8 @@ typedef struct {
     double viscous; /* [N.m.s/rad] torque over speed */
 } Level;
 
-/* What a step starts from and ends with. Model exchange: modes, and friction of the elements, at the last event. */
+/* What a step starts from and ends with. Model exchange: modes, and friction of the elements, at the last event.
+   Without padding, as it is copied: equal states have equal bytes. */
 typedef struct {
     Motion motion;
     Level level;     /* of the last part */
@@ -26,10 +27,10 @@ typedef struct {
     unsigned slips;  /* bit per element that slides */
     int slip;        /* direction of those */
     int guide_slip;  /* 0 the guide follows, +1 or -1 direction of slip */
-    bool cut;        /* the step needed too many parts, or ended where numbers become too large */
+    int cut;         /* 1: the step needed too many parts, or ended where numbers become too large */
 } Advance;
 
-struct Model {
+typedef struct {
     const Map *map;
     double value[VARIABLE_COUNT];   /* inputs, parameters and states; outputs when computed */
     double latched[VARIABLE_COUNT]; /* inputs, parameters and states that the outputs belong to */
@@ -39,17 +40,8 @@ struct Model {
     bool continuous;                /* model exchange: the states are those of the importer, modes change at events */
     bool in_range;                  /* model exchange: at the last event */
     bool began;                     /* the first step or, in model exchange, the initial event is done */
-    bool located, outputs_known, films_known;
+    bool films_known, located, outputs_known;
     Point point; /* the latched one */
-};
-
-/* Fields of a saved state, as in friction/state.h. The motion is that of the values. */
-#define MODEL_NUMBERS(X) X(step) X(heat) X(supplied) X(last.level) X(last.proposal) X(last.heat)
-#define MODEL_FLAGS(X) X(continuous) X(in_range) X(began) X(last.cut)
-#define MODEL_MASKS(X) X(last.slips, ELEMENTS)
-#define MODEL_SIGNS(X) X(last.slip) X(last.guide_slip)
-
-/* Integration over a step > 0 of co-simulation with constant inputs. at: inputs and parameters */
-INTERNAL void axis_advance(const Map *map, const double at[VARIABLE_COUNT], double step, Advance *state);
+} Model;
 
 #endif

@@ -7,7 +7,7 @@
 #include "named_parts.h"
 
 /* What the elasto-slip elements need in addition to the variables. */
-typedef struct {
+typedef struct StepContext {
     double step;     /* [s] that the outputs belong to; 0: an instant */
     bool continuous; /* model exchange */
     double stiffness; /* [N.m/rad] of the elements; 0: that of the loads */
@@ -15,13 +15,7 @@ typedef struct {
     unsigned slips;  /* model exchange: bit per element that slides */
     int slip;        /* +1 or -1 direction in which they slide, 0: none does */
     double heat;     /* [J] dissipated before the step; model exchange: at events */
-} Moment;
-
-/* Derivatives of outputs and rates along one direction (tangent.c). at: inputs, parameters and the elements at the start
-   of the step */
-#define slopes_along BALLSCREW_NAMED(BALLSCREW_PREFIX, slopes_along)
-void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
-                  const Moment *moment, double slopes[VARIABLE_COUNT]);
+} StepContext;
 
 /* A step without presliding: what the elements stored becomes heat. At an instant nothing happens to them. */
 static inline void presliding_off(const Number at[], double step, Presliding *out)
@@ -39,22 +33,22 @@ static inline void presliding_off(const Number at[], double step, Presliding *ou
 }
 
 /* stiffness: of the elements */
-static inline void presliding_at(const Number at[], Number coulomb, Number stiffness, const Moment *moment,
-                                 Presliding *out)
+static inline void presliding_at(const Number at[], Number coulomb, Number stiffness,
+                                 const StepContext *context, Presliding *out)
 {
     const PreslidingLevel level = presliding_level(coulomb, stiffness, damping_at(at, stiffness));
     const Number *elements = &at[PRESLIDING_ELEMENT_1];
     Number initial[ELEMENTS];
 
-    if (moment->from_side) {
+    if (context->from_side) {
         initial_elements(at[PRESLIDING_SIDE], value_of(at[SPEED]), &level, initial);
         elements = initial;
     }
-    if (moment->step > 0.0) {
-        presliding_after_step(elements, at[SPEED], moment->step, &level, out);
+    if (context->step > 0.0) {
+        presliding_after_step(elements, at[SPEED], context->step, &level, out);
     } else {
-        presliding_at_instant(elements, at[SPEED], &level, moment->continuous, moment->slips, moment->slip, FOLLOW_TIME,
-                              out);
+        presliding_at_instant(elements, at[SPEED], &level, context->continuous, context->slips, context->slip,
+                              FOLLOW_TIME, out);
     }
 }
 
@@ -79,10 +73,10 @@ static inline void torque_outputs(const Parts *parts, const Presliding *preslidi
 /* Accumulated heat after the step, from its mean power. In model exchange, where the importer integrates the power,
    that of events alone: a continuous state for it would cost each solver a column of its Jacobian and an error
    control, for a quantity that feeds back on nothing. */
-static inline void heat_output(const Moment *moment, Number out[])
+static inline void heat_output(const StepContext *context, Number out[])
 {
-    out[HEAT] = add(constant(moment->heat),
-                    moment->continuous ? constant(0.0) : times(moment->step, out[POWER_LOSS]));
+    out[HEAT] = add(constant(context->heat),
+                    context->continuous ? constant(0.0) : times(context->step, out[POWER_LOSS]));
 }
 
 #endif

@@ -1,5 +1,6 @@
 /* Life cycle, elasto-slip elements, events and derivatives of a screw with friction: of BallScrewFriction and
    BallScrewTransmission. What each computes at a point is in its point.h. */
+#include "dual_laws.h"
 #include "screw_model.h"
 #include "text.h"
 
@@ -10,7 +11,7 @@ static bool presliding(const Model *model)
     return model->latched[PRESLIDING] != 0.0;
 }
 
-static inline const Point *locate(Model *model)
+INTERNAL const Point *locate(Model *model)
 {
     if (!model->located) {
         point_locate(model->map, model->latched, model->step, &model->point);
@@ -39,16 +40,16 @@ static inline double present_stiffness(Model *model)
     return stiffness_at(model->latched, model->map, &model->point.loads, &friction);
 }
 
-static Moment moment_of(const Model *model)
+static StepContext context_of(const Model *model)
 {
-    const Moment moment = {model->step, model->continuous,
+    const StepContext context = {model->step, model->continuous,
                            model->continuous && model->began ? model->stiffness
                            : model->follows                  ? 0.0
                                                              : model->stiffness_here,
                            !model->began && model->from_side, model->slips, model->slip,
                            model->continuous ? model->event_heat : model->heat};
 
-    return moment;
+    return context;
 }
 
 /* The elements become those of the latched point. */
@@ -65,14 +66,14 @@ static void store_elements(Model *model)
 static void compute_presliding(Model *model)
 {
     const double coulomb = coulomb_magnitude(friction_parts(model)), present = present_stiffness(model);
-    Moment moment;
+    StepContext context;
 
     /* in model exchange it changes at events */
     model->follows = !model->began || (!model->continuous && stiffness_follows(model->free, model->stiffness, present));
     model->stiffness_here = model->follows ? present : model->stiffness;
-    moment = moment_of(model);
-    presliding_at(model->latched, coulomb, model->stiffness_here, &moment, &model->elements);
-    if (moment.from_side) {
+    context = context_of(model);
+    presliding_at(model->latched, coulomb, model->stiffness_here, &context, &model->elements);
+    if (context.from_side) {
         memcpy(model->initial, model->elements.element, sizeof model->initial);
     }
     store_elements(model);
@@ -82,9 +83,9 @@ static void compute_presliding(Model *model)
     }
 }
 
-static void compute_outputs(Model *model)
+INTERNAL void compute_outputs(Model *model)
 {
-    const Moment moment = moment_of(model);
+    const StepContext context = context_of(model);
 
     if (model->continuous) {
         if (presliding(model)) {
@@ -94,7 +95,7 @@ static void compute_outputs(Model *model)
         }
     }
     point_outputs(&model->point, friction_parts(model), &model->elements, model->latched, model->step, model->value);
-    heat_output(&moment, model->value);
+    heat_output(&context, model->value);
     model->outputs_known = true;
 }
 
@@ -103,7 +104,10 @@ static void compute_outputs(Model *model)
 static void latch(Model *model, double step)
 {
     if (!model->continuous && model->step > 0.0) {
-        model->heat = model_get(model, HEAT);
+        if (!model->outputs_known) {
+            compute_outputs(model);
+        }
+        model->heat = model->value[HEAT];
     }
     memcpy(model->latched, model->value, sizeof model->latched);
     model->step = step;
@@ -137,7 +141,7 @@ void model_step(Model *model, double step)
     }
 }
 
-#define ROUNDING_SHARE 1e-9 /* of the Coulomb torque */
+#define ROUNDING_FRACTION 1e-9 /* of the Coulomb torque */
 
 bool model_warns_of_step(Model *model, char *text, size_t size)
 {
@@ -145,7 +149,8 @@ bool model_warns_of_step(Model *model, char *text, size_t size)
     char numbers[4][32];
 
     if (!presliding(model) || at[SPEED] == 0.0 || !(model->step * stiffness >= damping)
-        || !(fabs(model->elements.torque) < (1.0 - ROUNDING_SHARE) * coulomb_magnitude(friction_parts(model)))) {
+        || !(fabs(model->elements.torque)
+             < (1.0 - ROUNDING_FRACTION) * coulomb_magnitude(friction_parts(model)))) {
         return false;
     }
     (void)snprintf(text, size,
@@ -159,20 +164,6 @@ bool model_warns_of_step(Model *model, char *text, size_t size)
 unsigned model_clamped(Model *model)
 {
     return point_clamped(model->map, locate(model), model->latched);
-}
-
-bool model_possible(const Model *model)
-{
-    const Presliding *elements = &model->elements;
-    double sum = fabs(elements->torque) + fabs(elements->power) + fabs(elements->supply) + fabs(model->event_heat)
-                 + model->heat;
-
-    for (int i = 0; i < ELEMENTS; ++i) {
-        sum += fabs(model->before[i]) + fabs(model->initial[i]) + fabs(elements->element[i]) + fabs(elements->rate[i]);
-    }
-    /* comparisons that NaN and infinity fail */
-    return model->step >= 0.0 && model->heat >= 0.0 && model->stiffness >= 0.0 && model->stiffness_here >= 0.0
-           && sum + model->stiffness + model->stiffness_here < HUGE_VAL;
 }
 
 /* --- events --- */
@@ -280,10 +271,10 @@ bool model_event(Model *model)
 /* A step is a function of the elements at its start. */
 void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
 {
-    const Moment moment = moment_of(model);
+    const StepContext context = context_of(model);
     double at[VARIABLE_COUNT];
 
     memcpy(at, model->latched, sizeof at);
     memcpy(&at[PRESLIDING_ELEMENT_1], model->before, sizeof model->before);
-    slopes_along(model->map, at, direction, &moment, slopes);
+    slopes_along(model->map, at, direction, &context, slopes);
 }

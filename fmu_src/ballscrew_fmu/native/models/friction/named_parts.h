@@ -35,20 +35,21 @@ static inline Number damping_at(const Number at[], Number stiffness)
     return value_of(at[PRESLIDING_DAMPING]) > 0.0 ? at[PRESLIDING_DAMPING] : times(DAMPING_TIME, stiffness);
 }
 
-/* Torques. share: of the Coulomb torque, with the sign of the torque, -1 to 1; loads_a: nut A has the larger force, of
-   equal ones either */
-static inline void part_outputs(const Parts *parts, Number share, bool loads_a, Number speed, Number out[])
+/* Torques. fraction: of the Coulomb torque, with the sign of the torque, -1 to 1; loads_a: nut A has the larger
+   force, of equal ones either */
+static inline void part_outputs(const Parts *parts, Number fraction, bool loads_a, Number speed, Number out[])
 {
     const int relieved = loads_a ? FRICTION_TORQUE_NUT_B : FRICTION_TORQUE_NUT_A;
     const int loaded = loads_a ? FRICTION_TORQUE_NUT_A : FRICTION_TORQUE_NUT_B;
 
     out[VISCOUS_TORQUE] = with_sign_of(parts->viscous, speed);
-    out[HYSTERESIS_TORQUE] = multiply(share, parts->hysteresis);
-    out[SLIDING_TORQUE] = multiply(share, parts->sliding);
+    out[HYSTERESIS_TORQUE] = multiply(fraction, parts->hysteresis);
+    out[SLIDING_TORQUE] = multiply(fraction, parts->sliding);
     out[FRICTION_TORQUE] = add(add(add(out[VISCOUS_TORQUE], out[HYSTERESIS_TORQUE]), out[SLIDING_TORQUE]),
-                               multiply(share, parts->seal));
+                               multiply(fraction, parts->seal));
+    /* each nut has seals */
     out[relieved] = add(with_sign_of(parts->relieved_viscous, speed),
-                        multiply(share, add(parts->relieved_coulomb, times(0.5, parts->seal)))); /* each nut has seals */
+                        multiply(fraction, add(parts->relieved_coulomb, times(0.5, parts->seal))));
     out[loaded] = subtract(out[FRICTION_TORQUE], out[relieved]);
 }
 

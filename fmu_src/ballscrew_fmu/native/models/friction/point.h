@@ -47,8 +47,9 @@ static inline unsigned point_clamped(const Map *map, const Point *point, const N
    length of its axis. Negative outside. Twin of runtime/evaluate.py. */
 static inline Number point_margin(const Map *map, const Point *point, const Number at[])
 {
-    const Number held = value_of(at[PRELOAD]) == 0.0 ? absolute(at[AXIAL_LOAD]) : at[PRELOAD]; /* as nut_loads */
-    Number margin = nut_margin(map, held, at[SPEED], at[TEMPERATURE]), force[2];
+    const bool loose = value_of(at[PRELOAD]) == 0.0; /* as nut_loads */
+    const Number holding = loose ? absolute(at[AXIAL_LOAD]) : at[PRELOAD];
+    Number margin = nut_margin(map, holding, at[SPEED], at[TEMPERATURE]), force[2];
 
     (void)point;
     if (value_of(at[AXIAL_LOAD]) != 0.0) {

@@ -1,4 +1,5 @@
-/* Reset, outputs on demand and range of a model of a screw: what friction/model.c and axis/model.c have in common. */
+/* What friction/model.c and axis/model.c have in common: events of elements and of the range. screw_model.c has
+   the outputs on demand, computed by two functions of the model. */
 #ifndef BALLSCREW_SCREW_MODEL_H
 #define BALLSCREW_SCREW_MODEL_H
 
@@ -10,40 +11,19 @@
 #define SPEED_HYSTERESIS 1e-6 /* [rad/s], [m/s] */
 
 /* Of the model, at the latched point: loads and conditions; all outputs and rates except range and films. */
-static inline const Point *locate(Model *model);
-static void compute_outputs(Model *model);
-
-void model_reset(Model *model, const Map *map, const double start[VARIABLE_COUNT], bool continuous)
-{
-    model_start(model, map, start, continuous);
-    model->in_range = true;
-    model_latch(model);
-}
-
-static inline void compute_films(Model *model)
-{
-    const Point *point = locate(model);
-    Films films;
-
-    nut_films(model->map, &point->loads, &point->conditions, &films);
-    film_outputs(&films, model->latched, model->value);
-    model->films_known = true;
-}
-
-static inline double range_margin(Model *model)
-{
-    return point_margin(model->map, locate(model), model->latched);
-}
+INTERNAL const Point *locate(Model *model);
+INTERNAL void compute_outputs(Model *model);
 
 /* in model exchange it changes, after the initial event, at events only */
-static bool in_range(Model *model)
+static inline bool in_range(Model *model)
 {
     return model->continuous && model->began ? model->in_range : model_clamped(model) == 0U;
 }
 
 static inline double range_indicator(Model *model)
 {
-    return range_margin(model) + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
+    return point_margin(model->map, locate(model), model->latched)
+           + (in_range(model) ? RANGE_HYSTERESIS : -RANGE_HYSTERESIS);
 }
 
 static inline bool range_after_event(const Model *model)
@@ -51,28 +31,6 @@ static inline bool range_after_event(const Model *model)
     const double margin = model->value[IN_RANGE_INDICATOR];
 
     return model->in_range ? !(margin < 0.0) : margin > 0.0;
-}
-
-double model_get(Model *model, int reference)
-{
-    const Variable *variable = &model_variables[reference];
-
-    if (reference == IN_RANGE) {
-        return in_range(model);
-    }
-    if (reference == RANGE_MARGIN) {
-        model->value[RANGE_MARGIN] = range_margin(model);
-    } else if (variable->causality == CAUSALITY_INDICATOR) {
-        model_indicators(model);
-    } else if (variable->causality == CAUSALITY_OUTPUT && variable->films) {
-        if (!model->films_known) {
-            compute_films(model);
-        }
-    } else if ((variable->causality == CAUSALITY_OUTPUT || variable->causality == CAUSALITY_RATE)
-               && !model->outputs_known) {
-        compute_outputs(model);
-    }
-    return model->value[reference];
 }
 
 /* Of an elasto-slip element. Sliding in a direction: until the speed reverses. Sticking: to its limit > 0, which is

@@ -5,7 +5,7 @@
 
 #include "point.h"
 
-struct Model {
+typedef struct {
     const Map *map;
     double value[VARIABLE_COUNT];   /* inputs, parameters and elements as set; outputs when computed */
     double latched[VARIABLE_COUNT]; /* inputs and parameters that the outputs belong to */
@@ -26,17 +26,9 @@ struct Model {
     bool follows;                   /* the stiffness is that of the loads */
     unsigned slips;                 /* model exchange: bit per element that slides */
     int slip;                       /* +1 or -1 direction in which they slide, 0: none does */
-    bool located, parts_known, outputs_known, films_known;
+    bool films_known, located, parts_known, outputs_known;
     Point point; /* the latched one */
     Parts parts;
-};
-
-/* Fields of a saved state other than value and latched: numbers and arrays of them, flags, masks with their numbers of
-   bits, signs. */
-#define MODEL_NUMBERS(X) X(step) X(before) X(initial) X(stiffness) X(stiffness_here) X(elements) X(event_heat) \
-    X(heat)
-#define MODEL_FLAGS(X) X(continuous) X(in_range) X(from_side) X(began) X(moved) X(free) X(follows)
-#define MODEL_MASKS(X) X(slips, ELEMENTS)
-#define MODEL_SIGNS(X) X(slip)
+} Model;
 
 #endif

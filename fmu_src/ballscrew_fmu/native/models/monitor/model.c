@@ -40,19 +40,21 @@ static double torque_along_motion(const Model *model)
            - at[SEAL_TORQUE] * regularised_sign(motion(model), at[REGULARIZATION_SPEED]);
 }
 
-static unsigned clamped_inputs(const Estimate *found)
+static unsigned clamped_inputs(const Estimate *result)
 {
-    return (found->speed_clamped ? bit_of(SPEED) : 0U) | (found->temperature_clamped ? bit_of(TEMPERATURE) : 0U)
-           | (found->axial_load_clamped ? bit_of(AXIAL_LOAD) : 0U);
+    return (result->speed_clamped ? bit_of(SPEED) : 0U)
+           | (result->temperature_clamped ? bit_of(TEMPERATURE) : 0U)
+           | (result->axial_load_clamped ? bit_of(AXIAL_LOAD) : 0U);
 }
 
-static void estimate(Model *model, Estimate *found)
+static void estimate(Model *model, Estimate *result)
 {
-    preload_of_torque(model->map, model->latched, motion(model), torque_along_motion(model), found);
-    model->estimate = found->preload;
-    model->elasticity = found->torque > 0.0 ? found->slope * found->preload / found->torque : 0.0;
-    model->clamped = clamped_inputs(found);
-    if (!found->found || found->preload < model->map->preload.lo || !(model->elasticity >= LEAST_ELASTICITY)) {
+    preload_of_torque(model->map, model->latched, motion(model), torque_along_motion(model), result);
+    model->estimate = result->preload;
+    model->elasticity = result->torque > 0.0 ? result->slope * result->preload / result->torque : 0.0;
+    model->clamped = clamped_inputs(result);
+    if (!result->converged || result->preload < model->map->preload.lo
+        || !(model->elasticity >= LEAST_ELASTICITY)) {
         model->clamped |= bit_of(TORQUE);
     }
 }
@@ -71,23 +73,23 @@ static void compute(Model *model)
     const bool rests = at_rest(model);
     const double *at = model->latched;
     double *out = model->value, slope, wide;
-    Estimate found;
+    Estimate result;
 
     if (model->solved) {
         return;
     }
     if (!rests || model->continuous) { /* event indicators depend on the torque at rest too */
-        estimate(model, &found);
+        estimate(model, &result);
     }
     out[PRELOAD] = model->estimate;
     if (rests) {
-        out[PRELOAD] = model->holds ? model->held : at[INITIAL_PRELOAD];
-        torque_of_preload(model->map, at, motion(model), lesser(out[PRELOAD], model->map->force.hi), &found);
+        out[PRELOAD] = model->has_stored ? model->stored : at[INITIAL_PRELOAD];
+        torque_of_preload(model->map, at, motion(model), lesser(out[PRELOAD], model->map->force.hi), &result);
         if (!model->continuous) {
-            model->clamped = clamped_inputs(&found);
+            model->clamped = clamped_inputs(&result);
         }
     }
-    slope = greater(found.slope, 0.0);
+    slope = greater(result.slope, 0.0);
     out[TORQUE_SENSITIVITY] = slope;
     wide = uncertainty(model);
     out[PRELOAD_HALF_WIDTH] = wide < slope * model->map->force.hi ? wide / slope : model->map->force.hi;
@@ -99,7 +101,7 @@ static void compute(Model *model)
 static void compute_lambda_ratio(Model *model)
 {
     static const double constants[VARIABLE_COUNT] = {0.0};
-    Along preload = {0.0, 0.0};
+    Dual preload = {0.0, 0.0};
 
     compute(model);
     preload.value = model->value[PRELOAD];
@@ -113,6 +115,11 @@ void model_reset(Model *model, const Map *map, const double start[VARIABLE_COUNT
 {
     model_start(model, map, start, continuous);
     model_latch(model);
+}
+
+void model_set(Model *model, int reference, double value)
+{
+    model->value[reference] = value;
 }
 
 void model_latch(Model *model)
@@ -131,8 +138,8 @@ void model_step(Model *model, double step)
 {
     model_latch(model);
     if (step > 0.0 && determined(model)) {
-        model->held = model->estimate;
-        model->holds = true;
+        model->stored = model->estimate;
+        model->has_stored = true;
     }
 }
 
@@ -167,11 +174,6 @@ bool model_warns_of_step(Model *model, char *text, size_t size)
     return false;
 }
 
-bool model_possible(const Model *model)
-{
-    return model->held >= 0.0 && model->held < TOO_LARGE;
-}
-
 /* --- events ------------------------------------------------------------------------------------------------------ */
 
 #define RANGE_HYSTERESIS 1e-6 /* relative: avoids repeated events at the limit of in_range */
@@ -183,22 +185,22 @@ static double margin_of_estimate(const Model *model)
     const Map *map = model->map;
     const double *at = model->latched;
     const double temperature = at[TEMPERATURE];
-    double found;
+    double margin;
     Estimate end;
 
     torque_of_preload(map, at, motion(model), map->force.hi, &end);
-    found = lesser((end.torque - torque_along_motion(model)) / greater(end.torque, SMOOTH),
+    margin = lesser((end.torque - torque_along_motion(model)) / greater(end.torque, SMOOTH),
                    (model->estimate - map->preload.lo) / map->force.hi);
-    found = lesser(found, model->elasticity - LEAST_ELASTICITY); /* 0 where the nuts separate */
-    found = lesser(found, lesser(temperature - map->temperature.lo, map->temperature.hi - temperature)
+    margin = lesser(margin, model->elasticity - LEAST_ELASTICITY); /* 0 where the nuts separate */
+    margin = lesser(margin, lesser(temperature - map->temperature.lo, map->temperature.hi - temperature)
                              / (map->temperature.hi - map->temperature.lo));
-    found = lesser(found, (map->speed.hi - motion(model)) / map->speed.hi);
+    margin = lesser(margin, (map->speed.hi - motion(model)) / map->speed.hi);
     if (at[AXIAL_LOAD] != 0.0) {
         double force[2];
         nut_forces(map, model->estimate, at[AXIAL_LOAD], force);
-        found = lesser(found, (map->force.hi - force[1]) / map->force.hi);
+        margin = lesser(margin, (map->force.hi - force[1]) / map->force.hi);
     }
-    return found;
+    return margin;
 }
 
 void model_indicators(Model *model)
@@ -235,8 +237,8 @@ bool model_event(Model *model)
     model->in_range = model->in_range ? !(out[IN_RANGE_INDICATOR] < 0.0) : out[IN_RANGE_INDICATOR] > 0.0;
     model->rests = model->rests ? !(out[MOTION_INDICATOR] > 0.0) : out[MOTION_INDICATOR] < 0.0;
     if (was_determined && (model->rests || !model->in_range)) { /* last instant at which the torque determined it */
-        model->held = model->estimate;
-        model->holds = true;
+        model->stored = model->estimate;
+        model->has_stored = true;
     }
     model_latch(model);
     return false;
@@ -246,35 +248,37 @@ bool model_event(Model *model)
 
 #define SLOPE_STEP 1e-4 /* relative change of the inputs in the difference of sensitivities */
 
-static Along motion_along(const Model *model, const double direction[VARIABLE_COUNT])
+static Dual motion_along(const Model *model, const double direction[VARIABLE_COUNT])
 {
     const double speed = model->latched[SPEED];
     const bool moves = fabs(speed) > model->latched[SPEED_MIN];
-    const Along out = {motion(model), moves ? with_sign_of(direction[SPEED], speed) : direction[SPEED_MIN]};
+    const Dual out = {motion(model), moves ? with_sign_of(direction[SPEED], speed) : direction[SPEED_MIN]};
     return out;
 }
 
 /* Preload of the outputs. By the torque it is the solution of torque(preload, inputs) = measured torque, so its
    derivative is that of an implicit function; held, at rest or where the torque does not determine it, it is constant.
    torque: derivative of that of the balls. */
-static Along preload_along(Model *model, const double direction[VARIABLE_COUNT], Along speed, double torque)
+static Dual preload_along(Model *model, const double direction[VARIABLE_COUNT], Dual speed, double torque)
 {
-    Along out = {model->value[PRELOAD], 0.0};
-    Estimate found;
+    Dual out = {model->value[PRELOAD], 0.0};
+    Estimate result;
 
     if (at_rest(model)) {
-        out.slope = model->holds ? 0.0 : direction[INITIAL_PRELOAD];
+        out.slope = model->has_stored ? 0.0 : direction[INITIAL_PRELOAD];
         return out;
     }
-    preload_of_torque(model->map, model->latched, speed.value, torque_along_motion(model), &found);
-    if (found.found && found.slope > 0.0) {
-        out.slope = (torque - torque_along(model->map, model->latched, direction, speed, out).slope) / found.slope;
+    preload_of_torque(model->map, model->latched, speed.value, torque_along_motion(model), &result);
+    if (result.converged && result.slope > 0.0) {
+        out.slope = torque - torque_along(model->map, model->latched, direction, speed, out).slope;
+        out.slope /= result.slope;
     }
     return out;
 }
 
 /* Derivative of the exact sensitivity, by a central difference along the direction. */
-static double sensitivity_slope(const Model *model, const double direction[VARIABLE_COUNT], Along speed, Along preload)
+static double sensitivity_slope(const Model *model, const double direction[VARIABLE_COUNT], Dual speed,
+                                Dual preload)
 {
     double at[VARIABLE_COUNT], sensitivity[2], size = fabs(preload.slope) / greater(preload.value, 1.0), h;
 
@@ -304,7 +308,7 @@ static double sensitivity_slope(const Model *model, const double direction[VARIA
 void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], double slopes[VARIABLE_COUNT])
 {
     const double *at = model->latched;
-    Along speed, preload;
+    Dual speed, preload;
     double torque, steep, wide;
 
     memset(slopes, 0, VARIABLE_COUNT * sizeof *slopes);

@@ -65,7 +65,7 @@ void torque_of_preload(const Map *map, const double at[VARIABLE_COUNT], double s
 
     begin_search(&search, map, at, speed, out);
     try_preload(&search, preload, out);
-    out->found = true;
+    out->converged = true;
 }
 
 /* Preload at or below which the axial load separates the nuts [N]. 0 without axial load, at most the end of the map. */
@@ -90,17 +90,17 @@ static double separation_preload(const Map *map, double axial_load)
 }
 
 /* Newton's method for ln torque as a function of ln preload, safeguarded by bisection. True if the torque at
-   out->preload is the wanted one. */
-static bool solve(Search *search, double wanted, Estimate *out)
+   out->preload is the target. */
+static bool solve(Search *search, double target, Estimate *out)
 {
     const double highest = search->map->force.hi;
     double low = separation_preload(search->map, search->at[AXIAL_LOAD]), high = highest;
     double before = HUGE_VAL, preload;
     bool high_known = false;
 
-    if (low > 0.0 || !(wanted > 0.0)) { /* preload 0 gives torque 0 */
+    if (low > 0.0 || !(target > 0.0)) { /* preload 0 gives torque 0 */
         try_preload(search, low, out);
-        if (!(wanted > (1.0 + JUMP) * out->torque)) {
+        if (!(target > (1.0 + JUMP) * out->torque)) {
             out->slope = 0.0;
             return false;
         }
@@ -109,16 +109,16 @@ static bool solve(Search *search, double wanted, Estimate *out)
     for (int i = 0; i < MOST_ITERATIONS; ++i) {
         double error, elastic, step, next;
         try_preload(search, preload, out);
-        if (preload >= highest && out->torque <= wanted) {
-            return out->torque == wanted;
+        if (preload >= highest && out->torque <= target) {
+            return out->torque == target;
         }
-        if (out->torque > wanted) {
+        if (out->torque > target) {
             high = preload;
             high_known = true;
         } else {
             low = preload;
         }
-        error = out->torque > 0.0 ? log(wanted / out->torque) : HUGE_VAL;
+        error = out->torque > 0.0 ? log(target / out->torque) : HUGE_VAL;
         elastic = out->slope * preload;
         step = elastic > LEAST_ELASTICITY * out->torque && out->torque > 0.0 ? error * out->torque / elastic : HUGE_VAL;
         next = step > -LONGEST_STEP ? preload * exp(step < LONGEST_STEP ? step : LONGEST_STEP) : 0.0;
@@ -145,50 +145,52 @@ void preload_of_torque(const Map *map, const double at[VARIABLE_COUNT], double s
     Search search;
 
     begin_search(&search, map, at, speed, out);
-    out->found = solve(&search, torque, out);
+    out->converged = solve(&search, torque, out);
 }
 
 /* --- derivatives along a direction ------------------------------------------------------------------------------- */
 
-static Number dual_of(Along a) { return number(a.value, a.slope); }
+static Number number_of(Dual a) { return number(a.value, a.slope); }
 
-static Along pair_of(Number a)
+static Dual dual_of(Number a)
 {
-    const Along out = {value_of(a), slope_of(a)};
+    const Dual out = {value_of(a), slope_of(a)};
     return out;
 }
 
-Along torque_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Along speed,
-                   Along preload)
+Dual torque_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+                  Dual speed,
+                   Dual preload)
 {
     const Friction friction = friction_along(at, direction);
-    const Number sign = regularised_sign(dual_of(speed), variable_of(at, direction, REGULARIZATION_SPEED));
+    const Number sign = regularised_sign(number_of(speed), variable_of(at, direction, REGULARIZATION_SPEED));
     Conditions conditions;
     Loads loads;
     Parts parts;
 
-    nut_conditions(map, dual_of(speed), variable_of(at, direction, TEMPERATURE), &conditions);
-    nut_loads(map, dual_of(preload), variable_of(at, direction, AXIAL_LOAD), &loads);
+    nut_conditions(map, number_of(speed), variable_of(at, direction, TEMPERATURE), &conditions);
+    nut_loads(map, number_of(preload), variable_of(at, direction, AXIAL_LOAD), &loads);
     nut_parts(map, &loads, &conditions, NULL, &friction, &parts);
-    return pair_of(add(parts.viscous, multiply(sign, coulomb_magnitude(&parts))));
+    return dual_of(add(parts.viscous, multiply(sign, coulomb_magnitude(&parts))));
 }
 
-Along seal_along(const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Along speed)
+Dual seal_along(const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Dual speed)
 {
-    const Number sign = regularised_sign(dual_of(speed), variable_of(at, direction, REGULARIZATION_SPEED));
+    const Number sign = regularised_sign(number_of(speed), variable_of(at, direction, REGULARIZATION_SPEED));
 
-    return pair_of(multiply(sign, variable_of(at, direction, SEAL_TORQUE)));
+    return dual_of(multiply(sign, variable_of(at, direction, SEAL_TORQUE)));
 }
 
-Along lambda_ratio_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
-                         Along preload)
+Dual lambda_ratio_along(const Map *map, const double at[VARIABLE_COUNT],
+                        const double direction[VARIABLE_COUNT],
+                         Dual preload)
 {
     Conditions conditions;
     Loads loads;
     Films films;
 
     nut_conditions(map, variable_of(at, direction, SPEED), variable_of(at, direction, TEMPERATURE), &conditions);
-    nut_loads(map, dual_of(preload), variable_of(at, direction, AXIAL_LOAD), &loads);
+    nut_loads(map, number_of(preload), variable_of(at, direction, AXIAL_LOAD), &loads);
     nut_films(map, &loads, &conditions, &films);
-    return pair_of(lambda_ratio(films.minimum, variable_of(at, direction, ROUGHNESS_HEIGHT)));
+    return dual_of(lambda_ratio(films.minimum, variable_of(at, direction, ROUGHNESS_HEIGHT)));
 }

@@ -16,7 +16,7 @@
 typedef struct {
     double preload, torque; /* [N], [N.m] */
     double slope;           /* [N.m/N] derivative of torque with respect to preload */
-    bool found;             /* the torque is the wanted one */
+    bool converged;         /* the torque is the target */
     bool speed_clamped, temperature_clamped, axial_load_clamped;
 } Estimate;
 
@@ -30,13 +30,15 @@ void preload_of_torque(const Map *map, const double at[VARIABLE_COUNT], double s
 /* Derivatives along a direction of inputs and parameters, with a preload and a speed that change along it too. */
 typedef struct {
     double value, slope;
-} Along;
+} Dual;
 
 /* Torque of the seals, in the direction of the motion. */
-Along seal_along(const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Along speed);
-Along torque_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Along speed,
-                   Along preload);
-Along lambda_ratio_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
-                         Along preload);
+Dual seal_along(const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT], Dual speed);
+Dual torque_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+                  Dual speed,
+                   Dual preload);
+Dual lambda_ratio_along(const Map *map, const double at[VARIABLE_COUNT],
+                        const double direction[VARIABLE_COUNT],
+                         Dual preload);
 
 #endif

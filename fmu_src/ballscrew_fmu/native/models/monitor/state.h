@@ -7,26 +7,20 @@
 #include "map.h"
 #include "variables.h"
 
-struct Model {
+typedef struct {
     const Map *map;
     double value[VARIABLE_COUNT];   /* inputs and parameters as set; outputs when computed */
     double latched[VARIABLE_COUNT]; /* inputs and parameters that the outputs belong to */
-    double held;                    /* [N] preload of the last step or, in model exchange, event that was in range */
-    bool holds;                     /* held is defined */
+    double stored;                  /* [N] preload of the last step or event that was in range */
+    bool has_stored;                /* stored is defined */
     bool continuous;                /* model exchange: modes change at events only */
     bool in_range;                  /* model exchange: at the last event, without the condition on speed */
     bool rests;                     /* model exchange: at the last event, speed below speed_min */
     bool began;                     /* model exchange: the initial event is done */
-    bool solved, films_known;       /* outputs of the latched point are computed */
+    bool films_known, solved;       /* outputs of the latched point are computed */
     unsigned clamped;               /* bit per input, of the latched point */
     double estimate;                /* [N] preload from the torque of the latched point */
     double elasticity;              /* relative change of torque divided by that of preload */
-};
-
-/* Fields of a saved state, as in friction/state.h. */
-#define MODEL_NUMBERS(X) X(held)
-#define MODEL_FLAGS(X) X(holds) X(continuous) X(in_range) X(rests) X(began)
-#define MODEL_MASKS(X)
-#define MODEL_SIGNS(X)
+} Model;
 
 #endif

@@ -151,8 +151,8 @@ static inline Number holding_force(const Contacts *contacts, Number preload)
 static inline unsigned contacts_clamped(const Map *map, const Contacts *contacts, const Conditions *conditions,
                                         Number preload)
 {
-    const double held = value_of(holding_force(contacts, preload));
-    const bool preload_inside = held >= map->preload.lo && held <= map->force.hi;
+    const double holding = value_of(holding_force(contacts, preload));
+    const bool preload_inside = holding >= map->preload.lo && holding <= map->force.hi;
 
     return (preload_inside ? 0U : 1U << (PRELOAD - INPUT_FIRST))
            | (conditions->speed_clamped ? 1U << (SPEED - INPUT_FIRST) : 0U)

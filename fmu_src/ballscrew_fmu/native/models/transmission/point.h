@@ -49,7 +49,7 @@ static inline void point_outputs(const Point *point, const Parts *both, const Pr
     const Number damping = multiply(multiply(at[CONTACT_DAMPING_TIME], stiffness), drift);
     const Number elastic = subtract(a.force, b.force), force = add(elastic, damping), ideal = multiply(ratio, force);
     const Number magnitude = add(both->viscous, coulomb_magnitude(both));
-    const Number held = energy_of_elements(presliding->element);
+    const Number stored = energy_of_elements(presliding->element);
     Number mean = force, mean_damping = damping, friction_power, friction;
 
     torque_outputs(both, presliding, loads_nut_a(contacts), at, out);
@@ -73,7 +73,7 @@ static inline void point_outputs(const Point *point, const Parts *both, const Pr
     out[SHAFT_POWER] = add(multiply(mean, multiply(ratio, speed)), friction_power);
     out[NUT_POWER] = multiply(mean, at[VELOCITY]);
     out[POWER_LOSS] = add(out[POWER_LOSS], multiply(mean_damping, drift));
-    out[STORED_ENERGY] = add(contact_energy(contacts), held);
+    out[STORED_ENERGY] = add(contact_energy(contacts), stored);
 }
 
 static inline unsigned point_clamped(const Map *map, const Point *point, const Number at[])

@@ -1,21 +1,29 @@
-#include "instance.h"
+/* Life of an instance in the order of the standards: creation, initialization, steps, events. */
+#include "life_cycle.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "map_file.h"
+#include "messages.h"
+#include "resources.h"
+#include "saved_state.h"
+#include "values.h"
+
 /* --- create and free --------------------------------------------------------------------------------------------- */
 
 /* Which map the results are from, that in the resources can be replaced; and of which screw its friction numbers are. */
 static void report_map(Instance *instance)
 {
-    const char *found = instance->map->identity.content_hash, *described = instance->screw.map;
+    const char *result = instance->map->identity.content_hash, *described = instance->screw.map;
 
-    (void)instance_log(instance, STATUS_OK, "map %s, %s friction law", found, map_law_name(instance->map->law));
-    if (strcmp(found, described) != 0) {
+    (void)instance_log(instance, STATUS_OK, "map %s, %s friction law", result,
+                       map_law_name(instance->map->law));
+    if (strcmp(result, described) != 0) {
         instance_warn(instance, "map %.12s replaces map %.12s, which the start values of the model description belong to",
-             found, described);
+             result, described);
     }
     if (instance->screw.origin[0] != '\0') {
         instance_warn(instance, "%s", instance->screw.origin);
@@ -24,7 +32,7 @@ static void report_map(Instance *instance)
 
 INTERNAL Status instance_reset(Instance *instance)
 {
-    Situation *now = &instance->now;
+    InstanceState *now = &instance->now;
 
     memset(now, 0, sizeof *now);
     model_reset(&now->model, instance->map, instance->screw.start, instance->kind == KIND_ME);
@@ -90,7 +98,7 @@ static const char *kind_name(unsigned kind)
 }
 
 /* Start of every FMI call. NULL: the call is illegal, which is logged, and the instance has failed. */
-INTERNAL Instance *instance_begin(void *handle, const Call *call)
+INTERNAL Instance *instance_begin(void *handle, const char *call, unsigned kinds, unsigned states)
 {
     Instance *instance = handle;
     char here[32], legal[192];
@@ -98,15 +106,15 @@ INTERNAL Instance *instance_begin(void *handle, const Call *call)
     if (instance == NULL) {
         return NULL;
     }
-    instance->call = call->name;
-    if ((instance->now.state & call->states) != 0U && (instance->kind & call->kinds) != 0U) {
+    instance->call = call;
+    if ((instance->now.state & states) != 0U && (instance->kind & kinds) != 0U) {
         return instance;
     }
     instance_list_states(instance->now.state, here, sizeof here);
-    instance_list_states(call->states, legal, sizeof legal);
-    if ((instance->kind & call->kinds) == 0U) {
+    instance_list_states(states, legal, sizeof legal);
+    if ((instance->kind & kinds) == 0U) {
         (void)instance_fail(instance, "called in %s; legal in %s only", kind_name(instance->kind),
-                            kind_name(call->kinds));
+                            kind_name(kinds));
     } else {
         (void)instance_fail(instance, "called in %s; legal in %s", here,
                             legal[0] != '\0' ? legal : "no state of this FMU");
@@ -176,9 +184,9 @@ INTERNAL Status instance_enter(Instance *instance, unsigned state)
 
 INTERNAL Status instance_exit_initialization(Instance *instance)
 {
-    Situation *now = &instance->now;
+    InstanceState *now = &instance->now;
 
-    instance_follow(instance);
+    update_outputs(instance);
     now->postponed = now->unchecked; /* a value is not valid: the elements begin with the good one in its place */
     now->state = STEP_MODE;
     if (instance->kind == KIND_ME) {
@@ -191,13 +199,13 @@ INTERNAL Status instance_exit_initialization(Instance *instance)
 
 /* --- co-simulation ----------------------------------------------------------------------------------------------- */
 
-#define TIME_SHARE 1e-3 /* of a step: allowed difference of communication points, in addition to rounding */
+#define TIME_FRACTION 1e-3 /* of a step: allowed difference of communication points, besides rounding */
 
 /* Before a step: arguments and values are checked. */
 static Status begin_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
-    Situation *now = &instance->now;
-    const double tolerance = TIME_SHARE * step + 4.0 * DBL_EPSILON * fabs(time);
+    InstanceState *now = &instance->now;
+    const double tolerance = TIME_FRACTION * step + 4.0 * DBL_EPSILON * fabs(time);
     char text[32], other[32];
 
     if (!(is_time(time) && step >= 0.0 && step < TOO_LARGE && (step > 0.0 || zero_allowed))) {
@@ -230,7 +238,7 @@ static Status begin_step(Instance *instance, double time, double step, bool zero
 INTERNAL Status instance_step(Instance *instance, double time, double step, bool zero_allowed, bool check_time)
 {
     const Status status = begin_step(instance, time, step, zero_allowed, check_time);
-    Situation *now = &instance->now;
+    InstanceState *now = &instance->now;
     char text[MESSAGE_SIZE / 2];
 
     if (status != STATUS_OK) {
@@ -263,7 +271,7 @@ INTERNAL Status instance_set_time(Instance *instance, double time)
 
 INTERNAL Status instance_event(Instance *instance, bool *state_changed)
 {
-    instance_follow(instance);
+    update_outputs(instance);
     *state_changed = model_event(&instance->now.model);
     warn_of_clamping(instance);
     return STATUS_OK;
