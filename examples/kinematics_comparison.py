@@ -3,8 +3,8 @@
 The paper measures the surface speeds in the fixed frame: ball and raceway slide over each other at 0.6 (screw) and 1.9
 (nut) of the entrainment speed. The frame of `mechanistic` moves with the ball: pure rolling, without traction. The
 sliding that remains in a groove, spin and differential slip, is a matter of the friction law, not of the film. Ball
-load and inlet temperature are fixed, surfaces smooth; the oil is Newtonian, as that of the paper. The rise of pure rolling
-is due to compression, largest in the narrow pressure spike: at high speed it depends on the grid.
+load and inlet temperature are fixed, surfaces smooth; the oil is Newtonian, as that of the paper. The rise of pure
+rolling is due to compression, largest in the narrow pressure spike: at high speed it depends on the grid.
 """
 
 from __future__ import annotations

@@ -160,7 +160,7 @@ def test_bad_input_is_one_line_and_leaves_nothing(script, tmp_path, capsys, monk
         "fitted for the screw another (000000000000)": {"screw": "another", "parameters_hash": "0" * 12},
     }
     cases = {"none.toml": ["--screw", "none.toml"], "--friction = nothing": ["--friction", "nothing"]}
-    cases["invalid choice: 'sliding'"] = ["--kinematics", "sliding"]
+    cases["allowed: three_parameter, mechanistic"] = ["--friction", "sliding"]
     for number, (message, changes) in enumerate(wrong.items()):
         entry = replace(FITTED_HERE, **changes)
         write_friction_sets(tmp_path / f"{number}.toml", [entry])

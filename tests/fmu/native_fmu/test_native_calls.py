@@ -527,7 +527,7 @@ def test_a_map_of_another_screw_replaces_that_in_the_resources(tmp_path, version
         assert [m.status for m in one.opening] == [OK, native.WARNING]
         assert f"map {new} replaces map {old}" in one.opening[1].text
         own = NUT_MAP.header["content_hash"]
-        assert built.opening == [(OK, "logAll", f"map {own}, film_shear friction law")]
+        assert built.opening == [(OK, "logAll", f"map {own}, three_parameter friction law")]
         at = {"preload": 2500.0, "speed": 40.0, "temperature": 310.0, "axial_load": 500.0}
         for instance, nut_map in ((one, other), (built, NUT_MAP)):
             instance.start(**at)

@@ -184,7 +184,7 @@ def test_damaged_and_foreign_map_files_are_refused(tmp_path):
         *((number(LAW, value), "friction law") for value in (2.0, 0.5, float("nan"))),
         (sealed(GOOD[:-8] + struct.pack("<d", float("nan"))), "not finite"),
         (number(LAW - 8, float("inf")), "a default is not finite"),
-        (map_bytes(law), "has the friction law mechanistic, expected film_shear"),
+        (map_bytes(law), "has the friction law mechanistic, expected three_parameter"),
         (b"BSFMAP01" + GOOD[8:], "begins with 'BSFMAP03'"), (b"\x00\n\x50\xff", "begin with '..P.'"),
     ):  # fmt: skip
         assert found in refusal(tmp_path, nut_map=content), found
