@@ -29,7 +29,15 @@ THICKEST_FILM = 0.1
 
 
 class FilmGroups(NamedTuple):
-    """Dimensionless groups: Hamrock-Dowson U, W, G and Moes M = W (2U)^(-3/4), L = G (2U)^(1/4)."""
+    """Dimensionless groups of an elliptical contact.
+
+    Attributes
+    ----------
+    U, W, G : float or array
+        Speed, load and material parameter of Hamrock and Dowson.
+    M, L : float or array
+        Load and lubricant parameter of Moes, M = W (2U)^(-3/4), L = G (2U)^(1/4).
+    """
 
     U: Any
     W: Any
@@ -39,9 +47,37 @@ class FilmGroups(NamedTuple):
 
 
 def film_groups(load: Any, u_e: Any, R_x: Any, E_prime: Any, eta0: Any, alpha_pv: Any) -> FilmGroups:
-    """Dimensionless groups of load [N], u_e [m/s], R_x [m], E_prime [Pa], eta0 [Pa s], alpha_pv [1/Pa]; broadcast.
+    """Dimensionless groups of Hamrock and Dowson and of Moes; the arguments broadcast.
 
-    Source       U = eta0 u_e/(E' R_x), W = F/(E' R_x^2), G = alpha E' (Hamrock & Dowson 1977); Moes 1992
+    Parameters
+    ----------
+    load : float or array
+        Load [N].
+    u_e : float or array
+        Entrainment speed [m/s].
+    R_x : float or array
+        Reduced radius along rolling [m].
+    E_prime : float or array
+        Reduced modulus 2/sum((1-nu^2)/E) [Pa].
+    eta0 : float or array
+        Viscosity at ambient pressure [Pa s].
+    alpha_pv : float or array
+        Pressure-viscosity coefficient [1/Pa].
+
+    Returns
+    -------
+    FilmGroups
+        U = eta0 u_e/(E' R_x), W = F/(E' R_x^2), G = alpha E', M, L.
+
+    Notes
+    -----
+    Hamrock & Dowson 1977; Moes 1992.
+
+    Examples
+    --------
+    >>> groups = film_groups(100.0, 1.0, 2e-3, 226e9, 0.1, 2e-8)
+    >>> f"M = {groups.M:.0f}, L = {groups.L:.1f}"
+    'M = 1147, L = 20.7'
     """
     U, W, G = eta0 * u_e / (E_prime * R_x), load / (E_prime * R_x**2), alpha_pv * E_prime
     return FilmGroups(U, W, G, W * (2.0 * U) ** -0.75, G * (2.0 * U) ** 0.25)
@@ -77,31 +113,98 @@ def nijenbanning_venner_moes(M: Any, L: Any, radius_ratio: Any) -> Any:
 def central_film_estimate(
     lub: LubricantParameters, groups: FilmGroups, R_x: Any, R_y: Any, p_max: Any, temperature: Any
 ) -> Any:
-    """Central film [m] by nijenbanning_venner_moes, isothermal, of a compressible oil; R_x, R_y [m], p_max [Pa].
+    """Central film of a compressible oil by the formula of Nijenbanning, Venner and Moes, without heat.
 
-    Source       Venner & Bos, Wear 173 (1994) 151: mass flow is kept, the density at the centre sets the film
+    Parameters
+    ----------
+    lub : LubricantParameters
+        Oil; its density law is taken.
+    groups : FilmGroups
+        Dimensionless groups of the contact.
+    R_x, R_y : float or array
+        Reduced radii along and across rolling [m], R_x <= R_y.
+    p_max : float or array
+        Hertz pressure [Pa].
+    temperature : float or array
+        Temperature [K]; not used by the density laws.
+
+    Returns
+    -------
+    float or array
+        Central film thickness [m].
+
+    Notes
+    -----
+    Isothermal, flooded. Venner & Bos, Wear 173 (1994) 151: the mass flow is conserved, so that the density at the
+    centre sets the film.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> groups = film_groups(100.0, 1.0, 2e-3, 226e9, 0.1, 2e-8)
+    >>> film = central_film_estimate(load_screw().lubricant, groups, 2e-3, 2e-2, 2e9, 303.15)
+    >>> f"{1e6 * film:.2f} um"
+    '0.28 um'
     """
     H_c = nijenbanning_venner_moes(groups.M, groups.L, R_x / R_y)
     return H_c * R_x * np.sqrt(2.0 * groups.U) / relative_density(lub.density_law, p_max)
 
 
 def thermal_load_parameter(lub: LubricantParameters, u_e: Any, temperature: Any) -> Any:
-    """N = eta0 beta u_e^2/k_oil of the thermal factors, beta = -d ln(eta0)/dT.
+    """Thermal load parameter N = eta0 beta u_e^2/k_oil of film reductions, beta = -d ln(eta0)/dT.
 
-    Parameters   u_e : float or array [m/s];  temperature : float or array [K], inlet
-    Returns      N, dimensionless, >= 0
-    Source       Murch & Wilson 1975; Wilson & Sheu 1983
+    Parameters
+    ----------
+    lub : LubricantParameters
+        Oil.
+    u_e : float or array
+        Entrainment speed [m/s].
+    temperature : float or array
+        Temperature of the inlet [K].
+
+    Returns
+    -------
+    float or array
+        N, dimensionless, >= 0.
+
+    Notes
+    -----
+    Murch & Wilson 1975; Wilson & Sheu 1983.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> f"{thermal_load_parameter(load_screw().lubricant, 1.0, 303.15):.3f}"
+    '0.017'
     """
     slope = temperature_slope(lub, temperature)
     return -eta0(lub, temperature) * slope * np.asarray(u_e) ** 2 / lub.thermal_conductivity
 
 
 def wilson_sheu(N: Any, srr: Any) -> Any:
-    """Thermal reduction of the film with sliding: 1/(1 + 0.241 (1 + 14.8 Z^0.83) N^0.64), Z = |srr|/2.
+    """Thermal reduction of a film with sliding after Wilson and Sheu.
 
-    Parameters   N : float or array, >= 0;  srr : float or array, slide-to-roll ratio (u_1-u_2)/u_e
-    Returns      factor, 0 to 1
-    Source       Wilson & Sheu, J Lubr Technol 105 (1983) 187, Z = |u_1-u_2|/(u_1+u_2)
+    Parameters
+    ----------
+    N : float or array
+        Thermal load parameter, >= 0.
+    srr : float or array
+        Slide-to-roll ratio (u_1-u_2)/u_e.
+
+    Returns
+    -------
+    float or array
+        Factor on the isothermal film, 0 to 1.
+
+    Notes
+    -----
+    1/(1 + 0.241 (1 + 14.8 Z^0.83) N^0.64) with Z = |u_1-u_2|/(u_1+u_2) = |srr|/2. Wilson & Sheu, J Lubr Technol 105
+    (1983) 187.
+
+    Examples
+    --------
+    >>> f"{wilson_sheu(1.0, 0.0):.3f} {wilson_sheu(1.0, 0.5):.3f}"
+    '0.806 0.422'
     """
     return 1.0 / (1.0 + 0.241 * (1.0 + 14.8 * (0.5 * np.abs(srr)) ** 0.83) * np.asarray(N) ** 0.64)
 

@@ -28,7 +28,13 @@ KINEMATICS = PUBLISHED, ROLLING_FRAME
 
 
 class ContactSpeeds(NamedTuple):
-    """Speeds of one contact [m/s]: u_1 raceway, u_2 ball."""
+    """Surface speeds of one contact.
+
+    Attributes
+    ----------
+    u_1, u_2 : float or array
+        Speed of raceway and ball [m/s].
+    """
 
     u_1: Any
     u_2: Any
@@ -45,14 +51,42 @@ class ContactSpeeds(NamedTuple):
 
 
 def surface_speeds(parameters: Parameters, raceway: str, speed: Any) -> ContactSpeeds:
-    """Surface speeds of one contact by the kinematics of the parameters; speed: [rad/s], screw against nut, any sign.
+    """Surface speeds of one contact by the kinematics of the parameters.
 
-    Source       published: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Eqs. 1-4;
-                 differs from paper: the ball's own rotation is not printed, so the pairs that the printed
-                 entrainment speeds and slide-to-roll ratios imply are scaled with the screw speed
-                 errata: Eq. 3 must read r_b^2 sin^2; Eq. 4 gives 399.7 mm/s on the nut, which no ball speed
-                 reconciles with both printed nut values; the printed 1.94203 there is the magnitude
-                 rolling_frame: pure rolling on the mean line
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw, with the kinematics of its friction law.
+    raceway : {"screw", "nut"}
+        Raceway that the ball touches.
+    speed : float or array
+        Speed of the screw against the nut [rad/s], any sign.
+
+    Returns
+    -------
+    ContactSpeeds
+        Speeds u_1 of the raceway and u_2 of the ball [m/s].
+
+    Raises
+    ------
+    ValueError
+        Unknown raceway.
+
+    Notes
+    -----
+    rolling_frame: pure rolling on the mean line.
+
+    published: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Eqs. 1-4; differs from paper: the rotation of the
+    ball is not printed, so the pairs that the printed entrainment speeds and slide-to-roll ratios imply are scaled with
+    the screw speed. errata: Eq. 3 must read r_b^2 sin^2; Eq. 4 gives 399.7 mm/s on the nut, which no ball speed
+    reconciles with both printed nut values; the printed 1.94203 there is the magnitude.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> speeds = surface_speeds(load_screw("gd4008_vg100.toml"), "screw", 104.7)
+    >>> f"u_e = {speeds.u_e:.3f} m/s, srr = {speeds.srr:.1f}"
+    'u_e = 1.040 m/s, srr = 0.0'
     """
     on_screw = raceway_sign(raceway) > 0
     if parameters.friction.kinematics == ROLLING_FRAME:
@@ -78,9 +112,29 @@ def cage_speed(screw: ScrewParameters, speed: Any) -> Any:
 
 
 def entrainment_speed(screw: ScrewParameters, speed: Any) -> Any:
-    """Entrainment speed on both raceways [m/s] in the frame of the ball centre at a screw speed [rad/s]; zero lead.
+    """Entrainment speed on both raceways in the frame of the ball centre, zero lead.
 
-    Source       r_m w (1 - g^2)/2: the raceways move at r_m (1-g)(w - w_c) = r_m (1+g) w_c
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Geometry.
+    speed : float or array
+        Speed of the screw against the nut [rad/s].
+
+    Returns
+    -------
+    float or array
+        Entrainment speed [m/s].
+
+    Notes
+    -----
+    r_m w (1 - g^2)/2 with g = r_b cos(beta)/r_m: the raceways move at r_m (1-g)(w - w_c) = r_m (1+g) w_c.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> f"{entrainment_speed(load_screw().screw, 104.7):.3f} m/s"
+    '1.040 m/s'
     """
     return 0.5 * screw.nominal_radius * (1.0 - _gamma(screw) ** 2) * speed
 

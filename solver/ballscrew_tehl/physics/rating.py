@@ -64,7 +64,26 @@ def computed_static_rating(screw: ScrewParameters) -> float:
 
 
 def ball_pressure(screw: ScrewParameters, load: float) -> float:
-    """Hertz pressure [Pa] of a ball under a load [N] at its own contact angle, the larger one of both raceways."""
+    """Hertz pressure of a ball under its load, the larger one of both raceways.
+
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Geometry; the contact angle follows the load.
+    load : float
+        Ball load [N], > 0.
+
+    Returns
+    -------
+    float
+        Pressure [Pa].
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> f"{ball_pressure(load_screw().screw, 60.0) / 1e9:.2f} GPa"
+    '1.32 GPa'
+    """
     angle = float(contact_angle_at_ball_load(screw, load))
     return max(float(ball_ellipse(screw, angle, raceway, load).p_max) for raceway in RACEWAYS)
 
@@ -80,15 +99,56 @@ def life(screw: ScrewParameters, force_a: float, force_b: float) -> float:
 
 
 def nsk_slope(screw: ScrewParameters) -> float:
-    """Drag torque 0.05 L_p/(2 pi sqrt(tan lambda)) per preload [N.m/N] after NSK; 0.2524 N.m per kN for the GD4008-3.
+    """Drag torque per preload after NSK, 0.05 L_p/(2 pi sqrt(tan lambda)).
 
-    Source       JIS B 1192 (100 r/min, ISO VG 68), as used in Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Lead and lead angle.
+
+    Returns
+    -------
+    float
+        Torque over preload [N.m/N].
+
+    Notes
+    -----
+    JIS B 1192 (100 r/min, ISO VG 68), as used in Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> f"{1e3 * nsk_slope(load_screw().screw):.4f} N.m per kN"
+    '0.2524 N.m per kN'
     """
     return 0.05 * screw.lead / (2.0 * math.pi * math.sqrt(math.tan(screw.lead_angle)))
 
 
 def nsk_torque(screw: ScrewParameters, preload: Any) -> np.ndarray:
-    """Drag torque of the double nut after NSK [N.m]; preload [N], see nsk_slope."""
+    """Drag torque of the double nut after NSK, in proportion to the preload.
+
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Lead and lead angle.
+    preload : float or array
+        Preload [N].
+
+    Returns
+    -------
+    array
+        Torque [N.m].
+
+    Notes
+    -----
+    Preload times nsk_slope, JIS B 1192.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> f"{nsk_torque(load_screw().screw, 2000.0):.3f} N.m"
+    '0.505 N.m'
+    """
     return np.asarray(preload) * nsk_slope(screw)
 
 
@@ -97,5 +157,22 @@ CATALOGUE_SHARE = {"double_nut": 0.05, "single_nut_offset": 0.05, FOUR_POINT: 0.
 
 
 def catalogue_preload(screw: ScrewParameters) -> float:
-    """Preload [N] that catalogues state torques for: CATALOGUE_SHARE of the dynamic rating, in two digits."""
+    """Preload that catalogues state torques for, a fraction of the dynamic rating by kind of preload, in two digits.
+
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Geometry, and the dynamic rating if the screw file states it.
+
+    Returns
+    -------
+    float
+        Preload [N].
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> catalogue_preload(load_screw().screw)
+    1300.0
+    """
     return float(f"{CATALOGUE_SHARE[screw.preload_kind] * dynamic_rating(screw):.2g}")
