@@ -119,6 +119,13 @@ class ContactResult:
         From body 1 to body 2 [K]; None without heat.
     state, choice : ReynoldsState, GridChoice
         Of the last grid.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> from ballscrew_tehl.contact import solve_ball
+    >>> solve_ball(load_screw(), "screw", 60.0, 104.7, 303.15, thermal=False).usable
+    True
     """
 
     conditions: ContactConditions
@@ -161,7 +168,7 @@ class ContactResult:
 
     @property
     def usable(self) -> bool:
-        """Whether the grid resolves it."""
+        """Whether it has converged on a grid that resolves it."""
         return self.converged and self.branch == "resolved"
 
 

@@ -157,7 +157,46 @@ def nut_powers(
 def nuts_powers(
     parameters: Parameters, forces: Sequence[float], contacts: ContactValues, speed: Any, temperature: Any
 ) -> list[tuple[int, NutTorques]]:
-    """Power balance of the loaded_nuts, and how many times each counts; other arguments as powers_of_nuts."""
+    """Power balance of the nuts that carry load, as torques before fitted numbers.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw, oil and constants of the law.
+    forces : sequence of float
+        Forces of both nuts, or of one alone [N].
+    contacts : ContactValues
+        Contacts of the balls.
+    speed : float or (s, 1) array
+        Speed of the screw [rad/s], > 0.
+    temperature : float or (t,) array
+        Temperature of the oil [K].
+
+    Returns
+    -------
+    list of (int, NutTorques)
+        How many times a nut counts, and its parts, floats or (s, t) [N.m].
+
+    Raises
+    ------
+    ValueError
+        Load or speed out of range.
+    ArithmeticError
+        The equilibrium of a ball did not converge.
+
+    Notes
+    -----
+    Parts, assumptions and sources: head of this module.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> from ballscrew_tehl.refinement.contacts import contacts_of
+    >>> screw = load_screw("gd4008_vg100.toml")
+    >>> ((times, nut),) = nuts_powers(screw, [2000.0, 2000.0], contacts_of(screw), 104.7, 303.15)
+    >>> times, f"{nut.hysteresis:.4f} N.m"
+    (2, '0.0020 N.m')
+    """
     nuts = loaded_nuts(parameters, forces)
     (powers,) = powers_of_nuts([parameters], nuts, speed, temperature, contacts)
     return [(nut.times, own) for nut, own in zip(nuts, powers, strict=True)]
@@ -348,10 +387,49 @@ def double_nut_parts(
     ratio: float,
     coefficient: float,
 ) -> TorqueParts:
-    """Torque of the nuts under their forces [N] with a factor of the rolling part and 2 mu_b Lambda kappa.
+    """Parts of the torque of the nuts under their forces.
 
-    Parameters   contacts : of the balls;  speed : of the screw [rad/s], > 0;  temperature : of the oil [K]
-    Raises       ValueError: load or speed out of range;  ArithmeticError: equilibrium of a ball not found
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw, oil and constants of the law.
+    forces : sequence of float
+        Forces of both nuts, or of one alone [N].
+    contacts : ContactValues
+        Contacts of the balls.
+    speed : float
+        Speed of the screw [rad/s], > 0.
+    temperature : float
+        Temperature of the oil [K].
+    ratio : float
+        Factor of the rolling part.
+    coefficient : float
+        Coefficient 2 mu_b Lambda kappa of ball on ball.
+
+    Returns
+    -------
+    TorqueParts
+        Viscous (rolling), hysteresis and sliding part [N.m], with their total.
+
+    Raises
+    ------
+    ValueError
+        Load or speed out of range.
+    ArithmeticError
+        The equilibrium of a ball did not converge.
+
+    Notes
+    -----
+    Parts, assumptions and sources: head of this module.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> from ballscrew_tehl.refinement.contacts import contacts_of
+    >>> screw = load_screw("gd4008_vg100.toml")
+    >>> parts = double_nut_parts(screw, [2000.0, 2000.0], contacts_of(screw), 104.7, 303.15, 1.0, 0.0056)
+    >>> f"{parts.total:.2f} N.m"
+    '0.80 N.m'
     """
     nuts = nuts_powers(parameters, forces, contacts, speed, temperature)
     return sum_of_nuts(nut.parts(ratio, coefficient) for times, nut in nuts for _ in range(times))

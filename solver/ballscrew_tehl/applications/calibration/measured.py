@@ -93,18 +93,44 @@ def calibrate(
 ) -> Calibration:
     """Fit the friction numbers of a screw to measured torques by least squares, to a single one exactly.
 
-    Parameters   measurements : CSV file, headings with units: preload [N], speed [r/min], torque [N.m], ...; or a
-                 single torque, as a file of one row
-                 parameters : screw and oil (load_screw); None = those of the map file, or the packaged GD4008-3
-                 map_file : map of this screw, None = of the atlas; what that does not hold is solved, seconds a point
-                 name : friction set to fit; None = that of the screw
-                 temperature : of rows without one [K]; None = reference temperature of the oil
-                 drop : kinds of rows to leave out, of DROPS;  progress : called while points are computed
-                 torque_tolerance, preload_tolerance : as fractions, of all rows that state none: 0.25 of a sheet's
-                 +-25 %. One error shared by all rows, in the interval (friction.interval)
-    Returns      Calibration; load_map(map_file, parameters, calibration.friction_set) takes its numbers
-    Raises       ValueError: names file and row; a set of another law; rows that cannot be used and may not be
-                 dropped; too few points; torques far from the law; viscous and sliding part proportional at all points
+    Parameters
+    ----------
+    measurements : path, str or Measurement
+        CSV file, headings with units: preload [N], speed [r/min], torque [N.m], ...; or a single torque.
+    parameters : Parameters, optional
+        Screw and oil (load_screw); None: those of the map file, or the packaged GD4008-3.
+    map_file : path or str, optional
+        Map of this screw; None: contacts of the atlas; those beyond it are solved, seconds a point.
+    name : str, optional
+        Friction set to fit; None: that of the screw.
+    temperature : float, optional
+        Of rows without one [K]; None: reference temperature of the oil.
+    drop : collection of str, optional
+        Kinds of rows to leave out, of DROPS.
+    torque_tolerance, preload_tolerance : float, optional
+        As fractions, of all rows that state none: 0.25 of a sheet's +-25 %. One error common to all rows, in the
+        interval (friction.interval).
+    progress : callable, optional
+        Called while points are computed.
+
+    Returns
+    -------
+    Calibration
+        Result; load_map(map_file, parameters, calibration.friction_set) takes its numbers.
+
+    Raises
+    ------
+    ValueError
+        Names file and row; a set of another law; rows that cannot be used and may not be dropped; too few points;
+        torques far from the law; viscous and sliding part proportional at all points.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import calibrate, load_screw
+    >>> from ballscrew_tehl.applications.calibration.measurements import Measurement
+    >>> result = calibrate(Measurement(2000.0, 104.7, 303.15, 0.8), load_screw("gd4008_vg100.toml"))
+    >>> f"{result.friction_set.net_sliding_coefficient:.4f}"
+    '0.0056'
     """
     from ballscrew_tehl.nut_map.file import parameters_for
 
@@ -123,7 +149,31 @@ def calibrate(
 
 
 def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactValues) -> Calibration:
-    """Calibration on a single torque without axial load, with contacts of the balls."""
+    """Calibration on a single torque without axial load.
+
+    Parameters
+    ----------
+    m : Measurement
+        The torque.
+    parameters : Parameters
+        Screw and oil.
+    contacts : ContactValues
+        Contacts of the balls.
+
+    Returns
+    -------
+    Calibration
+        Result.
+
+    Raises
+    ------
+    ValueError
+        As calibrate.
+
+    Examples
+    --------
+    >>> calibrate_point(measurement, parameters, solved_film("mechanistic", parameters))  # doctest: +SKIP
+    """
     return _calibration(MeasurementFile.of_point(m), parameters, MECHANISTIC, contacts)
 
 
@@ -209,7 +259,30 @@ def _calibration(
 def with_learned(
     entry: FrictionSet, basis: TorqueBasis, deviation: Array, parameters: Parameters, contacts: ContactValues
 ) -> FrictionSet:
-    """A set of the mechanistic law with what its torques say of the constants; deviation: model/measured - 1."""
+    """Set of the mechanistic law with what its torques say of the constants.
+
+    Parameters
+    ----------
+    entry : FrictionSet
+        Fitted set.
+    basis : TorqueBasis
+        Points of the fit.
+    deviation : (n,) array
+        Model/measured - 1.
+    parameters : Parameters
+        Screw and oil.
+    contacts : ContactValues
+        Contacts of the balls.
+
+    Returns
+    -------
+    FrictionSet
+        The set with its field learned, for the interval of a torque (friction.interval).
+
+    Examples
+    --------
+    >>> with_learned(friction_set, basis, fit.deviation, parameters, contacts)  # doctest: +SKIP
+    """
     parameters = with_supply(parameters, entry)
     measured = basis.measurements
 
@@ -317,7 +390,26 @@ def _outliers(points: Sequence[Measurement], found: Fit) -> dict[int, str]:
 
 
 def error_summary(basis: TorqueBasis, deviation: Array, left_out: Array) -> dict[str, float]:
-    """Mean and largest |model/measured - 1|, mean of each table, and of points left out of the fit."""
+    """Mean and largest |model/measured - 1|, mean of each table, and of points left out of the fit.
+
+    Parameters
+    ----------
+    basis : TorqueBasis
+        Points of the fit.
+    deviation : (n,) array
+        Model/measured - 1.
+    left_out : (n,) array
+        The same by fits without the point; NaN: none.
+
+    Returns
+    -------
+    dict of str to float
+        mean, max, the tables if there are several, leave_one_out_mean, leave_one_out_max.
+
+    Examples
+    --------
+    >>> summary = error_summary(basis, fit.deviation, fit.left_out)  # doctest: +SKIP
+    """
     errors, unseen = np.abs(deviation), np.abs(left_out[np.isfinite(left_out)])
     summary = {"mean": float(errors.mean()), "max": float(errors.max())}
     of_points = [m.tables or ("all",) for m in basis.measurements]
@@ -390,7 +482,26 @@ class MapFilm:
 
 
 def solved_film(name: str, parameters: Parameters) -> Any:
-    """FilmModel of a set, by the solver, or the ContactValues of the mechanistic law, of the atlas if it holds them."""
+    """Films or contacts that a friction set needs.
+
+    Parameters
+    ----------
+    name : str
+        Friction set.
+    parameters : Parameters
+        Screw and oil.
+
+    Returns
+    -------
+    FilmModel or ContactValues
+        Films by the solver, or of the mechanistic law the contacts: of the atlas if it includes them, else solved.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> solved_film("mechanistic", load_screw("gd4008_vg100.toml")).name
+    'mechanistic'
+    """
     if name == MECHANISTIC:
         return contacts_of(parameters)
     from ballscrew_tehl.refinement.direct import DirectFilm

@@ -51,7 +51,23 @@ class Law(NamedTuple):
 
 
 class FoundPreload(NamedTuple):
-    """Preload with its interval, by the log alone (95 %); ln(torque/law): rms, slope over ln(speed), if it fits."""
+    """Preload behind a friction, with its interval, and how the law fits over speed.
+
+    Attributes
+    ----------
+    preload_n : float
+        Preload [N].
+    preload_low_n, preload_high_n : float
+        Interval [N].
+    preload_interval : str
+        What the interval means.
+    preload_log_low_n, preload_log_high_n : float
+        95 % interval by the log alone [N].
+    shape_deviation, shape_exponent_difference : float
+        ln(torque/law): root mean square, and slope over ln(speed).
+    shape_fits : bool
+        Whether the deviation is within the errors.
+    """
 
     preload_n: float
     preload_low_n: float
@@ -146,9 +162,34 @@ def _fitted(friction: Bidirectional, law: Law, temperature: float, factor: float
 
 
 def found_preload(friction: Bidirectional, law: Law, temperature: float) -> FoundPreload:
-    """Preload of the friction of the nut alone.
+    """Preload at which the law of a map gives the friction of the nut alone.
 
-    Raises       ValueError: speeds, temperature or torque outside the map;  ArithmeticError: as preload_interval
+    Parameters
+    ----------
+    friction : Bidirectional
+        Mean friction torque of both directions over speed, with errors.
+    law : Law
+        Map of the screw with its friction set.
+    temperature : float
+        Temperature of the oil [K].
+
+    Returns
+    -------
+    FoundPreload
+        Preload [N] with its interval.
+
+    Raises
+    ------
+    ValueError
+        Speeds, temperature or torque outside the map.
+    ArithmeticError
+        As preload_interval.
+
+    Examples
+    --------
+    >>> friction = screw_friction(identified, None)  # doctest: +SKIP
+    >>> found_preload(friction, law, 303.15).preload_n  # doctest: +SKIP
+    2000.0
     """
     from ..preload import preload_interval
 
