@@ -81,10 +81,7 @@ def write_fmu(path: Path | str, files: Mapping[str, bytes]) -> bytes:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file that is never there in part; its folder is created.
-
-    Raises       OSError: the folder cannot be written
-    """
+    """Write a file that is never there in part; its folder is created. OSError: the folder cannot be written."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as temporary:
         temporary.write_bytes(content)

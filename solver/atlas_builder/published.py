@@ -82,7 +82,7 @@ def solve_sliding(
 class SlidingFilms:
     """Films of sliding balls, interpolated (friction.film_shear.FilmModel).
 
-    Parameters   entries: of the journal;  thermal: which film
+    entries: of the journal; thermal: which film.
     """
 
     def __init__(
@@ -146,7 +146,7 @@ def published_map(
 ) -> BuiltMap:  # fmt: skip
     """The map of the law of the paper.
 
-    Parameters   films: by the names of FILMS;  contacts: of rolling balls, whose films and rises are shown
+    films: by the names of FILMS; contacts: of rolling balls, whose films and rises are shown.
     """
     rolling = rolling_parameters(parameters)
     extremes, sharing = extreme_values(rolling, contacts, grid), sharing_values(parameters, grid)

@@ -41,10 +41,9 @@ def native_files(
 ) -> dict[str, bytes]:
     """Files of one native FMU by path, with its token.
 
-    Parameters   fmi_version : 2 or 3;  platforms : names from compile.PLATFORMS
-                 embed_map : compile map and screw into the libraries, which then open no file; needs a compiler
-                 live_page : for the documentation; "": none
-    Raises       BuildError or SourceError, with a message of one line
+    fmi_version: 2 or 3; platforms: names from compile.PLATFORMS; embed_map: compile map and screw into the libraries,
+    which then open no file; needs a compiler; live_page: for the documentation; "": none. BuildError or SourceError,
+    with a message of one line.
     """
     header, units = nut_map.header, units_of(model)
     tool = f"ballscrew-tehl {__version__} with {provider(header, embed_map).name}"

@@ -108,8 +108,8 @@ def _imported_files(
 ) -> dict[str, Path]:
     """Files by module: of the first one, and of those that it imports at run time, directly or indirectly.
 
-    travels : whether a module is one of them, from its name and whether the import is relative
-    others : packages that may be imported, in addition to the standard library; PackageError for another one
+    travels: whether a module is one of them, from its name and whether the import is relative
+    others: packages that may be imported, in addition to the standard library; PackageError for another one
     """
     files: dict[str, Path] = {}
     wanted = [first]
@@ -172,8 +172,8 @@ def fmu_files(
 ) -> dict[str, bytes]:
     """Files of the FMU by path, with its GUID.
 
-    sources, solver : None: runtime_sources(), solver_sources()
-    live_page : a page with the map, which then is in it alone; "": none
+    sources, solver: None: runtime_sources(), solver_sources()
+    live_page: a page with the map, which then is in it alone; "": none
     """
     code = {f"{name}.py": text.encode() for name, text in (sources or runtime_sources()).items()}
     code["__init__.py"] = b'"""Code of one FMU, named by its content."""\n'

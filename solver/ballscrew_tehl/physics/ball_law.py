@@ -35,9 +35,8 @@ def check_force(name: str, value: Any, allow_negative: bool = False) -> None:
 def contact_angle_at_ball_load(screw: ScrewParameters, ball_load: Any) -> Any:
     """Contact angle [rad] of a ball under its load [N], >= 0, float or array.
 
-    Validity     no clearance, radial distance of the groove centres kept
-    Source       cos(beta) = cos(beta0)/(1 + C Q^(2/3)/A0), Harris, Rolling Bearing Analysis. A ball that is squeezed
-                 by four flanks stays in their middle: beta0 at every preload
+    Valid: no clearance, radial distance of the groove centres kept. cos(beta) = cos(beta0)/(1 + C Q^(2/3)/A0), Harris,
+    Rolling Bearing Analysis. A ball that is squeezed by four flanks stays in their middle: beta0 at every preload.
     """
     check_force("ball_load", ball_load)
     if screw.preload_kind == FOUR_POINT:

@@ -93,9 +93,9 @@ def moes_groups(
 def nijenbanning_venner_moes(M: Any, L: Any, radius_ratio: Any) -> Any:
     """Central film H_c = (h/R_x) (2U)^(-1/2) over all four regimes, incompressible oil; radius_ratio: R_x/R_y <= 1.
 
-    Validity     isothermal, flooded, Barus; against independent solutions of the Reynolds equation within 4 %
-                 for the circle and 0 to +9 % for ellipses (+12 % at ratio 0.035, M = 200), up to M = 3e4
-    Source       Nijenbanning, Venner & Moes, Wear 176 (1994) 217
+    Valid: isothermal, flooded, Barus; against independent solutions of the Reynolds equation within 4 % for the circle
+    and 0 to +9 % for ellipses (+12 % at ratio 0.035, M = 200), up to M = 3e4. Nijenbanning, Venner & Moes, Wear 176
+    (1994) 217.
     """
     lam = np.asarray(radius_ratio, dtype=float)
     shape = 1.0 + 0.006 * np.log(lam) + 0.63 * lam ** (4.0 / 7.0)
@@ -210,12 +210,12 @@ def wilson_sheu(N: Any, srr: Any) -> Any:
 
 
 def asperity_share(film: Any, sigma: float, film_ratio: float) -> Any:
-    """Share exp(-(h/(L_0 sigma))^2) of the load on asperities; film: h, central film of the smooth contact [m], > 0.
+    """Fraction exp(-(h/(L_0 sigma))^2) of the load on asperities; film: h, central film of the smooth contact [m], > 0.
 
-    sigma : composite rms roughness [m], >= 0;  film_ratio : L_0, h/sigma where 1/e of the load is on asperities
-    Source       form: assumption, between the sources. At h/sigma = 0.5 Greenwood & Tripp (1970) give 0.03 (L_0 0.27),
-                 Balan et al. (2015), Eq. A2, 0.33 (0.475), the mixed-film weighting factor of SKF with sigma = 0.2 um
-                 0.39 (0.5), at eight bearings exp(-1.4 (h/sigma)^1.7) within a factor 1.5 (0.85)
+    sigma: composite rms roughness [m], >= 0; film_ratio: L_0, h/sigma where 1/e of the load is on asperities. Form:
+    assumption, between the sources. At h/sigma = 0.5 Greenwood & Tripp (1970) give 0.03 (L_0 0.27), Balan et al.
+    (2015), Eq. A2, 0.33 (0.475), the mixed-film weighting factor of SKF with sigma = 0.2 um 0.39 (0.5), at eight
+    bearings exp(-1.4 (h/sigma)^1.7) within a factor 1.5 (0.85).
     """
     if sigma == 0.0:
         return np.zeros(np.shape(film))[()]
@@ -250,14 +250,12 @@ def biboulet_houpert_point(load: Any, u_e: Any, R_x: Any, R_y: Any, E_prime: flo
     """Rolling resistance on one surface [N] of an elliptical contact, rigid isoviscous to elastic, fully flooded.
 
     Of load [N], u_e [m/s], R_x <= R_y along and across rolling [m], E_prime [Pa], eta0 [Pa s], all > 0, broadcast. The
-    transition is at M = beta^(1/4) kappa W (2U)^(-3/4).
-
-    Validity     isothermal, Newtonian, Barus, oil to x = -R_x (rigid) or about -10 b (elastic) and far to the sides;
-                 L 4 to 16, M 0.2 to 800, b/a 1/60 to 1.  The rigid limit is -13 to +24 % off a direct solution of
-                 Reynolds' equation for R_y/R_x 1 to 28 and h_0/R_x 1e-5 to 1e-3
-    Source       Biboulet & Houpert, Proc IMechE J 224 (2010) 777, Eqs. (14), (30) to (32) [read]; the same constants
-                 in an open ball screw program.  Second print: Balan, Houpert, Tufescu & Olaru, Lubricants 3 (2015)
-                 222, Eqs. (1) to (4), as powers of R_y/R_x (compared in the test)
+    transition is at M = beta^(1/4) kappa W (2U)^(-3/4). Valid: isothermal, Newtonian, Barus, oil to x = -R_x (rigid)
+    or about -10 b (elastic) and far to the sides; L 4 to 16, M 0.2 to 800, b/a 1/60 to 1. The rigid limit is -13 to
+    +24 % off a direct solution of Reynolds' equation for R_y/R_x 1 to 28 and h_0/R_x 1e-5 to 1e-3. Biboulet & Houpert,
+    Proc IMechE J 224 (2010) 777, Eqs. (14), (30) to (32) [read]; the same constants in an open ball screw program.
+    Second print: Balan, Houpert, Tufescu & Olaru, Lubricants 3 (2015) 222, Eqs. (1) to (4), as powers of R_y/R_x
+    (compared in the test).
     """
     contact = ellipse(load, R_x, R_y, E_prime)
     U, W = 2.0 * np.asarray(eta0) * u_e / (E_prime * R_x), np.asarray(load) / (E_prime * R_x**2)
@@ -274,9 +272,8 @@ def replenishment_factor(
 ) -> Any:
     """Reduction exp(-K_rs nu n (d + D) sqrt(K_z/(2 (D - d)))) of the rolling resistance where oil flows back too late.
 
-    K_rs : 3e-8 low oil bath or oil jet, 6e-8 grease or oil-air, 0 flooded;  K_z : 4.4 for single-row angular contact
-    Source       SKF rolling bearings catalogue, kinematic replenishment/starvation factor [from two programs that code
-                 it]
+    K_rs: 3e-8 low oil bath or oil jet, 6e-8 grease or oil-air, 0 flooded; K_z: 4.4 for single-row angular contact. SKF
+    rolling bearings catalogue, kinematic replenishment/starvation factor [from two programs that code it].
     """
     lengths = (bore_mm + outer_mm) * np.sqrt(K_z / (2.0 * (outer_mm - bore_mm)))
     return np.exp(-K_rs * np.asarray(viscosity_mm2_s) * np.asarray(speed_rpm) * lengths)
@@ -285,11 +282,10 @@ def replenishment_factor(
 def neighbour_drag_power(radius: float, sliding_speed: Any, eta0: Any) -> Any:
     """Power [W] that full oil in the gap between two neighbouring balls takes, which slide past each other.
 
-    Parameters   radius : of a ball [m];  sliding_speed : of their surfaces [m/s];  eta0 [Pa s]; float or array
-    Returns      pi eta0 r ln(r/h) v^2 with h = NEIGHBOUR_FILM, broadcast
-    Validity     leading order of a narrow gap; without its own heat, and full of oil: an upper estimate where that is
-                 short or aerated
-    Source       Jeffrey & Onishi, J Fluid Mech 139 (1984) 261, resistance of two equal spheres to shear
+    radius: of a ball [m]; sliding_speed: of their surfaces [m/s]; eta0 [Pa s]; float or array. Returns pi eta0 r
+    ln(r/h) v^2 with h = NEIGHBOUR_FILM, broadcast. Valid: leading order of a narrow gap; without its heat, and
+    full of oil: an upper estimate where that is short or aerated. Jeffrey & Onishi, J Fluid Mech 139 (1984) 261,
+    resistance of two equal spheres to shear.
     """
     return np.pi * np.asarray(eta0) * radius * np.log(radius / NEIGHBOUR_FILM) * np.square(sliding_speed)
 
@@ -314,8 +310,8 @@ FADES = 3.0
 def hertz_gap(length: Any, b: Any, R_x: Any) -> Any:
     """Gap of the flattened bodies [m] a length [b] >= 1 before the middle of a Hertz contact, across from it.
 
-    Source       line contact, Johnson, Contact Mechanics (1985), Eq. 4.44 with 4.22: within 2 % of the exact one of
-                 ellipses with a >= 4 b
+    Line contact, Johnson, Contact Mechanics (1985), Eq. 4.44 with 4.22: within 2 % of the exact one of ellipses with a
+    >= 4 b.
     """
     root = np.sqrt(length**2 - 1.0)
     return 0.5 * b**2 / R_x * (length * root - np.log(length + root))
@@ -324,9 +320,9 @@ def hertz_gap(length: Any, b: Any, R_x: Any) -> Any:
 def missing_loss(length: float, u_e: Any, eta0: Any, film: Any, b: Any, R_x: Any, R_y: Any) -> Array:
     """Loss [W] of the oil that a flooded contact has between R_x and the supply length [b] before it, without heat.
 
-    Source       derived: with the pressure p = c |x|/h^2 of a wide inlet, c = 12 eta0 u_e/(3 + 2 R_x/R_y)
-                 (contact.result.resistance_beyond), u_e int h dp/dx dA over X < -x < R_x, |y| < R_x. Gap h:
-                 parabolas above the flattened bodies at X
+    Derived: with the pressure p = c |x|/h^2 of a wide inlet, c = 12 eta0 u_e/(3 + 2 R_x/R_y)
+    (contact.result.resistance_beyond), u_e int h dp/dx dA over X < -x < R_x, |y| < R_x. Gap h: parabolas above the
+    flattened bodies at X.
     """
     (t, along), (s, across) = ALONG, ACROSS
     u_e, eta0, film, b, R_x, R_y = (
@@ -347,13 +343,12 @@ def supply_factor(
     """Rolling loss with oil from a supply length [b], >= 2, on, over the flooded one with heat [W].
 
     (1 - q/3)^3, at least LEAST_FACTOR, with q = missing_loss/loss/(1 + (film/(FADES hertz_gap))^2); joined by a fourth
-    power with its limit in films above the gap where oil begins, X before the middle: there the load [N] acts about X/3
-    before the middle, load u_e X/(3 R_x). u_e [m/s], eta0 [Pa s] and central film [m] are those of the inlet.
-
-    Validity     19 thermal solves with that inlet, M 53 to 24,000: mean and largest error of the loss 0 and 13 % at
-                 6 b, -1 and 6 % at 10 b, +10 and 61 % at 3 b (light hot contacts). Seven, M 2.8 to 37: -8 to 14 % at
-                 6 b, -28 to 4 % at 10 b; 14 to 15 % too high where the film is 0.15 of the gap
-    Source       the cube and the join are assumptions of form, compared with these solves
+    power with its limit in films above the gap where oil begins, X before the middle: there the load [N] acts about
+    X/3 before the middle, load u_e X/(3 R_x). u_e [m/s], eta0 [Pa s] and central film [m] are those of the inlet.
+    Valid: 19 thermal solves with that inlet, M 53 to 24,000: mean and largest error of the loss 0 and 13 % at 6 b, -1
+    and 6 % at 10 b, +10 and 61 % at 3 b (light hot contacts). Seven, M 2.8 to 37: -8 to 14 % at 6 b, -28 to 4 % at 10
+    b; 14 to 15 % too high where the film is 0.15 of the gap. The cube and the join are assumptions of form, compared
+    with these solves.
     """
     if length == FLOODED:
         return np.ones(np.broadcast(load, loss, u_e, eta0, film, b, R_x, R_y).shape)[()]

@@ -112,8 +112,8 @@ def reduced_radii(screw: ScrewParameters, contact_angle: Any, raceway: str) -> t
 def ratio_of_axes(radius_ratio: Any) -> Any:
     """a/b >= 1 of the contact ellipse of R_x/R_y, 0 < ratio <= 1, float or array, relative error below 1e-13.
 
-    Source       Johnson, Contact Mechanics 1985, Eqs. 4.26-4.28, written with the symmetric integral R_D,
-                 which has no cancellation near the circle: R_y/R_x = R_D(0,1,1/k^2)/R_D(0,1/k^2,1); by secants
+    Johnson, Contact Mechanics 1985, Eqs. 4.26-4.28, written with the symmetric integral R_D, which has no cancellation
+    near the circle: R_y/R_x = R_D(0,1,1/k^2)/R_D(0,1/k^2,1); by secants.
     """
     ratio = np.asarray(radius_ratio, dtype=float)
     if not np.all((ratio > 0.0) & (ratio <= 1.0)):

@@ -106,7 +106,7 @@ def _gamma(screw: ScrewParameters) -> float:
 def cage_speed(screw: ScrewParameters, speed: Any) -> Any:
     """Angular speed of the ball centres about the screw axis [rad/s], the nut at rest; pure rolling, zero lead.
 
-    Source       Harris, Rolling Bearing Analysis: w (1 - g)/2, g = r_b cos(beta)/r_m; with the screw at rest 1 + g
+    Harris, Rolling Bearing Analysis: w (1 - g)/2, g = r_b cos(beta)/r_m; with the screw at rest 1 + g.
     """
     return 0.5 * (1.0 - _gamma(screw)) * speed
 
@@ -155,12 +155,10 @@ def contact_motion(screw: ScrewParameters, contact_angle: float | Sequence[float
     """Motion of the contacts of a ball: screw and nut of a two-point ball, both flanks of each of an oversize ball.
 
     Its contact angle [rad] is the same at all contacts; or that of each diagonal that carries load, one or two, in any
-    order: turned half around e_r, the ball sees the same screw turn the other way.
-    Validity     contact points in the normal plane of the helix of the ball centre. Between two flanks a rolling ball
-                 is left with the slip r_b w sin(lambda) across rolling, shared by both contacts, and the spin
-                 w sin(beta)
-    Source       derived. Raceway of a screw motion: (W r_m/cos(lambda))
-                 e_t + W e_z x d at d from the ball centre, e_z = sin(lambda) e_t + cos(lambda) e_b
+    order: turned half around e_r, the ball sees the same screw turn the other way. Valid: contact points in the normal
+    plane of the helix of the ball centre. Between two flanks a rolling ball is left with the slip r_b w sin(lambda)
+    across rolling, of both contacts, and the spin w sin(beta). Derived. Raceway of a screw motion: (W
+    r_m/cos(lambda)) e_t + W e_z x d at d from the ball centre, e_z = sin(lambda) e_t + cos(lambda) e_b.
     """
     if isinstance(contact_angle, (float, int)):
         angles = [contact_angle] * (2 if screw.preload_kind == FOUR_POINT else 1)
@@ -210,9 +208,8 @@ def neighbour_sliding(screw: ScrewParameters, motion: ContactMotion) -> float:
     """Speed at which neighbouring balls slide on each other over 2 u_e: twice that of a ball's surface on the helix.
 
     Two contacts: 1 but for the helix. Oversize balls turn about an axis parallel to that of the screw: 1/cos(beta).
-
-    Validity     rolling_motion stands for the equilibrium with traction. GD4008-3, 300 N to 6 kN, 10 to 2500 r/min, 12
-                 to 77 C: they differ by 0.4 %, oversize balls by 2 %, but 10 % in the thickest film of a light load
+    Valid: rolling_motion stands for the equilibrium with traction. GD4008-3, 300 N to 6 kN, 10 to 2500 r/min, 12 to 77
+    C: they differ by 0.4 %, oversize balls by 2 %, but 10 % in the thickest film of a light load.
     """
     _, w_r, _, w_b = rolling_motion(motion)
     return float(0.5 * screw.ball_diameter * math.hypot(w_r, w_b) / entrainment_speed(screw, 1.0))

@@ -86,7 +86,7 @@ class BallChain:
     ) -> Array:
         """Approaches of a chain from a start (m,) of the size scale [m], whose inner rows are the recurrence.
 
-        end_slopes : of d inwards at the first and last ball [m]
+        end_slopes: of d inwards at the first and last ball [m]
         close(d, f, slope, residual, bands) : overwrites rows of residual [m] and matrix that end the chain
         """
         from scipy.linalg import solve_banded
@@ -156,7 +156,7 @@ class BallChain:
 def ball_oversize(screw: ScrewParameters, preload: float, ball_count: int) -> float:
     """Oversize in diameter [m] of the balls of a single nut for a preload [N]: 2.78 um for 2000 N on GD4008-3.
 
-    Source       Hertz: both contacts of a line together approach by C Q^(2/3), Q = F_p/(n sin(beta) cos(lambda))
+    Hertz: both contacts of a line together approach by C Q^(2/3), Q = F_p/(n sin(beta) cos(lambda)).
     """
     check_force("preload", preload)
     return float(contact_compliance(screw) * np.cbrt(preload_ball_load(screw, preload, ball_count)) ** 2)
@@ -189,7 +189,8 @@ class FourPointChain(BallChain):
 class DoubleNutLoads(NamedTuple):
     """Loads of all balls, from left to right, and axial forces.
 
-    An axial load > 0 relieves nut A of this module, but loads nut A of the FMUs. With oversize balls: of the same balls on the flanks that an axial load > 0 relieves and loads; no spacer.
+    An axial load > 0 relieves nut A of this module, but loads nut A of the FMUs. With oversize balls: of the same balls
+    on the flanks that an axial load > 0 relieves and loads; no spacer.
 
     Attributes
     ----------

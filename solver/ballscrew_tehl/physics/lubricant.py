@@ -231,6 +231,6 @@ def relative_density(law: str, p: Any) -> Any:
 def ambient_density(lub: LubricantParameters, T: Any) -> Any:
     """Density at ambient pressure [kg/m3].
 
-    Source       Eq. 8 of Zhao et al. 2023 at p = 0; errata: the printed sign makes density rise with temperature
+    Eq. 8 of Zhao et al. 2023 at p = 0; errata: the printed sign makes density rise with temperature.
     """
     return lub.density * (1.0 - lub.density_temperature * (T - lub.reference_temperature))

@@ -19,10 +19,10 @@ LIFE_EXPONENT, WEIBULL = 3.0, 10.0 / 9.0
 def computed_dynamic_rating(screw: ScrewParameters) -> float:
     """Dynamic axial load rating C_a of one nut [N] by its geometry: 90 % of the screws reach 1e6 turns under it.
 
-    Source       ISO 3408-5, as recalled: C_s = f_c cos(a)^0.86 z^(2/3) D^1.8 tan(a) cos(phi)^1.3 of one turn [N, mm],
-                 f_c = 93.2 (1 - sin(a)/3) (1/(1 - 1/(2 f_s)))^0.41 g^0.3 (1-g)^1.39/(1+g)^(1/3), g = D cos(a)/D_pw;
-                 with the nut C_s (1 + (C_s/C_n)^(10/3))^-0.3, C_s/C_n = ((1-g)/(1+g))^1.723
-                 ((2 - 1/f_n)/(2 - 1/f_s))^0.41, times (turns of all starts)^0.86. No factors for hardness, accuracy
+    ISO 3408-5, as recalled: C_s = f_c cos(a)^0.86 z^(2/3) D^1.8 tan(a) cos(phi)^1.3 of one turn [N, mm], f_c = 93.2 (1
+    - sin(a)/3) (1/(1 - 1/(2 f_s)))^0.41 g^0.3 (1-g)^1.39/(1+g)^(1/3), g = D cos(a)/D_pw; with the nut C_s (1 +
+    (C_s/C_n)^(10/3))^-0.3, C_s/C_n = ((1-g)/(1+g))^1.723 ((2 - 1/f_n)/(2 - 1/f_s))^0.41, times (turns of all
+    starts)^0.86. No factors for hardness, accuracy.
     """
     angle, lead = screw.contact_angle, screw.lead_angle
     ball, pitch = 1e3 * screw.ball_diameter, 2e3 * screw.nominal_radius
@@ -52,9 +52,9 @@ def static_rating(screw: ScrewParameters) -> float:
 def computed_static_rating(screw: ScrewParameters) -> float:
     """Static axial load rating C_0a of one nut [N] by its geometry: a dent of 1e-4 of the ball diameter.
 
-    Source       ISO 3408-5, as recalled: k_0 D^2 sin(a) cos(phi) of each ball [N, mm], with the curvatures of ball and
-                 screw k_0 = 27.74/(D sqrt((2/D - 1/(f_s D)) (2/D + 1/(D_pw/(2 cos(a)) - D/2)))). No factors for
-                 hardness, accuracy; examples/catalogue_screws.py compares it with catalogues
+    ISO 3408-5, as recalled: k_0 D^2 sin(a) cos(phi) of each ball [N, mm], with the curvatures of ball and screw k_0 =
+    27.74/(D sqrt((2/D - 1/(f_s D)) (2/D + 1/(D_pw/(2 cos(a)) - D/2)))). No factors for hardness, accuracy;
+    examples/catalogue_screws.py compares it with catalogues.
     """
     angle, ball = screw.contact_angle, 1e3 * screw.ball_diameter
     across = (2.0 - screw.ball_diameter / screw.screw_raceway_radius) / ball
@@ -91,7 +91,7 @@ def ball_pressure(screw: ScrewParameters, load: float) -> float:
 def life(screw: ScrewParameters, force_a: float, force_b: float) -> float:
     """Nominal life L10 of the preloaded nut in turns, under constant axial forces [N]; infinite without force.
 
-    Source       ISO 3408-5: L = (C_a/F)^3 1e6 of each nut, together (L_A^(-10/9) + L_B^(-10/9))^(-9/10)
+    ISO 3408-5: L = (C_a/F)^3 1e6 of each nut, together (L_A^(-10/9) + L_B^(-10/9))^(-9/10).
     """
     rating = dynamic_rating(screw)
     spent = sum(((force / rating) ** LIFE_EXPONENT / 1e6) ** WEIBULL for force in (force_a, force_b))

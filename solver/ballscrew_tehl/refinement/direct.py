@@ -120,7 +120,7 @@ def solved_nut(
 ) -> Array:
     """Solve the mean ball of one raceway of a nut, sum over the balls by a film with this exponent of load.
 
-    film : film model of the friction
+    film: film model of the friction
     Returns (5,): viscous torque at viscosity ratio 1 and full viscous share, mechanistic: rolling torque [N m];
     effective film for that share, mechanistic: of the mean ball [m]; its thermal minimum, central film [m], rise [K]
     """
@@ -173,7 +173,7 @@ class DirectState(NamedTuple):
 class MeanBallContacts:
     """ContactValues of the mechanistic law from mean balls, of several the nearest one, other losses by closed form.
 
-    solved : by raceway, loads [N] with QUANTITIES of their contacts
+    solved: by raceway, loads [N] with QUANTITIES of their contacts
     """
 
     parameters: Parameters

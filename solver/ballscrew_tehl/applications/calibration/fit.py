@@ -370,10 +370,10 @@ class Supply(NamedTuple):
 def supply_limits(basis: TorqueBasis) -> Supply:
     """Limits from all points.
 
-    Validity     exact for normal errors of equal relative size, lengths uniform in 1/length between their bounds,
-                 coefficients uniform from 0; so also where the data say little of the length, after any choice by them
-    Source       Box & Tiao, Bayesian Inference in Statistical Analysis (1973), section 2.7: coefficient and size of the
-                 errors integrated out of the posterior. Highest density for the length, equal tails for the coefficient
+    Valid: exact for normal errors of equal relative size, lengths uniform in 1/length between their bounds,
+    coefficients uniform from 0; so also where the data say little of the length, after any choice by them. Box & Tiao,
+    Bayesian Inference in Statistical Analysis (1973), section 2.7: coefficient and size of the errors integrated out
+    of the posterior. Highest density for the length, equal tails for the coefficient.
     """
     from scipy.stats import t as student_t
 
@@ -402,10 +402,10 @@ def supply_limits(basis: TorqueBasis) -> Supply:
 class Fit(NamedTuple):
     """Values with what the linearised model says of them; arrays per point (n,).
 
-    deviation: model/measured - 1;  left_out: the same by the fit without the point and its repeats, NaN if a parameter
-    depends on those;  leverage: hat value, share of the point in its own fitted value;  studentised: deleted
-    studentised residual, NaN if not determined;  limit: its bound for one false alarm in 20 fits;  half_width: of the
-    95 % interval by parameter, inf if not determined;  supply: of the mechanistic law, None if its length is known
+    deviation: model/measured - 1; left_out: the same by the fit without the point and its repeats, NaN if a parameter
+    depends on those; leverage: hat value, share of the point in its own fitted value; studentised: deleted
+    studentised residual, NaN if not determined; limit: its bound for one false alarm in 20 fits; half_width: of the
+    95 % interval by parameter, inf if not determined; supply: of the mechanistic law, None if its length is known
     """
 
     values: Array
@@ -441,11 +441,10 @@ def fit(
 ) -> Fit:
     """Least squares with hat values, Student t intervals and errors of points left out, those of a group together.
 
-    chosen : basis of some of the points with the parameters that their fit determines; None: those of the basis
-
-    Validity     intervals and hat values: exact for a linear model; errors independent, normal, of equal relative size
-    Source       Cook & Weisberg, Residuals and Influence in Regression (1982), section 2.2.1: deleted studentised
-                 residuals, Bonferroni bound
+    chosen: basis of some of the points with the parameters that their fit determines; None: those of the basis. Valid:
+    intervals and hat values: exact for a linear model; errors independent, normal, of equal relative size. Cook &
+    Weisberg, Residuals and Influence in Regression (1982), section 2.2.1: deleted studentised residuals, Bonferroni
+    bound.
     """
     from scipy.stats import t as student_t
 

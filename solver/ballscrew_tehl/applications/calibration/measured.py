@@ -339,7 +339,7 @@ def _check_level(
 ) -> None:
     """ValueError if the law cannot give the torque of a point, or hardly does, with the unit that was probably meant.
 
-    unit: as it was written;  rest: torque without friction between balls [N.m], 0: does not bound it
+    unit: as it was written; rest: torque without friction between balls [N.m], 0: does not bound it
     """
     low, high = max(rest, law.low / MAX_FACTOR), MAX_FACTOR * law.high
     if low <= m.torque <= high:

@@ -157,9 +157,9 @@ class RowProblem(NamedTuple):
 class MeasurementFile(NamedTuple):
     """Content of a file, or a single torque.
 
-    where, source : the file at the begin of messages, its name and the start of its SHA-256; "" without a file
-    measurements : the usable rows in their order, a point of several tables once;  problems : the other rows
-    notes : assumptions and unused columns;  lines : of the rows in the file;  torque_unit : as in the heading
+    where, source: the file at the begin of messages, its name and the start of its SHA-256; "" without a file
+    measurements: the usable rows in their order, a point of several tables once; problems: the other rows
+    notes: assumptions and unused columns; lines: of the rows in the file; torque_unit: as in the heading
     """
 
     where: str
