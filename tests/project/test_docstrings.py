@@ -17,6 +17,7 @@ PENDING = {
     "ballscrew_tehl.applications.preload", "ballscrew_tehl.atlas.ball_contacts", "ballscrew_tehl.friction.interval",
     "ballscrew_tehl.friction.sets", "ballscrew_tehl.nut_map.build", "ballscrew_tehl.nut_map.file",
     "ballscrew_tehl.nut_map.grid", "ballscrew_tehl.nut_map.interval", "ballscrew_tehl.parameters.friction",
+    "ballscrew_tehl.runtime.nut_law",
 }  # fmt: skip
 NAMED = re.compile(r"^\s*from (ballscrew_[\w.]+) import (\([^)]*\)|[^\n(]*)|^::: ([\w.]+)\.(\w+)$", re.M)
 

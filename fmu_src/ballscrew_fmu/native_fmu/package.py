@@ -118,8 +118,8 @@ def build_native_fmu(
     ----------
     nut_map : NutMap
         Map of the screw.
-    fmi_version : {2, 3}
-        Version of FMI.
+    fmi_version : int
+        Version of FMI, 2 or 3.
     path : path or str
         The file, replaced if it exists.
     reference : Reference, optional

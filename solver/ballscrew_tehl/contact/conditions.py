@@ -318,8 +318,8 @@ def ball_conditions(
     ----------
     parameters : Parameters
         Screw, oil and kinematics.
-    raceway : {"screw", "nut"}
-        Raceway that the ball touches.
+    raceway : str
+        Raceway that the ball touches, "screw" or "nut".
     load : float
         Ball load [N], > 0.
     speed : float

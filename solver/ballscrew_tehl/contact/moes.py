@@ -33,8 +33,8 @@ def reference_oil(law: str) -> LubricantParameters:
 
     Parameters
     ----------
-    law : {"barus", "roelands"}
-        Pressure law; barus: incompressible, roelands: compressible.
+    law : str
+        "barus", incompressible, or "roelands", compressible.
 
     Returns
     -------

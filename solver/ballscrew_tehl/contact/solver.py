@@ -333,8 +333,8 @@ def solve_ball(
     ----------
     parameters : Parameters
         Screw, oil, bodies and kinematics.
-    raceway : {"screw", "nut"}
-        Raceway that the ball touches.
+    raceway : str
+        Raceway that the ball touches, "screw" or "nut".
     load : float
         Ball load [N], > 0.
     speed : float

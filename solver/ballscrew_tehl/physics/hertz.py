@@ -74,8 +74,8 @@ def reduced_radii(screw: ScrewParameters, contact_angle: Any, raceway: str) -> t
         Geometry.
     contact_angle : float or array
         Contact angle [rad], 0 < beta < pi/2.
-    raceway : {"screw", "nut"}
-        Raceway that the ball touches.
+    raceway : str
+        Raceway that the ball touches, "screw" or "nut".
 
     Returns
     -------

@@ -57,8 +57,8 @@ def surface_speeds(parameters: Parameters, raceway: str, speed: Any) -> ContactS
     ----------
     parameters : Parameters
         Screw, with the kinematics of its friction law.
-    raceway : {"screw", "nut"}
-        Raceway that the ball touches.
+    raceway : str
+        Raceway that the ball touches, "screw" or "nut".
     speed : float or array
         Speed of the screw against the nut [rad/s], any sign.
 
