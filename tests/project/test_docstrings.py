@@ -3,6 +3,7 @@
 import inspect
 import json
 import re
+from dataclasses import is_dataclass
 from pkgutil import resolve_name
 
 from numpydoc.docscrape import NumpyDocString
@@ -45,10 +46,10 @@ def public_objects():
 
 
 def problems(path, item):
-    """Codes and messages. Methods and tuples need no examples, nor texts what a screw file describes."""
+    """Codes and messages. Methods and records need no examples, nor texts what a screw file describes."""
     ignored = set(IGNORED)
     if inspect.isclass(item):
-        ignored |= {"PR01", "PR03"} | ({"EX01"} if issubclass(item, tuple) else set())
+        ignored |= {"PR01", "PR03"} | ({"EX01"} if issubclass(item, tuple) or is_dataclass(item) else set())
         doc = NumpyDocString(inspect.getdoc(item))
         entries = ", ".join(each.name for each in doc["Parameters"] + doc["Attributes"])
         fields = {} if issubclass(item, BaseModel | Exception) else inspect.signature(item).parameters

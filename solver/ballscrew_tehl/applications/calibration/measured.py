@@ -172,7 +172,11 @@ def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactVal
 
     Examples
     --------
-    >>> calibrate_point(measurement, parameters, solved_film("mechanistic", parameters))  # doctest: +SKIP
+    >>> from ballscrew_tehl import load_screw
+    >>> screw, point = load_screw("gd4008_vg100.toml"), Measurement(2000.0, 104.7, 303.15, 0.8)
+    >>> result = calibrate_point(point, screw, solved_film("mechanistic", screw))
+    >>> f"{result.friction_set.net_sliding_coefficient:.4f}"
+    '0.0056'
     """
     return _calibration(MeasurementFile.of_point(m), parameters, MECHANISTIC, contacts)
 
@@ -281,7 +285,12 @@ def with_learned(
 
     Examples
     --------
-    >>> with_learned(friction_set, basis, fit.deviation, parameters, contacts)  # doctest: +SKIP
+    >>> from ballscrew_tehl import load_screw
+    >>> screw, point = load_screw("gd4008_vg100.toml"), Measurement(2000.0, 104.7, 303.15, 0.8)
+    >>> old = calibrate_point(point, screw, solved_film("mechanistic", screw))
+    >>> new = with_learned(old.friction_set, old.basis, old.fit.deviation, old.parameters, old.film)
+    >>> sorted(new.learned)
+    ['constants', 'covariance', 'mean']
     """
     parameters = with_supply(parameters, entry)
     measured = basis.measurements
@@ -408,7 +417,10 @@ def error_summary(basis: TorqueBasis, deviation: Array, left_out: Array) -> dict
 
     Examples
     --------
-    >>> summary = error_summary(basis, fit.deviation, fit.left_out)  # doctest: +SKIP
+    >>> one, none = np.array([1.0]), np.array([np.nan])
+    >>> basis = TorqueBasis((Measurement(2000.0, 104.7, 303.15, 0.8),), one[None], one[None], one, one)
+    >>> error_summary(basis, np.array([-0.05]), none)
+    {'mean': 0.05, 'max': 0.05}
     """
     errors, unseen = np.abs(deviation), np.abs(left_out[np.isfinite(left_out)])
     summary = {"mean": float(errors.mean()), "max": float(errors.max())}
