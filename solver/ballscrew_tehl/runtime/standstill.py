@@ -189,7 +189,7 @@ def presliding_step(
     """Elasto-slip elements over one step [s], >= 0, with the speed [rad/s] held: exact, passive for any step size.
 
     coulomb_torque: of the moment [N.m], >= 0; stiffness: of all elements [N.m/rad], >= 0; limits: element_limits
-    damping: of all elements [N.m.s/rad], >= 0, of those that stick their share; explicit coupling with an inertia J
+    damping: of all elements [N.m.s/rad], >= 0, of those that stick their part; explicit coupling with an inertia J
     needs it: stiffness < (damping/step)(1 - step damping/J)
 
     heat + change of the stored energy = work of the mean torque of the step. Both that and the torque at the end are

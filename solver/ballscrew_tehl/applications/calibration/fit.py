@@ -403,7 +403,7 @@ class Fit(NamedTuple):
     """Values with what the linearised model says of them; arrays per point (n,).
 
     deviation: model/measured - 1; left_out: the same by the fit without the point and its repeats, NaN if a parameter
-    depends on those; leverage: hat value, share of the point in its own fitted value; studentised: deleted
+    depends on those; leverage: hat value, fraction of the point in its fitted value; studentised: deleted
     studentised residual, NaN if not determined; limit: its bound for one false alarm in 20 fits; half_width: of the
     95 % interval by parameter, inf if not determined; supply: of the mechanistic law, None if its length is known
     """
