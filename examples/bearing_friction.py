@@ -31,7 +31,7 @@ COLOURS = ("#0072B2", "#D55E00")
 def main(loads: tuple[float, ...] = LOADS, speeds: tuple[float, ...] = RPM) -> dict[str, Any]:
     """Torques over speed [r/min] for each axial load [N].
 
-    Returns      loads, speeds; law, low, high, skf: load -> array [N.m]; parts: load -> rolling, sliding, hysteresis
+    Returns loads, speeds; law, low, high, skf: load -> array [N.m]; parts: load -> rolling, sliding, hysteresis.
     """
     angle = math.radians(40.0)
     of_7208 = bearing(1e-3 * PITCH_MM, 12.303e-3, 14, angle, 0.52, 0.52, iso_vg=GRADE)

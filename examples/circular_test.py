@@ -100,9 +100,9 @@ def presliding_angle(axis: Axis, coulomb: float) -> float:
 def main(fmu: Path | str = FMU, axis: Axis | None = None, feeds: tuple[float, ...] = FEEDS) -> dict[str, Any]:
     """Height, angle and shape of the glitch for each feed [m/s] and case.
 
-    Returns      peak_um_<case>, peak_deg_<case>, onset_deg_<case>, width_deg_<case>, decay_deg_<case>: tuples
-                 over the feeds; presliding_deg, tail_deg: angles of the closed forms in the head of the file;
-                 curves: (angle, outward) by (case, feed); runs by the same; in_range
+    Returns peak_um_<case>, peak_deg_<case>, onset_deg_<case>, width_deg_<case>, decay_deg_<case>: tuples over the
+    feeds; presliding_deg, tail_deg: angles of the closed forms in the head of the file; curves: (angle, outward) by
+    (case, feed); runs by the same; in_range.
     """
     axis = axis or Axis()
     result: dict[str, Any] = {"axis": axis, "feeds": feeds, "curves": {}, "runs": {}}

@@ -45,8 +45,8 @@ def run_with_fmu(
 ) -> int:
     """Run main with the FMU of the arguments, print its table, draw its plot; returns the exit code.
 
-    Parameters   arguments: None = of the process;  script: its __file__;  description: its __doc__;  fmu: the default;
-                 kind: of the FMU, for the help
+    arguments: None = of the process; script: its __file__; description: its __doc__; fmu: the default; kind: of the
+    FMU, for the help.
     """
     parser = Parser(script, description)
     parser.add_argument("--fmu", type=Path, default=fmu, help=f"the {kind}, FMI 2.0; default: %(default)s")

@@ -42,10 +42,9 @@ PANELS = {
 def main(speeds: Sequence[float] = SPEEDS) -> dict[str, np.ndarray]:
     """Solve both contacts of a ball for every case.
 
-    Parameters   speeds: of the screw [r/min]
-    Returns      rpm (speed,); (case, raceway, speed): film [m], rise [K], traction [N] on the ball, > 0 where it drags
-                 the ball along, heat [W]; cases in the order of CASES, raceways screw, nut
-    Raises       UnconvergedContactError
+    speeds: of the screw [r/min]. Returns rpm (speed,); (case, raceway, speed): film [m], rise [K], traction [N] on the
+    ball, > 0 where it drags the ball along, heat [W]; cases in the order of CASES, raceways screw, nut. Raises
+    UnconvergedContactError.
     """
     parameters = load_screw()
     rows = []

@@ -191,10 +191,10 @@ def co_simulation(fmu: Path | str, step: float) -> np.ndarray:
 def main(fmu: Path | str = FMU, steps: tuple[float, ...] = STEPS) -> dict[str, Any]:
     """Both interfaces.
 
-    Returns      exchange: rows of model_exchange(); tight: the same at a tenth of the tolerance; coarsest: rows of
-                 co_simulation() with the longest step; events; elements: their number; reversals: changes of sign of
-                 the speed; evaluations; tolerance_error [rad/s]; steps, errors [rad/s]: largest difference of the
-                 speed of co-simulation from `tight`; order: fitted to them
+    Returns exchange: rows of model_exchange(); tight: the same at a tenth of the tolerance; coarsest: rows of
+    co_simulation() with the longest step; events; elements: their number; reversals: changes of sign of the speed;
+    evaluations; tolerance_error [rad/s]; steps, errors [rad/s]: largest difference of the speed of co-simulation from
+    `tight`; order: fitted to them.
     """
     exchange, events, evaluations = model_exchange(fmu)
     tight, _, _ = model_exchange(fmu, 1e-9)

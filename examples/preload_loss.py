@@ -100,8 +100,8 @@ def other_screws(torque: np.ndarray) -> list[float]:
 def main() -> dict[str, Any]:
     """Both screws.
 
-    Returns      hours; upper, lower: as `monitored`, with `alarm`, hour of the first alarm or None, and `others`, last
-                 preloads with other screws
+    Returns hours; upper, lower: as `monitored`, with `alarm`, hour of the first alarm or None, and `others`, last
+    preloads with other screws.
     """
     series = rig_series()
     hours = series.hours.to_numpy(float)

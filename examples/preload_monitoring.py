@@ -158,9 +158,9 @@ def wearing(batches: int = 150, preload: float = 2000.0, healthy: int = 50, lost
 def main(screw: NutMap | None = None, lives: int = 8, seed: int = 1) -> dict[str, Any]:
     """Lives with and without loss of preload.
 
-    Returns      coverage: share of the 95 % intervals that contain the true preload; half_width_percent;
-                 detected: share of wearing lives with an alarm after the loss began; loss_at_alarm_percent: median;
-                 false_alarms: over `healthy_batches`; false_alarm_length: of the formula; shown: one wearing life
+    Returns coverage: fraction of the 95 % intervals that contain the true preload; half_width_percent; detected:
+    fraction of wearing lives with an alarm after the loss began; loss_at_alarm_percent: median; false_alarms: over
+    `healthy_batches`; false_alarm_length: of the formula; shown: one wearing life.
     """
     screw = screw or load_map()
     random = np.random.default_rng(seed)
@@ -223,8 +223,8 @@ def streamed(fmu: Any, batches: list[Batch], period: float = 1.0) -> list[Stream
 def compared_with_fmu(fmu: Any, screw: NutMap | None = None, seed: int = 1) -> dict[str, float]:
     """A wearing life by the mean torque of each batch and by the FMU.
 
-    Returns      difference_percent: root mean square of their difference over the preload; deviation_percent: of a
-                 batch by the FMU from the true preload, root mean square; stated_percent: by its half-widths
+    Returns difference_percent: root mean square of their difference over the preload; deviation_percent: of a batch by
+    the FMU from the true preload, root mean square; stated_percent: by its half-widths.
     """
     screw = screw or load_map()
     random = np.random.default_rng(seed)

@@ -88,7 +88,7 @@ def circle(axis: Axis, radius=10e-3, feed=0.02, cutting_force=300.0, after=0.5) 
 def axis_of(fmu: Path | str) -> Axis:
     """The axis with lead [m] and preload [N] of the screw of an FMU: lead in its description, preload the start value.
 
-    Raises       ValueError: an FMU that states none
+    ValueError: an FMU that states none.
     """
     description = fmpy.read_model_description(str(fmu))
     lead = re.search(r"lead ([0-9.]+) mm", description.description or "")
@@ -101,7 +101,7 @@ def axis_of(fmu: Path | str) -> Axis:
 class FrictionFmu:
     """One instance of the FMU; use it in a `with` block, which frees it in any case.
 
-    Raises       ValueError: an FMU without these variables
+    ValueError: an FMU without these variables.
     """
 
     INPUTS = ("preload", "speed", "temperature", "axial_load")
@@ -171,8 +171,8 @@ class Run(NamedTuple):
 def simulate(axis: Axis, motion: Motion, friction: FrictionFmu | None = None, parallel: bool = False) -> Run:
     """Axis from rest along a motion.
 
-    Parameters   parallel : axis and friction both step with the values of the last communication point, so that
-                 the torque acts one step later; else friction first (head of this file)
+    parallel: axis and friction both step with the values of the last communication point, so that the torque acts one
+    step later; else friction first (head of this file).
     """
     drive = Drive(axis)
     torque = heat = 0.0
@@ -229,9 +229,8 @@ def reversal_spike(run: Run, reversal: float, window: float = 0.15) -> float:
 def main(fmu: Path | str = FMU, axis: Axis | None = None) -> dict[str, Any]:
     """All five runs.
 
-    Returns      numbers by name, with unit, for the runs `with` and `without` friction and `presliding`
-                 (friction with presliding); under `axis`, `runs`, `move_end_s` and `reversal_s` the
-                 time series and what plot() needs
+    Returns numbers by name, with unit, for the runs `with` and `without` friction and `presliding` (friction with
+    presliding); under `axis`, `runs`, `move_end_s` and `reversal_s` the time series and what plot() needs.
     """
     axis = axis or axis_of(fmu)
     move, move_end = positioning(axis)

@@ -35,9 +35,8 @@ def build_axis_fmu(
 ) -> Path:
     """The FMU of an axis on a circle; the values of the circle [m, m/s, N] are start values of its parameters.
 
-    Parameters   module : of the slave, with its tables INPUTS, OUTPUTS, PARAMETERS and communication_step(axis)
-
-    Raises       subprocess.CalledProcessError: pythonfmu does not build it;  OSError: cannot be written
+    module: of the slave, with its tables INPUTS, OUTPUTS, PARAMETERS and communication_step(axis).
+    subprocess.CalledProcessError: pythonfmu does not build it; OSError: cannot be written.
     """
     circle = {"radius": radius, "feed": feed, "cutting_force": cutting_force}
     values = json.dumps({**asdict(axis), **circle}, indent=1)

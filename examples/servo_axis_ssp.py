@@ -72,8 +72,8 @@ class MasterError(RuntimeError):
 def write_ssp(path: Path | str, friction_fmu: Path | str, axis: Axis, stop_time: float) -> Path:
     """The archive.
 
-    Raises       ValueError: not the right FMU, an axis that is unstable in these masters, or the archive
-                 has findings;  OSError: cannot be written
+    ValueError: not the right FMU, an axis that is unstable in these masters, or the archive has findings; OSError:
+    cannot be written.
     """
     a, b = axis.coupling
     if not a < b * (1.0 - b):
@@ -207,10 +207,9 @@ def main(
 ) -> dict[str, Any]:
     """Write the archive, run it in all installed masters and the script in both orders.
 
-    Parameters   ssp : archive to write;  masters : names of MASTERS
-    Returns      `series` by master; `missing`: reason by master; `sequential`, `parallel`: scripted runs with
-                 the friction first and both at once; then numbers by name with unit
-    Raises       ValueError, OSError: as write_ssp;  MasterError
+    ssp: archive to write; masters: names of MASTERS. Returns `series` by master; `missing`: reason by master;
+    `sequential`, `parallel`: scripted runs with the friction first and both at once; then numbers by name with unit.
+    ValueError, OSError: as write_ssp; MasterError.
     """
     axis, ssp = axis or Axis(), Path(ssp)
     motion, reversal = circle(axis, RADIUS, FEED, CUTTING_FORCE)

@@ -76,7 +76,7 @@ def main(
 ) -> dict[str, Any]:
     """Both axes on the circle of servo_axis.py.
 
-    Returns      numbers by name with unit; under `axis`, `runs` and `reversal_s` what plot() needs
+    Returns numbers by name with unit; under `axis`, `runs` and `reversal_s` what plot() needs.
     """
     axis = axis or TransmissionAxis()
     motion, reversal = circle(axis)

@@ -81,9 +81,8 @@ class Axis:
 def on_circle(time, radius, feed, cutting_force):
     """Reference of one axis on a milled circle, from one reversal at time 0.
 
-    Parameters   time : float or (n,) array [s];  radius : [m];  feed : along the path [m/s]
-                 cutting_force : along the path [N]
-    Returns      position [m], velocity [m/s], process force against the axis direction [N], each as time
+    time: float or (n,) array [s]; radius: [m]; feed: along the path [m/s]; cutting_force: along the path [N]. Returns
+    position [m], velocity [m/s], process force against the axis direction [N], each as time.
     """
     angle = feed / radius * time
     swing = np.sin(angle)

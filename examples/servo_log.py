@@ -95,8 +95,8 @@ def write_log(path, headings, *columns):
 def main(folder: Path | str = ".", screw: NutMap | None = None) -> dict[str, tuple[np.ndarray, ...]]:
     """Write the logs to a folder.
 
-    Parameters   screw : map of the GD4008-3 with the friction of its axis; None = the packaged one, VG 100
-    Returns      time [s], motion [m] or [deg], voltage [V] or current [A] by name of the log
+    screw: map of the GD4008-3 with the friction of its axis; None = the packaged one, VG 100. Returns time [s], motion
+    [m] or [deg], voltage [V] or current [A] by name of the log.
     """
     screw = screw or load_map(PACKAGED_VG100)
     emps = emps_log(noise=1e-7, voltage_noise=0.03, delay=2)

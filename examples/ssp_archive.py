@@ -52,10 +52,9 @@ def write_archive(
 ) -> Path:
     """SystemStructure.ssd, resources/*.fmu and resources/*.ssv; same input, same bytes.
 
-    Parameters   name : of the system;  stop_time : of its default experiment [s]
-                 parameter_set : name of the parameter sets of all components
-    Raises       ValueError: a variable that an FMU does not have, or a connection of different units
-                 OSError: cannot be written
+    name: of the system; stop_time: of its default experiment [s]; parameter_set: name of the parameter sets of all
+    components. ValueError: a variable that an FMU does not have, or a connection of different units; OSError: cannot
+    be written.
     """
     for space, address in SPACES.items():
         ElementTree.register_namespace(space, address)
@@ -171,7 +170,7 @@ def bound_parameters(path: Path | str) -> ParameterSet:
 def findings(path: Path | str) -> list[str]:
     """Errors of an archive: schema of all its files, connectors, units and values against the FMUs.
 
-    Raises       Exception: of fmpy, if a file does not follow its schema
+    Exception: of fmpy, if a file does not follow its schema.
     """
     structure = read_ssd(str(path))  # checks .ssd and .ssv against the schemas of SSP 1.0
     with zipfile.ZipFile(path) as archive:

@@ -139,8 +139,8 @@ def main(
 ) -> dict[str, Any]:
     """Errors, fitted orders and stability borders.
 
-    Returns      steps; errors, orders: by (law, master); exact: reference speeds by law;
-                 borders, limits: by master over the b of `damping`, found with the FMU and closed form
+    Returns steps; errors, orders: by (law, master); exact: reference speeds by law; borders, limits: by master over
+    the b of `damping`, by the FMU and in closed form.
     """
     found, exact = errors(fmu, steps)
     return {

@@ -49,12 +49,10 @@ RATIOS = (0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75
 def main(speeds: Sequence[float] = SPEEDS, ratios: Sequence[float] = RATIOS) -> dict[str, np.ndarray]:
     """Solve the contact over slide-to-roll ratio.
 
-    Parameters   speeds: of the screw [r/min], they set the entrainment;  ratios: slide-to-roll
-    Returns      rpm, u_e [m/s], N: (speed,); srr: (ratio,); (speed, ratio): film: central film over the isothermal one,
-                 flow: oil flow at the centre over the isothermal flow, formula: Wilson & Sheu, traction: force over
-                 load, rise: largest temperature rise [K], deviation: formula/film - 1; mean_deviation,
-                 largest_deviation: (speed,), of its magnitude
-    Raises       UnconvergedContactError
+    speeds: of the screw [r/min], they set the entrainment; ratios: slide-to-roll. Returns rpm, u_e [m/s], N: (speed,);
+    srr: (ratio,); (speed, ratio): film: central film over the isothermal one, flow: oil flow at the centre over the
+    isothermal flow, formula: Wilson & Sheu, traction: force over load, rise: largest temperature rise [K], deviation:
+    formula/film - 1; mean_deviation, largest_deviation: (speed,), of its magnitude. Raises UnconvergedContactError.
     """
     parameters = load_screw()
     oil = parameters.lubricant

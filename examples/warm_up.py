@@ -121,8 +121,8 @@ def slow_time_constant(time: np.ndarray, value: np.ndarray) -> float:
 def main(fmu: Path | str = FMU, drive: Drive | None = None, hours: float = 8.0) -> dict[str, Any]:
     """Warm-up with the FMU, and with constant initial heat for comparison.
 
-    Returns      numbers by name with unit; coupled, constant: rows of warm_up(); linearised: rates with the
-                 slope of the heat at the end of the run
+    Returns numbers by name with unit; coupled, constant: rows of warm_up(); linearised: rates with the slope of the
+    heat at the end of the run.
     """
     drive = drive or Drive()
     inside = True

@@ -2,7 +2,7 @@
 
 index.md from README.md, changes.md from CHANGELOG.md, the tables of validation.md from examples/paper,
 the errata of theory.md from their CSV, report.html and live.html from the commands `report` and `page`,
-notebooks/*.md from the notebooks with the outputs stored in them, reference/*.md from the docstrings.
+notebooks/*.md from the notebooks with the outputs stored in them.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from latex2mathml.converter import convert
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
-from reference import ROOT, room_page, rooms, start_page
 
+ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 PAPER = ROOT / "examples" / "paper"
 PACKAGES = (ROOT / "solver", ROOT / "fmu_src")
@@ -36,22 +36,13 @@ PICTURE = re.compile(r'<img [^>]*src="([^"]+\.png)"[^>]*/?>')
 FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 
 
-def on_config(config: MkDocsConfig) -> MkDocsConfig:
-    """Adds the pages of the reference to the navigation."""
-    for entry in config.nav or []:
-        if entry.get("Python reference") == []:
-            entry["Python reference"] = ["reference/index.md", *({room.name: room.page} for room in rooms())]
-    return config
-
-
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Adds the pages that are made here."""
     config.extra["validation_tables"] = validation()
     pages: dict[str, str | bytes] = {
         "index.md": moved((ROOT / "README.md").read_text(encoding="utf-8")),
         "changes.md": moved((ROOT / "CHANGELOG.md").read_text(encoding="utf-8")),
-        "reference/index.md": start_page(),
-        **{room.page: room_page(room) for room in rooms()},
+        "reference.md": (DOCS / "site" / "reference.md").read_text(encoding="utf-8"),
         "report.html": made("report", "ballscrew_fmu.command", "report"),
         "live.html": made("live", "ballscrew_fmu", "page", "--friction", "mechanistic"),
     }

@@ -38,11 +38,10 @@ PALMGREN_F1 = {"angular": (0.001, 0.33), "thrust": (0.0008, 0.33)}
 def skf_torque(kind: str, d_m: float, axial_load: float, n: float, nu: float) -> tuple[float, float]:
     """Rolling and sliding part of SKF's friction model, no radial load, no starvation factor, no drag of an oil bath.
 
-    Parameters   kind : "angular" or "thrust" (no other row of the catalogue's table);  axial_load [N]
-    Returns      M_rr = phi_ish G_rr (nu n)^0.6, M_sl = G_sl mu_sl [N.m]
-    Source       SKF rolling bearings catalogue, forms [read], constants [memory]; they give the 70 rows of
-                 skf_torque.csv to their digits. phi_ish = 1/(1 + 1.84e-9 (n d_m)^1.28 nu^0.64),
-                 mu_sl = phi_bl 0.12 + (1 - phi_bl) 0.05, phi_bl = exp(-2.6e-8 (n nu)^1.4 d_m)
+    kind: "angular" or "thrust" (no other row of the catalogue's table); axial_load [N]. Returns M_rr = phi_ish G_rr
+    (nu n)^0.6, M_sl = G_sl mu_sl [N.m]. SKF rolling bearings catalogue, forms [read], constants [memory]; they give
+    the 70 rows of skf_torque.csv to their digits. phi_ish = 1/(1 + 1.84e-9 (n d_m)^1.28 nu^0.64), mu_sl = phi_bl 0.12
+    + (1 - phi_bl) 0.05, phi_bl = exp(-2.6e-8 (n nu)^1.4 d_m).
     """
     if kind == "angular":
         centrifugal = d_m**4 * n**2
@@ -64,9 +63,9 @@ def palmgren_torque(
 ) -> float:
     """Torque of Palmgren's formula [N.m]; parameters: of caged_bearing; oil: "mist" or "bath".
 
-    Source       Harris, Rolling Bearing Analysis [memory]: M_0 = 1e-7 f_0 (nu n)^(2/3) d_m^3, 160e-7 f_0 d_m^3 below
-                 nu n = 2000; M_1 = z (P_0/C_0)^y F d_m, F = max(0.9 cot(alpha), 1) F_a, of thrust bearings F_a; N.mm.
-                 differs from it: P_0/C_0 is the cube of the Hertz pressure over the 4.2 GPa of ISO 76
+    Harris, Rolling Bearing Analysis [memory]: M_0 = 1e-7 f_0 (nu n)^(2/3) d_m^3, 160e-7 f_0 d_m^3 below nu n = 2000;
+    M_1 = z (P_0/C_0)^y F d_m, F = max(0.9 cot(alpha), 1) F_a, of thrust bearings F_a; N.mm. differs from it: P_0/C_0
+    is the cube of the Hertz pressure over the 4.2 GPa of ISO 76.
     """
     screw = parameters.screw
     d_m, f_0, (z, y) = 2e3 * screw.nominal_radius, PALMGREN_F0[kind, oil], PALMGREN_F1[kind]
@@ -79,9 +78,9 @@ def palmgren_torque(
 def houpert_rolling(parameters: Parameters, axial_load: float, speed: float, temperature: float) -> float:
     """Rolling part [N.m] by the closed rolling force of Houpert with the inlet heating of Aihara.
 
-    Parameters   parameters : of caged_bearing;  axial_load [N], speed [rad/s], temperature [K]
-    Source       F_R = 2.86 E' R_x^2 k^0.348 G^0.022 U^0.66 W^0.47, k = R_y/R_x, U of the mean speed: Houpert, J Tribol
-                 109 (1987) 363 [memory];  1/(1 + 0.29 N^0.78): Goksem & Hargreaves, through Aihara 1987 [read]
+    parameters: of caged_bearing; axial_load [N], speed [rad/s], temperature [K]. F_R = 2.86 E' R_x^2 k^0.348 G^0.022
+    U^0.66 W^0.47, k = R_y/R_x, U of the mean speed: Houpert, J Tribol 109 (1987) 363 [memory]; 1/(1 + 0.29 N^0.78):
+    Goksem & Hargreaves, through Aihara 1987 [read].
     """
     screw, oil = parameters.screw, parameters.lubricant
     angle = float(loaded_contact_angle(screw, axial_load, screw.loaded_ball_count))

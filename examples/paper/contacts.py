@@ -84,9 +84,8 @@ class ContactRow(NamedTuple):
 def extrapolated(coarse: float, middle: float, fine: float) -> float:
     """Limit of a value on three grids of constant ratio REFINEMENT.
 
-    Returns      limit by the observed order; NaN unless they are monotone, of first order at least and the
-                 last change is below SETTLED_BELOW
-    Source       Roache, J Fluids Eng 116 (1994) 405: f_fine + (f_fine - f_middle)/(REFINEMENT^order - 1)
+    Returns limit by the observed order; NaN unless they are monotone, of first order at least and the last change is
+    below SETTLED_BELOW. Roache, J Fluids Eng 116 (1994) 405: f_fine + (f_fine - f_middle)/(REFINEMENT^order - 1).
     """
     first, second = middle - coarse, fine - middle
     if not (0.0 < REFINEMENT * second * first <= first**2 and abs(second) < SETTLED_BELOW * abs(fine)):

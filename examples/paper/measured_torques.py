@@ -64,7 +64,7 @@ class Law(NamedTuple):
 class LawRow(NamedTuple):
     """Deviations |model/measured - 1| of one law at the 11 points; torques: there and at TWELFTH [N.m].
 
-    from_rest: table -> mean of the points that only this table has, by the fit to the rest;  left_out: mean and largest
+    from_rest: table -> mean of the points that only this table has, by the fit to the rest; left_out: mean and largest
     of points left out one at a time; None where nothing is fitted
     """
 
@@ -138,7 +138,7 @@ def temperature_rows() -> list[list[str]]:
 def fitted_row(name: str, columns: np.ndarray, fixed: np.ndarray) -> LawRow:
     """Torque columns (12, p) @ numbers + fixed (12,), fitted to the 11 points by relative least squares.
 
-    Parameters   name : with places for the numbers {0}, {1}
+    name: with places for the numbers {0}, {1}.
     """
     measured, points = _measured(), packaged_measurements()
 

@@ -116,8 +116,8 @@ def profile(basis: TorqueBasis, parameter: int, value: float) -> float:
 def profile_limits(basis: TorqueBasis) -> dict[str, dict[str, float]]:
     """95 % limits by the profile of the sum of squared errors; unlike the linearised ones valid far from the solution.
 
-    Source       Bates & Watts, Nonlinear Regression Analysis (1988), section 6.1: limits where the cost exceeds its
-                 least value by s^2 F(1, n - p; 0.95)
+    Bates & Watts, Nonlinear Regression Analysis (1988), section 6.1: limits where the cost exceeds its least value by
+    s^2 F(1, n - p; 0.95).
     """
     freedom, values = len(basis) - len(basis.names), fit_values(basis, "least_squares")
     allowed = float(np.sum(basis.errors(values) ** 2)) * (1.0 + student_t.ppf(0.975, freedom) ** 2 / freedom)
@@ -182,7 +182,7 @@ def basis_of(parameters: Parameters, film_model: Callable = solved_film) -> Torq
 def main(file: str | None = None, film_model: Callable = solved_film) -> str:
     """The sets and what is not stored, as text.
 
-    Parameters   file : that the sets are written to;  film_model : films, or contacts, of a screw
+    file: that the sets are written to; film_model: films, or contacts, of a screw.
     """
     sets, lines, others = [], [], []
     published, own = load_screw(), load_screw(PACKAGED_VG100)

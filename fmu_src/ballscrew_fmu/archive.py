@@ -17,10 +17,24 @@ LEVEL = 6  # of zip; 9 takes 1.6 times as long for 0.2 % of a library and nothin
 
 
 class BuiltFmu(NamedTuple):
+    """An FMU that was written.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    guid : str
+        GUID or instantiation token.
+    sha256 : str
+        Of the file.
+    size : int
+        Of the file [bytes].
+    """
+
     path: Path
     guid: str
     sha256: str
-    size: int  # [bytes]
+    size: int
 
 
 def built(path: Path | str, files: Mapping[str, bytes]) -> BuiltFmu:
@@ -32,9 +46,28 @@ def built(path: Path | str, files: Mapping[str, bytes]) -> BuiltFmu:
 
 
 def write_fmu(path: Path | str, files: Mapping[str, bytes]) -> bytes:
-    """Write a zip archive with fixed dates and order, atomically; returns its content.
+    """Write a zip archive with fixed dates and order, atomically.
 
-    Raises       OSError: the folder cannot be written
+    Parameters
+    ----------
+    path : path or str
+        The file, replaced if it exists; its folder is created.
+    files : mapping of str to bytes
+        Content by path in the archive.
+
+    Returns
+    -------
+    bytes
+        Content of the archive.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be written.
+
+    Examples
+    --------
+    >>> content = write_fmu("my.fmu", {"modelDescription.xml": b"<fmiModelDescription/>"})  # doctest: +SKIP
     """
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -48,10 +81,7 @@ def write_fmu(path: Path | str, files: Mapping[str, bytes]) -> bytes:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file that is never there in part; its folder is created.
-
-    Raises       OSError: the folder cannot be written
-    """
+    """Write a file that is never there in part; its folder is created. OSError: the folder cannot be written."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as temporary:
         temporary.write_bytes(content)

@@ -39,7 +39,7 @@ class Inputs(NamedTuple):
     def live_page(self, start: OperatingPoint | None = None) -> str:
         """The live page, which starts at an operating point; with the interval of the mechanistic law, some seconds.
 
-        Raises       BuildError: not in the package, and no ziglang, or it fails;  SourceError: a file is missing
+        BuildError: not in the package, and no ziglang, or it fails; SourceError: a file is missing.
         """
         ends = None
         if self.friction_set is not None and self.nut_map.law == Law.MECHANISTIC:
@@ -50,7 +50,7 @@ class Inputs(NamedTuple):
 def read_inputs(args: Namespace) -> Inputs:
     """Parameters and nut map of the options INPUTS; the header has start values and provenance of the friction.
 
-    Raises       ValueError or OSError: invalid input, with a message of one line
+    ValueError or OSError: invalid input, with a message of one line.
     """
     chosen = chosen_of(args)
     return Inputs(chosen.parameters, chosen.nut_map(args), chosen.friction_set)
@@ -73,7 +73,7 @@ def kinds(
 ) -> list[Kind]:
     """FMUs of the models with these layers (none: all) and this version of FMI, those for Python hosts first.
 
-    Raises       ValueError: there are none
+    ValueError: there are none.
     """
     every = [Kind(FRICTION, 2, False)]
     if not python_only:
@@ -94,9 +94,9 @@ def build(
 ) -> tuple[dict[Path, tuple[BuiltFmu, str]], str]:
     """Pack, check and deliver the FMUs. advance is called twice for each, and for the live page.
 
-    Parameters   selected : of `kinds`;  embed_map : compile the map into the native FMUs, which then open no file
-    Returns      FMUs with the results of their checks by file; what a missing compiler left out
-    Raises       CheckError, BuildError, SourceError: no FMU is delivered; OSError: the folder cannot be written
+    selected: of `kinds`; embed_map: compile the map into the native FMUs, which then open no file. Returns FMUs with
+    the results of their checks by file; what a missing compiler left out. CheckError, BuildError, SourceError: no FMU
+    is delivered; OSError: the folder cannot be written.
     """
     nut_map = inputs.nut_map
     reference = functools.cache(lambda model: reference_of(nut_map, model))

@@ -25,18 +25,42 @@ class Terminal(NamedTuple):
 
 
 class FmuModel(NamedTuple):
-    """One model, as native FMUs; FRICTION also as an FMU for Python hosts."""
+    """One model, as native FMUs; FRICTION also as an FMU for Python hosts.
 
-    name: str  # model name and identifier, of native FMUs with the suffix
-    summary: str  # first words of the description
-    variables: Table  # of the native FMUs
-    layer: str  # folder of the model in native/models
-    dual: str = "dual_laws.c"  # file there with the laws in dual numbers
+    Attributes
+    ----------
+    name : str
+        Model name and identifier, of native FMUs with the suffix.
+    summary : str
+        First words of the description.
+    variables : callable
+        Variables of the native FMUs, from the header of a map.
+    layer : str
+        Folder of the model in native/models.
+    dual : str
+        File there with the laws in dual numbers.
+    suffix : str
+        Of native FMUs.
+    terminals : tuple of Terminal
+        Variables that are connected together.
+    borrowed : tuple of str
+        Files of other models in native/models.
+    step : float
+        Of the default experiment [s].
+    step_derivatives : bool
+        Whether co-simulation has derivatives; model exchange always has them.
+    """
+
+    name: str
+    summary: str
+    variables: Table
+    layer: str
+    dual: str = "dual_laws.c"
     suffix: str = ""
     terminals: tuple[Terminal, ...] = ()
-    borrowed: tuple[str, ...] = ()  # files of other models in native/models
-    step: float = 1e-3  # [s] of the default experiment
-    step_derivatives: bool = True  # co-simulation has derivatives; model exchange has them always
+    borrowed: tuple[str, ...] = ()
+    step: float = 1e-3
+    step_derivatives: bool = True
 
     @property
     def native_name(self) -> str:

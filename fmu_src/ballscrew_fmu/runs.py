@@ -177,7 +177,7 @@ def run_examples(args: Namespace) -> Answer:
 def examples_folder() -> Path:
     """The folder of the examples: of the source tree, or as installed by a wheel.
 
-    Raises       FileNotFoundError: neither is there
+    FileNotFoundError: neither is there.
     """
     package = Path(__file__).resolve().parent
     prefixes = sysconfig.get_path("data"), site.getuserbase(), package.parent  # of `pip install --target`
@@ -190,7 +190,7 @@ def examples_folder() -> Path:
 def copy_examples(folder: Path) -> Path:
     """Copy the examples into a new folder, which is returned.
 
-    Raises       ValueError: the folder has files;  FileNotFoundError: the examples are not installed
+    ValueError: the folder has files; FileNotFoundError: the examples are not installed.
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise ValueError(f"{folder} exists and is not empty: give a new folder")

@@ -209,9 +209,8 @@ def certificate(
 ) -> dict[str, Any]:
     """Mean, quantiles and largest of ERRORS, and of regions, at the points that were solved.
 
-    Parameters   entries: of the journal, by number and grid
-    Returns      those on the fine grid;  against_direct_solves: on the grid of direct solves;  of_direct_solves:
-                 grid_errors;  largest_at: number of the point whose torque misses most
+    entries: of the journal, by number and grid. Returns those on the fine grid; against_direct_solves: on the grid of
+    direct solves; of_direct_solves: grid_errors; largest_at: number of the point whose torque misses most.
     """
     screws: dict[int, dict[str, Any]] = {}
     for key, rows in entries.items():

@@ -50,7 +50,7 @@ SMALL_RISE = 0.05
 class Table(NamedTuple):
     """Contacts of the atlas: groups (n,), what is interpolated of each quantity (n, q).
 
-    noise: over the usual (n, q);  rows: their places in the sequence
+    noise: over the usual (n, q); rows: their places in the sequence
     """
 
     groups: Groups
@@ -113,8 +113,8 @@ def lengths_and_noise(
 ) -> tuple[Array, Array]:
     """Lengths of coordinates (d,), the same for all quantities, and noise of each (q,), by maximum likelihood.
 
-    Parameters   points (n, d);  values (n, q);  noise (n, q): over the usual one;  first (d,): lengths to begin with;
-                 bounds: of every length as multiples of the first, None = BOUNDS for all
+    points (n, d); values (n, q); noise (n, q): over the usual one; first (d,): lengths to begin with; bounds: of every
+    length as multiples of the first, None = BOUNDS for all.
     """
     some = np.linspace(0, len(points) - 1, min(LENGTHS_FROM, len(points))).astype(int)
     chosen = points[some], values[some], noise[some]
@@ -136,8 +136,8 @@ def interpolant_of(
 ) -> tuple[Interpolant, Array]:
     """Trend and weights of every quantity, and the errors of contacts when they are left out (n, q).
 
-    Parameters   lengths, level: of lengths_and_noise, others as there
-    Source       errors left out: Rasmussen & Williams 2006, Eq. 5.12, for the system of weights and trend
+    lengths, level: of lengths_and_noise, others as there. Errors left out: Rasmussen & Williams 2006, Eq. 5.12, for
+    the system of weights and trend.
     """
     at = points / lengths
     own, terms = correlation(at, at), trend_terms(at)

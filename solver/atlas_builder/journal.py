@@ -20,10 +20,8 @@ class Journal:
     """Entries by key in an append-only text file: a header line, then an entry in each line.
 
     Numbers are read back to the last bit. From the first damaged line on, as a killed process or a full disk leaves
-    it, entries are dropped and solved again.
-
-    Parameters   path: created if missing;  identity: what the entries depend on
-    Raises       ValueError: a file of another identity, or one that another run is writing
+    it, entries are dropped and solved again. path: created if missing; identity: what the entries depend on.
+    ValueError: a file of another identity, or one that another run is writing.
     """
 
     def __init__(self, path: Path, identity: Mapping[str, Any]) -> None:

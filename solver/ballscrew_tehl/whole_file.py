@@ -10,7 +10,7 @@ from pathlib import Path
 def whole_file(path: Path) -> Iterator[Path]:
     """A temporary name beside `path`, to be written in the block and renamed to it at its end; removed if that fails.
 
-    Raises       OSError: the rename is refused
+    OSError: the rename is refused.
     """
     temporary = path.with_name(path.name + ".part")
     try:

@@ -32,12 +32,31 @@ class CheckError(RuntimeError):
 class FmuInstance:
     """One instance of a co-simulation FMU, for use in a `with` block.
 
-    Parameters   fmu : the FMU, or the folder of an unpacked FMU
-                 messages : takes the log; a list of the caller outlives an instance that cannot be made
-                 start : values set before initialization
-    Attributes   messages : (status, text) of each log message
-                 time : of the last successful step [s]
-                 slave : the instance of fmpy;  references : value references by name
+    Parameters
+    ----------
+    fmu : path or str
+        The FMU, or the folder of an unpacked FMU.
+    messages : list of (int, str), optional
+        Takes the log; a list of the caller outlives an instance that cannot be made.
+    **start : float
+        Values set before initialization.
+
+    Attributes
+    ----------
+    messages : list of (int, str)
+        Status and text of each log message.
+    time : float
+        Of the last successful step [s].
+    slave : object
+        The instance of fmpy.
+    references : dict of str to int
+        Value references by name.
+
+    Examples
+    --------
+    >>> with FmuInstance("BallScrewFrictionNative_fmi2.fmu", preload=2000.0) as fmu:  # doctest: +SKIP
+    ...     fmu.step(speed=100.0), round(fmu.get("friction_torque"), 1)
+    (True, 1.3)
     """
 
     def __init__(
@@ -71,7 +90,13 @@ class FmuInstance:
         return slave
 
     def initialize(self, **start: float) -> None:
-        """Set start values and initialize at time 0, also after a reset of `slave`."""
+        """Set start values and initialize at time 0, also after a reset of `slave`.
+
+        Parameters
+        ----------
+        **start : float
+            Start values by name.
+        """
         self.time = 0.0
         if self.description.fmiVersion == "2.0":
             self.slave.setupExperiment(startTime=0.0)
@@ -80,11 +105,29 @@ class FmuInstance:
         self.slave.exitInitializationMode()
 
     def set(self, **values: float) -> None:
+        """Set variables.
+
+        Parameters
+        ----------
+        **values : float
+            Values by name.
+        """
         for name, value in values.items():
             getattr(self.slave, f"set{self._types[name]}")([self.references[name]], [value])
 
     def get(self, *names: str) -> Any:
-        """Value of one variable, or the list of several."""
+        """Value of one variable, or the list of several.
+
+        Parameters
+        ----------
+        *names : str
+            Names of the variables.
+
+        Returns
+        -------
+        float, bool or list
+            Values.
+        """
         values: list[Any] = []
         for name in names:
             value = getattr(self.slave, f"get{self._types[name]}")([self.references[name]])[0]
@@ -92,11 +135,36 @@ class FmuInstance:
         return values if len(values) > 1 else values[0]
 
     def outputs(self) -> dict[str, Any]:
+        """Values of all outputs.
+
+        Returns
+        -------
+        dict
+            Values by name.
+        """
         names = [v.name for v in self.description.modelVariables if v.causality == "output"]
         return dict(zip(names, self.get(*names), strict=True))
 
     def step(self, step_size: float = 1e-3, **inputs: float) -> bool:
-        """Set inputs and step. False if the step is discarded; FMICallException for other failures."""
+        """Set inputs and step.
+
+        Parameters
+        ----------
+        step_size : float, optional
+            Communication step [s].
+        **inputs : float
+            Inputs by name.
+
+        Returns
+        -------
+        bool
+            False if the FMU discards the step.
+
+        Raises
+        ------
+        FMICallException
+            The step fails otherwise.
+        """
         self.set(**inputs)
         try:
             self.slave.doStep(currentCommunicationPoint=self.time, communicationStepSize=step_size)
@@ -108,6 +176,7 @@ class FmuInstance:
         return True
 
     def close(self) -> None:
+        """Free the instance and its unpacked files."""
         self.slave.freeInstance()
         self._unpacked.close()
 

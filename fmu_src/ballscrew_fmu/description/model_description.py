@@ -112,8 +112,8 @@ def native_description(
 ) -> bytes:
     """modelDescription.xml in UTF-8, the same bytes for the same arguments.
 
-    header : of the map;  fmi_version : 2 or 3;  token : guid or instantiationToken
-    sources : names of the C files in the sources folder; none: of an FMU for Python hosts
+    header: of the map; fmi_version: 2 or 3; token: guid or instantiationToken
+    sources: names of the C files in the sources folder; none: of an FMU for Python hosts
     """
     name, variables, interfaces = model.name, fmu_variables(header), {"CoSimulation": _PYTHON}
     if sources:

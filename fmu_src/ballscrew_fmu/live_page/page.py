@@ -58,8 +58,8 @@ def live_page(
 ) -> str:
     """The page of a screw in HTML, the same for the same input and compiler; BuildError, SourceError: not compiled.
 
-    ends : interval_table of its law with TABLE_NODES nodes; None: without interval
-    start : operating point shown first, of the report that has the page in it; None: that of the FMU
+    ends: interval_table of its law with TABLE_NODES nodes; None: without interval
+    start: operating point shown first, of the report that has the page in it; None: that of the FMU
     """
     header, law = nut_map.header, nut_map.law
     friction = header.get("friction") or {"set": "", "provenance": "", "carried_over": "", "errors": {}}

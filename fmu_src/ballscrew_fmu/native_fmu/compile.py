@@ -122,7 +122,7 @@ class BuildError(RuntimeError):
 def find_compiler() -> Compiler:
     """ziglang, else the C compiler of this machine: that in the variable CC, cc, gcc or clang.
 
-    Raises       BuildError: there is none
+    BuildError: there is none.
     """
     if importlib.util.find_spec("ziglang") is not None:
         version = _answer(*_ZIG, "version").strip()
@@ -144,10 +144,7 @@ def _answer(*command: str) -> str:
 
 
 def this_platform() -> str:
-    """Platform tuple of FMI 3 of this machine.
-
-    Raises       BuildError: the FMUs are not made for it
-    """
+    """Platform tuple of FMI 3 of this machine. BuildError: the FMUs are not made for it."""
     processor = {"amd64": "x86_64", "arm64": "aarch64"}.get(
         machine.machine().lower(), machine.machine().lower()
     )
@@ -164,9 +161,8 @@ def build_libraries(
 ) -> dict[str, bytes]:
     """Shared libraries by platform of TARGETS.
 
-    Parameters   sources : C files and headers by name;  units : those that are compiled
-                 name : of the library, without suffix
-    Raises       BuildError: there is no compiler for a platform, or its first error
+    sources: C files and headers by name; units: those that are compiled; name: of the library, without suffix.
+    BuildError: there is no compiler for a platform, or its first error.
     """
     compiler = find_compiler()
     if missing := [name for name in platforms if not compiler.crosses and name not in compiler.platforms]:
@@ -184,7 +180,7 @@ def two_at_a_time(tasks: Sequence[Callable[[], Result]]) -> list[Result]:
 def universal_library(slices: Sequence[bytes]) -> bytes:
     """One fat Mach-O from several thin ones, as written by lipo.
 
-    Raises       BuildError: a slice is not a 64-bit Mach-O of a known processor
+    BuildError: a slice is not a 64-bit Mach-O of a known processor.
     """
     page = 1 << _FAT_ALIGNMENT
     table, body = struct.pack(">II", _FAT_MAGIC, len(slices)), b""

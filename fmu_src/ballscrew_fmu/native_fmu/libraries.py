@@ -92,8 +92,8 @@ def all_libraries(header: Mapping[str, Any]) -> list[Library]:
 def provider(header: Mapping[str, Any], embed_map: bool = False) -> Compiler:
     """For which platforms there are libraries, and the compiler that they are from.
 
-    Parameters   embed_map : the map is compiled in, which needs a compiler here
-    Raises       BuildError: they are not in the package and there is no compiler
+    embed_map: the map is compiled in, which needs a compiler here. BuildError: they are not in the package and there
+    is no compiler.
     """
     wanted = [(one, platform) for one in all_libraries(header) for platform in one.platforms]
     if not embed_map and all((PREBUILT / one.file(platform)).is_file() for one, platform in wanted):
@@ -105,7 +105,7 @@ def provider(header: Mapping[str, Any], embed_map: bool = False) -> Compiler:
 def contents(library: Library, platforms: Sequence[str] | None = None) -> dict[str, bytes]:
     """The compiled library by platform; None: of all.
 
-    Raises       BuildError: it has to be compiled, and there is no compiler for a platform, or its first error
+    BuildError: it has to be compiled, and there is no compiler for a platform, or its first error.
     """
     return {platform: _content(library, platform) for platform in platforms or library.platforms}
 
@@ -144,8 +144,7 @@ def prepare(
 ) -> None:
     """Compile those libraries that are not there for these platforms, two at a time.
 
-    Parameters   advance : called with how many there are to compile, with each that is compiled, and 0
-    Raises       BuildError: as contents
+    advance: called with how many there are to compile, with each that is compiled, and 0. BuildError: as contents.
     """
     needed = [
         (library, platform)

@@ -41,10 +41,9 @@ def native_files(
 ) -> dict[str, bytes]:
     """Files of one native FMU by path, with its token.
 
-    Parameters   fmi_version : 2 or 3;  platforms : names from compile.PLATFORMS
-                 embed_map : compile map and screw into the libraries, which then open no file; needs a compiler
-                 live_page : for the documentation; "": none
-    Raises       BuildError or SourceError, with a message of one line
+    fmi_version: 2 or 3; platforms: names from compile.PLATFORMS; embed_map: compile map and screw into the libraries,
+    which then open no file; needs a compiler; live_page: for the documentation; "": none. BuildError or SourceError,
+    with a message of one line.
     """
     header, units = nut_map.header, units_of(model)
     tool = f"ballscrew-tehl {__version__} with {provider(header, embed_map).name}"
@@ -113,6 +112,48 @@ def build_native_fmu(
     embed_map: bool = False,
     live_page: str = "",
 ) -> BuiltFmu:
-    """Build one native FMU of a map, written to path. Other arguments as in native_files."""
+    """Build one native FMU of a map.
+
+    Parameters
+    ----------
+    nut_map : NutMap
+        Map of the screw.
+    fmi_version : int
+        Version of FMI, 2 or 3.
+    path : path or str
+        The file, replaced if it exists.
+    reference : Reference, optional
+        Reference results in the FMU.
+    platforms : sequence of str, optional
+        Names from compile.PLATFORMS.
+    model : FmuModel, optional
+        Model of the FMU.
+    embed_map : bool, optional
+        Compile map and screw into the libraries, which then open no file; needs a compiler.
+    live_page : str, optional
+        Page for the documentation; "": none.
+
+    Returns
+    -------
+    BuiltFmu
+        Path, token, hash and size.
+
+    Raises
+    ------
+    BuildError, SourceError
+        With a message of one line.
+    OSError
+        The folder cannot be written.
+
+    Notes
+    -----
+    Same map, code and compiler give the same bytes.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_map
+    >>> build_native_fmu(load_map(), 2, "friction.fmu").size  # doctest: +SKIP
+    2369590
+    """
     files = native_files(nut_map, fmi_version, reference, platforms, model, embed_map, live_page)
     return built(path, files)

@@ -39,7 +39,7 @@ def map_bytes(nut_map: NutMap) -> bytes:
 def screw_bytes(header: Mapping[str, Any], model: FmuModel, table_hash: str, token: str) -> bytes:
     """Model, hash of its table of variables, token, hash of the map; law; start values; origin of the friction numbers.
 
-    Raises       ValueError: the token has characters that are not allowed, or too many
+    ValueError: the token has characters that are not allowed, or too many.
     """
     if not re.fullmatch(rf"[{{}}\w.-]{{0,{HASH_SIZE}}}", token, re.ASCII):
         raise ValueError(f"token = {token!r}; needs letters, digits, braces, dots and dashes only")

@@ -27,7 +27,7 @@ def reference_files(reference: Reference) -> dict[str, bytes]:
 def validation_in(folder: Path) -> Reference | None:
     """The validation of an unpacked FMU; None: it has none.
 
-    Raises       ValueError: a file is missing, or is no table of numbers
+    ValueError: a file is missing, or is no table of numbers.
     """
     place = folder / FOLDER
     if not place.is_dir():

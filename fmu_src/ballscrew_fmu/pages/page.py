@@ -48,8 +48,8 @@ def documentation_files(
 ) -> dict[str, bytes]:
     """Files of the documentation folder of an FMU, by path.
 
-    Parameters   live_page : a file of its own, as tools that show index.html need not read the map; "": none
-                 native : version of FMI and platforms of a native FMU, as text; None: for Python hosts
+    live_page: a separate file, as tools that show index.html need not read the map; "": none; native: version of FMI
+    and platforms of a native FMU, as text; None: for Python hosts.
     """
     licence = TEMPLATES.get_template("license.txt").render(project=licence_text(), native=bool(native))
     files = {"index.html": _page(model, header, live_page, native), "licenses/license.txt": licence}

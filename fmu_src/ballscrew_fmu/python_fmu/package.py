@@ -108,8 +108,8 @@ def _imported_files(
 ) -> dict[str, Path]:
     """Files by module: of the first one, and of those that it imports at run time, directly or indirectly.
 
-    travels : whether a module is one of them, from its name and whether the import is relative
-    others : packages that may be imported, in addition to the standard library; PackageError for another one
+    travels: whether a module is one of them, from its name and whether the import is relative
+    others: packages that may be imported, in addition to the standard library; PackageError for another one
     """
     files: dict[str, Path] = {}
     wanted = [first]
@@ -172,8 +172,8 @@ def fmu_files(
 ) -> dict[str, bytes]:
     """Files of the FMU by path, with its GUID.
 
-    sources, solver : None: runtime_sources(), solver_sources()
-    live_page : a page with the map, which then is in it alone; "": none
+    sources, solver: None: runtime_sources(), solver_sources()
+    live_page: a page with the map, which then is in it alone; "": none
     """
     code = {f"{name}.py": text.encode() for name, text in (sources or runtime_sources()).items()}
     code["__init__.py"] = b'"""Code of one FMU, named by its content."""\n'
@@ -206,8 +206,35 @@ def build_fmu(
     solver: Mapping[str, str] | None = None,
     live_page: str = "",
 ) -> BuiltFmu:
-    """Build the FMU of a map. Same map and same code give the same bytes and GUID.
+    """Build the FMU for Python hosts of a map; same map and same code give the same bytes and GUID.
 
-    Parameters   path : of the FMU; an existing file is replaced;  others as in fmu_files
+    Parameters
+    ----------
+    nut_map : NutMap
+        Map of the screw.
+    path : path or str
+        The file, replaced if it exists.
+    sources, solver : mapping of str to str, optional
+        Python code by name; None: runtime_sources(), solver_sources().
+    live_page : str, optional
+        Page with the map, which then is in it alone; "": none.
+
+    Returns
+    -------
+    BuiltFmu
+        Path, GUID, hash and size.
+
+    Raises
+    ------
+    BuildError, PackageError
+        With a message of one line.
+    OSError
+        The folder cannot be written.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_map
+    >>> build_fmu(load_map(), "friction.fmu").size  # doctest: +SKIP
+    2430947
     """
     return built(path, fmu_files(nut_map, sources, solver, live_page))

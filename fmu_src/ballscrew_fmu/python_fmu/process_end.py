@@ -20,7 +20,17 @@ _libraries: dict[str, ctypes.CDLL] = {}  # by path; kept so that the registered 
 
 
 def reset_at_exit(resources: str) -> None:
-    """Register the reset of the library of the FMU with these resources at exit of Python, once per library."""
+    """Register the reset of the library of an FMU at exit of Python, once per library.
+
+    Parameters
+    ----------
+    resources : str
+        Folder of the resources of the FMU.
+
+    Examples
+    --------
+    >>> reset_at_exit("unpacked/resources")
+    """
     if not sys.platform.startswith("linux"):
         return
     for file in map(str, Path(resources).parent.glob(f"{BINARIES}/*.so")):

@@ -40,10 +40,9 @@ Table = Callable[[Mapping[str, Any]], tuple[Variable, ...]]
 class SharedMap:
     """A map and what follows from its table of variables; immutable.
 
-    Attributes   table : variables by value reference
-                 start : values by value reference, with nothing below the first
-                 outputs : value references;  named : gets the outputs from a mapping, in their order
-                 bounds : value reference and lower bound of each Real input and parameter
+    table: variables by value reference; start: values by value reference, with nothing below the first; outputs: value
+    references; named: gets the outputs from a mapping, in their order; bounds: value reference and lower bound of each
+    Real input and parameter.
     """
 
     def __init__(self, nut_map: NutMap, table: Table) -> None:

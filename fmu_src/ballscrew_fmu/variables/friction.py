@@ -53,42 +53,80 @@ UNITS: Mapping[str, Unit] = {
 
 
 class Variable(NamedTuple):
-    """One FMU variable."""
+    """One FMU variable.
+
+    Attributes
+    ----------
+    name : str
+        Name.
+    causality : str
+        input, output, parameter; native FMUs also local and independent.
+    description : str
+        Text of the model description.
+    unit : str or None
+        Unit of UNITS; None: Boolean.
+    start : float, bool or None
+        Start value, of inputs and parameters only.
+    minimum, maximum, nominal : float or None
+        Bounds and nominal value.
+    display_unit : str or None
+        Display unit.
+    relative : bool
+        A difference: the offset of the display unit does not apply.
+    depends_on : tuple of str
+        Inputs that an output depends on.
+    initially_depends_on : tuple of str
+        Parameters that it depends on too in initialization mode.
+    from_zero : bool
+        0 at the start, so that it depends on nothing in initialization mode.
+    fixed : bool
+        A parameter that is geometry, or used at initialization only.
+    derivative_of : str or None
+        The continuous state of which this is the time derivative.
+    indicates : bool
+        Its change of sign is an event.
+    python_only : bool
+        Not in the native FMUs.
+    needs : {"torque", "films"}
+        Evaluation of the map for an output.
+    """
 
     name: str
-    causality: str  # input, output, parameter; native FMUs also local and independent
+    causality: str
     description: str
-    unit: str | None = None  # None: Boolean
-    start: float | bool | None = None  # inputs and parameters only
+    unit: str | None = None
+    start: float | bool | None = None
     minimum: float | None = None
     maximum: float | None = None
     nominal: float | None = None
     display_unit: str | None = None
-    relative: bool = False  # a difference: the offset of the display unit does not apply
-    depends_on: Names = ()  # inputs that an output depends on
-    initially_depends_on: Names = ()  # parameters that it depends on too in initialization mode
-    from_zero: bool = False  # 0 at the start, so that it depends on nothing in initialization mode
-    fixed: bool = False  # a parameter that is geometry, or used at initialization only
-    derivative_of: str | None = None  # the continuous state of which this is the time derivative
-    indicates: bool = False  # its change of sign is an event
-    python_only: bool = False  # not in the native FMUs
-    needs: str = "torque"  # evaluation of the map for an output: torque or films
+    relative: bool = False
+    depends_on: Names = ()
+    initially_depends_on: Names = ()
+    from_zero: bool = False
+    fixed: bool = False
+    derivative_of: str | None = None
+    indicates: bool = False
+    python_only: bool = False
+    needs: str = "torque"
 
     @property
     def variability(self) -> str:
+        """Variability of FMI."""
         if self.causality == "parameter":
             return "fixed" if self.fixed else "tunable"
         return "discrete" if self.unit is None else "continuous"
 
     @property
     def quantity(self) -> str | None:
+        """Quantity of the unit; None: none."""
         if self.unit is None or self.indicates:
             return None
         return "TemperatureDifference" if self.relative else UNITS[self.unit].quantity
 
     @property
     def initial_dependencies(self) -> tuple[str, ...]:
-        """What it depends on in initialization mode."""
+        """Names that it depends on in initialization mode."""
         return () if self.from_zero else (*self.depends_on, *self.initially_depends_on)
 
 

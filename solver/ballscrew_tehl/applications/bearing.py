@@ -53,9 +53,20 @@ CAGED = FrictionSet(Law.MECHANISTIC, 1.0, 0.0)
 
 
 class BearingTorque(NamedTuple):
-    """Torque [N.m] by part, their sum, and the interval of the sum that holds about 80 % of the torques.
+    """Torque by part, their sum, and the interval of the sum that contains about 80 % of the torques.
 
-    rolling: hydrodynamic resistance of both raceways; sliding: spin and differential slip; hysteresis: of the steel
+    Attributes
+    ----------
+    rolling : float
+        Hydrodynamic resistance of both raceways [N.m].
+    sliding : float
+        Spin and differential slip [N.m].
+    hysteresis : float
+        Of the steel [N.m].
+    total : float
+        Sum [N.m].
+    low, high : float
+        Interval of the sum [N.m].
     """
 
     rolling: float
@@ -67,7 +78,15 @@ class BearingTorque(NamedTuple):
 
 
 class Bearing(NamedTuple):
-    """A bearing as the law takes it: parameters of a nut, and where its contacts come from."""
+    """Bearing as the friction law takes it.
+
+    Attributes
+    ----------
+    parameters : Parameters
+        Rings and balls, as screw and nut without a lead.
+    contacts : ContactValues
+        Contacts of the balls.
+    """
 
     parameters: Parameters
     contacts: ContactValues
@@ -75,11 +94,30 @@ class Bearing(NamedTuple):
     def torque(self, axial_load: float, speed: float, temperature: float) -> BearingTorque:
         """Friction torque of the inner ring against the outer one.
 
-        Parameters   axial_load [N] : > 0;  speed : of one ring against the other [rad/s], >= SLOWEST
-                     temperature : of the oil [K]
-        Returns      BearingTorque
-        Raises       ValueError: out of range;  ArithmeticError: a contact or the equilibrium of a ball not found
-        Source       friction.mechanistic; the interval: friction.interval, without the thrust between balls
+        Parameters
+        ----------
+        axial_load : float
+            Axial load [N], > 0.
+        speed : float
+            Speed of one ring against the other [rad/s], >= SLOWEST.
+        temperature : float
+            Temperature of the oil [K].
+
+        Returns
+        -------
+        BearingTorque
+            Torque [N.m] by part, total and interval.
+
+        Raises
+        ------
+        ValueError
+            An argument out of range.
+        ArithmeticError
+            A contact or the equilibrium of a ball did not converge.
+
+        Notes
+        -----
+        friction.mechanistic; the interval: friction.interval, without the ball-to-ball contact force.
         """
         low, high = TEMPERATURES
         loaded, slow = 0.0 < axial_load < math.inf, "below it the torque no longer depends on speed"
@@ -107,22 +145,52 @@ def bearing(
     friction: Mapping[str, Any] | None = None,
     solved: bool = False,
 ) -> Bearing:
-    """A caged single-row ball bearing under a pure axial load.
+    """Caged single-row ball bearing under a pure axial load.
 
-    Parameters   pitch_diameter, ball_diameter [m], balls;  contact_angle : without load [rad], a thrust bearing pi/2
-                 inner_conformity, outer_conformity : groove radius over ball diameter, above 0.5
-                 iso_vg, viscosity_index : of a mineral oil;  oil : in place of both
-                 friction : constants of the law by their name in the table friction of a screw file, SI, such as
-                 supply_length (math.inf = flooded); what is given counts as known in the interval
-                 solved : solve each contact, some tenths of a second, in place of the atlas
-    Returns      Bearing, with torque(axial_load, speed, temperature)
-    Raises       ValueError: out of range
-    Validity     not modelled: the cage and its friction, seals, churning; the centrifugal load of the balls; radial
-                 load and moments. All balls carry the same load; their contact angle rises with it, without clearance
-    Example      7208 B, 1 kN, 1000 r/min, 40 C
-        >>> found = bearing(60e-3, 12.303e-3, 14, 0.698, 0.52, 0.52).torque(1000.0, 104.7, 313.15)
-        >>> found.low < found.rolling + found.sliding + found.hysteresis < found.high
-        True
+    Parameters
+    ----------
+    pitch_diameter, ball_diameter : float
+        Diameters [m].
+    balls : int
+        Number of balls.
+    contact_angle : float
+        Contact angle without load [rad]; pi/2 for a thrust bearing.
+    inner_conformity, outer_conformity : float
+        Groove radius over ball diameter, above 0.5.
+    iso_vg : int, optional
+        ISO grade of a mineral oil.
+    viscosity_index : float, optional
+        Its viscosity index.
+    oil : LubricantParameters, optional
+        Another oil.
+    friction : mapping of str to float, optional
+        Constants of the law by their name in the table friction of a screw file, SI, such as supply_length
+        (math.inf: flooded); those that are given count as known in the interval.
+    solved : bool, optional
+        Solve each contact, some tenths of a second, instead of the atlas.
+
+    Returns
+    -------
+    Bearing
+        With torque(axial_load, speed, temperature).
+
+    Raises
+    ------
+    ValueError
+        An argument out of range.
+
+    Notes
+    -----
+    Not modelled: the cage and its friction, seals, churning; the centrifugal load of the balls; radial load, moments.
+    All balls carry the same load; their contact angle rises with it, without clearance.
+
+    Examples
+    --------
+    7208 B, 1 kN, 1000 r/min, 40 C:
+
+    >>> result = bearing(60e-3, 12.303e-3, 14, 0.698, 0.52, 0.52).torque(1000.0, 104.7, 313.15)
+    >>> result.low < result.rolling + result.sliding + result.hysteresis < result.high
+    True
     """
     D, d = float(pitch_diameter), float(ball_diameter)
     _needs(0.0 < D <= 2.0, "pitch_diameter", D, "m", "> 0, up to 2 m", "is it in metres?")

@@ -33,15 +33,37 @@ OPENNESS = {"dynamic_rating": 0.41, "static_rating": 0.5}
 
 
 class CatalogueSizes(NamedTuple):
-    """What a catalogue page states of a screw [mm, N]; None: assumed."""
+    """Sizes that a catalogue page states of a screw; None: assumed.
+
+    Attributes
+    ----------
+    diameter_mm : float
+        Nominal diameter [mm].
+    lead_mm : float
+        Lead [mm], negative: left-hand.
+    ball_mm : float, optional
+        Ball diameter [mm].
+    turns : float, optional
+        Loaded turns of one start of a nut.
+    starts : int, optional
+        Starts of the thread.
+    root_mm, circle_mm : float, optional
+        Diameter of the root and of the ball centre circle [mm].
+    rating_n, static_rating_n : float, optional
+        Dynamic and static rating of one nut [N].
+    nut_kind : str, optional
+        Kind of preload, as in a screw file.
+    hand : {"right", "left"}, optional
+        Hand of the thread.
+    """
 
     diameter_mm: float
-    lead_mm: float  # negative: left-hand
+    lead_mm: float
     ball_mm: float | None = None
     turns: float | None = None
     starts: int = 1
     root_mm: float | None = None
-    circle_mm: float | None = None  # of the ball centres
+    circle_mm: float | None = None
     rating_n: float | None = None
     static_rating_n: float | None = None
     nut_kind: str | None = None
@@ -49,10 +71,38 @@ class CatalogueSizes(NamedTuple):
 
 
 def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Parameters, frozenset[str]]:
-    """A screw of these sizes, the rest as of another one, and names of its fields that are assumed.
+    """Screw of the sizes of a catalogue page, the rest as of another screw.
 
-    With the root diameter ball and pitch circle follow from it. With C_a or C_0a, and turns, conformity f of the
+    Parameters
+    ----------
+    sizes : CatalogueSizes
+        Stated sizes.
+    like : Parameters
+        Screw that materials, oil and friction law are taken from.
+
+    Returns
+    -------
+    parameters : Parameters
+        The screw.
+    assumed : frozenset of str
+        Names of its fields that are assumed.
+
+    Raises
+    ------
+    ValueError
+        No screw has these sizes.
+
+    Notes
+    -----
+    With the root diameter ball and pitch circle follow from it. With C_a or C_0a, and turns, the conformity f of the
     grooves follows: ratings go with (1 - 1/(2 f)) to the powers of OPENNESS; without ball and root also the ball.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> parameters, assumed = catalogue_parameters(CatalogueSizes(25.0, 10.0, ball_mm=4.763), load_screw())
+    >>> parameters.name, "turns" in assumed
+    ('screw 25x10', True)
     """
     try:
         check_rating_units(sizes, like)
@@ -165,7 +215,29 @@ def rating_of_inches(rating: float, lead_mm: float) -> float:
 
 
 def rating_ratios(screw: ScrewParameters) -> dict[str, float]:
-    """Computed over stated ratings, of those that the screw file states, by their fields."""
+    """Computed over stated ratings of a screw.
+
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Geometry and stated ratings.
+
+    Returns
+    -------
+    dict of str to float
+        Ratios by field, of the ratings that the screw file states.
+
+    Notes
+    -----
+    Ratings by physics.rating, after ISO 3408-5.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl.parameters.file import changed, load_screw
+    >>> ratios = rating_ratios(changed(load_screw(), screw={"dynamic_rating": 20e3}).screw)
+    >>> list(ratios)
+    ['dynamic_rating']
+    """
     laws = {"dynamic_rating": computed_dynamic_rating, "static_rating": computed_static_rating}
     stated = {name: getattr(screw, name) for name in laws}
     return {name: laws[name](screw) / value for name, value in stated.items() if value is not None}

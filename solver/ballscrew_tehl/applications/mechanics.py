@@ -10,31 +10,65 @@ from ..physics.stiffness import axial_deflection, axial_stiffness, nut_stiffness
 
 
 class ScrewConstants(NamedTuple):
-    """What a screw has at any load."""
+    """Constants of a screw at any load.
 
-    static_rating: float  # [N] axial, of one nut
-    dynamic_rating: float  # [N]
-    stiffness: float  # [N/m^1.5] k of F = k deflection^(3/2)
+    Attributes
+    ----------
+    static_rating, dynamic_rating : float
+        Axial, of one nut [N].
+    stiffness : float
+        k of F = k deflection^(3/2) [N/m^1.5].
+    """
+
+    static_rating: float
+    dynamic_rating: float
+    stiffness: float
 
 
 class LoadedScrew(NamedTuple):
-    """The nut under a preload and an axial load, on the balls that carry load."""
+    """Nut under a preload and an axial load, on the balls that carry load.
 
-    nut_force_a: float  # [N] of the nut that an axial load > 0 loads, as in the FMUs; nut B of physics.load
-    nut_force_b: float  # [N] of the nut that it relieves
-    separation_load: float  # [N] unloads a nut, along the axial load; without one the smaller
-    ball_load_max: float  # [N]
-    contact_pressure_max: float  # [Pa]
-    static_load_rating: float  # [N]
-    static_safety: float  # rating over the larger force of a nut
-    pressure_over_static: float  # over STATIC_PRESSURE
-    dynamic_load_rating: float  # [N]
+    Attributes
+    ----------
+    nut_force_a : float
+        Of the nut that an axial load > 0 loads, as in the FMUs; nut B of physics.load [N].
+    nut_force_b : float
+        Of the nut that it relieves [N].
+    separation_load : float
+        Axial load that unloads a nut, in its direction; without one the smaller [N].
+    ball_load_max, contact_pressure_max : float
+        Largest ball load [N] and its Hertz pressure [Pa].
+    static_load_rating, static_safety : float
+        Static rating [N], and over the larger force of a nut.
+    pressure_over_static : float
+        Pressure over STATIC_PRESSURE.
+    dynamic_load_rating, preload_over_dynamic : float
+        Dynamic rating [N], and preload over it.
+    life_turns : float
+        L10 in turns.
+    axial_stiffness, axial_deflection : float
+        [N/m] and [m].
+    lost_motion : float
+        When the axial load changes its sign [m].
+    catalogue_torque : float
+        JIS B 1192 [N.m].
+    """
+
+    nut_force_a: float
+    nut_force_b: float
+    separation_load: float
+    ball_load_max: float
+    contact_pressure_max: float
+    static_load_rating: float
+    static_safety: float
+    pressure_over_static: float
+    dynamic_load_rating: float
     preload_over_dynamic: float
-    life_turns: float  # L10
-    axial_stiffness: float  # [N/m]
-    axial_deflection: float  # [m]
-    lost_motion: float  # [m] when the axial load changes its sign
-    catalogue_torque: float  # [N.m] JIS B 1192
+    life_turns: float
+    axial_stiffness: float
+    axial_deflection: float
+    lost_motion: float
+    catalogue_torque: float
 
 
 class Efficiency(NamedTuple):
@@ -45,14 +79,64 @@ class Efficiency(NamedTuple):
 
 
 def screw_constants(screw: ScrewParameters) -> ScrewConstants:
-    """Constants of a screw, computed once for all loads."""
+    """Constants of a screw, computed once for all loads.
+
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Geometry.
+
+    Returns
+    -------
+    ScrewConstants
+        Ratings [N] and stiffness constant.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> f"{screw_constants(load_screw().screw).dynamic_rating / 1e3:.1f} kN"
+    '26.5 kN'
+    """
     return ScrewConstants(static_rating(screw), dynamic_rating(screw), nut_stiffness_constant(screw))
 
 
 def loaded_screw(
     screw: ScrewParameters, constants: ScrewConstants, preload: float, axial_load: float
 ) -> LoadedScrew:
-    """Loads, pressure, stiffness and life at a preload [N] >= 0 and an axial load [N]."""
+    """Loads, pressure, stiffness and life at a preload and an axial load.
+
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Geometry.
+    constants : ScrewConstants
+        Its constants.
+    preload : float
+        Preload [N], >= 0.
+    axial_load : float
+        Axial load [N].
+
+    Returns
+    -------
+    LoadedScrew
+        Results, SI.
+
+    Raises
+    ------
+    ValueError
+        A force not finite, or preload negative.
+
+    Notes
+    -----
+    Sources: physics.load, physics.rating, physics.stiffness.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> screw = load_screw().screw
+    >>> f"{loaded_screw(screw, screw_constants(screw), 2000.0, 0.0).axial_stiffness / 1e6:.0f} N/um"
+    '1353 N/um'
+    """
     count = screw.loaded_ball_count
     nuts = double_nut_loads(screw, preload, axial_load, count)
     heaviest = max(float(nuts.Q_a.max()), float(nuts.Q_b.max()))

@@ -19,25 +19,69 @@ JUNGNICKEL_MATERIAL, JUNGNICKEL_ALPHA, JUNGNICKEL_ALPHA_EXPONENT = -0.2, 1.29e-7
 
 
 def zhou_torque(screw: ScrewParameters, preload: Any) -> np.ndarray:
-    """Drag torque 2 mu P (r_m + r_b cos(beta))/sin(beta) [N.m] of the double nut under a preload P [N] after Zhou.
+    """Drag torque of the double nut after Zhou.
 
-    Source       the form and mu = 0.0065 that reproduce the values of Zhou's model printed in Zhao 2023 Table
-                 2 at 4 to 6 kN to all digits; the formula itself is not printed there
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Geometry.
+    preload : float or array
+        Preload [N].
+
+    Returns
+    -------
+    array
+        Torque [N.m].
+
+    Notes
+    -----
+    2 mu P (r_m + r_b cos(beta))/sin(beta): the form and mu = 0.0065 that reproduce the values of Zhou's model printed
+    in Zhao 2023 Table 2 at 4 to 6 kN to all digits; the formula itself is not printed there.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> f"{zhou_torque(load_screw().screw, 4000.0):.3f} N.m"
+    '1.595 N.m'
     """
     arm = screw.nominal_radius + 0.5 * screw.ball_diameter * math.cos(screw.contact_angle)
     return np.asarray(preload) * (2.0 * ZHOU_COEFFICIENT * arm / math.sin(screw.contact_angle))
 
 
 def jungnickel_torque(parameters: Parameters, preload: float, speed: float, temperature: float) -> float:
-    """Friction torque of the lubricated contacts of the double nut after Jungnickel at a preload [N], a speed [rad/s].
+    """Friction torque of the lubricated contacts of the double nut after Jungnickel.
 
-    Returns      2 z 9.16 G^-0.2 W^-0.516 U^0.512 F_k r_m/cos(lambda) [N.m] with F_k = F/(z sin(beta) cos(lambda)) the
-                 load of a ball, W = F_k/(E' r_b^2), U = eta u/(E' r_b), u = w r_m/(2 cos(lambda)) and G = alpha E'
-    Source       Jungnickel, Simulation des thermischen Verhaltens von Werkzeugmaschinen, TU Dresden 2010, Eq. 9.49, as
-                 implemented in an open library; Eq. 4.23: alpha = 1.29e-7 nu_40^0.204, nu_40 [m2/s] at 40 C. The
-                 original is not seen.
-                 differs from it: z load-carrying balls of each nut, as the mechanistic law counts them; E' and
-                 viscosity of the screw file; no factor of seals
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw and oil.
+    preload : float
+        Preload [N].
+    speed : float
+        Speed of the screw [rad/s].
+    temperature : float
+        Temperature of the oil [K].
+
+    Returns
+    -------
+    float
+        Torque [N.m].
+
+    Notes
+    -----
+    2 z 9.16 G^-0.2 W^-0.516 U^0.512 F_k r_m/cos(lambda) with F_k = F/(z sin(beta) cos(lambda)) the load of a ball,
+    W = F_k/(E' r_b^2), U = eta u/(E' r_b), u = w r_m/(2 cos(lambda)) and G = alpha E'.
+
+    Jungnickel, Simulation des thermischen Verhaltens von Werkzeugmaschinen, TU Dresden 2010, Eq. 9.49, as implemented
+    in an open library; Eq. 4.23: alpha = 1.29e-7 nu_40^0.204, nu_40 [m2/s] at 40 C. The original is not seen. differs
+    from it: z load-carrying balls of each nut, as the mechanistic law counts them; E' and viscosity of the screw file;
+    no factor of seals.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> f"{jungnickel_torque(load_screw(), 2000.0, 104.7, 303.15):.3f} N.m"
+    '0.267 N.m'
     """
     screw, oil = parameters.screw, parameters.lubricant
     z, r_b, cos_lead = screw.loaded_ball_count, 0.5 * screw.ball_diameter, math.cos(screw.lead_angle)

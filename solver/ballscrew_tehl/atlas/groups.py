@@ -73,7 +73,7 @@ class RollingContacts(NamedTuple):
 class Groups(NamedTuple):
     """Groups of contacts: M, L; radius_ratio R_x/R_y; z; pressure: p_max/p_r; N; wall: effusivity over steel's.
 
-    slope: beta T with beta = -d ln(eta0)/dT;  peclet: rho c u_e R_x/k_oil
+    slope: beta T with beta = -d ln(eta0)/dT; peclet: rho c u_e R_x/k_oil
     """
 
     M: Array

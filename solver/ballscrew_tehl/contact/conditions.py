@@ -37,11 +37,30 @@ def number(name: str, value: Any, unit: str) -> float:
 
 @dataclass(frozen=True)
 class ContactConditions:
-    """Operating point of one contact.
+    """Operating point of one smooth contact, both speeds the same all over it.
 
-    load [N], R_x along and R_y across rolling [m] (R_x <= R_y), u_1, u_2 surface speeds [m/s] of the two bodies,
-    temperature of the oil that enters and of the bodies [K], E_prime = 2/sum((1-nu^2)/E) [Pa].
-    Smooth, and both speeds the same all over the contact.
+    Parameters
+    ----------
+    load : float
+        Load [N].
+    R_x, R_y : float
+        Reduced radii along and across rolling [m], R_x <= R_y.
+    u_1, u_2 : float
+        Surface speeds of the two bodies [m/s].
+    temperature : float
+        Temperature of the oil that enters and of the bodies [K].
+    E_prime : float
+        Reduced modulus 2/sum((1-nu^2)/E) [Pa].
+
+    Raises
+    ------
+    ValueError
+        A value out of range, R_x above R_y, or no entrainment.
+
+    Examples
+    --------
+    >>> ContactConditions(60.0, 2e-3, 60e-3, 1.0, 1.0, 303.15, 226e9).u_e
+    1.0
     """
 
     load: float
@@ -83,14 +102,37 @@ BOUNDS = {"extent": (0.25, 64), "density": (0.25, 64), "tolerance": (1e-15, 0.9)
 class SolverOptions:
     """Accuracy and cost of a solve.
 
-    thermal: couple the energy equation; n_x, n_y, n_z: nodes along, across (half; None = by film and
-    ellipse, see choose_grid) and layers through the film;
-    tolerance of pressure [p_max] and of temperature (relative to the largest rise). x_in, x_out [b], y_max [a]:
-    domain with P = 0 on its edges, None = wide enough for a fully flooded contact; x_in is also the meniscus of a
-    starved one. warm_films: gap, in films, up to which the energy equation is solved: oil enters there, or at x_in,
-    with the inlet temperature. Twice as many change the film by 0.1 % at most (eight contacts of two screws).
-    extent, density: multiply the default domain and the default number of lines over it. max_newton, max_thermal: most
-    iterations; of 1,000 contacts that converge, the isothermal ones take 4 to 90, the others 3 to 110 in both attempts.
+    Parameters
+    ----------
+    thermal : bool, optional
+        Couple the energy equation.
+    n_x, n_y, n_z : int, optional
+        Nodes along and across rolling (half) and layers through the film; n_y None: by film and ellipse (choose_grid).
+    tolerance : float, optional
+        Of pressure [p_max] and temperature (relative to the largest rise).
+    x_in, x_out : float, optional
+        Inlet and outlet of the domain [b], with p = 0 there; None: wide enough for a flooded contact. x_in is also the
+        meniscus of a starved one.
+    y_max : float, optional
+        Side of the domain [a], None likewise.
+    warm_films : float, optional
+        Gap, in films, up to which the energy equation is solved: oil enters there, or at x_in, with the inlet
+        temperature. Twice as many change the film by 0.1 % at most (eight contacts of two screws).
+    extent, density : float, optional
+        Factors of the default domain and of the default number of lines over it.
+    max_newton, max_thermal : int, optional
+        Most iterations; of 1,000 contacts that converge, the isothermal ones take 4 to 90, the others 3 to 110 in both
+        attempts.
+
+    Raises
+    ------
+    ValueError
+        An option out of range.
+
+    Examples
+    --------
+    >>> SolverOptions(thermal=False).n_x
+    129
     """
 
     thermal: bool = True
@@ -128,9 +170,22 @@ class SolverOptions:
                 raise ValueError(f"{name} = {value}; needs finite, {relation} {sign:g} Hertz half-widths")
 
     def refined(self, factor: float) -> Self:
-        """The truth check: nodes, lines, layers (in even numbers of cells) and extents times a factor of 1 to 8.
+        """Options of a finer grid, to check a solve; a given domain stays.
 
-        The tolerance falls with the square. A given domain stays.
+        Parameters
+        ----------
+        factor : float
+            On nodes, lines, layers (in even numbers of cells) and extents, 1 to 8; the tolerance falls with its square.
+
+        Returns
+        -------
+        SolverOptions
+            The finer options.
+
+        Raises
+        ------
+        ValueError
+            Factor out of range.
         """
         if not (1.0 <= number("refine", factor, "of the default") <= 8.0):
             raise ValueError(f"refine = {factor}; needs 1 <= refine <= 8")
@@ -257,10 +312,37 @@ SPIKE_M, SPIKE_L = (15.0, 80.0), 15.0
 def ball_conditions(
     parameters: Parameters, raceway: str, load: float, speed: float, temperature: float
 ) -> ContactConditions:
-    """Conditions of a ball with its own loaded contact angle.
+    """Conditions of the contact of a ball at the contact angle under its load.
 
-    Parameters   load [N] > 0; speed of the screw [rad/s] > 0; temperature of oil and bodies [K]
-    Raises       ValueError: out of range
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw, oil and kinematics.
+    raceway : str
+        Raceway that the ball touches, "screw" or "nut".
+    load : float
+        Ball load [N], > 0.
+    speed : float
+        Speed of the screw [rad/s], > 0.
+    temperature : float
+        Temperature of oil and bodies [K].
+
+    Returns
+    -------
+    ContactConditions
+        Operating point of the contact.
+
+    Raises
+    ------
+    ValueError
+        A value out of range.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> conditions = ball_conditions(load_screw(), "screw", 60.0, 104.7, 303.15)
+    >>> f"{1e3 * conditions.R_x:.2f} mm"
+    '2.19 mm'
     """
     screw = parameters.screw
     load, speed = number("load", load, "N"), number("speed", speed, "rad/s")

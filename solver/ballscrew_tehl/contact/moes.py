@@ -29,9 +29,27 @@ class MoesFilm(NamedTuple):
 
 
 def reference_oil(law: str) -> LubricantParameters:
-    """Isothermal oil of the reference tables: "barus" (incompressible) or "roelands" (compressible).
+    """Isothermal oil of the reference tables of films.
 
-    Raises ValueError: unknown law
+    Parameters
+    ----------
+    law : str
+        "barus", incompressible, or "roelands", compressible.
+
+    Returns
+    -------
+    LubricantParameters
+        Oil with alpha = 22 1/GPa, eta0 = 0.04 Pa s.
+
+    Raises
+    ------
+    ValueError
+        Unknown law.
+
+    Examples
+    --------
+    >>> reference_oil("barus").viscosity
+    0.04
     """
     if law not in LAWS:
         raise ValueError(f"law = {law!r}; allowed: {', '.join(LAWS)}")
@@ -46,10 +64,9 @@ def reference_oil(law: str) -> LubricantParameters:
 def moes_conditions(M: float, L: float, radius_ratio: float) -> ContactConditions:
     """Conditions of pure rolling at Moes numbers, for an oil of reference_oil.
 
-    Parameters   M load, L lubricant number, > 0;  radius_ratio R_x/R_y, 0 < ratio <= 1
-    Raises       ValueError: numbers out of range
-    Source       definitions of Moes as in Nijenbanning, Venner & Moes, Wear 176 (1994) 217: 2U = (L/(alpha E'))^4,
-                 W = M (2U)^(3/4)
+    M load, L lubricant number, > 0; radius_ratio R_x/R_y, 0 < ratio <= 1. ValueError: numbers out of range.
+    Definitions of Moes as in Nijenbanning, Venner & Moes, Wear 176 (1994) 217: 2U = (L/(alpha E'))^4, W = M
+    (2U)^(3/4).
     """
     for name, value in (("M", M), ("L", L), ("radius_ratio", radius_ratio)):
         if not (value > 0.0 and math.isfinite(value)):
@@ -67,8 +84,7 @@ def solve_moes(
 ) -> MoesFilm:
     """Isothermal film at Moes numbers.
 
-    Parameters   M, L, radius_ratio: see moes_conditions;  law "barus" or "roelands"
-    Raises       ValueError: unknown law, numbers out of range
+    M, L, radius_ratio: see moes_conditions; law "barus" or "roelands". ValueError: unknown law, numbers out of range.
     """
     conditions = moes_conditions(M, L, radius_ratio)
     result = solve(conditions, reference_oil(law), STEEL, options)

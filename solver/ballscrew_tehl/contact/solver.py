@@ -55,7 +55,15 @@ WARNED_ABOVE = 0.1
 
 
 class UnconvergedContactError(ArithmeticError):
-    """A contact that did not converge; the message names it and the reason."""
+    """A contact that did not converge; the message names it and the reason.
+
+    Examples
+    --------
+    >>> raise UnconvergedContactError("contact not solved: screw, load 60 N")
+    Traceback (most recent call last):
+        ...
+    ballscrew_tehl.contact.solver.UnconvergedContactError: contact not solved: screw, load 60 N
+    """
 
 
 def solve(
@@ -67,28 +75,51 @@ def solve(
 ) -> ContactResult:
     """Solve one contact.
 
-    Parameters   conditions: operating point;  oil, solid: materials, the film is Newtonian; a pair of
-                 solids = body 1 (raceway) and body 2 (ball), one = both;  warn: log a film that is thick compared with
-                 the bodies (a map has light balls that an axial load relieves)
-    Returns      ContactResult; check `converged` and `reason` before using it
-    Raises       ValueError: conditions out of range; oil or solid of another kind
-    Validity     steady, smooth; flooded, or with a meniscus at options.x_in. Resolved while the inlet length holds
-                 about three cells; the nodes along rolling are doubled first, beyond that the film comes from the
-                 asymptotic branch. Above M = 3000 the minimum film is limited by the lines across: its side lobes are
-                 about as narrow as their spacing. Oil in a gap of more than options.warm_films films has the inlet
-                 temperature. Both surfaces have one speed each: spin and differential slip are left to the closed
-                 forms of friction
-    Source       Zhao et al. 2023, Eqs. 5-13 with the deflection that Eq. 6 omits, the generalised Reynolds equation
-                 (Yang & Wen 1990), moving-point-source walls (Carslaw & Jaeger 1959) and the errata named in the
-                 modules of this package
-    Example      a ball of 60 N on the screw at 1000 r/min (104.7 rad/s) and 30 C
-        >>> from ballscrew_tehl import load_screw, solve
-        >>> from ballscrew_tehl.contact import ball_conditions
-        >>> screw = load_screw()
-        >>> conditions = ball_conditions(screw, "screw", 60.0, 104.7, 303.15)
-        >>> found = solve(conditions, screw.lubricant, screw.solid)
-        >>> found.converged, f"{1e6 * found.h_c:.2f} um"
-        (True, '0.16 um')
+    Parameters
+    ----------
+    conditions : ContactConditions
+        Operating point.
+    oil : LubricantParameters
+        Oil; the film is Newtonian.
+    solid : SolidParameters or pair of SolidParameters
+        Bodies: a pair is body 1 (raceway) and body 2 (ball), one stands for both.
+    options : SolverOptions, optional
+        Accuracy and cost.
+    warn : bool, optional
+        Log a film that is thick compared with the bodies (a map has light balls that an axial load relieves).
+
+    Returns
+    -------
+    ContactResult
+        Films, pressure, temperature, forces; check `converged` and `reason` before using it.
+
+    Raises
+    ------
+    ValueError
+        Conditions out of range; oil or solid of another kind.
+
+    Notes
+    -----
+    Steady, smooth; flooded, or with a meniscus at options.x_in. Resolved while the inlet length has about three cells;
+    the nodes along rolling are doubled first, beyond that the film comes from the asymptotic branch. Above M = 3000 the
+    minimum film is limited by the lines across: its side lobes are about as narrow as their spacing. Oil in a gap of
+    more than options.warm_films films has the inlet temperature. Both surfaces have one speed each: spin and
+    differential slip are left to the closed forms of friction.
+
+    Zhao et al. 2023, Eqs. 5-13 with the deflection that Eq. 6 omits, the generalised Reynolds equation (Yang & Wen
+    1990), moving-point-source walls (Carslaw & Jaeger 1959) and the errata named in the modules of this package.
+
+    Examples
+    --------
+    A ball of 60 N on the screw at 1000 r/min (104.7 rad/s) and 30 C:
+
+    >>> from ballscrew_tehl import load_screw, solve
+    >>> from ballscrew_tehl.contact import ball_conditions
+    >>> screw = load_screw()
+    >>> conditions = ball_conditions(screw, "screw", 60.0, 104.7, 303.15)
+    >>> result = solve(conditions, screw.lubricant, screw.solid)
+    >>> result.converged, f"{1e6 * result.h_c:.2f} um"
+    (True, '0.16 um')
     """
     solids = solid if isinstance(solid, tuple) and len(solid) == 2 else (solid, solid)
     for name, value, kind in (
@@ -298,7 +329,39 @@ def solve_ball(
 ) -> ContactResult:
     """Solve the contact of one ball, with a further attempt on another grid.
 
-    Raises       UnconvergedContactError: names the contact and the reason
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw, oil, bodies and kinematics.
+    raceway : str
+        Raceway that the ball touches, "screw" or "nut".
+    load : float
+        Ball load [N], > 0.
+    speed : float
+        Speed of the screw [rad/s], > 0.
+    temperature : float
+        Temperature of oil and bodies [K].
+    thermal : bool
+        Couple the energy equation.
+
+    Returns
+    -------
+    ContactResult
+        A converged result.
+
+    Raises
+    ------
+    UnconvergedContactError
+        Names the contact and the reason.
+    ValueError
+        A value out of range.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> result = solve_ball(load_screw(), "screw", 60.0, 104.7, 303.15, thermal=False)
+    >>> f"{1e6 * result.h_c:.2f} um"
+    '0.17 um'
     """
     conditions = ball_conditions(parameters, raceway, load, speed, temperature)
     result = solve_for_map(conditions, parameters.lubricant, parameters.solids, thermal)

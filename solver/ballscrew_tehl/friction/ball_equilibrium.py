@@ -232,7 +232,7 @@ def ball_equilibrium(
 ) -> BallMotion:
     """Motion and power of balls at screw speeds (n,) [rad/s] > 0, with semi-axes across, along rolling (n, c, 2) [m].
 
-    motion : of the c contacts, of all balls or of each;  near : motions (n, 4) [rad/s] to begin with, None = those that
+    motion: of the c contacts, of all balls or of each; near: motions (n, 4) [rad/s] to begin with, None = those that
     slide least without traction
     """
     speed = np.asarray(speed, dtype=float)

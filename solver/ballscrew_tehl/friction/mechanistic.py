@@ -95,17 +95,16 @@ def roughness_of(friction: FrictionTable) -> float:
 
 
 def thrust_factor(friction: FrictionTable, share: Any) -> Any:
-    """Thrust of a ball on its neighbours with a share f of the load on asperities, over that in a full film.
+    """Ball-to-ball contact force with a fraction f of the load on asperities, over that in a full film.
 
-    Balls whose contact angles differ would run at different speeds. Their neighbours hold them, and both contacts
-    creep, as the angles give it; where a contact can transmit more, less of it slides. So the thrust hardly rises with
-    friction: 1.10 times where asperities carry all. It is (2 - y)/(2 - x) with y = x Lambda/mu up to 1,
-    mu = (1-f) Lambda + f mu_b, x the creep over that at which a contact slides as a whole at Lambda: two contacts
-    transmit 2 Lambda Q x (2 - x) = kappa Lambda Q. Beyond y = 1 all slides: mu/(Lambda x (2 - x)).
-    Assumption: spin and slip of the same contacts are left out; with them it would rise more (docs/theory.md).
-
-    Source       Carter, Proc Roy Soc A 112 (1926) 151; Johnson, Contact Mechanics (1985), Eq. 8.48: of a creep xi a
-                 contact transmits mu Q y (2 - y), y = xi R/(mu b), up to 1. kappa: ball_thrust, or its value in BOUNDED
+    Balls whose contact angles differ would run at different speeds. Their neighbours retain them, and both contacts
+    creep, as the angles give it; where a contact can transmit more, less of it slides. So the force hardly rises with
+    friction: 1.10 times where asperities carry all. It is (2 - y)/(2 - x) with y = x Lambda/mu up to 1, mu = (1-f)
+    Lambda + f mu_b, x the creep over that at which a contact slides as a whole at Lambda: two contacts transmit 2
+    Lambda Q x (2 - x) = kappa Lambda Q. Beyond y = 1 all slides: mu/(Lambda x (2 - x)). Assumption: spin and slip of
+    the same contacts are left out; with them it would rise more (docs/theory.md). Carter, Proc Roy Soc A 112 (1926)
+    151; Johnson, Contact Mechanics (1985), Eq. 8.48: of a creep xi a contact transmits mu Q y (2 - y), y = xi R/(mu
+    b), up to 1. kappa: ball_thrust, or its value in BOUNDED.
     """
     limit, kappa = friction.limiting_shear_coefficient, friction.ball_thrust
     x = 1.0 - math.sqrt(max(1.0 - 0.5 * (BOUNDED["ball_thrust"].value if kappa is None else kappa), 0.0))
@@ -155,7 +154,46 @@ def nut_powers(
 def nuts_powers(
     parameters: Parameters, forces: Sequence[float], contacts: ContactValues, speed: Any, temperature: Any
 ) -> list[tuple[int, NutTorques]]:
-    """Power balance of the loaded_nuts, and how many times each counts; other arguments as powers_of_nuts."""
+    """Power balance of the nuts that carry load, as torques before fitted numbers.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw, oil and constants of the law.
+    forces : sequence of float
+        Forces of both nuts, or of one alone [N].
+    contacts : ContactValues
+        Contacts of the balls.
+    speed : float or (s, 1) array
+        Speed of the screw [rad/s], > 0.
+    temperature : float or (t,) array
+        Temperature of the oil [K].
+
+    Returns
+    -------
+    list of (int, NutTorques)
+        How many times a nut counts, and its parts, floats or (s, t) [N.m].
+
+    Raises
+    ------
+    ValueError
+        Load or speed out of range.
+    ArithmeticError
+        The equilibrium of a ball did not converge.
+
+    Notes
+    -----
+    Parts, assumptions and sources: head of this module.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> from ballscrew_tehl.refinement.contacts import contacts_of
+    >>> screw = load_screw("gd4008_vg100.toml")
+    >>> ((times, nut),) = nuts_powers(screw, [2000.0, 2000.0], contacts_of(screw), 104.7, 303.15)
+    >>> times, f"{nut.hysteresis:.4f} N.m"
+    (2, '0.0020 N.m')
+    """
     nuts = loaded_nuts(parameters, forces)
     (powers,) = powers_of_nuts([parameters], nuts, speed, temperature, contacts)
     return [(nut.times, own) for nut, own in zip(nuts, powers, strict=True)]
@@ -167,10 +205,9 @@ def powers_of_nuts(
     """Power balance of several nuts for each of the variants, parts (s, t) or floats for a single point.
 
     Variants are parameters of one screw and oil with other constants of the law. The balls of all are brought into
-    equilibrium side by side, those of variants with the same shear once.
-
-    Parameters   speed : of the screw, (s, 1) or float [rad/s], > 0;  temperature : (t,) or float [K]
-    Raises       ValueError: load or speed out of range;  ArithmeticError: equilibrium of a ball not found
+    equilibrium side by side, those of variants with the same shear once. speed: of the screw, (s, 1) or float [rad/s],
+    > 0; temperature: (t,) or float [K]. ValueError: load or speed out of range; ArithmeticError: the equilibrium of a
+    ball did not converge.
     """
     speed, temperature = np.broadcast_arrays(
         np.atleast_2d(np.asarray(speed, float)), np.atleast_2d(np.asarray(temperature, float))
@@ -315,9 +352,9 @@ def rolling_torque(
 ) -> Array:
     """Rolling torque (s, t) [N.m] of a raceway with the oil supply of the file, from the flooded loss of all balls [W].
 
-    load, found : of the mean ball [N], and its contact;  gap : neighbour_power
-    Source       physics.supply, times SKF's replenishment: d, D of the angular contact bearing with this ball and pitch
-                 diameter, whose section D - d is the ball diameter over 0.3 (assumption: geometry of bearings)
+    load, found: of the mean ball [N], and its contact; gap: neighbour_power. physics.supply, times SKF's
+    replenishment: d, D of the angular contact bearing with this ball and pitch diameter, whose section D - d is the
+    ball diameter over 0.3 (assumption: geometry of bearings).
     """
     friction, screw, oil = parameters.friction, parameters.screw, parameters.lubricant
     inlet, K_rs = eta0(oil, temperature), friction.replenishment_constant
@@ -346,10 +383,49 @@ def double_nut_parts(
     ratio: float,
     coefficient: float,
 ) -> TorqueParts:
-    """Torque of the nuts under their forces [N] with a factor of the rolling part and 2 mu_b Lambda kappa.
+    """Parts of the torque of the nuts under their forces.
 
-    Parameters   contacts : of the balls;  speed : of the screw [rad/s], > 0;  temperature : of the oil [K]
-    Raises       ValueError: load or speed out of range;  ArithmeticError: equilibrium of a ball not found
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw, oil and constants of the law.
+    forces : sequence of float
+        Forces of both nuts, or of one alone [N].
+    contacts : ContactValues
+        Contacts of the balls.
+    speed : float
+        Speed of the screw [rad/s], > 0.
+    temperature : float
+        Temperature of the oil [K].
+    ratio : float
+        Factor of the rolling part.
+    coefficient : float
+        Coefficient 2 mu_b Lambda kappa of ball on ball.
+
+    Returns
+    -------
+    TorqueParts
+        Viscous (rolling), hysteresis and sliding part [N.m], with their total.
+
+    Raises
+    ------
+    ValueError
+        Load or speed out of range.
+    ArithmeticError
+        The equilibrium of a ball did not converge.
+
+    Notes
+    -----
+    Parts, assumptions and sources: head of this module.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> from ballscrew_tehl.refinement.contacts import contacts_of
+    >>> screw = load_screw("gd4008_vg100.toml")
+    >>> parts = double_nut_parts(screw, [2000.0, 2000.0], contacts_of(screw), 104.7, 303.15, 1.0, 0.0056)
+    >>> f"{parts.total:.2f} N.m"
+    '0.80 N.m'
     """
     nuts = nuts_powers(parameters, forces, contacts, speed, temperature)
     return sum_of_nuts(nut.parts(ratio, coefficient) for times, nut in nuts for _ in range(times))

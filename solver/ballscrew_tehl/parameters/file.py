@@ -68,7 +68,31 @@ class MapParameters(Table):
 
 
 class Parameters(Table):
-    """Parameters of one screw."""
+    """Parameters of one screw, in SI units; the sections of a screw file.
+
+    Attributes
+    ----------
+    name : str
+        Name of the screw.
+    screw : ScrewParameters
+        Geometry and elasticity.
+    solid, ball : SolidParameters
+        Thermal data of screw and nut, and of the balls; ball None: as solid.
+    lubricant : LubricantParameters
+        Oil.
+    friction : FrictionTable
+        Friction law and its constants.
+    published_speeds : PublishedSpeeds or None
+        Surface speeds of the law of the paper.
+    map : MapParameters
+        Range of the map, where it is stated.
+
+    Examples
+    --------
+    >>> parameters = load_screw()
+    >>> parameters.name, f"{1e3 * parameters.screw.lead:.0f} mm"
+    ('GD4008-3', '8 mm')
+    """
 
     name: str = Field(min_length=1, description="name of the screw")
     screw: ScrewParameters
@@ -196,13 +220,26 @@ def _build(where: str, content: dict[str, Any]) -> Parameters:
 def load_screw(path: Path | str | None = None) -> Parameters:
     """Read a screw file.
 
-    Parameters   path : TOML file, or the name of a packaged one, gd4008.toml, gd4008_vg100.toml or example_25x10.toml,
-                 where there is no file of that name; None = the packaged screw of the paper, GD4008-3
-    Returns      Parameters, SI
-    Raises       ParameterError (a ValueError), one line: file, key, value, what is allowed, remedy
-    Example
-        >>> load_screw().screw.ball_count
-        86
+    Parameters
+    ----------
+    path : path or str, optional
+        TOML file, or the name of a packaged one, gd4008.toml, gd4008_vg100.toml or example_25x10.toml, where no file
+        has that name. None: the packaged screw of the paper, GD4008-3.
+
+    Returns
+    -------
+    Parameters
+        Checked parameters, in SI units.
+
+    Raises
+    ------
+    ParameterError
+        (A ValueError.) One line: file, key, value, what is allowed, remedy.
+
+    Examples
+    --------
+    >>> load_screw().screw.ball_count
+    86
     """
     path = Path(PACKAGED if path is None else path)
     packaged = PACKAGED_DATA / path.name
@@ -211,15 +248,36 @@ def load_screw(path: Path | str | None = None) -> Parameters:
 
 
 def graded_oil(iso_vg: int, viscosity_index: float, density_15c: float | None = None) -> LubricantParameters:
-    """A mineral oil by its ISO viscosity grade and viscosity index; assumptions: module mineral_oil.
+    """Mineral oil of an ISO viscosity grade and a viscosity index.
 
-    Parameters   iso_vg : grade of ISO 3448;  viscosity_index : ASTM D2270
-                 density_15c : at 15 C [kg/m3]; None = that of a paraffinic oil
-    Raises       ParameterError (a ValueError), one line
-    Example
-        >>> oil = graded_oil(68, 95.0)
-        >>> f"{oil.viscosity:.4f} Pa s at 40 C, alpha {1e9 * oil.pressure_viscosity:.1f} 1/GPa"
-        '0.0590 Pa s at 40 C, alpha 23.5 1/GPa'
+    Parameters
+    ----------
+    iso_vg : int
+        Grade of ISO 3448.
+    viscosity_index : float
+        Index of ASTM D2270.
+    density_15c : float, optional
+        Density at 15 C [kg/m3]; None: that of a paraffinic oil.
+
+    Returns
+    -------
+    LubricantParameters
+        Oil with all laws and data.
+
+    Raises
+    ------
+    ParameterError
+        (A ValueError.) One line.
+
+    Notes
+    -----
+    Assumptions and sources: module mineral_oil.
+
+    Examples
+    --------
+    >>> oil = graded_oil(68, 95.0)
+    >>> f"{oil.viscosity:.4f} Pa s at 40 C, alpha {1e9 * oil.pressure_viscosity:.1f} 1/GPa"
+    '0.0590 Pa s at 40 C, alpha 23.5 1/GPa'
     """
     raw: dict[str, Any] = {"iso_vg": iso_vg, "viscosity_index": viscosity_index}
     raw["name"] = f"mineral oil ISO VG {iso_vg}, viscosity index {viscosity_index:g}"
@@ -231,13 +289,29 @@ def graded_oil(iso_vg: int, viscosity_index: float, density_15c: float | None = 
 
 
 def changed(parameters: Parameters, **tables: dict[str, Any]) -> Parameters:
-    """A checked copy with some values (SI) changed; defaults that depend on them are computed again.
+    """Checked copy with some values changed; defaults that depend on them are computed again.
 
-    Parameters   tables : table name -> field -> value
-    Raises       pydantic.ValidationError (a ValueError)
-    Example
-        >>> changed(load_screw(), lubricant={"viscosity": 0.1}).lubricant.viscosity
-        0.1
+    Parameters
+    ----------
+    parameters : Parameters
+        Parameters to copy.
+    **tables : dict
+        Values [SI] by field, of each table.
+
+    Returns
+    -------
+    Parameters
+        The copy.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        (A ValueError.) A value that is not allowed.
+
+    Examples
+    --------
+    >>> changed(load_screw(), lubricant={"viscosity": 0.1}).lubricant.viscosity
+    0.1
     """
     data = parameters.model_dump(exclude_unset=True)
     for table, values in tables.items():

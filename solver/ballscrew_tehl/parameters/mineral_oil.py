@@ -55,9 +55,8 @@ _D2270 = (
 def kinematic_viscosity_d341(nu_1: float, T_1: float, nu_2: float, T_2: float, T: Any) -> Any:
     """Kinematic viscosity [m2/s] at T [K] through points nu_1, nu_2 > 0.3 mm2/s at different T_1, T_2.
 
-    Valid for mineral oils above 2 mm2/s, -40 C to 150 C.
-
-    Source       ASTM D341: log10 log10(nu + 0.7) = m - n log10 T, nu in mm2/s
+    Valid for mineral oils above 2 mm2/s, -40 C to 150 C. ASTM D341: log10 log10(nu + 0.7) = m - n log10 T, nu in
+    mm2/s.
     """
     y_1 = math.log10(math.log10(1e6 * nu_1 + D341_SHIFT))
     return 1e-6 * (10.0 ** (10.0**y_1 * (T / T_1) ** -slope_d341(nu_1, T_1, nu_2, T_2)) - D341_SHIFT)
@@ -78,9 +77,8 @@ def _reference_oils(Y: float) -> tuple[float, float]:
 def viscosity_index(nu_40: float, nu_100: float) -> float:
     """Viscosity index, not rounded, from the kinematic viscosities [m2/s] at 40 C and 100 C.
 
-    L and H by the equations of the standard's appendix: within 0.31 of the index by its table, from 0 to 200.
-
-    Source       ASTM D2270 (ISO 2909), procedures A (up to 100) and B, coefficients of its Table X2.1
+    L and H by the equations of the standard's appendix: within 0.31 of the index by its table, from 0 to 200. ASTM
+    D2270 (ISO 2909), procedures A (up to 100) and B, coefficients of its Table X2.1.
     """
     U, Y = 1e6 * nu_40, 1e6 * nu_100
     if not (math.isfinite(U) and U > Y >= LEAST_AT_100C):
@@ -110,7 +108,7 @@ def viscosity_at_100c(nu_40: float, index: float) -> float:
 def _root(function: Callable[[float], float], a: float, b: float, absolute: float, relative: float) -> float:
     """Root between a and b, to the last bit that of scipy.optimize.brentq, whose import takes longer than a torque.
 
-    Source       Brent, Algorithms for Minimization without Derivatives, 1973, ch. 4
+    Brent, Algorithms for Minimization without Derivatives, 1973, ch. 4.
     """
     f_a, f_b = function(a), function(b)
     if f_a == 0.0:
@@ -142,9 +140,8 @@ def _root(function: Callable[[float], float], a: float, b: float, absolute: floa
 def density_15c(nu_40: float, vgc: float = PARAFFINIC_VGC) -> float:
     """Density at 15 C [kg/m3] by viscosity at 40 C [m2/s] and viscosity-gravity constant.
 
-    vgc: 0.80 to 0.84 paraffinic, 0.86 to 0.90 naphthenic; 0.02 in it are 2.2 % (ISO VG 7) to 1.2 % (3200).
-
-    Source       ASTM D2501, Eq. 1: vgc = (G - 0.0664 - 0.1154 lg(nu - 5.5))/(0.94 - 0.109 lg(nu - 5.5)), solved for G
+    vgc: 0.80 to 0.84 paraffinic, 0.86 to 0.90 naphthenic; 0.02 in it are 2.2 % (ISO VG 7) to 1.2 % (3200). ASTM D2501,
+    Eq. 1: vgc = (G - 0.0664 - 0.1154 lg(nu - 5.5))/(0.94 - 0.109 lg(nu - 5.5)), solved for G.
     """
     if not 1e6 * nu_40 > 5.5:
         raise ValueError(f"nu_40 = {1e6 * nu_40:g} mm2/s; needs > 5.5 mm2/s: give the density at 15 C")
@@ -155,8 +152,8 @@ def density_15c(nu_40: float, vgc: float = PARAFFINIC_VGC) -> float:
 def density_at(rho_15: float, T: Any) -> Any:
     """Density of a lubricating oil [kg/m3] at T [K] by that at 15 C, 800 to 1160 kg/m3.
 
-    Source       ASTM D1250 (API MPMS 11.1), lubricating oils: rho_15 exp(-x (1 + 0.8 x)), x = K_1 (T - 15 C)/rho_15;
-                 changed: the base is 15 C instead of 60 F, 0.4 K apart
+    ASTM D1250 (API MPMS 11.1), lubricating oils: rho_15 exp(-x (1 + 0.8 x)), x = K_1 (T - 15 C)/rho_15; changed: the
+    base is 15 C instead of 60 F, 0.4 K apart.
     """
     x = EXPANSION_K1 * (T - T_15C) / rho_15
     return rho_15 * math.e ** (-x * (1.0 + 0.8 * x))
@@ -171,8 +168,8 @@ def density_slope(rho_15: float, T: float) -> float:
 def specific_heat(rho_15: float, T: float) -> float:
     """Specific heat capacity of a petroleum oil [J/(kg K)], rho_15 in kg/m3, T in K; good to some 5 %.
 
-    Source       Cragoe, Thermal properties of petroleum products, NBS Misc. Publ. 97 (1929):
-                 c = (0.4024 + 0.00081 t) / sqrt(s) cal/(g K), t in C, s relative density
+    Cragoe, Thermal properties of petroleum products, NBS Misc. Publ. 97 (1929): c = (0.4024 + 0.00081 t) / sqrt(s)
+    cal/(g K), t in C, s relative density.
     """
     return 4186.8 * (0.4024 + 0.00081 * (T - CELSIUS)) / math.sqrt(rho_15 / WATER_DENSITY)
 
@@ -180,7 +177,7 @@ def specific_heat(rho_15: float, T: float) -> float:
 def thermal_conductivity(rho_15: float, T: float) -> float:
     """Thermal conductivity of a petroleum oil [W/(m K)], rho_15 in kg/m3, T in K; good to some 10 %.
 
-    Source       Cragoe, NBS Misc. Publ. 97 (1929): k = 0.1172 (1 - 0.00054 t)/s, t in C, s relative density
+    Cragoe, NBS Misc. Publ. 97 (1929): k = 0.1172 (1 - 0.00054 t)/s, t in C, s relative density.
     """
     return 0.1172 * (1.0 - 0.00054 * (T - CELSIUS)) / (rho_15 / WATER_DENSITY)
 
@@ -189,10 +186,9 @@ def roelands_z(eta_40: float, eta_100: float) -> float:
     """Pressure exponent Z of Roelands from the dynamic viscosities [Pa s] of a mineral oil at 40 C and 100 C.
 
     alpha = Z (ln eta + 9.67)/p_r then follows measured coefficients of 13 oils without viscosity index improver at 30,
-    60 and 100 C with 11 % rms, 24 % at most, -1 % mean (tests/published/test_mineral_oils.py).
-
-    Source       Roelands, dissertation, Delft 1966, in the form of Fein, Tribology Data Handbook (CRC 1997): Z =
-                 (7.81 (H_40 - H_100))^1.5 (0.885 - 0.864 H_40), H = lg(1.200 + lg eta), eta in mPa s
+    60 and 100 C with 11 % rms, 24 % at most, -1 % mean (tests/published/test_mineral_oils.py). Roelands, dissertation,
+    Delft 1966, in the form of Fein, Tribology Data Handbook (CRC 1997): Z = (7.81 (H_40 - H_100))^1.5 (0.885 - 0.864
+    H_40), H = lg(1.200 + lg eta), eta in mPa s.
     """
     if not 1e-3 < eta_100 < eta_40:
         raise ValueError(
@@ -205,10 +201,9 @@ def roelands_z(eta_40: float, eta_100: float) -> float:
 def so_klaus(nu: float, rho: float, slope: float) -> float:
     """Pressure-viscosity coefficient [1/Pa], for comparison: 10 % above measured ones, 17 % rms.
 
-    nu [m2/s] and rho [kg/m3] at the temperature; slope: n of ASTM D341, its chart's slope over 0.2.
-
-    Source       So & Klaus, ASLE Trans. 23 (1980) 409: 1e8 alpha = 1.216 + 4.143 x^3.0627 + 2.848e-4 n^5.1903 x^1.5976
-                 - 3.999 x^3.0975 rho^0.1162, x = lg nu, mm2/s and g/cm3
+    nu [m2/s] and rho [kg/m3] at the temperature; slope: n of ASTM D341, its chart's slope over 0.2. So & Klaus, ASLE
+    Trans. 23 (1980) 409: 1e8 alpha = 1.216 + 4.143 x^3.0627 + 2.848e-4 n^5.1903 x^1.5976 - 3.999 x^3.0975 rho^0.1162,
+    x = lg nu, mm2/s and g/cm3.
     """
     x = math.log10(1e6 * nu)
     poly = 1.216 + 4.143 * x**3.0627 + 2.848e-4 * slope**5.1903 * x**1.5976
@@ -218,6 +213,6 @@ def so_klaus(nu: float, rho: float, slope: float) -> float:
 def agma_925(eta: float) -> float:
     """Pressure-viscosity coefficient [1/Pa] by eta [Pa s], for comparison: 24 % below measured ones, 25 % rms.
 
-    Source       AGMA 925-A03, mineral oil: alpha = 0.010471 eta^0.1348 mm2/N, eta in mPa s
+    AGMA 925-A03, mineral oil: alpha = 0.010471 eta^0.1348 mm2/N, eta in mPa s.
     """
     return 0.010471e-6 * float(1e3 * eta) ** 0.1348

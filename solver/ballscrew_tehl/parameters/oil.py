@@ -42,6 +42,12 @@ class LubricantParameters(Table):
 
     A mineral oil may be given by iso_vg and viscosity_index: laws, densities, thermal data and pressure-viscosity
     coefficient then follow by the rules of `mineral_oil`, as far as they are not given.
+
+    Examples
+    --------
+    >>> oil = LubricantParameters(name="oil", iso_vg=68, viscosity_index=95.0)
+    >>> oil.viscosity_law, f"{oil.density:.0f} kg/m3"
+    ('astm_d341', '868 kg/m3')
     """
 
     name: str = entry("name of the oil or grease", min_length=1)

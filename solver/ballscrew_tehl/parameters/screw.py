@@ -45,6 +45,13 @@ class ScrewParameters(Table):
     Turns and ball counts are of one set of balls that carries the preload: one nut of a double nut, one half of a
     single nut with offset lead, the whole single nut with oversize balls. What the kinds mean: module `load`. The
     starts of a thread lie side by side: turns are those of one start, ball counts of all of them.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> screw = load_screw().screw
+    >>> f"{1e3 * screw.ball_diameter:.3f} mm", screw.loaded_ball_count
+    ('4.763 mm', 72)
     """
 
     preload_kind: Literal["double_nut", "single_nut_offset", "single_nut_oversize_ball"] = entry(

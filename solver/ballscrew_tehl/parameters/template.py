@@ -50,10 +50,26 @@ _HEAD = """\
 
 
 def example_parameters(oil: str = "viscosities", lubricant: str = "oil", iso_vg: int = 0) -> Parameters:
-    """The packaged example that the template takes its values from.
+    """Packaged example that the template of a screw file takes its values from.
 
-    oil: "viscosities" = laws and numbers, "iso_vg" = grade and viscosity index; lubricant: "oil", or "grease" = its
-    base oil by grade, NLGI grade; iso_vg: another grade, 0 = none
+    Parameters
+    ----------
+    oil : {"viscosities", "iso_vg"}, optional
+        Oil by laws and numbers, or by grade and viscosity index.
+    lubricant : {"oil", "grease"}, optional
+        Oil, or a grease: its base oil by grade, and the NLGI grade.
+    iso_vg : int, optional
+        Another grade; 0: that of the example.
+
+    Returns
+    -------
+    Parameters
+        The example.
+
+    Examples
+    --------
+    >>> example_parameters("iso_vg", iso_vg=68).lubricant.iso_vg
+    68
     """
     example, (grade, index) = load_screw(PACKAGED_DATA / EXAMPLE), EXAMPLE_GRADE
     if iso_vg:
@@ -66,9 +82,24 @@ def example_parameters(oil: str = "viscosities", lubricant: str = "oil", iso_vg:
 
 
 def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str:
-    """Text of a commented screw file with these values; read again, it gives them back to 12 digits.
+    """Text of a commented screw file with given values.
 
-    assumed: fields of the table screw that are marked so
+    Parameters
+    ----------
+    parameters : Parameters
+        Values; a file with the text gives them again, to 12 digits.
+    assumed : collection of str, optional
+        Fields of the table screw that are marked as assumed.
+
+    Returns
+    -------
+    str
+        TOML text, with unit, meaning and range of every key.
+
+    Examples
+    --------
+    >>> "ball_diameter_mm" in screw_template(example_parameters())
+    True
     """
     others = ", ".join("/".join(forms) for forms in UNITS.values() if len(forms) > 1)
     units = "\n#   ".join(textwrap.wrap(others, 100))

@@ -31,8 +31,8 @@ class ParameterError(ValueError):
 class Entry(NamedTuple):
     """A field of a table as an entry of a screw file.
 
-    dimension : of UNITS, None = a plain number or a word;  unit : on data sheets, "" = the first one of the dimension
-    in_map : whether maps depend on it
+    dimension: of UNITS, None = a plain number or a word; unit: on data sheets, "" = the first one of the dimension
+    in_map: whether maps depend on it
     """
 
     field: str
@@ -69,7 +69,7 @@ class Entry(NamedTuple):
 def entry(description: str, dimension: str | None = None, **rules: Any) -> Any:
     """A field of a table, stated once: what reader, template, messages and the hash of a map take of it.
 
-    Parameters   rules : unit and in_map of Entry;  bounds and default (SI) as of pydantic.Field
+    rules: unit and in_map of Entry; bounds and default (SI) as of pydantic.Field.
     """
     own: dict[str, Any] = {name: rules.pop(name) for name in ("unit", "in_map") if name in rules}
     return Field(description=description, json_schema_extra=own | {"dimension": dimension}, **rules)

@@ -51,7 +51,23 @@ def from_si(value: float, dimension: str | None, unit: str) -> float:
 
 
 def turns_of(text: str) -> float | str:
-    """Turns of a catalogue as a number: turns x circuits such as 2.5x2; another text unchanged."""
+    """Turns of a catalogue as a number.
+
+    Parameters
+    ----------
+    text : str
+        Turns, or turns x circuits.
+
+    Returns
+    -------
+    float or str
+        Turns; a text of another form unchanged.
+
+    Examples
+    --------
+    >>> turns_of("2.5x2")
+    5.0
+    """
     number = r"\s*(\d+\.?\d*|\.\d+)\s*"
     product = re.fullmatch(f"{number}[xX*\u00d7]{number}", text)
     return float(product[1]) * float(product[2]) if product else text

@@ -17,7 +17,17 @@ MAX_SECANTS = 40
 
 
 class HertzContact(NamedTuple):
-    """Ellipse of one contact: a across, b along rolling (a >= b) [m], p_max [Pa], delta approach [m]."""
+    """Contact ellipse with its pressure and approach.
+
+    Attributes
+    ----------
+    a, b : float or array
+        Semi-axes across and along rolling [m], a >= b.
+    p_max : float or array
+        Maximum pressure [Pa].
+    delta : float or array
+        Approach of the bodies [m].
+    """
 
     a: Any
     b: Any
@@ -33,12 +43,23 @@ def raceway_sign(raceway: str) -> int:
 
 
 def E_prime(screw: ScrewParameters) -> float:
-    """Reduced modulus 2/sum((1-nu^2)/E) [Pa] of ball and raceway.
+    """Reduced modulus 2/sum((1-nu^2)/E) of ball and raceway.
 
-    Example
-        >>> from ballscrew_tehl.parameters.file import load_screw
-        >>> round(E_prime(load_screw().screw) / 1e9, 2)
-        225.27
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Moduli and Poisson's ratios of raceways and balls.
+
+    Returns
+    -------
+    float
+        Reduced modulus [Pa].
+
+    Examples
+    --------
+    >>> from ballscrew_tehl.parameters.file import load_screw
+    >>> round(E_prime(load_screw().screw) / 1e9, 2)
+    225.27
     """
     compliance = (1.0 - screw.poisson_ratio**2) / screw.youngs_modulus
     return 2.0 / (compliance + (1.0 - screw.ball_poisson_ratio**2) / screw.ball_youngs_modulus)
@@ -47,11 +68,38 @@ def E_prime(screw: ScrewParameters) -> float:
 def reduced_radii(screw: ScrewParameters, contact_angle: Any, raceway: str) -> tuple[Any, Any]:
     """Reduced radii of ball and groove.
 
-    Parameters   contact_angle : float or array [rad], 0 < beta < pi/2;  raceway : "screw" or "nut"
-    Returns      R_x along rolling, R_y across [m]
-    Raises       ValueError: unknown raceway
-    Validity     bearing formula: the lead angle is taken as small in the curvature
-    Source       model: 1/R_x = 1/r_b +- cos(beta)/(r_m -+ r_b cos(beta)), 1/R_y = 1/r_b - 1/r_raceway
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Geometry.
+    contact_angle : float or array
+        Contact angle [rad], 0 < beta < pi/2.
+    raceway : str
+        Raceway that the ball touches, "screw" or "nut".
+
+    Returns
+    -------
+    R_x : float or array
+        Radius along rolling [m].
+    R_y : float
+        Radius across rolling [m].
+
+    Raises
+    ------
+    ValueError
+        Unknown raceway.
+
+    Notes
+    -----
+    1/R_x = 1/r_b +- cos(beta)/(r_m -+ r_b cos(beta)), 1/R_y = 1/r_b - 1/r_raceway: the formula of bearings, which
+    takes the lead angle as small in the curvature.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> R_x, R_y = reduced_radii(load_screw().screw, 0.785, "screw")
+    >>> f"{1e3 * R_x:.2f} mm, {1e3 * R_y:.1f} mm"
+    '2.18 mm, 61.8 mm'
     """
     sign = raceway_sign(raceway)
     r_b = 0.5 * screw.ball_diameter
@@ -64,8 +112,8 @@ def reduced_radii(screw: ScrewParameters, contact_angle: Any, raceway: str) -> t
 def ratio_of_axes(radius_ratio: Any) -> Any:
     """a/b >= 1 of the contact ellipse of R_x/R_y, 0 < ratio <= 1, float or array, relative error below 1e-13.
 
-    Source       Johnson, Contact Mechanics 1985, Eqs. 4.26-4.28, written with the symmetric integral R_D,
-                 which has no cancellation near the circle: R_y/R_x = R_D(0,1,1/k^2)/R_D(0,1/k^2,1); by secants
+    Johnson, Contact Mechanics 1985, Eqs. 4.26-4.28, written with the symmetric integral R_D, which has no cancellation
+    near the circle: R_y/R_x = R_D(0,1,1/k^2)/R_D(0,1/k^2,1); by secants.
     """
     ratio = np.asarray(radius_ratio, dtype=float)
     if not np.all((ratio > 0.0) & (ratio <= 1.0)):
@@ -107,17 +155,36 @@ def _unit_contact(R_x: float, R_y: float, modulus: float) -> HertzContact:
 
 
 def ellipse(load: Any, R_x: Any, R_y: Any, E_prime: float) -> HertzContact:
-    """Ellipse, maximum pressure and approach of an elliptical Hertz contact.
+    """Ellipse, maximum pressure and approach of an elliptical Hertz contact; the arguments broadcast.
 
-    Parameters   load : float or array [N], >= 0;  R_x, R_y : float or array [m], 0 < R_x <= R_y;  E_prime : float [Pa]
-    Returns      HertzContact(a, b, p_max, delta), broadcast
-    Raises       ValueError: R_x above R_y
-    Validity     elastic half-spaces, a much below the radii
-    Source       Johnson, Contact Mechanics 1985, Eqs. 4.24-4.28 with E* = E_prime/2:
-                 a^3 = 2 Q R_y R_D(0,b^2/a^2,1)/(pi E'), p_max = 3 Q/(2 pi a b), delta = 3 Q K/(pi a E')
-    Example
-        >>> round(float(ellipse(100.0, 5e-3, 5e-3, 226e9).p_max) / 1e6, 1)
-        2146.0
+    Parameters
+    ----------
+    load : float or array
+        Load [N], >= 0.
+    R_x, R_y : float or array
+        Reduced radii along and across rolling [m], 0 < R_x <= R_y.
+    E_prime : float
+        Reduced modulus 2/sum((1-nu^2)/E) [Pa].
+
+    Returns
+    -------
+    HertzContact
+        Semi-axes a, b [m], p_max [Pa], delta [m].
+
+    Raises
+    ------
+    ValueError
+        R_x above R_y.
+
+    Notes
+    -----
+    Elastic half-spaces, a much below the radii. Johnson, Contact Mechanics 1985, Eqs. 4.24-4.28 with E* = E_prime/2:
+    a^3 = 2 Q R_y R_D(0,b^2/a^2,1)/(pi E'), p_max = 3 Q/(2 pi a b), delta = 3 Q K/(pi a E').
+
+    Examples
+    --------
+    >>> round(float(ellipse(100.0, 5e-3, 5e-3, 226e9).p_max) / 1e6, 1)
+    2146.0
     """
     root = np.cbrt(load)
     one = np.ndim(R_x) == np.ndim(R_y) == 0

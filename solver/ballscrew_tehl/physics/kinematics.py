@@ -25,7 +25,13 @@ from .hertz import RACEWAYS, raceway_sign, reduced_radii
 
 
 class ContactSpeeds(NamedTuple):
-    """Speeds of one contact [m/s]: u_1 raceway, u_2 ball."""
+    """Surface speeds of one contact.
+
+    Attributes
+    ----------
+    u_1, u_2 : float or array
+        Speed of raceway and ball [m/s].
+    """
 
     u_1: Any
     u_2: Any
@@ -42,14 +48,42 @@ class ContactSpeeds(NamedTuple):
 
 
 def surface_speeds(parameters: Parameters, raceway: str, speed: Any) -> ContactSpeeds:
-    """Surface speeds of one contact by the law of the parameters; speed: [rad/s], screw against nut, any sign.
+    """Surface speeds of one contact by the law of the parameters.
 
-    Source       three_parameter: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Eqs. 1-4;
-                 differs from paper: the ball's own rotation is not printed, so the pairs that the printed
-                 entrainment speeds and slide-to-roll ratios imply are scaled with the screw speed
-                 errata: Eq. 3 must read r_b^2 sin^2; Eq. 4 gives 399.7 mm/s on the nut, which no ball speed
-                 reconciles with both printed nut values; the printed 1.94203 there is the magnitude
-                 mechanistic: pure rolling on the mean line
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw, with its friction law.
+    raceway : str
+        Raceway that the ball touches, "screw" or "nut".
+    speed : float or array
+        Speed of the screw against the nut [rad/s], any sign.
+
+    Returns
+    -------
+    ContactSpeeds
+        Speeds u_1 of the raceway and u_2 of the ball [m/s].
+
+    Raises
+    ------
+    ValueError
+        Unknown raceway.
+
+    Notes
+    -----
+    mechanistic: pure rolling on the mean line.
+
+    three_parameter: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, Eqs. 1-4; differs from paper: the rotation of
+    the ball is not printed, so the pairs that the printed entrainment speeds and slide-to-roll ratios imply are scaled
+    with the screw speed. errata: Eq. 3 must read r_b^2 sin^2; Eq. 4 gives 399.7 mm/s on the nut, which no ball speed
+    reconciles with both printed nut values; the printed 1.94203 there is the magnitude.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> speeds = surface_speeds(load_screw("gd4008_vg100.toml"), "screw", 104.7)
+    >>> f"u_e = {speeds.u_e:.3f} m/s, srr = {speeds.srr:.1f}"
+    'u_e = 1.040 m/s, srr = 0.0'
     """
     on_screw = raceway_sign(raceway) > 0
     if parameters.friction.law is Law.MECHANISTIC:
@@ -69,15 +103,35 @@ def _gamma(screw: ScrewParameters) -> float:
 def cage_speed(screw: ScrewParameters, speed: Any) -> Any:
     """Angular speed of the ball centres about the screw axis [rad/s], the nut at rest; pure rolling, zero lead.
 
-    Source       Harris, Rolling Bearing Analysis: w (1 - g)/2, g = r_b cos(beta)/r_m; with the screw at rest 1 + g
+    Harris, Rolling Bearing Analysis: w (1 - g)/2, g = r_b cos(beta)/r_m; with the screw at rest 1 + g.
     """
     return 0.5 * (1.0 - _gamma(screw)) * speed
 
 
 def entrainment_speed(screw: ScrewParameters, speed: Any) -> Any:
-    """Entrainment speed on both raceways [m/s] in the frame of the ball centre at a screw speed [rad/s]; zero lead.
+    """Entrainment speed on both raceways in the frame of the ball centre, zero lead.
 
-    Source       r_m w (1 - g^2)/2: the raceways move at r_m (1-g)(w - w_c) = r_m (1+g) w_c
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Geometry.
+    speed : float or array
+        Speed of the screw against the nut [rad/s].
+
+    Returns
+    -------
+    float or array
+        Entrainment speed [m/s].
+
+    Notes
+    -----
+    r_m w (1 - g^2)/2 with g = r_b cos(beta)/r_m: the raceways move at r_m (1-g)(w - w_c) = r_m (1+g) w_c.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> f"{entrainment_speed(load_screw().screw, 104.7):.3f} m/s"
+    '1.040 m/s'
     """
     return 0.5 * screw.nominal_radius * (1.0 - _gamma(screw) ** 2) * speed
 
@@ -98,12 +152,10 @@ def contact_motion(screw: ScrewParameters, contact_angle: float | Sequence[float
     """Motion of the contacts of a ball: screw and nut of a two-point ball, both flanks of each of an oversize ball.
 
     Its contact angle [rad] is the same at all contacts; or that of each diagonal that carries load, one or two, in any
-    order: turned half around e_r, the ball sees the same screw turn the other way.
-    Validity     contact points in the normal plane of the helix of the ball centre. Between two flanks a rolling ball
-                 is left with the slip r_b w sin(lambda) across rolling, shared by both contacts, and the spin
-                 w sin(beta)
-    Source       derived. Raceway of a screw motion: (W r_m/cos(lambda))
-                 e_t + W e_z x d at d from the ball centre, e_z = sin(lambda) e_t + cos(lambda) e_b
+    order: turned half around e_r, the ball sees the same screw turn the other way. Valid: contact points in the normal
+    plane of the helix of the ball centre. Between two flanks a rolling ball is left with the slip r_b w sin(lambda)
+    across rolling, of both contacts, and the spin w sin(beta). Derived. Raceway of a screw motion: (W
+    r_m/cos(lambda)) e_t + W e_z x d at d from the ball centre, e_z = sin(lambda) e_t + cos(lambda) e_b.
     """
     if isinstance(contact_angle, (float, int)):
         angles = [contact_angle] * (2 if screw.preload_kind == FOUR_POINT else 1)
@@ -153,9 +205,8 @@ def neighbour_sliding(screw: ScrewParameters, motion: ContactMotion) -> float:
     """Speed at which neighbouring balls slide on each other over 2 u_e: twice that of a ball's surface on the helix.
 
     Two contacts: 1 but for the helix. Oversize balls turn about an axis parallel to that of the screw: 1/cos(beta).
-
-    Validity     rolling_motion stands for the equilibrium with traction. GD4008-3, 300 N to 6 kN, 10 to 2500 r/min, 12
-                 to 77 C: they differ by 0.4 %, oversize balls by 2 %, but 10 % in the thickest film of a light load
+    Valid: rolling_motion stands for the equilibrium with traction. GD4008-3, 300 N to 6 kN, 10 to 2500 r/min, 12 to 77
+    C: they differ by 0.4 %, oversize balls by 2 %, but 10 % in the thickest film of a light load.
     """
     _, w_r, _, w_b = rolling_motion(motion)
     return float(0.5 * screw.ball_diameter * math.hypot(w_r, w_b) / entrainment_speed(screw, 1.0))

@@ -86,7 +86,7 @@ class BallChain:
     ) -> Array:
         """Approaches of a chain from a start (m,) of the size scale [m], whose inner rows are the recurrence.
 
-        end_slopes : of d inwards at the first and last ball [m]
+        end_slopes: of d inwards at the first and last ball [m]
         close(d, f, slope, residual, bands) : overwrites rows of residual [m] and matrix that end the chain
         """
         from scipy.linalg import solve_banded
@@ -156,7 +156,7 @@ class BallChain:
 def ball_oversize(screw: ScrewParameters, preload: float, ball_count: int) -> float:
     """Oversize in diameter [m] of the balls of a single nut for a preload [N]: 2.78 um for 2000 N on GD4008-3.
 
-    Source       Hertz: both contacts of a line together approach by C Q^(2/3), Q = F_p/(n sin(beta) cos(lambda))
+    Hertz: both contacts of a line together approach by C Q^(2/3), Q = F_p/(n sin(beta) cos(lambda)).
     """
     check_force("preload", preload)
     return float(contact_compliance(screw) * np.cbrt(preload_ball_load(screw, preload, ball_count)) ** 2)
@@ -187,15 +187,27 @@ class FourPointChain(BallChain):
 
 
 class DoubleNutLoads(NamedTuple):
-    """Loads of all balls from left to right and axial forces [N]; a load > 0 relieves A, but loads nut A of the FMUs.
+    """Loads of all balls, from left to right, and axial forces.
 
-    With oversize balls: of the same balls on the flanks that an axial load > 0 relieves and loads; no spacer.
+    An axial load > 0 relieves nut A of this module, but loads nut A of the FMUs. With oversize balls: of the same balls
+    on the flanks that an axial load > 0 relieves and loads; no spacer.
+
+    Attributes
+    ----------
+    Q_a : (n,) array
+        Loads of the balls of the left nut [N], spacer at its right end.
+    Q_b : (n,) array
+        Loads of the balls of the right nut [N], spacer at its left end.
+    force_a : float
+        Axial force of the left nut [N], which the spacer carries.
+    force_b : float
+        Axial force of the right nut [N], force_a + axial load.
     """
 
-    Q_a: Array  # (n,) of the left nut, spacer at its right end
-    Q_b: Array  # (n,) of the right nut, spacer at its left end
-    force_a: float  # carried by the spacer
-    force_b: float  # force_a + axial load
+    Q_a: Array
+    Q_b: Array
+    force_a: float
+    force_b: float
 
 
 _chain, _four_point_chain = lru_cache(maxsize=64)(BallChain), lru_cache(maxsize=64)(FourPointChain)
@@ -225,10 +237,44 @@ def nut_loads(screw: ScrewParameters, force: float, ball_count: int) -> Array:
 def double_nut_loads(
     screw: ScrewParameters, preload: float, axial_load: float, ball_count: int
 ) -> DoubleNutLoads:
-    """Ball loads of two nuts, each with ball_count balls, pushed apart by a spacer, under an external axial load [N].
+    """Ball loads of two nuts that a spacer pushes apart, under an external axial load.
 
-    It acts on the outer flange of the right nut, screw held on the right; > 0 (to the right) relieves the left nut A,
-    < 0 the right nut B. d_A + d_B + L_sp [S_mid/(E A_screw) - N_sp/(E A_sp)] at the spacer is that of the preload.
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Geometry, kind of preload, section areas.
+    preload : float
+        Preload [N], >= 0.
+    axial_load : float
+        Load on the outer flange of the right nut [N], screw fixed on the right; > 0 (to the right) relieves the left
+        nut A, < 0 the right nut B.
+    ball_count : int
+        Balls of each nut that carry load.
+
+    Returns
+    -------
+    DoubleNutLoads
+        Loads (n,) of the balls of both nuts and the axial forces [N].
+
+    Raises
+    ------
+    ValueError
+        Preload or load not finite, or preload negative.
+    ArithmeticError
+        Newton's method did not converge.
+
+    Notes
+    -----
+    d_A + d_B + L_sp [S_mid/(E A_screw) - N_sp/(E A_sp)] at the spacer is that of the preload. Chain of balls between
+    elastic rods, each ball at the contact angle of its load: head of this module.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> screw = load_screw().screw
+    >>> loads = double_nut_loads(screw, 2000.0, 500.0, screw.loaded_ball_count)
+    >>> f"{loads.force_a:.0f} N, {loads.force_b:.0f} N"
+    '1782 N, 2282 N'
     """
     check_force("preload", preload)
     check_force("axial_load", axial_load, allow_negative=True)

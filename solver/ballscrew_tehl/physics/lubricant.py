@@ -26,9 +26,26 @@ def _checked_temperature(T: Any) -> Any:
 
 
 def section_2_3(T: Any) -> Any:
-    """Ambient viscosity [Pa s] printed in the text of the paper: 0.297 at 303 K, nine times the value of its table.
+    """Ambient viscosity printed in the text of the paper, 0.297 Pa s at 303 K: nine times the value of its table.
 
-    Source       Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, section 2.3
+    Parameters
+    ----------
+    T : float or array
+        Temperature [K], above 183.19 K.
+
+    Returns
+    -------
+    float or array
+        Viscosity at ambient pressure [Pa s].
+
+    Notes
+    -----
+    Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, section 2.3.
+
+    Examples
+    --------
+    >>> f"{section_2_3(303.0):.3f} Pa s"
+    '0.297 Pa s'
     """
     return 4.83e-5 * np.exp(B_VOGEL / (T - T_VOGEL))
 
@@ -83,10 +100,35 @@ VISCOSITY_LAWS: dict[str, tuple[ViscosityLaw, ViscosityLaw]] = {
 
 
 def eta0(lub: LubricantParameters, T: Any) -> Any:
-    """Viscosity at ambient pressure [Pa s] by the law that the lubricant names; T: float or array [K], >= 200.
+    """Viscosity at ambient pressure by the viscosity law of the oil.
 
-    Source       section_2_3: Zhao et al. 2023, section 2.3, scaled to Table 1; roelands_printed: Eq. 7 with
-                 S0 = beta (T0-138)/(ln eta0+9.67); astm_d341: ASTM D341 times density; constant: none
+    Parameters
+    ----------
+    lub : LubricantParameters
+        Oil, with the name of the law.
+    T : float or array
+        Temperature [K], >= 200.
+
+    Returns
+    -------
+    float or array
+        Viscosity [Pa s].
+
+    Raises
+    ------
+    ValueError
+        Temperature not finite or out of range.
+
+    Notes
+    -----
+    section_2_3: Zhao et al. 2023, section 2.3, differs from paper: scaled to Table 1; roelands_printed: Eq. 7 with
+    S0 = beta (T0-138)/(ln eta0+9.67); astm_d341: ASTM D341 times density; constant: none.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl.parameters.file import graded_oil
+    >>> f"{eta0(graded_oil(68, 95.0), 313.15):.4f} Pa s"
+    '0.0590 Pa s'
     """
     return VISCOSITY_LAWS[lub.viscosity_law][0](lub, _checked_temperature(T))
 
@@ -97,16 +139,40 @@ def temperature_slope(lub: LubricantParameters, T: Any) -> Any:
 
 
 def viscosity(lub: LubricantParameters, p: Any, T: Any) -> Any:
-    """Viscosity at pressure and temperature by the laws that the lubricant names.
+    """Viscosity at pressure and temperature by the laws of the oil.
 
-    Parameters   p : float or array [Pa], >= 0;  T : float or array [K], >= 200, broadcast with p
-    Returns      eta [Pa s]
-    Raises       ValueError: temperature out of range
-    Validity     roelands: eta0 above 6.3e-5 Pa s; below (hotter than any oil lasts) pressure is taken to have no effect
-    Source       barus: eta_0(T) exp(alpha p), Barus 1893.
-                 roelands: eta_0(T) exp{(ln eta_0(T) + 9.67) [(1 + p/p_r)^Z - 1]}, Z constant, Roelands 1966. With the
-                 law roelands_printed this is Eq. 7 of Zhao et al. 2023; with another it differs from paper: the
-                 S0 term of Eq. 7 is replaced by eta_0(T)
+    Parameters
+    ----------
+    lub : LubricantParameters
+        Oil, with the names of the laws.
+    p : float or array
+        Pressure [Pa], >= 0.
+    T : float or array
+        Temperature [K], >= 200, broadcast with p.
+
+    Returns
+    -------
+    float or array
+        Viscosity [Pa s].
+
+    Raises
+    ------
+    ValueError
+        Temperature not finite or out of range.
+
+    Notes
+    -----
+    barus: eta_0(T) exp(alpha p), Barus 1893.
+
+    roelands: eta_0(T) exp{(ln eta_0(T) + 9.67) [(1 + p/p_r)^Z - 1]}, Z constant, Roelands 1966. With the law
+    roelands_printed this is Eq. 7 of Zhao et al. 2023; with another it differs from paper: the S0 term of Eq. 7 is
+    replaced by eta_0(T). Below 6.3e-5 Pa s (hotter than any oil lasts) pressure is taken to have no effect.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl.parameters.file import graded_oil
+    >>> f"{viscosity(graded_oil(68, 95.0), 0.5e9, 313.15):.0f} Pa s"
+    '587 Pa s'
     """
     ambient = eta0(lub, T)
     if lub.pressure_law == "barus":
@@ -116,7 +182,31 @@ def viscosity(lub: LubricantParameters, p: Any, T: Any) -> Any:
 
 
 def pressure_viscosity(lub: LubricantParameters, T: Any) -> Any:
-    """alpha_pv = d ln(eta)/dp [1/Pa] at ambient pressure by the pressure law; T: float or array [K], >= 200."""
+    """Pressure-viscosity coefficient d ln(eta)/dp at ambient pressure by the pressure law of the oil.
+
+    Parameters
+    ----------
+    lub : LubricantParameters
+        Oil, with the names of the laws.
+    T : float or array
+        Temperature [K], >= 200.
+
+    Returns
+    -------
+    float or array
+        Coefficient alpha_pv [1/Pa].
+
+    Raises
+    ------
+    ValueError
+        Temperature not finite or out of range.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl.parameters.file import graded_oil
+    >>> f"{1e9 * pressure_viscosity(graded_oil(68, 95.0), 313.15):.1f} 1/GPa"
+    '23.5 1/GPa'
+    """
     ambient = eta0(lub, T)
     if lub.pressure_law == "barus":
         return lub.pressure_viscosity + 0.0 * ambient
@@ -141,6 +231,6 @@ def relative_density(law: str, p: Any) -> Any:
 def ambient_density(lub: LubricantParameters, T: Any) -> Any:
     """Density at ambient pressure [kg/m3].
 
-    Source       Eq. 8 of Zhao et al. 2023 at p = 0; errata: the printed sign makes density rise with temperature
+    Eq. 8 of Zhao et al. 2023 at p = 0; errata: the printed sign makes density rise with temperature.
     """
     return lub.density * (1.0 - lub.density_temperature * (T - lub.reference_temperature))

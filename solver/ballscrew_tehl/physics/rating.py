@@ -19,10 +19,10 @@ LIFE_EXPONENT, WEIBULL = 3.0, 10.0 / 9.0
 def computed_dynamic_rating(screw: ScrewParameters) -> float:
     """Dynamic axial load rating C_a of one nut [N] by its geometry: 90 % of the screws reach 1e6 turns under it.
 
-    Source       ISO 3408-5, as recalled: C_s = f_c cos(a)^0.86 z^(2/3) D^1.8 tan(a) cos(phi)^1.3 of one turn [N, mm],
-                 f_c = 93.2 (1 - sin(a)/3) (1/(1 - 1/(2 f_s)))^0.41 g^0.3 (1-g)^1.39/(1+g)^(1/3), g = D cos(a)/D_pw;
-                 with the nut C_s (1 + (C_s/C_n)^(10/3))^-0.3, C_s/C_n = ((1-g)/(1+g))^1.723
-                 ((2 - 1/f_n)/(2 - 1/f_s))^0.41, times (turns of all starts)^0.86. No factors for hardness, accuracy
+    ISO 3408-5, as recalled: C_s = f_c cos(a)^0.86 z^(2/3) D^1.8 tan(a) cos(phi)^1.3 of one turn [N, mm], f_c = 93.2 (1
+    - sin(a)/3) (1/(1 - 1/(2 f_s)))^0.41 g^0.3 (1-g)^1.39/(1+g)^(1/3), g = D cos(a)/D_pw; with the nut C_s (1 +
+    (C_s/C_n)^(10/3))^-0.3, C_s/C_n = ((1-g)/(1+g))^1.723 ((2 - 1/f_n)/(2 - 1/f_s))^0.41, times (turns of all
+    starts)^0.86. No factors for hardness, accuracy.
     """
     angle, lead = screw.contact_angle, screw.lead_angle
     ball, pitch = 1e3 * screw.ball_diameter, 2e3 * screw.nominal_radius
@@ -52,9 +52,9 @@ def static_rating(screw: ScrewParameters) -> float:
 def computed_static_rating(screw: ScrewParameters) -> float:
     """Static axial load rating C_0a of one nut [N] by its geometry: a dent of 1e-4 of the ball diameter.
 
-    Source       ISO 3408-5, as recalled: k_0 D^2 sin(a) cos(phi) of each ball [N, mm], with the curvatures of ball and
-                 screw k_0 = 27.74/(D sqrt((2/D - 1/(f_s D)) (2/D + 1/(D_pw/(2 cos(a)) - D/2)))). No factors for
-                 hardness, accuracy; examples/catalogue_screws.py compares it with catalogues
+    ISO 3408-5, as recalled: k_0 D^2 sin(a) cos(phi) of each ball [N, mm], with the curvatures of ball and screw k_0 =
+    27.74/(D sqrt((2/D - 1/(f_s D)) (2/D + 1/(D_pw/(2 cos(a)) - D/2)))). No factors for hardness, accuracy;
+    examples/catalogue_screws.py compares it with catalogues.
     """
     angle, ball = screw.contact_angle, 1e3 * screw.ball_diameter
     across = (2.0 - screw.ball_diameter / screw.screw_raceway_radius) / ball
@@ -64,7 +64,26 @@ def computed_static_rating(screw: ScrewParameters) -> float:
 
 
 def ball_pressure(screw: ScrewParameters, load: float) -> float:
-    """Hertz pressure [Pa] of a ball under a load [N] at its own contact angle, the larger one of both raceways."""
+    """Hertz pressure of a ball under its load, the larger one of both raceways.
+
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Geometry; the contact angle follows the load.
+    load : float
+        Ball load [N], > 0.
+
+    Returns
+    -------
+    float
+        Pressure [Pa].
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> f"{ball_pressure(load_screw().screw, 60.0) / 1e9:.2f} GPa"
+    '1.32 GPa'
+    """
     angle = float(contact_angle_at_ball_load(screw, load))
     return max(float(ball_ellipse(screw, angle, raceway, load).p_max) for raceway in RACEWAYS)
 
@@ -72,7 +91,7 @@ def ball_pressure(screw: ScrewParameters, load: float) -> float:
 def life(screw: ScrewParameters, force_a: float, force_b: float) -> float:
     """Nominal life L10 of the preloaded nut in turns, under constant axial forces [N]; infinite without force.
 
-    Source       ISO 3408-5: L = (C_a/F)^3 1e6 of each nut, together (L_A^(-10/9) + L_B^(-10/9))^(-9/10)
+    ISO 3408-5: L = (C_a/F)^3 1e6 of each nut, together (L_A^(-10/9) + L_B^(-10/9))^(-9/10).
     """
     rating = dynamic_rating(screw)
     spent = sum(((force / rating) ** LIFE_EXPONENT / 1e6) ** WEIBULL for force in (force_a, force_b))
@@ -80,15 +99,56 @@ def life(screw: ScrewParameters, force_a: float, force_b: float) -> float:
 
 
 def nsk_slope(screw: ScrewParameters) -> float:
-    """Drag torque 0.05 L_p/(2 pi sqrt(tan lambda)) per preload [N.m/N] after NSK; 0.2524 N.m per kN for the GD4008-3.
+    """Drag torque per preload after NSK, 0.05 L_p/(2 pi sqrt(tan lambda)).
 
-    Source       JIS B 1192 (100 r/min, ISO VG 68), as used in Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Lead and lead angle.
+
+    Returns
+    -------
+    float
+        Torque over preload [N.m/N].
+
+    Notes
+    -----
+    JIS B 1192 (100 r/min, ISO VG 68), as used in Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> f"{1e3 * nsk_slope(load_screw().screw):.4f} N.m per kN"
+    '0.2524 N.m per kN'
     """
     return 0.05 * screw.lead / (2.0 * math.pi * math.sqrt(math.tan(screw.lead_angle)))
 
 
 def nsk_torque(screw: ScrewParameters, preload: Any) -> np.ndarray:
-    """Drag torque of the double nut after NSK [N.m]; preload [N], see nsk_slope."""
+    """Drag torque of the double nut after NSK, in proportion to the preload.
+
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Lead and lead angle.
+    preload : float or array
+        Preload [N].
+
+    Returns
+    -------
+    array
+        Torque [N.m].
+
+    Notes
+    -----
+    Preload times nsk_slope, JIS B 1192.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> f"{nsk_torque(load_screw().screw, 2000.0):.3f} N.m"
+    '0.505 N.m'
+    """
     return np.asarray(preload) * nsk_slope(screw)
 
 
@@ -97,5 +157,22 @@ CATALOGUE_SHARE = {"double_nut": 0.05, "single_nut_offset": 0.05, FOUR_POINT: 0.
 
 
 def catalogue_preload(screw: ScrewParameters) -> float:
-    """Preload [N] that catalogues state torques for: CATALOGUE_SHARE of the dynamic rating, in two digits."""
+    """Preload that catalogues state torques for, a fraction of the dynamic rating by kind of preload, in two digits.
+
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Geometry, and the dynamic rating if the screw file states it.
+
+    Returns
+    -------
+    float
+        Preload [N].
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> catalogue_preload(load_screw().screw)
+    1300.0
+    """
     return float(f"{CATALOGUE_SHARE[screw.preload_kind] * dynamic_rating(screw):.2g}")

@@ -29,9 +29,9 @@ from .kinematics import cage_speed
 def nut_stiffness_constant(screw: ScrewParameters, contact_angle: float | None = None) -> float:
     """k of the axial force k d^(3/2) of one nut over its approach d [N/m^1.5] at an angle [rad], None: without load.
 
-    Validity     constant contact angle. At the angle under its preload the stiffness of GD4008-3 at 2 kN is 1.2 % below
-                 that with an angle that follows the load, at the angle without load 3.7 %
-    Source       Hertz, both contacts of a ball in series: Q = (sb d/C)^(3/2), F = n sb Q, sb = sin(beta) cos(lambda)
+    Valid: constant contact angle. At the angle under its preload the stiffness of GD4008-3 at 2 kN is 1.2 % below that
+    with an angle that follows the load, at the angle without load 3.7 %. Hertz, both contacts of a ball in series: Q =
+    (sb d/C)^(3/2), F = n sb Q, sb = sin(beta) cos(lambda).
     """
     beta = screw.contact_angle if contact_angle is None else contact_angle
     sb = math.sin(beta) * math.cos(screw.lead_angle)

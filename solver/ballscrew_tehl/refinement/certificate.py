@@ -75,7 +75,7 @@ def region_points(nut_map: NutMap, parameters: Parameters, count: int) -> dict[s
 def claim(points: int) -> str:
     """What the largest error of so many points says of all others, in one sentence.
 
-    Source       order statistics: the largest of n random points bounds the share q of all with the confidence 1 - q^n
+    Order statistics: the largest of n random points bounds the fraction q of all with the confidence 1 - q^n.
     """
     share = (1.0 - CONFIDENCE) ** (1.0 / points)
     return (

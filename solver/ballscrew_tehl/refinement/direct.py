@@ -165,7 +165,7 @@ class DirectState(NamedTuple):
 class MeanBallContacts:
     """ContactValues of the mechanistic law from mean balls, of several the nearest one, other losses by closed form.
 
-    solved : by raceway, loads [N] with QUANTITIES of their contacts
+    solved: by raceway, loads [N] with QUANTITIES of their contacts
     """
 
     parameters: Parameters

@@ -8,10 +8,8 @@ agree. They are a smooth field with scatter around it; only the smooth part is i
 - where uncertain corrections may change the torque by more than `tolerance`.
 
 Every solve begins cold, so that it depends on its point alone. Hence same calls give same results, and a restored
-state continues exactly as the original.
-
-Source       simple kriging, covariances Matern 3/2 and, for the scatter, exponential: Rasmussen & Williams, Gaussian
-             Processes for Machine Learning, 2006, Eqs. (2.25), (2.26), (4.17), (4.18)
+state continues exactly as the original. Simple kriging, covariances Matern 3/2 and, for the scatter, exponential:
+Rasmussen & Williams, Gaussian Processes for Machine Learning, 2006, Eqs. (2.25), (2.26), (4.17), (4.18).
 """
 
 from __future__ import annotations
@@ -181,9 +179,9 @@ class _LookUp(NamedTuple):
 class Refinement:
     """A nut map with live corrections; evaluate() as that of the map.
 
-    nut_map;  parameters : None = those of the map's header;
-    tolerance : relative error of the friction torque, > 0;  report : called with every Solve, None = logging, a failure
-    as a warning;  solves : the last of them
+    nut_map; parameters: None = those of the map's header;
+    tolerance: relative error of the friction torque, > 0; report: called with every Solve, None = logging, a failure
+    as a warning; solves: the last of them
 
     Nothing is solved beyond the axes of the map, where known corrections apply; below the lowest speed and force the
     correction is that of the end of the axis. Torque follows direct per-ball solves within the tolerance (in 95 of 100

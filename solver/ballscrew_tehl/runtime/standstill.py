@@ -123,8 +123,8 @@ def standstill_friction(
 ) -> CoulombFriction:
     """Coulomb friction near standstill over a step [s], None or 0: at an instant.
 
-    coulomb_torque : at motion [N.m], >= 0;  before : elements at the start, None: of the simulation
-    law : StandstillLaw, or more parameters of these names;  stiffness_of_screw : [N.m/rad] at the present loads
+    coulomb_torque: at motion [N.m], >= 0; before: elements at the start, None: of the simulation
+    law: StandstillLaw, or more parameters of these names; stiffness_of_screw: [N.m/rad] at the present loads
     """
     if not law.presliding:
         return regularised_friction(coulomb_torque, speed, step, law.regularization_speed, before or RELAXED)
@@ -188,8 +188,8 @@ def presliding_step(
 ) -> PreslidingStep:
     """Elasto-slip elements over one step [s], >= 0, with the speed [rad/s] held: exact, passive for any step size.
 
-    coulomb_torque : of the moment [N.m], >= 0;  stiffness : of all elements [N.m/rad], >= 0;  limits : element_limits
-    damping : of all elements [N.m.s/rad], >= 0, of those that stick their share; explicit coupling with an inertia J
+    coulomb_torque: of the moment [N.m], >= 0; stiffness: of all elements [N.m/rad], >= 0; limits: element_limits
+    damping: of all elements [N.m.s/rad], >= 0, of those that stick their part; explicit coupling with an inertia J
     needs it: stiffness < (damping/step)(1 - step damping/J)
 
     heat + change of the stored energy = work of the mean torque of the step. Both that and the torque at the end are
@@ -231,8 +231,8 @@ def friction_step(
 ) -> tuple[dict[str, Any], CoulombFriction]:
     """Outputs and Coulomb friction at the end of a step [s], None: at an instant.
 
-    nut : state with the seals at the point (packed.POINT, then packed.DEFAULTS)
-    before : elements at the start, None: of the simulation;  heat : dissipated before it [J]
+    nut: state with the seals at the point (packed.POINT, then packed.DEFAULTS)
+    before: elements at the start, None: of the simulation; heat: dissipated before it [J]
     """
     preload, speed, temperature, axial_load, _, net, _, breakaway = point
 
@@ -252,7 +252,7 @@ def friction_outputs(
 ) -> dict[str, Any]:
     """Fields of the state under their names, torques with the sign of the motion at a speed [rad/s], and others.
 
-    loads_a : whether nut A has the larger force
+    loads_a: whether nut A has the larger force
     """
     viscous = math.copysign(nut.viscous_torque, speed)
     hysteresis, sliding, seal = (

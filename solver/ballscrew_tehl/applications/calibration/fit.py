@@ -58,12 +58,34 @@ INVERSES, DENSE = np.linspace(0.0, MAX_INVERSE, 25), np.linspace(0.0, MAX_INVERS
 class TorqueBasis:
     """Torque of the double nut at n operating points as a function of the fitted parameters.
 
-    viscous (n, k) [N.m] and film (n, k) [m] of k raceways; the film of a nut without load is inf. hysteresis (n,) and
-    sliding (n,) [N.m] of both nuts. names: parameters that a fit determines; fixed: values of the others.
-    Mechanistic law: viscous is the rolling part, k = 1 with a film of inf, for the torque does not depend on the
-    roughness height; hysteresis also holds the shear of the contacts, sliding is the friction of ball on ball.
+    Attributes
+    ----------
+    measurements : tuple of Measurement
+        The points.
+    viscous, film : (n, k) array
+        Viscous torque [N.m] and film [m] of k raceways; the film of a nut without load is inf. Mechanistic law: the
+        rolling part, k = 1 with a film of inf, for the torque does not depend on the roughness height.
+    hysteresis, sliding : (n,) array
+        Of both nuts [N.m]. Mechanistic law: hysteresis with the shear of the contacts; sliding is ball on ball.
+    names : tuple of str
+        Parameters that a fit determines.
+    fixed : tuple of float
+        Values of the others.
+    rolling : (len(DENSE), n) array or None
+        Rolling part by 1/supply_length [N.m]; None: the length is known, or there are too few points.
 
-    rolling (DENSE, n) [N.m]: the rolling part by 1/supply_length; None: the length is known, there are too few points.
+    Notes
+    -----
+    The torque is linear in the apparent viscosity ratio and the net sliding coefficient; the third value is a roughness
+    height [m] or 1/supply_length [1]. Values are these three, (3,).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> point = Measurement(1000.0, 10.472, 303.15, 0.5)
+    >>> basis = TorqueBasis((point,), np.array([[0.3]]), np.array([[np.inf]]), np.array([0.1]), np.array([10.0]))
+    >>> basis.torque((1.0, 0.01, 0.0))
+    array([0.5])
     """
 
     measurements: tuple[Measurement, ...]
@@ -77,7 +99,20 @@ class TorqueBasis:
 
     @classmethod
     def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutTorques]]) -> Self:
-        """By the law of the paper, the sums of both nuts at each point."""
+        """Basis of the law of the paper.
+
+        Parameters
+        ----------
+        measurements : sequence of Measurement
+            The points.
+        sums : sequence of sequence of NutTorques
+            Sums of both nuts at each point.
+
+        Returns
+        -------
+        TorqueBasis
+            The basis.
+        """
 
         def columns(*names: str) -> Array:
             return np.array([[getattr(s, name) for s in nuts for name in names] for nuts in sums])
@@ -90,7 +125,20 @@ class TorqueBasis:
     def of_powers(
         cls, measurements: Sequence[Measurement], powers: Sequence[Sequence[Sequence[tuple[int, NutTorques]]]]
     ) -> Self:
-        """By the mechanistic law, powers_of_nuts at each point, of the screw file and of INVERSES if there are any."""
+        """Basis of the mechanistic law.
+
+        Parameters
+        ----------
+        measurements : sequence of Measurement
+            The points.
+        powers : sequence
+            powers_of_nuts at each point, of the screw file and of INVERSES if there are any.
+
+        Returns
+        -------
+        TorqueBasis
+            The basis.
+        """
         from scipy.interpolate import PchipInterpolator
 
         rest, sliding = np.array([torque_line(nuts, 0.0) for nuts, *_ in powers]).T
@@ -114,24 +162,68 @@ class TorqueBasis:
         return len(self.measurements)
 
     def subset(self, rows: Sequence[int]) -> Self:
-        """The points with these numbers."""
+        """Basis of some of the points.
+
+        Parameters
+        ----------
+        rows : sequence of int
+            Numbers of the points.
+
+        Returns
+        -------
+        TorqueBasis
+            The basis.
+        """
         rows = list(rows)
         parts = {name: getattr(self, name)[rows] for name in ("viscous", "film", "hysteresis", "sliding")}
         parts["rolling"] = None if self.rolling is None else self.rolling[:, rows]
         return replace(self, measurements=tuple(self.measurements[i] for i in rows), **parts)
 
     def torque(self, values: Values) -> Array:
-        """Torque [N.m] at the points."""
+        """Torque at the points.
+
+        Parameters
+        ----------
+        values : (3,) array
+            Values of the parameters.
+
+        Returns
+        -------
+        (n,) array
+            Torque [N.m].
+        """
         ratio, net, third = values
         viscous, _ = self._viscous(third)
         return np.asarray(ratio * viscous + self.hysteresis + net * self.sliding)
 
     def errors(self, values: Values) -> Array:
-        """Weighted relative errors r at the points."""
+        """Weighted relative errors w (T/T_measured - 1) at the points.
+
+        Parameters
+        ----------
+        values : (3,) array
+            Values of the parameters.
+
+        Returns
+        -------
+        (n,) array
+            Errors.
+        """
         return np.asarray(self.weights * (self.torque(values) / self.measured - 1.0))
 
     def jacobian(self, values: Values) -> Array:
-        """d errors/d values, (n, 3)."""
+        """Derivatives of the errors with respect to the values.
+
+        Parameters
+        ----------
+        values : (3,) array
+            Values of the parameters.
+
+        Returns
+        -------
+        (n, 3) array
+            d errors/d values.
+        """
         ratio, _, third = values
         viscous, slope = self._viscous(third)
         columns = np.stack([viscous, self.sliding, ratio * slope], axis=1)
@@ -168,7 +260,38 @@ def torque_basis(
     measurements: Sequence[Measurement],
     progress: Progress = lambda finished, total, what: None,
 ) -> TorqueBasis:
-    """Both nuts at every operating point by a FilmModel, or by ContactValues of the mechanistic law."""
+    """Both nuts at every operating point.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw and oil.
+    film_model : FilmModel or ContactValues
+        Films, or of the mechanistic law contacts.
+    measurements : sequence of Measurement
+        The points.
+    progress : callable, optional
+        Called with finished points, their number and a text.
+
+    Returns
+    -------
+    TorqueBasis
+        Torque as a function of the fitted parameters.
+
+    Raises
+    ------
+    ValueError
+        A load or speed out of range, with the point.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> from ballscrew_tehl.refinement.contacts import contacts_of
+    >>> screw = load_screw("gd4008_vg100.toml")
+    >>> basis = torque_basis(screw, contacts_of(screw), [Measurement(2000.0, 104.7, 303.15, 0.8)])
+    >>> f"{basis.torque((1.0, 0.0056, 0.0))[0]:.2f} N.m"
+    '0.80 N.m'
+    """
     mechanistic, nuts = parameters.friction.law is Law.MECHANISTIC, list[Any]()
     what, variants = "operating points", [parameters]
     if len(measurements) >= FOR_SUPPLY and SUPPLY not in parameters.friction.model_fields_set:
@@ -247,10 +370,10 @@ class Supply(NamedTuple):
 def supply_limits(basis: TorqueBasis) -> Supply:
     """Limits from all points.
 
-    Validity     exact for normal errors of equal relative size, lengths uniform in 1/length between their bounds,
-                 coefficients uniform from 0; so also where the data say little of the length, after any choice by them
-    Source       Box & Tiao, Bayesian Inference in Statistical Analysis (1973), section 2.7: coefficient and size of the
-                 errors integrated out of the posterior. Highest density for the length, equal tails for the coefficient
+    Valid: exact for normal errors of equal relative size, lengths uniform in 1/length between their bounds,
+    coefficients uniform from 0; so also where the data say little of the length, after any choice by them. Box & Tiao,
+    Bayesian Inference in Statistical Analysis (1973), section 2.7: coefficient and size of the errors integrated out
+    of the posterior. Highest density for the length, equal tails for the coefficient.
     """
     from scipy.stats import t as student_t
 
@@ -279,10 +402,10 @@ def supply_limits(basis: TorqueBasis) -> Supply:
 class Fit(NamedTuple):
     """Values with what the linearised model says of them; arrays per point (n,).
 
-    deviation: model/measured - 1;  left_out: the same by the fit without the point and its repeats, NaN if a parameter
-    depends on those;  leverage: hat value, share of the point in its own fitted value;  studentised: deleted
-    studentised residual, NaN if not determined;  limit: its bound for one false alarm in 20 fits;  half_width: of the
-    95 % interval by parameter, inf if not determined;  supply: of the mechanistic law, None if its length is known
+    deviation: model/measured - 1; left_out: the same by the fit without the point and its repeats, NaN if a parameter
+    depends on those; leverage: hat value, fraction of the point in its fitted value; studentised: deleted
+    studentised residual, NaN if not determined; limit: its bound for one false alarm in 20 fits; half_width: of the
+    95 % interval by parameter, inf if not determined; supply: of the mechanistic law, None if its length is known
     """
 
     values: Array
@@ -318,11 +441,10 @@ def fit(
 ) -> Fit:
     """Least squares with hat values, Student t intervals and errors of points left out, those of a group together.
 
-    chosen : basis of some of the points with the parameters that their fit determines; None: those of the basis
-
-    Validity     intervals and hat values: exact for a linear model; errors independent, normal, of equal relative size
-    Source       Cook & Weisberg, Residuals and Influence in Regression (1982), section 2.2.1: deleted studentised
-                 residuals, Bonferroni bound
+    chosen: basis of some of the points with the parameters that their fit determines; None: those of the basis. Valid:
+    intervals and hat values: exact for a linear model; errors independent, normal, of equal relative size. Cook &
+    Weisberg, Residuals and Influence in Regression (1982), section 2.2.1: deleted studentised residuals, Bonferroni
+    bound.
     """
     from scipy.stats import t as student_t
 

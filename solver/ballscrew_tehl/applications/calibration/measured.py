@@ -90,17 +90,42 @@ def calibrate(
 ) -> Calibration:
     """Fit the friction numbers of a screw to measured torques by least squares, to a single one exactly.
 
-    Parameters   measurements : CSV file, headings with units: preload [N], speed [r/min], torque [N.m], ...; or a
-                 single torque, as a file of one row
-                 parameters : screw and oil (load_screw); None = those of the map file, or the packaged GD4008-3
-                 map_file : map of this screw, None = of the atlas; what that does not hold is solved, seconds a point
-                 temperature : of rows without one [K]; None = reference temperature of the oil
-                 drop : kinds of rows to leave out, of DROPS;  progress : called while points are computed
-                 torque_tolerance, preload_tolerance : as fractions, of all rows that state none: 0.25 of a sheet's
-                 +-25 %. One error shared by all rows, in the interval (friction.interval)
-    Returns      Calibration; load_map(map_file, parameters, calibration.friction_set) takes its numbers
-    Raises       ValueError: names file and row; a set of another law; rows that cannot be used and may not be
-                 dropped; too few points; torques far from the law; viscous and sliding part proportional at all points
+    Parameters
+    ----------
+    measurements : path, str or Measurement
+        CSV file, headings with units: preload [N], speed [r/min], torque [N.m], ...; or a single torque.
+    parameters : Parameters, optional
+        Screw and oil (load_screw); None: those of the map file, or the packaged GD4008-3.
+    map_file : path or str, optional
+        Map of this screw; None: contacts of the atlas; those beyond it are solved, seconds a point.
+    temperature : float, optional
+        Of rows without one [K]; None: reference temperature of the oil.
+    drop : collection of str, optional
+        Kinds of rows to leave out, of DROPS.
+    torque_tolerance, preload_tolerance : float, optional
+        As fractions, of all rows that state none: 0.25 of a sheet's +-25 %. One error common to all rows, in the
+        interval (friction.interval).
+    progress : callable, optional
+        Called while points are computed.
+
+    Returns
+    -------
+    Calibration
+        Result; load_map(map_file, parameters, calibration.friction_set) takes its numbers.
+
+    Raises
+    ------
+    ValueError
+        Names file and row; rows that cannot be used and may not be dropped; too few points;
+        torques far from the law; viscous and sliding part proportional at all points.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import calibrate, load_screw
+    >>> from ballscrew_tehl.applications.calibration.measurements import Measurement
+    >>> result = calibrate(Measurement(2000.0, 104.7, 303.15, 0.8), load_screw("gd4008_vg100.toml"))
+    >>> f"{result.friction_set.net_sliding_coefficient:.4f}"
+    '0.0056'
     """
     from ballscrew_tehl.nut_map.file import parameters_for
 
@@ -117,7 +142,35 @@ def calibrate(
 
 
 def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactValues) -> Calibration:
-    """Calibration on a single torque without axial load, with contacts of the balls."""
+    """Calibration on a single torque without axial load.
+
+    Parameters
+    ----------
+    m : Measurement
+        The torque.
+    parameters : Parameters
+        Screw and oil.
+    contacts : ContactValues
+        Contacts of the balls.
+
+    Returns
+    -------
+    Calibration
+        Result.
+
+    Raises
+    ------
+    ValueError
+        As calibrate.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> screw, point = load_screw("gd4008_vg100.toml"), Measurement(2000.0, 104.7, 303.15, 0.8)
+    >>> result = calibrate_point(point, screw, solved_film(screw))
+    >>> f"{result.friction_set.net_sliding_coefficient:.4f}"
+    '0.0056'
+    """
     return _calibration(MeasurementFile.of_point(m), parameters, contacts)
 
 
@@ -208,7 +261,35 @@ def _calibration(
 def with_learned(
     entry: FrictionSet, basis: TorqueBasis, deviation: Array, parameters: Parameters, contacts: ContactValues
 ) -> FrictionSet:
-    """A set of the mechanistic law with what its torques say of the constants; deviation: model/measured - 1."""
+    """Set of the mechanistic law with what its torques say of the constants.
+
+    Parameters
+    ----------
+    entry : FrictionSet
+        Fitted set.
+    basis : TorqueBasis
+        Points of the fit.
+    deviation : (n,) array
+        Model/measured - 1.
+    parameters : Parameters
+        Screw and oil.
+    contacts : ContactValues
+        Contacts of the balls.
+
+    Returns
+    -------
+    FrictionSet
+        The set with its field learned, for the interval of a torque (friction.interval).
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> screw, point = load_screw("gd4008_vg100.toml"), Measurement(2000.0, 104.7, 303.15, 0.8)
+    >>> old = calibrate_point(point, screw, solved_film(screw))
+    >>> new = with_learned(old.friction_set, old.basis, old.fit.deviation, old.parameters, old.film)
+    >>> sorted(new.learned)
+    ['constants', 'covariance', 'mean']
+    """
     parameters = with_supply(parameters, entry)
     measured = basis.measurements
 
@@ -264,7 +345,7 @@ def _check_level(
 ) -> None:
     """ValueError if the law cannot give the torque of a point, or hardly does, with the unit that was probably meant.
 
-    unit: as it was written;  rest: torque without friction between balls [N.m], 0: does not bound it
+    unit: as it was written; rest: torque without friction between balls [N.m], 0: does not bound it
     """
     low, high = max(rest, law.low / MAX_FACTOR), MAX_FACTOR * law.high
     if low <= m.torque <= high:
@@ -315,7 +396,29 @@ def _outliers(points: Sequence[Measurement], found: Fit) -> dict[int, str]:
 
 
 def error_summary(basis: TorqueBasis, deviation: Array, left_out: Array) -> dict[str, float]:
-    """Mean and largest |model/measured - 1|, mean of each table, and of points left out of the fit."""
+    """Mean and largest |model/measured - 1|, mean of each table, and of points left out of the fit.
+
+    Parameters
+    ----------
+    basis : TorqueBasis
+        Points of the fit.
+    deviation : (n,) array
+        Model/measured - 1.
+    left_out : (n,) array
+        The same by fits without the point; NaN: none.
+
+    Returns
+    -------
+    dict of str to float
+        mean, max, the tables if there are several, leave_one_out_mean, leave_one_out_max.
+
+    Examples
+    --------
+    >>> one, none = np.array([1.0]), np.array([np.nan])
+    >>> basis = TorqueBasis((Measurement(2000.0, 104.7, 303.15, 0.8),), one[None], one[None], one, one)
+    >>> error_summary(basis, np.array([-0.05]), none)
+    {'mean': 0.05, 'max': 0.05}
+    """
     errors, unseen = np.abs(deviation), np.abs(left_out[np.isfinite(left_out)])
     summary = {"mean": float(errors.mean()), "max": float(errors.max())}
     of_points = [m.tables or ("all",) for m in basis.measurements]
@@ -388,7 +491,24 @@ class MapFilm:
 
 
 def solved_film(parameters: Parameters) -> Any:
-    """FilmModel of the law of the paper, solved, or ContactValues of the mechanistic law, of the atlas if it can."""
+    """Films or contacts that the law of a screw needs.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw and oil, with the law.
+
+    Returns
+    -------
+    FilmModel or ContactValues
+        Films by the solver, or of the mechanistic law the contacts: of the atlas if it includes them, else solved.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> type(solved_film(load_screw("gd4008_vg100.toml"))).__name__
+    'BallContacts'
+    """
     if parameters.friction.law is Law.MECHANISTIC:
         return contacts_of(parameters)
     from ballscrew_tehl.refinement.direct import DirectFilm

@@ -45,7 +45,15 @@ class ValidationRow(NamedTuple):
 
 
 class ValidationTable(NamedTuple):
-    """A table of the paper."""
+    """A table of the paper.
+
+    Attributes
+    ----------
+    name, title, unit : str
+        Its names, and the unit of its values.
+    rows : list of ValidationRow
+        Operating points.
+    """
 
     name: str
     title: str
@@ -60,7 +68,27 @@ class ValidationTable(NamedTuple):
 
 
 def packaged_measurements(temperature: float = ASSUMED_TEMPERATURE) -> list[Measurement]:
-    """The 11 distinct measured torques of Tables 2 and 4, tables "table2" and "table4"; temperature of the oil [K]."""
+    """Distinct measured torques of Tables 2 and 4 of the paper, 11 points, tables "table2" and "table4".
+
+    Parameters
+    ----------
+    temperature : float, optional
+        Temperature of the oil [K], which is not printed.
+
+    Returns
+    -------
+    list of Measurement
+        The points.
+
+    Notes
+    -----
+    Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231.
+
+    Examples
+    --------
+    >>> len(packaged_measurements())
+    11
+    """
     return merged(
         Measurement(
             float(row["preload_N"]), float(row["speed_rpm"]) * RPM, temperature, float(row["measured_Nm"]),
@@ -79,11 +107,31 @@ def is_measured(screw: ScrewParameters, axes: Mapping[str, Any]) -> bool:
 def validation_tables(
     evaluate: Evaluate, preload_range: tuple[float, float] = (100.0, 12000.0)
 ) -> list[ValidationTable]:
-    """Tables 2, 4 and 3 (preload recovered from the measured torque) with this model and the printed columns.
+    """Tables 2, 4 and 3 (preload from the measured torque) of the paper with a model and the printed columns.
 
-    Parameters   evaluate : the model, rising with the preload (the map, the direct solve, an FMU)
-                 preload_range : [N] range of the search for the preload of Table 3
-    Source       measured, Zhao, Zhou, NSK: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, as printed
+    Parameters
+    ----------
+    evaluate : callable
+        Torque [N.m] at preload [N], speed [rad/s], temperature [K], rising with the preload (map, direct solve, FMU).
+    preload_range : pair of float, optional
+        Range of the search for the preload of Table 3 [N].
+
+    Returns
+    -------
+    list of ValidationTable
+        The tables.
+
+    Notes
+    -----
+    Measured, Zhao, Zhou, NSK: Zhao et al., Int J Adv Manuf Technol 124 (2023) 4231, as printed.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_map
+    >>> nut_map = load_map()
+    >>> tables = validation_tables(lambda *point: nut_map.evaluate(*point).friction_torque)
+    >>> [f"{table.name}: {100.0 * table.deviations[0]:.0f} %" for table in tables]
+    ['table2: 1 %', 'table4: 1 %', 'table3: 2 %']
     """
     tables = {name: ValidationTable(name, *heads, []) for name, heads in TITLES.items()}
     for line in read_rows(PACKAGED_TORQUE):

@@ -40,13 +40,35 @@ EXPECTED = (0.5, 2.0)
 class Measurement:
     """One measured operating point.
 
-    preload [N], speed [rad/s], temperature of the oil [K], torque [N.m]
-    tables  names of the tables with this point; it counts once in a fit, once in the mean of each table
-    weight  factor on its relative error
-    axial_load [N] of the double nut;  uncertainty: standard one of the torque [N.m], None if not known
-    rows    of the file, from 1
-    limits  tolerance of the torque [N.m], low and high end, or none;  preload_tolerance: as a fraction of the preload;
-            each one error that all points of a calibration share (friction.interval)
+    Parameters
+    ----------
+    preload : float
+        Preload [N].
+    speed : float
+        Speed [rad/s].
+    temperature : float
+        Temperature of the oil [K].
+    torque : float
+        Measured torque [N.m].
+    tables : tuple of str, optional
+        Names of the tables with this point; it counts once in a fit, once in the mean of each table.
+    weight : float, optional
+        Factor on its relative error.
+    axial_load : float, optional
+        Axial load of the double nut [N].
+    uncertainty : float, optional
+        Standard uncertainty of the torque [N.m].
+    rows : tuple of int, optional
+        Rows of the file, from 1.
+    limits : tuple of float, optional
+        Tolerance of the torque, low and high end [N.m].
+    preload_tolerance : float, optional
+        As a fraction of the preload. It and limits are one error common to all points (friction.interval).
+
+    Examples
+    --------
+    >>> Measurement(1000.0, 10.472, 303.15, 0.46).point
+    '1000 N, 100 r/min'
     """
 
     preload: float
@@ -63,7 +85,7 @@ class Measurement:
 
     @property
     def point(self) -> str:
-        """For messages: row 3 (1000 N, 100 r/min)."""
+        """Name of the point in messages, row 3 (1000 N, 100 r/min)."""
         point = f"{self.preload:g} N, {self.speed / RPM:g} r/min"
         return f"row {' = '.join(map(str, self.rows))} ({point})" if self.rows else point
 
@@ -135,9 +157,9 @@ class RowProblem(NamedTuple):
 class MeasurementFile(NamedTuple):
     """Content of a file, or a single torque.
 
-    where, source : the file at the begin of messages, its name and the start of its SHA-256; "" without a file
-    measurements : the usable rows in their order, a point of several tables once;  problems : the other rows
-    notes : assumptions and unused columns;  lines : of the rows in the file;  torque_unit : as in the heading
+    where, source: the file at the begin of messages, its name and the start of its SHA-256; "" without a file
+    measurements: the usable rows in their order, a point of several tables once; problems: the other rows
+    notes: assumptions and unused columns; lines: of the rows in the file; torque_unit: as in the heading
     """
 
     where: str

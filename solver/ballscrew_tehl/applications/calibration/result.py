@@ -30,10 +30,20 @@ TRANSFER = (
 class Calibration:
     """Result of a calibration.
 
-    friction_set  with limits and what is not identified;  basis, fit: the points of the fit and its statistics
-    dropped       rows left out of the fit, with the reason;  notes  assumptions and warnings, one sentence each
-    level         of a single torque, by key of --json: the law there without friction between balls, its interval
-    parameters, film: screw, oil and contacts of the fit
+    Attributes
+    ----------
+    friction_set : FrictionSet
+        Fitted set, with limits and what is not identified.
+    basis, fit : TorqueBasis, Fit
+        Points of the fit and its statistics.
+    dropped : list of RowProblem
+        Rows left out of the fit, with the reason.
+    notes : list of str
+        Assumptions and warnings, one sentence each.
+    level : dict of str to float
+        Of a single torque, by key of --json: the law there without friction between balls, its interval.
+    parameters, film : Parameters, ContactValues
+        Screw, oil and contacts of the fit.
     """
 
     friction_set: FrictionSet

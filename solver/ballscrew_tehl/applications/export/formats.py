@@ -124,8 +124,8 @@ def twincat_text(
 ) -> str:
     """Compensation list: motor current over velocity, from 0 at rest.
 
-    lead [m];  points: speed of the screw [rad/s], torque [N.m];  current_per_torque [A/(N.m)];  unit: of the current
-    [A];  where: preload and temperature, or directions
+    lead [m]; points: speed of the screw [rad/s], torque [N.m]; current_per_torque [A/(N.m)]; unit: of the current
+    [A]; where: preload and temperature, or directions
     """
     per_turn = 1e6 * lead / (2.0 * math.pi)  # um for one radian
     lines = [

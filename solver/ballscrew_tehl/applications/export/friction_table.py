@@ -34,7 +34,7 @@ OF_AXIS = (
 class FrictionTable(NamedTuple):
     """Torque (speed, preload, temperature) [N.m] with low and high; None: not known.
 
-    speed [rad/s] > 0, the torque opposes the motion;  preload [N];  temperature [K];  about : screw, oil, friction set,
+    speed [rad/s] > 0, the torque opposes the motion; preload [N]; temperature [K]; about: screw, oil, friction set,
     hash of the map, meaning of low and high
     Of a log preload and temperature are empty, speeds are signed, each direction by itself, torque (speed,); of a
     linear axis (rotary False) speed [m/s], force [N].

@@ -89,12 +89,40 @@ VAGUE, MAX_ALONG = 0.2, 0.25
 
 @dataclass(frozen=True)
 class Identified:
-    """What a log says of an axis (SI: kg, N, m/s or kg m2, N m, rad/s), with 95 % limits, None of what was given.
+    """Inertia, offset and friction of an axis from a log, SI: kg, N, m/s, or rotary kg m2, N m, rad/s.
 
-    offset_error : standard one of an offset that was given, None = the offset is by convention;  offset_limits : None =
-    motion in one direction, whose friction holds the offset
-    delay of the effort behind the motion;  residual : root mean square, filtered;  explained : share of variance
-    places : position, mean residual, its standard error;  samples : used;  left_out : by reason
+    Attributes
+    ----------
+    rotary : bool
+        Whether the quantities are those of a rotation.
+    inertia, inertia_limits : float, pair of float or None
+        Mass or inertia with 95 % limits, None of a given one, as of the other quantities.
+    offset, offset_limits : float, pair of float or None
+        Constant force or torque; limits None: motion in one direction, whose friction includes the offset.
+    offset_error : float or None
+        Standard error of a given offset; None: the offset is by convention.
+    friction : Friction
+        Friction over speed.
+    delay, delay_limits : float, pair of float or None
+        Of the effort behind the motion [s].
+    residual : float
+        Root mean square, filtered.
+    explained : float
+        Fraction of the variance that is explained.
+    places : tuple of array
+        Position, mean residual there, its standard error.
+    cutoff : float
+        Of the filter [Hz].
+    samples : int
+        Samples that are used.
+    left_out : dict of str to int
+        Others, by reason.
+    notes : list of str
+        What limits the result.
+    temperature, preload : float or None
+        Means of the log [K], [N]; None: no such column.
+    findings : sequence of Finding
+        What the rows of the log show.
     """
 
     rotary: bool
@@ -151,14 +179,50 @@ def identify(
     bins_wanted: int | None = None,
     offset: tuple[float, float] | None = None,
 ) -> Identified:
-    """Fit to the signals.
+    """Inertia, offset and friction over speed of an axis by least squares on its inverse dynamics.
 
-    Parameters   inertia : [kg] or [kg m2], None = free;  travel : left out behind a reversal, as the position
-                 delay : of the effort [s], None = estimated;  cutoff : of the filter [Hz], None = chosen
-                 bins_wanted : bins of a direction, None = by the number of samples
-                 offset : known, with its standard error [N] or [N m], None = by convention
-    Raises       ValueError: too few samples, inertia not determined, and free with motion in one direction only;
-                 with what the rows of the log show
+    Parameters
+    ----------
+    signals : Signals
+        Motion and effort of a log.
+    inertia : float, optional
+        Known mass [kg] or inertia [kg m2]; None: fitted.
+    travel : float, optional
+        Travel left out behind a reversal, in the unit of the position.
+    delay : float, optional
+        Known delay of the effort [s]; None: estimated.
+    cutoff : float, optional
+        Of the filter [Hz]; None: by the log.
+    bins_wanted : int, optional
+        Bins of speed of each direction; None: by the number of samples.
+    offset : pair of float, optional
+        Known offset and its standard error [N] or [N m]; None: by convention.
+
+    Returns
+    -------
+    Identified
+        Values with 95 % limits.
+
+    Raises
+    ------
+    ValueError
+        Too few samples; inertia not determined, or free with motion in one direction only; with what the rows show.
+
+    Notes
+    -----
+    effort = inertia * acceleration + offset + friction(speed), friction with a value in each bin of speed. Method and
+    intervals: head of this module.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ballscrew_tehl.applications.identification.signals import Section, Signals
+    >>> time = np.arange(0.0, 10.0, 4e-3)
+    >>> position, speed = 0.1 * np.sin(np.pi * time), 0.1 * np.pi * np.cos(np.pi * time)
+    >>> force = 100.0 * -(np.pi**2) * position + 50.0 * np.tanh(speed / 2e-3)
+    >>> log = Signals(False, False, 4e-3, 0.0, [Section(position, force)], None, None, {}, [])
+    >>> f"{identify(log).inertia:.0f} kg"
+    '100 kg'
     """
     try:
         return _identified(signals, inertia, travel, delay, cutoff, bins_wanted, offset)

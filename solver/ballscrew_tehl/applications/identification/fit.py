@@ -68,9 +68,9 @@ class Timing(NamedTuple):
 class Fit(NamedTuple):
     """Inertia and bins of speed at a delay and lag of the effort [s].
 
-    columns : regressors of the effort, the acceleration first;  within : without friction, a straight line over speed
-    in each bin;  influence : of each sample on each coefficient
-    number, total : samples of each bin, mean effort without that of the columns, NaN with too few samples
+    columns: regressors of the effort, the acceleration first; within: without friction, a straight line over speed
+    in each bin; influence: of each sample on each coefficient
+    number, total: samples of each bin, mean effort without that of the columns, NaN with too few samples
     """
 
     samples: Samples

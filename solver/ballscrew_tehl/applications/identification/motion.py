@@ -38,10 +38,10 @@ LEFT_OUT = (
 class Samples(NamedTuple):
     """Filtered samples that are used (SI of the axis), arrays equally long; left_out: samples of the log by reason.
 
-    run : number of the piece between reversals;  section, row : where each is in the signals
-    each : samples of the log for one of these;  rate : independent samples for one of the log
-    noise : variance of that of the acceleration;  curves : filtered effort of each section over its rows
-    rate_noise : variance of that of the derivative of the effort
+    run: number of the piece between reversals; section, row: where each is in the signals
+    each: samples of the log for one of these; rate: independent samples for one of the log
+    noise: variance of that of the acceleration; curves: filtered effort of each section over its rows
+    rate_noise: variance of that of the derivative of the effort
     """
 
     speed: Array

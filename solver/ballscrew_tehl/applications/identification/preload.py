@@ -51,7 +51,23 @@ class ScrewMap(NamedTuple):
 
 
 class FoundPreload(NamedTuple):
-    """Preload with its interval, by the log alone (95 %); ln(torque/law): rms, slope over ln(speed), if it fits."""
+    """Preload behind a friction, with its interval, and how the law fits over speed.
+
+    Attributes
+    ----------
+    preload_n : float
+        Preload [N].
+    preload_low_n, preload_high_n : float
+        Interval [N].
+    preload_interval : str
+        What the interval means.
+    preload_log_low_n, preload_log_high_n : float
+        95 % interval by the log alone [N].
+    shape_deviation, shape_exponent_difference : float
+        ln(torque/law): root mean square, and slope over ln(speed).
+    shape_fits : bool
+        Whether the deviation is within the errors.
+    """
 
     preload_n: float
     preload_low_n: float
@@ -146,9 +162,39 @@ def _fitted(friction: Bidirectional, law: ScrewMap, temperature: float, factor: 
 
 
 def found_preload(friction: Bidirectional, law: ScrewMap, temperature: float) -> FoundPreload:
-    """Preload of the friction of the nut alone.
+    """Preload at which the law of a map gives the friction of the nut alone.
 
-    Raises       ValueError: speeds, temperature or torque outside the map;  ArithmeticError: as preload_interval
+    Parameters
+    ----------
+    friction : Bidirectional
+        Mean friction torque of both directions over speed, with errors.
+    law : Law
+        Map of the screw with its friction set.
+    temperature : float
+        Temperature of the oil [K].
+
+    Returns
+    -------
+    FoundPreload
+        Preload [N] with its interval.
+
+    Raises
+    ------
+    ValueError
+        Speeds, temperature or torque outside the map.
+    ArithmeticError
+        As preload_interval.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_map, load_screw
+    >>> from ballscrew_tehl.friction.sets import default_friction_set
+    >>> screw, speed = load_screw("gd4008_vg100.toml"), np.linspace(20.0, 200.0, 5)
+    >>> law = Law(screw, load_map(parameters=screw), default_friction_set(screw))
+    >>> torque = law.torque(2000.0, speed, 303.15)
+    >>> result = found_preload(Bidirectional(speed, torque, 0.0 * torque, 0.01 * torque), law, 303.15)
+    >>> f"{result.preload_n:.0f} N"
+    '2000 N'
     """
     from ..preload import preload_interval
 

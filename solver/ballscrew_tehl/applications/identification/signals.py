@@ -43,7 +43,7 @@ class Section(NamedTuple):
 class Signals(NamedTuple):
     """Sections of a log on one time step, position [m] and force [N], or if rotary angle [rad] and torque [N.m].
 
-    of_speed : the motion is a speed;  quantum, effort_quantum : least steps of motion and effort, 0: none seen
+    of_speed: the motion is a speed; quantum, effort_quantum: least steps of motion and effort, 0: none seen
     temperature [K], preload [N] : means of the log, None: no such column
     """
 

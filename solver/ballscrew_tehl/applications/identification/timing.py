@@ -20,7 +20,7 @@ NOISES = 3.0
 
 
 class Searched(NamedTuple):
-    """Delays [s] that were tried, for each the lag [s] with the least misfit, inertia, misfit;  one: of one sample."""
+    """Delays [s] that were tried, for each the lag [s] with the least misfit, inertia, misfit; one: of one sample."""
 
     delay: Array
     lag: Array

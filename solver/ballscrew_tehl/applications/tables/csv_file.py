@@ -82,7 +82,7 @@ def naming(path: Path | str) -> Iterator[None]:
 class Table(NamedTuple):
     """Where a table is: headings, units, start of numbers; columns by quantity, headings not understood.
 
-    repeated: lines of headings and units, which may repeat;  below: first line behind the headings or units
+    repeated: lines of headings and units, which may repeat; below: first line behind the headings or units
     """
 
     path: Path
@@ -388,7 +388,7 @@ def _body(table: Table, start: int, places: Collection[int]) -> _Body:
 def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_damaged: float = 0.0) -> Rows:
     """Rows of the columns, NaN where there is no number.
 
-    max_damaged : fraction of rows that may be left out, 0: all have as many fields as the headings, and text is NaN
+    max_damaged: fraction of rows that may be left out, 0: all have as many fields as the headings, and text is NaN
     """
     count, strict = len(table.headings), not max_damaged
     body = _body(table, table.below if strict else table.start, {column.place for column in columns.values()})

@@ -301,7 +301,7 @@ def columns_of(
 ) -> tuple[dict[str, list[Column]], list[HeadingError]]:
     """Columns by key, headings that were not understood.
 
-    stated: by an option;  below: row of units, may be short;  periods: of the samples [s], for logs without a time
+    stated: by an option; below: row of units, may be short; periods: of the samples [s], for logs without a time
     """
     # without brackets and what is behind: rpm (Rotational speed), but A(p)
     whole = r"[\[(\s]*([^\[\]()]*(\((p|pk|peak|rms)\))?).*"

@@ -105,7 +105,7 @@ def check_marks(
 ) -> None:
     """ValueError: a number of a column, its fields by heading, can be read in two ways, with both.
 
-    lines: of the rows in the file;  comma: it separates the fields;  others: fields of the other columns as well
+    lines: of the rows in the file; comma: it separates the fields; others: fields of the other columns as well
     """
     first = _first_of_forms(columns)
     shown = {form for _, form in first} & {*_NAMES}

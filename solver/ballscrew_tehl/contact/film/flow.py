@@ -101,12 +101,12 @@ class SurfaceSpeeds(NamedTuple):
 class FilmFlow(NamedTuple):
     """Flow and heat sources in the film; arrays (n_y, n_x, n_z+1) unless said.
 
-    m_x, m_y : rho u h, rho v h [kg/(m s)] per unit of z/h; shear : dissipation, compression : heating (per kelvin of
-    T) times h [W/m2]; sliding : the part of shear that falls with the viscosity; driven : the distribution across the
+    m_x, m_y: rho u h, rho v h [kg/(m s)] per unit of z/h; shear: dissipation, compression : heating (per kelvin of
+    T) times h [W/m2]; sliding: the part of shear that falls with the viscosity; driven: the distribution across the
     film of that of the pressure flow, 1 in sum over the cells of the energy equation, at the density of reference;
-    squeeze : change of compression with the pressure of the node [W/(m2 Pa)], per kelvin; soft : -d ln(eta)/dT [1/K];
-    stiff : d ln(eta)/dp [1/Pa]; rate : shear rate along x times h [m/s];
-    (n_y, n_x): fluidity : integral of dz/eta [m/(Pa s)]; traction_x : stress of mid-film [Pa]; gradient_x, gradient_y :
+    squeeze: change of compression with the pressure of the node [W/(m2 Pa)], per kelvin; soft: -d ln(eta)/dT [1/K];
+    stiff: d ln(eta)/dp [1/Pa]; rate: shear rate along x times h [m/s];
+    (n_y, n_x): fluidity : integral of dz/eta [m/(Pa s)]; traction_x: stress of mid-film [Pa]; gradient_x, gradient_y :
     pressure gradient that drives the flux of the faces [Pa/m], power : its dissipation times relative density [W/m2].
     """
 
