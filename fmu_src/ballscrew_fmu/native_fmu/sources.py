@@ -194,9 +194,8 @@ def native_sources(
 ) -> dict[str, bytes]:
     """All C sources and headers of a model by file name: shared files and those of the model.
 
-    Parameters   header : of any map: the sources are the same for all
-                 embedded : what is compiled in; None: it is read from the resources
-    Raises       SourceError: a file of fmpy or of this package is missing
+    header: of any map: the sources are the same for all; embedded: what is compiled in, None: it is read from the
+    resources; SourceError: a file of fmpy or of this package is missing.
     """
     others = tuple(f"fmi{version}." for version in (2, 3) if version not in fmi_versions)
     folders = [_HERE / name for name in _SHARED] + [_HERE / "models" / model.layer]
@@ -270,7 +269,7 @@ def _embedded_source(embedded: Embedded) -> str:
 def fmi_headers(fmi_version: int) -> dict[str, bytes]:
     """The FMI headers of fmpy by name.
 
-    Raises       SourceError: one is missing
+    SourceError: one is missing.
     """
     headers = Path(fmpy.__file__).parent / "c-code"
     try:

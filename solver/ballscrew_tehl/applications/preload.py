@@ -18,14 +18,31 @@ def preload_from_torque(
 ) -> float:
     """Preload at which a model shows a measured torque.
 
-    Parameters   evaluate : preload [N] -> total torque [N.m], continuous and rising
-                 torque : measured [N.m], >= 0;  lowest, highest : bracket [N], 0 <= lowest < highest
-                 relative : wanted relative accuracy of the preload
-    Returns      preload [N]; 0 for torque 0
-    Raises       ValueError: not finite, negative, outside what the bracket reaches; evaluate not continuous
-    Example
-                 >>> round(preload_from_torque(lambda preload: 2.0 * preload**0.5, 6.0, 0.0, 100.0), 9)
-                 9.0
+    Parameters
+    ----------
+    evaluate : callable
+        Preload [N] -> total torque [N.m], continuous and rising.
+    torque : float
+        Measured torque [N.m], >= 0.
+    lowest, highest : float
+        Bracket of the preload [N], 0 <= lowest < highest.
+    relative : float, optional
+        Relative accuracy of the preload.
+
+    Returns
+    -------
+    float
+        Preload [N]; 0 for torque 0.
+
+    Raises
+    ------
+    ValueError
+        Torque not finite, negative or outside what the bracket reaches; `evaluate` not continuous.
+
+    Examples
+    --------
+    >>> round(preload_from_torque(lambda preload: 2.0 * preload**0.5, 6.0, 0.0, 100.0), 9)
+    9.0
     """
     if not (math.isfinite(torque) and torque >= 0.0):
         raise ValueError(f"torque = {torque} N.m; needs finite, >= 0")

@@ -42,9 +42,28 @@ class BallRange(NamedTuple):
 class BallContacts:
     """Contacts of the balls of a screw in pure rolling (friction.mechanistic.ContactValues).
 
-    Parameters   table : range over which values are read between nodes, for many points; None = every point by itself
-                 atlas : None = the packaged one
-    Raises       OutsideAtlasError: oil, geometry or bodies that the atlas does not hold
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw and oil.
+    table : BallRange, optional
+        Range over which values are read between nodes, for many points; None: every point by itself.
+    atlas : ContactAtlas, optional
+        None: the packaged one.
+
+    Raises
+    ------
+    OutsideAtlasError
+        Oil, geometry or bodies that the atlas does not include.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ballscrew_tehl import load_screw
+    >>> contacts = BallContacts(load_screw("gd4008_vg100.toml"))
+    >>> film = contacts.at("screw", np.array([40.0]), np.array([104.7]), np.array([303.15]))["central_film"]
+    >>> f"{1e6 * film[0]:.2f} um"
+    '0.51 um'
     """
 
     def __init__(
@@ -145,7 +164,7 @@ class BallContacts:
 def cubic_basis(knots: Array, x: Array) -> tuple[NDArray[np.int64], Array]:
     """First coefficient of the four cubic B-splines that live at points x (...), and their values (..., 4).
 
-    Source       de Boor, A Practical Guide to Splines, rev. ed. 2001, chapter X: recurrence of Cox and de Boor
+    Source: de Boor, A Practical Guide to Splines, rev. ed. 2001, chapter X: recurrence of Cox and de Boor
     """
     cell = np.clip(np.searchsorted(knots, x, side="right") - 1, 3, len(knots) - 5)
     values = np.ones((*np.shape(x), 1))

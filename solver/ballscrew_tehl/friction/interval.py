@@ -32,7 +32,7 @@ half-widths to flooded, uniform in 1/length. The temperature of the oil counts w
 viscosity with that of an ISO grade, +-10 % (ISO 3448), where the file names the grade: as the temperature at which the
 oil of the file has it. Both are off by as much at the measured torques. Not in the interval: the solver's error, seals.
 
-Source       conditioning of a normal distribution: Rasmussen & Williams, Gaussian Processes (2006), A.2
+Source: conditioning of a normal distribution: Rasmussen & Williams, Gaussian Processes (2006), A.2
 """
 
 import math
@@ -254,10 +254,48 @@ def torque_interval(
     temperature: float,
     friction_set: FrictionSet,
 ) -> TorqueInterval:
-    """Torque of all nuts under their forces [N] with its interval, at a speed [rad/s] > 0 and an oil temperature [K].
+    """Torque of all nuts under their forces, with its interval.
 
-    The coefficient k of the friction set is that of the constants in the parameters. It varies with them unless it was
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw and oil.
+    forces : sequence of float
+        Axial force of each nut [N].
+    contacts : ContactValues
+        Contacts of the balls.
+    speed : float
+        Speed of the screw [rad/s], > 0.
+    temperature : float
+        Oil temperature [K].
+    friction_set : FrictionSet
+        Fitted number of the law.
+
+    Returns
+    -------
+    TorqueInterval
+        Torque and its interval [N.m], with the effect of each constant.
+
+    Raises
+    ------
+    ArithmeticError
+        Equilibrium of a ball not found.
+
+    Notes
+    -----
+    The coefficient of the friction set is that of the constants in the parameters. It varies with them unless it was
     fitted to this screw or the screw file states it.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> from ballscrew_tehl.atlas.ball_contacts import BallContacts
+    >>> from ballscrew_tehl.friction.sets import default_friction_set
+    >>> screw = load_screw("example_25x10.toml")
+    >>> at = BallContacts(screw), 104.7, 313.15, default_friction_set(screw)
+    >>> interval = torque_interval(screw, [800.0, 800.0], *at)
+    >>> interval.low < interval.torque < interval.high
+    True
     """
     nuts = loaded_nuts(parameters, forces)
     if not nuts:

@@ -56,37 +56,56 @@ def catalogue_differs(screw: ScrewParameters) -> str:
 
 @dataclass(frozen=True)
 class FrictionSet:
-    """Fitted numbers of a friction law (SI) with their provenance."""
+    """Fitted numbers of a friction law (SI) with their provenance.
+
+    Attributes
+    ----------
+    law : Law
+        Friction law.
+    apparent_viscosity_ratio : float
+        Apparent shear viscosity over film viscosity [1]; mechanistic: factor of the rolling part.
+    net_sliding_coefficient : float
+        mu_s (1 - 3c + c^3) as one number [1]; mechanistic: 2 mu_b Lambda kappa of ball on ball.
+    roughness_height : float
+        h_r of the fraction 1/(1 + (h_r/h)^2) of the viscous part [m]; mechanistic: not used.
+    loss, provenance : str
+        What was minimised, over which data.
+    intervals : mapping
+        Half-width of the 95 % interval (Student t) by fitted parameter.
+    errors : mapping
+        Absolute relative errors: mean, max, per table, leave_one_out_mean, leave_one_out_max.
+    leave_one_table_out : mapping
+        Table left out -> mean and max error on its points that the fit did not see.
+    limits : mapping
+        Fitted parameter -> {"low", "high"}, 95 % limits; of the packaged sets by profile.
+    not_identified : mapping or None
+        What the data do not identify -> why; None: not examined.
+    screw, parameters_hash : str
+        Screw of the fit; hash of all that the films of the fit depend on, "": not known.
+    screw_hash, nlgi : str
+        Mechanistic: hash of the screw without its oil, "": not known; grade of the grease of the fit, "": oil.
+    supply_length : float or None
+        Mechanistic: fitted length of the oil supply [b], in place of that of the screw file; None: not fitted.
+    learned : mapping
+        Mechanistic: what the torques say of the bounded constants, of friction.interval.learned.
+    """
 
     law: Law
-    #: apparent shear viscosity over film viscosity [1]; mechanistic: factor of the rolling part
     apparent_viscosity_ratio: float
-    #: mu_s (1 - 3c + c^3) as one number [1]; mechanistic: 2 mu_b Lambda kappa of ball on ball
     net_sliding_coefficient: float
-    roughness_height: float = (
-        0.0  # h_r of the share 1/(1 + (h_r/h)^2) of the viscous part [m]; mechanistic: not used
-    )
-    loss: str = ""  # what was minimised
-    provenance: str = ""  # over which data
-    intervals: Mapping[str, float] = field(
-        default_factory=dict
-    )  # half-width, 95 % Student t, by fitted parameter
-    #: absolute relative errors: mean, max, per table, leave_one_out_mean, leave_one_out_max
+    roughness_height: float = 0.0
+    loss: str = ""
+    provenance: str = ""
+    intervals: Mapping[str, float] = field(default_factory=dict)
     errors: Mapping[str, float] = field(default_factory=dict)
-    #: table left out -> mean and max error on its points that the fit did not see
     leave_one_table_out: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    #: fitted parameter -> {"low", "high"}, 95 % limits; of the packaged sets by profile
     limits: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    not_identified: Mapping[str, str] | None = (
-        None  # what the data do not identify -> why; None: not examined
-    )
-    screw: str = ""  # of the fit
-    parameters_hash: str = ""  # of all that the films of the fit depend on; "": not known
-    screw_hash: str = ""  # mechanistic: of the screw without its oil; "": not known
-    nlgi: str = ""  # mechanistic: grade of the grease of the fit; "": oil
-    #: mechanistic: fitted length of the oil supply [b], in place of that of the screw file; None: not fitted
+    not_identified: Mapping[str, str] | None = None
+    screw: str = ""
+    parameters_hash: str = ""
+    screw_hash: str = ""
+    nlgi: str = ""
     supply_length: float | None = None
-    #: mechanistic: what the torques say of the bounded constants, of friction.interval.learned
     learned: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -150,9 +169,30 @@ def load_friction_sets(path: Path | str | None = None, remedy: str = "restore it
 
 
 def friction_set_of_file(path: Path | str, parameters: Parameters) -> FrictionSet:
-    """The numbers of a file for the law of the parameters.
+    """Numbers of a file for the law of a screw.
 
-    Raises       ValueError: file missing or of another form, without this law, a value out of range
+    Parameters
+    ----------
+    path : path or str
+        File of write_friction_sets.
+    parameters : Parameters
+        Screw and oil.
+
+    Returns
+    -------
+    FrictionSet
+        The numbers.
+
+    Raises
+    ------
+    ValueError
+        File missing or of another form, without this law, a value out of range.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> friction_set_of_file(PACKAGED_SETS, load_screw("gd4008_vg100.toml")).name
+    'mechanistic'
     """
     sets = load_friction_sets(path, "give a file that ballscrew calibrate --output has written")
     law = parameters.friction.law
@@ -182,10 +222,29 @@ def check_usable(entry: FrictionSet, parameters: Parameters, where: str, remedy:
 
 
 def default_friction_set(parameters: Parameters) -> FrictionSet:
-    """The packaged numbers of the law of the parameters, with their overrides; ValueError: two of one number.
+    """Packaged numbers of the law of a screw, with the overrides of the screw file.
 
-    The number of the mechanistic law belongs to no screw: without an override it is carried over from that of the fit,
-    and the provenance says so.
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw and oil.
+
+    Returns
+    -------
+    FrictionSet
+        The numbers. That of the mechanistic law belongs to no screw: without an override it is carried over from that
+        of the fit, and the provenance says so.
+
+    Raises
+    ------
+    ValueError
+        Two entries for one number.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> default_friction_set(load_screw("example_25x10.toml")).net_sliding_coefficient
+    0.0107738
     """
     friction = parameters.friction
     entry = load_friction_sets()[friction.law]
@@ -227,7 +286,25 @@ def _toml_lines(content: Mapping[str, Any], prefix: str) -> list[str]:
 
 
 def write_friction_sets(path: Path | str, sets: Iterable[FrictionSet], header: str = "") -> None:
-    """Write numbers of laws as TOML below a comment; the same numbers give the same bytes."""
+    """Write numbers of laws as TOML; the same numbers give the same bytes.
+
+    Parameters
+    ----------
+    path : path or str
+        File, written completely or not at all.
+    sets : iterable of FrictionSet
+        The numbers, one set a law.
+    header : str, optional
+        Comment at the top.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_friction_sets(f"{folder}/sets.toml", [FrictionSet(Law.MECHANISTIC, 1.0, 0.01)])
+    ...     load_friction_sets(f"{folder}/sets.toml")[Law.MECHANISTIC].net_sliding_coefficient
+    0.01
+    """
     lines = [f"# {line}".rstrip() for line in header.splitlines()]
     for entry in sorted(sets, key=lambda entry: entry.name):
         stated = {key: value for key, value in entry.entries.items() if value or value == 0.0}

@@ -28,10 +28,33 @@ def build_map(
 ) -> BuiltMap:
     """Build the map of a screw by the mechanistic law.
 
-    Parameters   grid : range and nodes, None = what screw and oil allow;  progress : called while it runs
-    Returns      BuiltMap, to be written by file.save_map
-    Raises       ValueError: no range;  OutsideAtlasError: a screw or oil that the atlas does not hold, or the sliding
-                 contacts of the law of the paper, whose map is packaged
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw and oil.
+    grid : MapGrid, optional
+        Range and nodes; None: what screw and oil allow.
+    progress : callable, optional
+        Called with what is done, the total and a text.
+
+    Returns
+    -------
+    BuiltMap
+        To be written by save_map.
+
+    Raises
+    ------
+    ValueError
+        No range.
+    OutsideAtlasError
+        A screw or oil that the atlas does not include, or the sliding contacts of the law of the paper.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> small = MapGrid((100.0, 2000.0, 5), (10.0, 100.0, 5), (303.15, 323.15, 5), (200.0, 2000.0, 5), 5)
+    >>> build_map(load_screw("example_25x10.toml"), small).arrays["coefficients"].shape
+    (7, 7, 7, 10)
     """
     if parameters.friction.law is Law.THREE_PARAMETER:
         raise OutsideAtlasError(

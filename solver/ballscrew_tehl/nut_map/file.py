@@ -38,7 +38,29 @@ def is_map_file(path: Path) -> bool:
 
 
 def save_map(path: Path | str, built: BuiltMap) -> str:
-    """Write a map to a temporary file next to `path` and rename it; returns the content hash."""
+    """Write a map, completely or not at all.
+
+    Parameters
+    ----------
+    path : path or str
+        File *.npz; its folder is made.
+    built : BuiltMap
+        Of build_map.
+
+    Returns
+    -------
+    str
+        Hash of the file.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written; names it.
+
+    Examples
+    --------
+    >>> save_map("my_map.npz", build_map(load_screw("my.toml")))  # doctest: +SKIP
+    """
     header = _sealed(built)
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -130,19 +152,38 @@ def load_map(
 ) -> NutMap:
     """Nut map of a screw, with the default friction parameters of its friction set.
 
-    Parameters   path : map file, or a screw file *.toml, whose map is made in memory in some seconds; None = the
-                 packaged map of the parameters, else one made in memory
-                 parameters : screw and oil, with which those of a map file are compared; None = those of the file, and
-                 without a file the packaged GD4008-3
-                 friction_set : None = the packaged set that the parameters select, with their overrides
-                 progress : called while a map is made
-    Returns      NutMap, whose evaluate(preload [N], speed [rad/s], temperature [K]) gives torque, films and extremes
-    Raises       MapError (a ValueError): missing, damaged, of another format or of other parameters;
-                 OutsideAtlasError (a ValueError): a screw or oil that the atlas does not hold
-    Example      the packaged screw at 2000 N, 1000 r/min, 30 C
-        >>> state = load_map().evaluate(preload=2000.0, speed=104.7, temperature=303.15)
-        >>> f"{state.friction_torque:.2f} N m"
-        '1.32 N m'
+    Parameters
+    ----------
+    path : path or str, optional
+        Map file, or a screw file *.toml, whose map is made in memory in some seconds; None: the packaged map of the
+        parameters, else one made in memory.
+    parameters : Parameters, optional
+        Screw and oil, with which those of a map file are compared; None: those of the file, and without a file the
+        packaged GD4008-3.
+    friction_set : FrictionSet, optional
+        None: the packaged set that the parameters select, with their overrides.
+    progress : callable, optional
+        Called while a map is made.
+
+    Returns
+    -------
+    NutMap
+        Its evaluate(preload [N], speed [rad/s], temperature [K]) gives torque, films and extremes.
+
+    Raises
+    ------
+    MapError
+        A ValueError: missing, damaged, of another format or of other parameters.
+    OutsideAtlasError
+        A ValueError: a screw or oil that the atlas does not include.
+
+    Examples
+    --------
+    The packaged screw at 2000 N, 1000 r/min, 30 C:
+
+    >>> state = load_map().evaluate(preload=2000.0, speed=104.7, temperature=303.15)
+    >>> f"{state.friction_torque:.2f} N m"
+    '1.32 N m'
     """
     if path is not None and Path(path).suffix == ".toml":
         path, parameters = None, load_screw(path) if parameters is None else parameters

@@ -125,11 +125,32 @@ def map_grid(
     speed: tuple[float, float] | None = None,
     temperature: tuple[float, float] | None = None,
 ) -> MapGrid:
-    """Range of a map from the screw and its oil; ValueError: no map can have it.
+    """Range of a map from the screw and its oil.
 
-    preload [N], speed [rad/s], temperature [K]: lowest and highest; None = from the screw: preload to the
-    force_at_pressure, or FREED of the largest_preload of oversize balls, speed to SPEED_FACTOR_LIMIT over the diameter
-    of the ball centre circle, both rounded down to two digits; temperature_range
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw and oil.
+    preload, speed, temperature : tuple of float, optional
+        Lowest and highest [N], [rad/s], [K]; None: from the screw. Preload to the force_at_pressure, or FREED of the
+        largest_preload of oversize balls, speed to SPEED_FACTOR_LIMIT over the diameter of the ball centre circle, both
+        rounded down to two digits; temperature_range.
+
+    Returns
+    -------
+    MapGrid
+        Range and nodes.
+
+    Raises
+    ------
+    ValueError
+        No map can have this range.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> map_grid(load_screw("example_25x10.toml")).preload
+    (48.0, 4800.0, 13)
     """
     if preload is None:
         screw = parameters.screw

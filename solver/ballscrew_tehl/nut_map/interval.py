@@ -35,8 +35,38 @@ def map_interval(
 ) -> TorqueInterval:
     """Interval at an operating point, at the nearest one of the map where that lies beyond its axes.
 
-    Parameters   axes : of the header;  preload [N] > 0, speed [rad/s], temperature [K], axial_load [N]
-    Raises       ArithmeticError: equilibrium of a ball not found
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw and oil.
+    axes : mapping
+        Of the header of the map.
+    friction_set : FrictionSet
+        Fitted number of the law.
+    preload, speed, temperature : float
+        Operating point [N] > 0, [rad/s], [K].
+    axial_load : float, optional
+        Axial load [N].
+
+    Returns
+    -------
+    TorqueInterval
+        Torque and its interval [N.m].
+
+    Raises
+    ------
+    ArithmeticError
+        Equilibrium of a ball not found.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_map, load_screw
+    >>> from ballscrew_tehl.friction.sets import default_friction_set
+    >>> screw = load_screw("gd4008_vg100.toml")
+    >>> axes = load_map(None, screw).header["axes"]
+    >>> interval = map_interval(screw, axes, default_friction_set(screw), 2000.0, 104.7, 303.15)
+    >>> f"{interval.low:.2f} to {interval.high:.2f} N.m"
+    '1.04 to 1.22 N.m'
     """
     forces = nut_forces(parameters, nearest(axes, "force", preload), axial_load)
     return torque_interval(
@@ -72,7 +102,27 @@ def relative_intervals(
 
 
 def nearest(axes: Mapping[str, Any], axis: str, value: float) -> float:
-    """The value, moved to the nearest end of the axis if it lies beyond."""
+    """Value, moved to the nearest end of an axis if it lies beyond.
+
+    Parameters
+    ----------
+    axes : mapping
+        Lowest and highest value by name.
+    axis : str
+        Name of the axis.
+    value : float
+        The value.
+
+    Returns
+    -------
+    float
+        Value on the axis.
+
+    Examples
+    --------
+    >>> nearest({"speed": (1.0, 100.0)}, "speed", 200.0)
+    100.0
+    """
     low, high = axes[axis][:2]
     return float(min(max(value, low), high))
 

@@ -95,26 +95,7 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def parameters_hash(parameters: Parameters, oil: bool = True) -> str:
-    """Hash of the parameters that a map, and a fit to it, depend on; names are not part of it.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        Screw, oil and friction law.
-    oil : bool, optional
-        Include the oil.
-
-    Returns
-    -------
-    str
-        First 12 digits of the SHA-256.
-
-    Examples
-    --------
-    >>> from ballscrew_tehl import load_screw
-    >>> len(parameters_hash(load_screw()))
-    12
-    """
+    """Start of the SHA-256 of the parameters that a map and a fit to it depend on, no names; oil: with its own."""
     content = without_names(map_parameters_json(parameters))
     content = content if oil else {table: content[table] for table in content if table != "lubricant"}
     return hashlib.sha256(_canonical(content).encode()).hexdigest()[:12]

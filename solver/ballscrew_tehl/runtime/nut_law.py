@@ -48,23 +48,45 @@ Numbers = Sequence[Any] | NDArray[Any]  # one number or array per column
 
 
 class DoubleNutState(NamedTuple):
-    """Operating point of the double nut; torques are magnitudes >= 0, floats or arrays."""
+    """Operating point of the double nut; floats or arrays.
 
-    viscous_torque: Any  # [N.m] mechanistic law: rolling loss of the films
-    hysteresis_torque: Any  # [N.m]
-    sliding_torque: Any  # [N.m]
-    film_thickness_min: Any  # [m]
-    film_thickness_central_screw: Any  # [m]
-    film_thickness_central_nut: Any  # [m]
-    film_temperature_rise: Any  # [K] mean over a contact, highest of all
-    contact_pressure_max: Any  # [Pa]
-    ball_load_max: Any  # [N]
-    lambda_ratio: Any  # minimum film over roughness height, at most LAMBDA_RATIO_MAX
-    relieved_viscous_torque: Any  # [N.m] share of the nut with the lower force, a half if both have the same
-    relieved_coulomb_torque: Any  # [N.m] the same
-    in_range: Any  # bool
-    clamped: tuple[str, ...]  # names of the inputs beyond the map, at any point
-    seal_torque: Any = 0.0  # [N.m] constant drag of the seals, not a part of the balls
+    Attributes
+    ----------
+    viscous_torque, hysteresis_torque, sliding_torque : float or array
+        Magnitudes >= 0 [N.m]; viscous of the mechanistic law: rolling loss of the films.
+    film_thickness_min, film_thickness_central_screw, film_thickness_central_nut : float or array
+        Least film of all contacts, least central film of each raceway [m].
+    film_temperature_rise : float or array
+        Mean over a contact, highest of all [K].
+    contact_pressure_max, ball_load_max : float or array
+        Of the most heavily loaded ball [Pa], [N].
+    lambda_ratio : float or array
+        Least film over roughness height [1], at most LAMBDA_RATIO_MAX.
+    relieved_viscous_torque, relieved_coulomb_torque : float or array
+        Part of the nut with the lower force [N.m], a half if both have the same.
+    in_range : bool or array
+        Whether no input lies beyond the map.
+    clamped : tuple of str
+        Names of the inputs beyond the map, at any point.
+    seal_torque : float
+        Constant drag of the seals [N.m], not a part of the balls.
+    """
+
+    viscous_torque: Any
+    hysteresis_torque: Any
+    sliding_torque: Any
+    film_thickness_min: Any
+    film_thickness_central_screw: Any
+    film_thickness_central_nut: Any
+    film_temperature_rise: Any
+    contact_pressure_max: Any
+    ball_load_max: Any
+    lambda_ratio: Any
+    relieved_viscous_torque: Any
+    relieved_coulomb_torque: Any
+    in_range: Any
+    clamped: tuple[str, ...]
+    seal_torque: Any = 0.0
 
     @property
     def coulomb_torque(self) -> Any:

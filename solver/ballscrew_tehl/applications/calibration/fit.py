@@ -99,20 +99,7 @@ class TorqueBasis:
 
     @classmethod
     def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutTorques]]) -> Self:
-        """Basis of the law of the paper.
-
-        Parameters
-        ----------
-        measurements : sequence of Measurement
-            The points.
-        sums : sequence of sequence of NutTorques
-            Sums of both nuts at each point.
-
-        Returns
-        -------
-        TorqueBasis
-            The basis.
-        """
+        """By the law of the paper, the sums of both nuts at each point."""
 
         def columns(*names: str) -> Array:
             return np.array([[getattr(s, name) for s in nuts for name in names] for nuts in sums])
@@ -125,20 +112,7 @@ class TorqueBasis:
     def of_powers(
         cls, measurements: Sequence[Measurement], powers: Sequence[Sequence[Sequence[tuple[int, NutTorques]]]]
     ) -> Self:
-        """Basis of the mechanistic law.
-
-        Parameters
-        ----------
-        measurements : sequence of Measurement
-            The points.
-        powers : sequence
-            powers_of_nuts at each point, of the screw file and of INVERSES if there are any.
-
-        Returns
-        -------
-        TorqueBasis
-            The basis.
-        """
+        """By the mechanistic law, powers_of_nuts at each point, of the screw file and of INVERSES if there are any."""
         from scipy.interpolate import PchipInterpolator
 
         rest, sliding = np.array([torque_line(nuts, 0.0) for nuts, *_ in powers]).T
@@ -162,68 +136,24 @@ class TorqueBasis:
         return len(self.measurements)
 
     def subset(self, rows: Sequence[int]) -> Self:
-        """Basis of some of the points.
-
-        Parameters
-        ----------
-        rows : sequence of int
-            Numbers of the points.
-
-        Returns
-        -------
-        TorqueBasis
-            The basis.
-        """
+        """The points with these numbers."""
         rows = list(rows)
         parts = {name: getattr(self, name)[rows] for name in ("viscous", "film", "hysteresis", "sliding")}
         parts["rolling"] = None if self.rolling is None else self.rolling[:, rows]
         return replace(self, measurements=tuple(self.measurements[i] for i in rows), **parts)
 
     def torque(self, values: Values) -> Array:
-        """Torque at the points.
-
-        Parameters
-        ----------
-        values : (3,) array
-            Values of the parameters.
-
-        Returns
-        -------
-        (n,) array
-            Torque [N.m].
-        """
+        """Torque [N.m] at the points."""
         ratio, net, third = values
         viscous, _ = self._viscous(third)
         return np.asarray(ratio * viscous + self.hysteresis + net * self.sliding)
 
     def errors(self, values: Values) -> Array:
-        """Weighted relative errors w (T/T_measured - 1) at the points.
-
-        Parameters
-        ----------
-        values : (3,) array
-            Values of the parameters.
-
-        Returns
-        -------
-        (n,) array
-            Errors.
-        """
+        """Weighted relative errors r at the points."""
         return np.asarray(self.weights * (self.torque(values) / self.measured - 1.0))
 
     def jacobian(self, values: Values) -> Array:
-        """Derivatives of the errors with respect to the values.
-
-        Parameters
-        ----------
-        values : (3,) array
-            Values of the parameters.
-
-        Returns
-        -------
-        (n, 3) array
-            d errors/d values.
-        """
+        """d errors/d values, (n, 3)."""
         ratio, _, third = values
         viscous, slope = self._viscous(third)
         columns = np.stack([viscous, self.sliding, ratio * slope], axis=1)
@@ -260,38 +190,7 @@ def torque_basis(
     measurements: Sequence[Measurement],
     progress: Progress = lambda finished, total, what: None,
 ) -> TorqueBasis:
-    """Both nuts at every operating point.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        Screw and oil.
-    film_model : FilmModel or ContactValues
-        Films, or of the mechanistic law contacts.
-    measurements : sequence of Measurement
-        The points.
-    progress : callable, optional
-        Called with finished points, their number and a text.
-
-    Returns
-    -------
-    TorqueBasis
-        Torque as a function of the fitted parameters.
-
-    Raises
-    ------
-    ValueError
-        A load or speed out of range, with the point.
-
-    Examples
-    --------
-    >>> from ballscrew_tehl import load_screw
-    >>> from ballscrew_tehl.refinement.contacts import contacts_of
-    >>> screw = load_screw("gd4008_vg100.toml")
-    >>> basis = torque_basis(screw, contacts_of(screw), [Measurement(2000.0, 104.7, 303.15, 0.8)])
-    >>> f"{basis.torque((1.0, 0.0056, 0.0))[0]:.2f} N.m"
-    '0.80 N.m'
-    """
+    """Both nuts at every operating point by a FilmModel, or by ContactValues of the mechanistic law."""
     mechanistic, nuts = parameters.friction.law is Law.MECHANISTIC, list[Any]()
     what, variants = "operating points", [parameters]
     if len(measurements) >= FOR_SUPPLY and SUPPLY not in parameters.friction.model_fields_set:

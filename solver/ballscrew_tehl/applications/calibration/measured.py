@@ -156,19 +156,13 @@ def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactVal
     Returns
     -------
     Calibration
-        Result.
-
-    Raises
-    ------
-    ValueError
-        As calibrate.
+        As of calibrate.
 
     Examples
     --------
     >>> from ballscrew_tehl import load_screw
     >>> screw, point = load_screw("gd4008_vg100.toml"), Measurement(2000.0, 104.7, 303.15, 0.8)
-    >>> result = calibrate_point(point, screw, solved_film(screw))
-    >>> f"{result.friction_set.net_sliding_coefficient:.4f}"
+    >>> f"{calibrate_point(point, screw, solved_film(screw)).friction_set.net_sliding_coefficient:.4f}"
     '0.0056'
     """
     return _calibration(MeasurementFile.of_point(m), parameters, contacts)
@@ -261,35 +255,7 @@ def _calibration(
 def with_learned(
     entry: FrictionSet, basis: TorqueBasis, deviation: Array, parameters: Parameters, contacts: ContactValues
 ) -> FrictionSet:
-    """Set of the mechanistic law with what its torques say of the constants.
-
-    Parameters
-    ----------
-    entry : FrictionSet
-        Fitted set.
-    basis : TorqueBasis
-        Points of the fit.
-    deviation : (n,) array
-        Model/measured - 1.
-    parameters : Parameters
-        Screw and oil.
-    contacts : ContactValues
-        Contacts of the balls.
-
-    Returns
-    -------
-    FrictionSet
-        The set with its field learned, for the interval of a torque (friction.interval).
-
-    Examples
-    --------
-    >>> from ballscrew_tehl import load_screw
-    >>> screw, point = load_screw("gd4008_vg100.toml"), Measurement(2000.0, 104.7, 303.15, 0.8)
-    >>> old = calibrate_point(point, screw, solved_film(screw))
-    >>> new = with_learned(old.friction_set, old.basis, old.fit.deviation, old.parameters, old.film)
-    >>> sorted(new.learned)
-    ['constants', 'covariance', 'mean']
-    """
+    """A set of the mechanistic law with what its torques say of the constants; deviation: model/measured - 1."""
     parameters = with_supply(parameters, entry)
     measured = basis.measurements
 
@@ -396,29 +362,7 @@ def _outliers(points: Sequence[Measurement], found: Fit) -> dict[int, str]:
 
 
 def error_summary(basis: TorqueBasis, deviation: Array, left_out: Array) -> dict[str, float]:
-    """Mean and largest |model/measured - 1|, mean of each table, and of points left out of the fit.
-
-    Parameters
-    ----------
-    basis : TorqueBasis
-        Points of the fit.
-    deviation : (n,) array
-        Model/measured - 1.
-    left_out : (n,) array
-        The same by fits without the point; NaN: none.
-
-    Returns
-    -------
-    dict of str to float
-        mean, max, the tables if there are several, leave_one_out_mean, leave_one_out_max.
-
-    Examples
-    --------
-    >>> one, none = np.array([1.0]), np.array([np.nan])
-    >>> basis = TorqueBasis((Measurement(2000.0, 104.7, 303.15, 0.8),), one[None], one[None], one, one)
-    >>> error_summary(basis, np.array([-0.05]), none)
-    {'mean': 0.05, 'max': 0.05}
-    """
+    """Mean and largest |model/measured - 1|, mean of each table, and of points left out of the fit."""
     errors, unseen = np.abs(deviation), np.abs(left_out[np.isfinite(left_out)])
     summary = {"mean": float(errors.mean()), "max": float(errors.max())}
     of_points = [m.tables or ("all",) for m in basis.measurements]
@@ -491,24 +435,7 @@ class MapFilm:
 
 
 def solved_film(parameters: Parameters) -> Any:
-    """Films or contacts that the law of a screw needs.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        Screw and oil, with the law.
-
-    Returns
-    -------
-    FilmModel or ContactValues
-        Films by the solver, or of the mechanistic law the contacts: of the atlas if it includes them, else solved.
-
-    Examples
-    --------
-    >>> from ballscrew_tehl import load_screw
-    >>> type(solved_film(load_screw("gd4008_vg100.toml"))).__name__
-    'BallContacts'
-    """
+    """FilmModel of the law of the paper, solved, or ContactValues of the mechanistic law, of the atlas if it can."""
     if parameters.friction.law is Law.MECHANISTIC:
         return contacts_of(parameters)
     from ballscrew_tehl.refinement.direct import DirectFilm

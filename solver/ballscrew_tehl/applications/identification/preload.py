@@ -190,7 +190,7 @@ def found_preload(friction: Bidirectional, law: ScrewMap, temperature: float) ->
     >>> from ballscrew_tehl import load_map, load_screw
     >>> from ballscrew_tehl.friction.sets import default_friction_set
     >>> screw, speed = load_screw("gd4008_vg100.toml"), np.linspace(20.0, 200.0, 5)
-    >>> law = Law(screw, load_map(parameters=screw), default_friction_set(screw))
+    >>> law = ScrewMap(screw, load_map(parameters=screw), default_friction_set(screw))
     >>> torque = law.torque(2000.0, speed, 303.15)
     >>> result = found_preload(Bidirectional(speed, torque, 0.0 * torque, 0.01 * torque), law, 303.15)
     >>> f"{result.preload_n:.0f} N"

@@ -106,7 +106,7 @@ def _lists(output: Path, export: _Export, max_points: int) -> tuple[dict[Path, s
 def _current(args: Namespace, constant: float | None = None, ratio: float = 1.0) -> tuple[float, float]:
     """Current per torque at the screw [A/(N.m)] and its unit [A], from the options or a log's drive.
 
-    Raises       ValueError: no torque constant, or one without need
+    ValueError: no torque constant, or one without need
     """
     given, twincat = args.torque_constant_nm_a is not None, args.format == "twincat"
     if (given and not twincat) or (twincat and not given and constant is None):
@@ -119,7 +119,7 @@ def _current(args: Namespace, constant: float | None = None, ratio: float = 1.0)
 def _speeds(args: Namespace, low: float, high: float) -> tuple[float, float]:
     """Range of speed [rad/s], a part of the one that there is.
 
-    Raises       ValueError
+    ValueError: not a rising range of the map.
     """
     if args.speed_rpm is None:
         return low, high

@@ -16,7 +16,7 @@ from ..shared.quantities import REPORT_POINT
 def run_report(args: Namespace, live: Callable[..., Any] = lambda chosen, nut_map, point: None) -> Answer:
     """Evaluate, draw, write; the file is complete or does not exist.
 
-    Parameters   live : HTML fragment that computes in the browser, of screw, map and start, or None
+    live: HTML fragment that computes in the browser, of screw, map and start, or None
     """
     path = check_output("--output", args.output, "a file *.html, *.htm")
     chosen = chosen_of(args)
