@@ -22,8 +22,8 @@ from .sets import FrictionSet
 def roughness_share(film: Any, roughness_height: Any) -> Any:
     """Fraction 1/(1 + (h_r/h)^2) of the viscous part that remains where the film h [m] is as thin as h_r [m].
 
-    An empirical transition from film to asperities; h_r is fitted and not a measured roughness. differs from paper: added
-    here, Zhao 2023 has no such term.
+    An empirical transition from film to asperities; h_r is fitted and not a measured roughness. differs from paper:
+    added here, Zhao 2023 has no such term.
     """
     return 1.0 / (1.0 + np.square(np.asarray(roughness_height) / film))
 
@@ -35,9 +35,11 @@ def roughness_share_slope(film: Any, roughness_height: Any) -> Any:
 
 
 def hysteresis_force(load: Any, b: Any, radius: float, coefficient: float) -> Any:
-    """Rolling resistance 3 mu_hs Q b/(16 r) [N] of one contact; coefficient mu_hs: fraction of the elastic work that is lost.
+    """Rolling resistance 3 mu_hs Q b/(16 r) [N] of one contact; coefficient mu_hs: fraction of the elastic work that is
+    lost.
 
-    Zhao 2023, Eq. (18); errata: the printed integrand lacks the square root of the Hertz pressure, the printed result has it.
+    Zhao 2023, Eq. (18); errata: the printed integrand lacks the square root of the Hertz pressure, the printed result
+    has it.
     """
     return 3.0 * coefficient * np.asarray(load) * b / (16.0 * radius)
 
@@ -110,11 +112,12 @@ def nut_sums(
 
     Speeds and temperatures may be arrays that broadcast to (...), for a film model that gives (n, ...).
 
-    Zhao 2023, Eqs. (23)-(24) for one nut: T = sum F (r_m + r_b cos(beta)) cos(lambda); viscous and hysteresis force on both
-    raceways, sliding once per ball, as the printed torques sum. Eqs. (15)-(16) for the viscous force pi a b eta |du|/h of a
-    parallel film; errata: the integral as printed in Eq. (15) gives 2 pi a b/3, its printed result and all printed torques
-    need pi a b, which is kept. differs from paper: each ball with its own load. The film of the roughness fraction is the
-    mean of 1/h^2 over the balls, weighted with their viscous force: exact to first order in (h_r/h)^2.
+    Zhao 2023, Eqs. (23)-(24) for one nut: T = sum F (r_m + r_b cos(beta)) cos(lambda); viscous and hysteresis force on
+    both raceways, sliding once per ball, as the printed torques sum. Eqs. (15)-(16) for the viscous force pi a b eta
+    |du|/h of a parallel film; errata: the integral as printed in Eq. (15) gives 2 pi a b/3, its printed result and all
+    printed torques need pi a b, which is kept. differs from paper: each ball with its own load. The film of the
+    roughness fraction is the mean of 1/h^2 over the balls, weighted with their viscous force: exact to first order in
+    (h_r/h)^2.
     """
     loads = np.asarray(loads, dtype=float)
     check_motion(loads, speed)
@@ -140,9 +143,9 @@ def nut_sums(
 def load_torques(parameters: Parameters, loads: np.ndarray) -> tuple[float, float]:
     """Hysteresis torque, and sliding torque at coefficient 1 [N.m], of a nut with ball loads (n,) > 0 [N].
 
-    Sliding: mu_s (1 - 3c + c^3) Q, the factor fitted as one number, once per ball, not once per raceway. Zhao 2023, Eqs.
-    (20)-(21), c the lines without slip as a fraction of the semi-axis; errata: the printed c = a^2/(6 d_b) is a length; the
-    middle integral is printed with the opposite sign and half the weight of the stated result.
+    Sliding: mu_s (1 - 3c + c^3) Q, the factor fitted as one number, once per ball, not once per raceway. Zhao 2023,
+    Eqs. (20)-(21), c the lines without slip as a fraction of the semi-axis; errata: the printed c = a^2/(6 d_b) is a
+    length; the middle integral is printed with the opposite sign and half the weight of the stated result.
     """
     arm = _arm(parameters.screw, _contact_angle(parameters.screw, loads))
     return arm * hysteresis_sum(parameters, loads), arm * float(loads.sum())
@@ -186,10 +189,10 @@ def double_nut_torque(
 ) -> TorqueParts:
     """Torque of the nut under preload and axial load [N] at a speed [rad/s] of any sign, not 0, and a temperature [K].
 
-    Steady motion; the loads of each nut are distributed as by a preload of its axial force; an axial load on loose nuts is
-    not modelled. Zhao 2023, Eq. (24); differs from paper: 2 T_nut becomes the sum over two nuts of their local force.
-    Oversize balls: viscous and hysteresis part of all four contacts of a ball, sliding once per pair of flanks; the spin of
-    a ball between four flanks is not in it.
+    Steady motion; the loads of each nut are distributed as by a preload of its axial force; an axial load on loose nuts
+    is not modelled. Zhao 2023, Eq. (24); differs from paper: 2 T_nut becomes the sum over two nuts of their local
+    force. Oversize balls: viscous and hysteresis part of all four contacts of a ball, sliding once per pair of flanks;
+    the spin of a ball between four flanks is not in it.
     """
     check_force("preload", preload)
     check_force("axial_load", axial_load, allow_negative=True)

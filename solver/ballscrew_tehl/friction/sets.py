@@ -367,7 +367,31 @@ def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
 
 
 def with_law(parameters: Parameters, law: str) -> Parameters:
-    """Parameters with a law, without the fitted numbers that the screw file states for another one; else ValueError."""
+    """Parameters with a law, without the fitted numbers that the screw file states for another one.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw and oil.
+    law : str
+        Friction law.
+
+    Returns
+    -------
+    Parameters
+        Copy; the same object if it has the law.
+
+    Raises
+    ------
+    ValueError
+        The law of the paper without published surface speeds.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> with_law(load_screw(), "mechanistic").friction.law.value
+    'mechanistic'
+    """
     if law == parameters.friction.law:
         return parameters
     if law == Law.THREE_PARAMETER and parameters.published_speeds is None:
