@@ -22,8 +22,9 @@ from ballscrew_tehl.atlas.ball_contacts import BallContacts
 from ballscrew_tehl.atlas.contact_atlas import load_atlas, packaged_atlas
 from ballscrew_tehl.atlas.groups import COORDINATES, QUANTITIES, coordinates
 from ballscrew_tehl.nut_map.build import build_map
-from ballscrew_tehl.nut_map.file import VG100, nut_map_of, packaged_map, save_map
+from ballscrew_tehl.nut_map.file import VG100, packaged_map, save_map
 from ballscrew_tehl.nut_map.grid import ball_range, map_grid
+from ballscrew_tehl.nut_map.load import nut_map_of
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 from ballscrew_tehl.processes import worker_pool
 from ballscrew_tehl.refinement.certificate import deviation_from_direct

@@ -22,8 +22,8 @@ from ballscrew_tehl.friction.film_shear import nut_forces
 from ballscrew_tehl.friction.mechanistic import mean_load, nuts_powers
 from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.nut_map.build import build_map
-from ballscrew_tehl.nut_map.file import nut_map_of
 from ballscrew_tehl.nut_map.grid import Progress, screw_grid
+from ballscrew_tehl.nut_map.load import nut_map_of
 from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters
 from ballscrew_tehl.physics.film import MIN_FILM, film_formula
 from ballscrew_tehl.physics.hertz import RACEWAYS

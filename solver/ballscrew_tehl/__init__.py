@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from .applications.bearing import bearing
     from .applications.calibration.measured import calibrate
     from .contact import solve
-    from .nut_map.file import load_map
+    from .nut_map.load import load_map
     from .parameters.file import load_screw
 
 __all__ = ["bearing", "calibrate", "load_map", "load_screw", "solve"]
@@ -21,7 +21,7 @@ __all__ = ["bearing", "calibrate", "load_map", "load_screw", "solve"]
 _PLACES = {
     "bearing": "applications.bearing:bearing",
     "calibrate": "applications.calibration.measured:calibrate",
-    "load_map": "nut_map.file:load_map",
+    "load_map": "nut_map.load:load_map",
     "load_screw": "parameters.file:load_screw",
     "solve": "contact:solve",
 }

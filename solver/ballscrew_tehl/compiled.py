@@ -8,9 +8,7 @@ have not been used for KEPT_DAYS. numba itself keeps processors and its own vers
 """
 
 import hashlib
-import os
 import shutil
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -24,6 +22,8 @@ try:
 except ModuleNotFoundError as error:
     error.msg = "to solve contacts takes numba: python -m pip install 'ballscrew-tehl[direct]'"
     raise
+
+from .runtime.user_cache import user_cache
 
 PACKAGE = Path(__file__).parent
 #: modules with kernels and with constants that kernels take from elsewhere, below the package
@@ -48,10 +48,8 @@ def _roots() -> Iterator[Path]:
         yield Path(numba.config.CACHE_DIR)
         return
     yield PACKAGE / "__pycache__"
-    home = {"win32": "AppData/Local", "darwin": "Library/Caches"}.get(sys.platform, ".cache")
-    given = os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME")
     with suppress(RuntimeError):  # no home folder
-        yield Path(given or Path.home() / home) / "ballscrew_tehl"
+        yield user_cache()
 
 
 @lru_cache(maxsize=1)

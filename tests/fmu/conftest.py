@@ -17,9 +17,9 @@ from ballscrew_fmu.checks.reference import reference_of
 from ballscrew_fmu.models import FRICTION
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.package import build_native_fmu
-from ballscrew_fmu.python_fmu import solver_cache
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.runtime.packed import Law
+from ballscrew_tehl.runtime.user_cache import user_cache as user_cache_folder
 
 
 def _common_folder(tmp_path_factory) -> Path:
@@ -99,7 +99,7 @@ COMPILER_CACHE = os.environ.get("ZIG_GLOBAL_CACHE_DIR") or os.path.join(
     os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "zig"
 )
 
-LIBRARIES = solver_cache.user_cache() / "libraries"  # the same of the compiled libraries
+LIBRARIES = user_cache_folder() / "libraries"  # the same of the compiled libraries
 
 
 @pytest.fixture(autouse=True)

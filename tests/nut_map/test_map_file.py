@@ -22,11 +22,12 @@ from synthetic_contacts import (
 from ballscrew_tehl.atlas.contact_atlas import OutsideAtlasError, packaged_atlas
 from ballscrew_tehl.friction.film_shear import double_nut_torque
 from ballscrew_tehl.friction.sets import default_friction_set
-from ballscrew_tehl.nut_map import build, interval
+from ballscrew_tehl.nut_map import build, interval, kept
 from ballscrew_tehl.nut_map import file as store
 from ballscrew_tehl.nut_map import grid as limits
-from ballscrew_tehl.nut_map.file import load_map, save_map
+from ballscrew_tehl.nut_map.file import save_map
 from ballscrew_tehl.nut_map.interval import BAND, band_point, map_interval
+from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters import identity
 from ballscrew_tehl.parameters.file import PACKAGED_DATA, changed, load_screw
 from ballscrew_tehl.refinement import certificate, direct
@@ -52,6 +53,12 @@ def law(tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("map") / "law.npz"
     save_map(path, law_map())
     return path
+
+
+@pytest.fixture(autouse=True)
+def maps_of_the_user(tmp_path, monkeypatch):
+    """Not those of whoever runs the tests."""
+    monkeypatch.setattr(kept, "user_cache", lambda: tmp_path)
 
 
 def refusal(path, parameters=GD4008) -> str:
@@ -124,8 +131,43 @@ def test_map_of_any_screw_is_made_in_memory(tmp_path, monkeypatch):
     assert narrow.header["axes"]["preload"][:2] == [150.0, 9000.0]
     with pytest.raises(OutsideAtlasError, match=r"law = three_parameter; .*GD4008-3 alone.*--direct"):
         load_map(None, changed(GD4008, screw={"ball_diameter": 4.764e-3}))
-    monkeypatch.setattr(build, "build_map", lambda *_: pytest.fail("a packaged map was built"))
+    monkeypatch.setattr(kept, "build_map", lambda *_: pytest.fail("a packaged map was built"))
     assert load_map().header["file_hash"] != load_map(None, LAW).header["file_hash"]
+
+
+def test_a_map_is_made_once_and_again_after_any_change(tmp_path, monkeypatch):
+    """What no map depends on, such as seals, makes no other one; a damaged file is made anew."""
+    monkeypatch.setattr(limits, "MapGrid", lambda: GRID)
+    made = []
+
+    def build_map(*arguments):
+        made.append(arguments[0])
+        return build.build_map(*arguments)
+
+    monkeypatch.setattr(kept, "build_map", build_map)
+    screw = load_screw(PACKAGED_DATA / "example_25x10.toml")
+    first, again = load_map(None, screw), load_map(None, screw)
+    assert len(made) == 1
+    assert again.header == first.header
+    for name, array in first.arrays.items():
+        np.testing.assert_array_equal(again.arrays[name], array)
+    sealed = load_map(None, changed(screw, screw={"seal_torque": 0.1}))
+    assert (len(made), sealed.seal_torque) == (1, 0.1)
+    assert identity.map_parameters(sealed.header).screw.seal_torque == 0.1
+    (file,) = (tmp_path / "maps").iterdir()
+    file.write_bytes(file.read_bytes()[:-100])
+    assert load_map(None, screw).header == first.header
+    load_map(None, changed(screw, friction={"boundary_friction": 0.1}))
+    load_map(None, changed(screw, lubricant={"pressure_viscosity": 2.2e-8}))
+    monkeypatch.setattr(kept, "chain_hash", lambda: "of a changed model")
+    load_map(None, screw)
+    assert len(made) == 5
+    monkeypatch.setattr(kept, "KEPT", 2)
+    load_map(None, changed(screw, screw={"ball_count": screw.screw.ball_count - 1}))
+    assert len(list((tmp_path / "maps").iterdir())) == 2
+    # without a folder for caches
+    monkeypatch.setattr(kept, "user_cache", lambda: file)
+    assert load_map(None, screw).header == first.header
 
 
 def resaved(source: Path, target: Path, **entries) -> Path:

@@ -28,7 +28,7 @@ from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_fmu.variables.friction import fmu_variables
 from ballscrew_tehl.applications.cli.parser import build_parser
-from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.file import load_screw
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

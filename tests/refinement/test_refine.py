@@ -16,7 +16,7 @@ from ballscrew_tehl.contact import UnconvergedContactError
 from ballscrew_tehl.friction.film_shear import double_nut_torque
 from ballscrew_tehl.friction.mechanistic import nut_powers
 from ballscrew_tehl.friction.sets import default_friction_set
-from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.identity import map_parameters
 from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.refinement import direct

@@ -10,7 +10,7 @@ from reference_screw import GD4008
 from atlas_builder.published import published_map
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
 from ballscrew_tehl.atlas.groups import QUANTITIES, closed_forms, unmodelled
-from ballscrew_tehl.nut_map import build, file
+from ballscrew_tehl.nut_map import build, load
 from ballscrew_tehl.nut_map.build import build_map
 from ballscrew_tehl.nut_map.grid import BuiltMap, MapGrid
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, Law, load_screw
@@ -92,4 +92,4 @@ def small_map() -> BuiltMap:
 
 def nut_map_of(built: BuiltMap) -> NutMap:
     """Nut map without a file."""
-    return file.nut_map_of(built)
+    return load.nut_map_of(built)

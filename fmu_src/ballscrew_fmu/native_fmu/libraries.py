@@ -41,8 +41,9 @@ from ballscrew_fmu.native_fmu.sources import (
     page_sources,
     units_of,
 )
-from ballscrew_fmu.python_fmu.solver_cache import digest, user_cache
+from ballscrew_fmu.python_fmu.solver_cache import digest
 from ballscrew_fmu.variables.friction import fmu_variables
+from ballscrew_tehl.runtime.user_cache import user_cache
 
 PREBUILT = importlib.resources.files("ballscrew_fmu") / "prebuilt"
 COMPILER_FILE = "compiler.txt"  # its name, in the folder prebuilt
@@ -168,7 +169,7 @@ def prepare(
 
 def main() -> int:
     """Fill the folder prebuilt of a clone, for the wheel that is built next."""
-    from ballscrew_tehl.nut_map.file import load_map
+    from ballscrew_tehl.nut_map.load import load_map
 
     folder, compiler = Path(str(PREBUILT)), find_compiler()
     libraries = all_libraries(load_map(None).header)

@@ -343,7 +343,7 @@ def _row(v: Variable, states: Collection[str]) -> str:
 def write_sources(folder: Path) -> None:
     """All sources of each model in a folder of its own, and how each C file compiles alone."""
     from ballscrew_fmu.native_fmu.compile import WARNINGS  # which imports this module
-    from ballscrew_tehl.nut_map.file import load_map
+    from ballscrew_tehl.nut_map.load import load_map
 
     options = ("cc", "-std=c99", *WARNINGS, "-DINTERNAL=extern", "-isystem", "fmi", "-c")
     commands, header = [], load_map(None).header

@@ -7,13 +7,14 @@ sources, one for each version, and is created atomically. Standard library only.
 
 import hashlib
 import importlib
-import os
 import shutil
 import sys
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
+
+from ballscrew_tehl.runtime.user_cache import user_cache
 
 SOLVER_FOLDER = "solver"  # inside the package of the FMU
 ENTRY = "refinement.refine"
@@ -35,17 +36,6 @@ def digest(files: Mapping[str, bytes]) -> str:
 def solver_name(files: Mapping[str, bytes]) -> str:
     """Name of the solver package with these sources (path with / below it -> content)."""
     return f"_ballscrew_solver_{digest(files)[:12]}"
-
-
-def user_cache() -> Path:
-    """Cache folder of the user, below the folder of the operating system for caches."""
-    if sys.platform == "win32":
-        root = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData" / "Local")
-    elif sys.platform == "darwin":
-        root = str(Path.home() / "Library" / "Caches")
-    else:
-        root = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(root) / "ballscrew_tehl"
 
 
 def installed(shipped: Path, cache: Path) -> Path:

@@ -18,7 +18,7 @@ from ballscrew_tehl.applications.calibration.fit import (
 from ballscrew_tehl.applications.calibration.measurements import Measurement
 from ballscrew_tehl.friction.interval import torque_interval
 from ballscrew_tehl.friction.sets import FITTED, friction_set_of_file, with_supply
-from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, changed
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.refinement.contacts import contacts_of

@@ -18,7 +18,8 @@ from ballscrew_tehl.applications.calibration.measured_screw import PACKAGED_TORQ
 from ballscrew_tehl.applications.calibration.measurements import Measurement
 from ballscrew_tehl.friction.film_shear import double_nut_torque
 from ballscrew_tehl.friction.sets import FITTED, friction_set_of_file, load_friction_sets
-from ballscrew_tehl.nut_map.file import load_map, packaged_map
+from ballscrew_tehl.nut_map.file import packaged_map
+from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.file import changed
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.packed import MapError

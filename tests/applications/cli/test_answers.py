@@ -15,8 +15,9 @@ from reference_screw import GD4008
 
 from ballscrew_tehl.applications.cli import parser
 from ballscrew_tehl.friction.sets import default_friction_set, write_friction_sets
-from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
+from ballscrew_tehl.nut_map.file import VG100, packaged_map
 from ballscrew_tehl.nut_map.interval import map_interval
+from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.file import PACKAGED_DATA, PACKAGED_VG100, load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.load import double_nut_loads

@@ -8,7 +8,8 @@ import pytest
 from command_line import answer, run
 from servo_log import CONSTANT, GAIN, GUIDES, MASS, PIECES, main
 
-from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
+from ballscrew_tehl.nut_map.file import VG100, packaged_map
+from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 
 MAP = ("--screw", PACKAGED_VG100, "--map", packaged_map(VG100))

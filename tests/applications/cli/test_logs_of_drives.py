@@ -5,7 +5,8 @@ import pytest
 from command_line import answer, refused
 from servo_log import CONSTANT, INERTIA, screw_log
 
-from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
+from ballscrew_tehl.nut_map.file import VG100, packaged_map
+from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 
 AXIS = ("--torque-constant-nm-a", CONSTANT, "--lead-mm", "8")

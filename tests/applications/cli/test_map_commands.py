@@ -6,8 +6,8 @@ from synthetic_contacts import GRID, LAW
 
 from ballscrew_tehl.atlas.contact_atlas import load_atlas
 from ballscrew_tehl.nut_map import grid as limits
-from ballscrew_tehl.nut_map.file import load_map
 from ballscrew_tehl.nut_map.grid import map_grid
+from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.file import PACKAGED_DATA, PACKAGED_VG100
 from ballscrew_tehl.parameters.identity import map_parameters_json
 from ballscrew_tehl.parameters.units import CELSIUS, RPM

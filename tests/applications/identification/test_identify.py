@@ -24,7 +24,8 @@ from ballscrew_tehl.applications.identification.preload import (
 from ballscrew_tehl.applications.identification.signals import Drive, Section, Signals, signals_of
 from ballscrew_tehl.applications.tables.headings import Column
 from ballscrew_tehl.friction.sets import default_friction_set
-from ballscrew_tehl.nut_map.file import VG100, load_map, packaged_map
+from ballscrew_tehl.nut_map.file import VG100, packaged_map
+from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 
 EMPS = "time [s],position [m],voltage [V]"

@@ -30,7 +30,7 @@ from ballscrew_fmu.native_fmu.package import build_native_fmu, native_files
 from ballscrew_fmu.native_fmu.resource_files import map_bytes
 from ballscrew_fmu.native_fmu.sources import is_fmi_header, write_sources
 from ballscrew_fmu.native_fmu.validation import Reference
-from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.runtime.packed import Law
 
 pytestmark = pytest.mark.slow

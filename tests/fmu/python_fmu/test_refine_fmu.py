@@ -12,7 +12,7 @@ from ballscrew_fmu.checks.replay import FmuInstance
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_fmu.python_fmu.slave_base import CHECKSUM
 from ballscrew_fmu.python_fmu.solver_cache import installed, solver_name
-from ballscrew_tehl.nut_map.file import load_map
+from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.file import load_screw
 
 pytestmark = pytest.mark.slow

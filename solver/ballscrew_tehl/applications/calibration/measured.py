@@ -127,7 +127,7 @@ def calibrate(
     >>> f"{result.friction_set.net_sliding_coefficient:.4f}"
     '0.0056'
     """
-    from ballscrew_tehl.nut_map.file import parameters_for
+    from ballscrew_tehl.nut_map.load import parameters_for
 
     if unknown := set(drop) - set(DROPS):
         raise ValueError(f"drop = {', '.join(sorted(unknown))}; allowed: {', '.join(DROPS)}")
@@ -393,7 +393,7 @@ def film_of(parameters: Parameters, map_file: Path | str | None) -> tuple[Any, R
     """FilmModel of a set, or ContactValues of the mechanistic law, and why a point is outside the map."""
     if map_file is None:
         return solved_film(parameters), lambda m: ""
-    from ballscrew_tehl.nut_map.file import load_map
+    from ballscrew_tehl.nut_map.load import load_map
 
     nut_map = load_map(map_file, parameters)
 

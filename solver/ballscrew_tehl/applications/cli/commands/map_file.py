@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ballscrew_tehl.nut_map.build import build_map
-from ballscrew_tehl.nut_map.file import is_map_file, load_map, save_map
+from ballscrew_tehl.nut_map.file import is_map_file, save_map
 from ballscrew_tehl.nut_map.grid import MapGrid, largest_pressure, screw_grid
+from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.units import SHOWN
 from ballscrew_tehl.processes import worker_pool

@@ -31,7 +31,7 @@ from .quantities import TOLERANCE, TORQUE_POINT, Quantity
 def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
     """The parameters of --screw, else in the file of --map, else of a default or packaged file, by further options."""
     if args.screw is None and args.map is not None:
-        from ballscrew_tehl.nut_map.file import screw_of_map
+        from ballscrew_tehl.nut_map.load import screw_of_map
 
         parameters = screw_of_map(args.map)
     else:
@@ -51,7 +51,7 @@ class Chosen(NamedTuple):
 
     def nut_map(self, args: Namespace) -> NutMap:
         """The map of --map, or one made now, with the film and the numbers of the friction set."""
-        from ballscrew_tehl.nut_map.file import load_map
+        from ballscrew_tehl.nut_map.load import load_map
 
         with progress_bar(QUIET) as progress:
             return load_map(args.map, self.parameters, self.of_file, progress)
