@@ -39,7 +39,7 @@ class Inputs(NamedTuple):
     def live_page(self, start: OperatingPoint | None = None) -> str:
         """The live page, which starts at an operating point; with the interval of the mechanistic law, some seconds.
 
-        BuildError: not in the package, and no ziglang, or it fails; SourceError: a file is missing.
+        BuildError: not in the package, and no ziglang, or it fails; or a file is missing.
         """
         ends = None
         if self.friction_set is not None and self.nut_map.law == Law.MECHANISTIC:
@@ -95,7 +95,7 @@ def build(
     """Pack, check and deliver the FMUs. advance is called twice for each, and for the live page.
 
     selected: of `kinds`; embed_map: compile the map into the native FMUs, which then open no file. Returns FMUs with
-    the results of their checks by file; what a missing compiler left out. CheckError, BuildError, SourceError: no FMU
+    the results of their checks by file; what a missing compiler left out. CheckError, BuildError: no FMU
     is delivered; OSError: the folder cannot be written.
     """
     nut_map = inputs.nut_map

@@ -35,13 +35,12 @@ def _failing(nothing: str) -> Iterator[None]:
     """Errors of checks, compiler and sources as those of a command, after these words."""
     from ballscrew_fmu.checks.replay import CheckError
     from ballscrew_fmu.native_fmu.compile import BuildError
-    from ballscrew_fmu.native_fmu.sources import SourceError
 
     try:
         yield
     except CheckError as error:
         raise CommandError(f"check failed, {nothing}: {error}") from error
-    except (BuildError, SourceError) as error:
+    except BuildError as error:
         raise CommandError(f"{nothing}: {error}") from error
 
 

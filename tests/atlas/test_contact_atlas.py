@@ -11,13 +11,13 @@ from ballscrew_tehl.atlas.ball_contacts import BallContacts
 from ballscrew_tehl.atlas.contact_atlas import (
     ATLAS_FORMAT,
     OF_THE_SCREW,
-    AtlasError,
     OutsideAtlasError,
     content_hash,
     load_atlas,
 )
 from ballscrew_tehl.atlas.groups import MAX_HEATING_N, closed_forms, unmodelled
 from ballscrew_tehl.parameters.file import changed
+from ballscrew_tehl.runtime.packed import MapError
 
 
 def test_contacts_of_a_screw_are_predicted():
@@ -40,7 +40,7 @@ def test_damaged_and_other_files_are_refused_in_one_line(tmp_path):
 
     def refused(**entries):
         np.savez(path, header=np.array(json.dumps(header | entries)), **arrays)
-        with pytest.raises(AtlasError) as caught:
+        with pytest.raises(MapError) as caught:
             load_atlas.__wrapped__(path)
         assert "\n" not in str(caught.value)
         return str(caught.value)
@@ -51,9 +51,9 @@ def test_damaged_and_other_files_are_refused_in_one_line(tmp_path):
     assert "the file was damaged" in refused()
     for part in (b"", b"text", whole[: len(whole) // 2], whole[:-1]):
         path.write_bytes(part)
-        with pytest.raises(AtlasError, match="not a readable atlas"):
+        with pytest.raises(MapError, match="not a readable atlas"):
             load_atlas.__wrapped__(path)
-    with pytest.raises(AtlasError, match=r"not a readable atlas \(FileNotFoundError"):
+    with pytest.raises(MapError, match=r"not a readable atlas \(FileNotFoundError"):
         load_atlas.__wrapped__(tmp_path / "none.npz")
 
 

@@ -6,7 +6,7 @@ from law_contacts import VG100, ClosedContacts
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from ballscrew_tehl.friction.film_shear import NutTorques, hysteresis_force
+from ballscrew_tehl.friction.film_shear import UnfittedTorques, hysteresis_force
 from ballscrew_tehl.friction.mechanistic import (
     breakaway_factor,
     mean_load,
@@ -161,7 +161,7 @@ def test_oversize_ball_free_of_two_flanks_is_a_ball_on_two_flanks():
     contacts, loads = ClosedContacts(), nut_loads(FOUR.screw, 1000.0, SCREW.loaded_ball_count)
     (free,) = oversize(1000.0, 0.0, contacts)
     two = nut_powers(VG100, loads, 500.0 * RPM, 303.0, contacts)
-    for part in NutTorques._fields:
+    for part in UnfittedTorques._fields:
         assert getattr(free, part) == pytest.approx(getattr(two, part), rel=1e-2)
     relieved, loaded = oversize(1000.0, 1e-6, contacts)
     assert loaded.shear == pytest.approx(free.shear, rel=1e-4)

@@ -8,7 +8,7 @@ from closed_film import HamrockDowsonFilm
 from ballscrew_tehl.applications.calibration.fit import TorqueBasis
 from ballscrew_tehl.applications.calibration.measured_screw import packaged_measurements
 from ballscrew_tehl.applications.calibration.measurements import Measurement
-from ballscrew_tehl.friction.film_shear import NutTorques, nut_sums
+from ballscrew_tehl.friction.film_shear import UnfittedTorques, nut_sums
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_screw
 
 TEMPERATURE = 303.0
@@ -20,7 +20,7 @@ FILM = HamrockDowsonFilm(SCREW)
 MEASURED = packaged_measurements(TEMPERATURE)
 
 
-def uniform_sums(preload: float, speed: float) -> NutTorques:
+def uniform_sums(preload: float, speed: float) -> UnfittedTorques:
     """86 equal balls at the unloaded contact angle; speed [rad/s]."""
     screw = SCREW.screw
     share = preload / (screw.ball_count * math.sin(BETA) * math.cos(screw.lead_angle))

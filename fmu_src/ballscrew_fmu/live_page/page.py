@@ -56,7 +56,7 @@ def live_page(
     ends: NDArray[np.float64] | None,
     start: OperatingPoint | None = None,
 ) -> str:
-    """The page of a screw in HTML, the same for the same input and compiler; BuildError, SourceError: not compiled.
+    """The page of a screw in HTML, the same for the same input and compiler; BuildError: not compiled.
 
     ends: interval_table of its law with TABLE_NODES nodes; None: without interval
     start: operating point shown first, of the report that has the page in it; None: that of the FMU

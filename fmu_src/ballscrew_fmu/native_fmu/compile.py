@@ -22,6 +22,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
+from ballscrew_fmu.archive import BuildError
 from ballscrew_fmu.native_fmu.sources import is_fmi_header
 
 Result = TypeVar("Result")
@@ -113,10 +114,6 @@ _CPU_TYPES = {0x01000007: 3, 0x0100000C: 0}  # x86_64, arm64: cpu subtype "all"
 _MACH_MAGIC_64 = 0xFEEDFACF
 INSTALL = "python -m pip install ziglang"  # or the extra compile
 _ZIG = (sys.executable, "-m", "ziglang")
-
-
-class BuildError(RuntimeError):
-    """A library cannot be built. The message is one line."""
 
 
 def find_compiler() -> Compiler:

@@ -140,7 +140,7 @@ def build_native_fmu(
 
     Raises
     ------
-    BuildError, SourceError
+    BuildError
         With a message of one line.
     OSError
         The folder cannot be written.

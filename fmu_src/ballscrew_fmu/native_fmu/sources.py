@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 
 import fmpy
 
+from ballscrew_fmu.archive import BuildError
 from ballscrew_fmu.models import FRICTION, MODELS, FmuModel
 from ballscrew_fmu.native_fmu.resource_files import (
     MAP_FILE,
@@ -175,10 +176,6 @@ static const Variable variables[] = {{
 """
 
 
-class SourceError(RuntimeError):
-    """A source of the native FMU is missing."""
-
-
 class Embedded(NamedTuple):
     """What is compiled into an FMU that opens no file."""
 
@@ -195,7 +192,7 @@ def native_sources(
     """All C sources and headers of a model by file name: shared files and those of the model.
 
     header: of any map: the sources are the same for all; embedded: what is compiled in, None: it is read from the
-    resources; SourceError: a file of fmpy or of this package is missing.
+    resources; BuildError: a file of fmpy or of this package is missing.
     """
     others = tuple(f"fmi{version}." for version in (2, 3) if version not in fmi_versions)
     folders = [_HERE / name for name in _SHARED] + [_HERE / "models" / model.layer]
@@ -208,7 +205,7 @@ def native_sources(
     for name in model.borrowed:
         files[Path(name).name] = (_HERE / "models" / name).read_bytes()
     if missing := [f"fmi{version}.c" for version in fmi_versions if f"fmi{version}.c" not in files]:
-        raise SourceError(f"{missing[0]} not found in {_HERE}; install the project again")
+        raise BuildError(f"{missing[0]} not found in {_HERE}; install the project again")
     parts = sorted(name for name in files if name.endswith(".c") and name != model.dual)
     if embedded is not None:
         files["embedded.h"] = _embedded_source(embedded).encode()
@@ -269,13 +266,13 @@ def _embedded_source(embedded: Embedded) -> str:
 def fmi_headers(fmi_version: int) -> dict[str, bytes]:
     """The FMI headers of fmpy by name.
 
-    SourceError: one is missing.
+    BuildError: one is missing.
     """
     headers = Path(fmpy.__file__).parent / "c-code"
     try:
         return {name: (headers / name).read_bytes() for name in FMI_HEADERS[fmi_version]}
     except OSError as error:
-        raise SourceError(f"{error.filename} not found; install fmpy >= 0.3.32") from error
+        raise BuildError(f"{error.filename} not found; install fmpy >= 0.3.32") from error
 
 
 def is_fmi_header(name: str) -> bool:

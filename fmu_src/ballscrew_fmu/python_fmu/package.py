@@ -64,10 +64,6 @@ REDIRECTION = f"""<!DOCTYPE html>
 _IMPORT = re.compile(r"^(\s*)from\s+([\w.]+)\s+import\s", re.MULTILINE)
 
 
-class PackageError(RuntimeError):
-    """The FMU cannot be packed from these sources."""
-
-
 def runtime_sources() -> dict[str, str]:
     """Sources of the modules that travel, by their names inside the package, with relative imports."""
     files = _imported_files(SLAVE_MODULE, lambda name, _: name.startswith(TRAVELLING), ("numpy",))
@@ -109,7 +105,7 @@ def _imported_files(
     """Files by module: of the first one, and of those that it imports at run time, directly or indirectly.
 
     travels: whether a module is one of them, from its name and whether the import is relative
-    others: packages that may be imported, in addition to the standard library; PackageError for another one
+    others: packages that may be imported, in addition to the standard library; BuildError for another one
     """
     files: dict[str, Path] = {}
     wanted = [first]
@@ -119,7 +115,7 @@ def _imported_files(
             continue
         file = _file(module)
         if file is None:
-            raise PackageError(f"module {module} not found; install the project and pythonfmu")
+            raise BuildError(f"module {module} not found; install the project and pythonfmu")
         files[module], parent = file, module.rpartition(".")[0]
         if parent and travels(parent, True):
             wanted.append(parent)
@@ -128,7 +124,7 @@ def _imported_files(
             if travels(name, relative):
                 wanted.append(name)
             elif name.partition(".")[0] not in {*others, *sys.stdlib_module_names}:
-                raise PackageError(f"{module} imports {name}, which does not travel with the FMU")
+                raise BuildError(f"{module} imports {name}, which does not travel with the FMU")
     return files
 
 
@@ -226,7 +222,7 @@ def build_fmu(
 
     Raises
     ------
-    BuildError, PackageError
+    BuildError
         With a message of one line.
     OSError
         The folder cannot be written.

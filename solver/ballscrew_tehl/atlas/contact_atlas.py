@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..parameters.file import PACKAGED_DATA, Parameters
 from ..parameters.oil import ROELANDS_PRESSURE
 from ..physics.hertz import E_prime
+from ..runtime.packed import MapError
 from .groups import MAX_HEATING_N, QUANTITIES, Array, ClosedForms, Groups, coordinates
 
 ATLAS_FORMAT = 5
@@ -38,10 +39,6 @@ SOLVE = "remedy: ballscrew torque --direct, which solves the contacts"
 #: points interpolated at a time: their correlations with thousands of others stay within the cache, and its memory is
 #: used again; with 16 they took seven times as long on a busy machine
 CHUNK = 8
-
-
-class AtlasError(ValueError):
-    """The atlas file is missing, damaged or of another format."""
 
 
 class OutsideAtlasError(ValueError):
@@ -173,12 +170,12 @@ def load_atlas(path: Path | None = None) -> ContactAtlas:
         header = json.loads(str(arrays.pop("header")))
         found = header["format"]
     except Exception as error:  # a damaged zip fails in many ways
-        raise AtlasError(f"{path}: not a readable atlas ({type(error).__name__}: {error})") from error
+        raise MapError(f"{path}: not a readable atlas ({type(error).__name__}: {error})") from error
     if found != ATLAS_FORMAT:
-        raise AtlasError(f"{path}: atlas format {found}; expected {ATLAS_FORMAT}: install the package again")
+        raise MapError(f"{path}: atlas format {found}; expected {ATLAS_FORMAT}: install the package again")
     digest = content_hash(arrays)
     if digest != header["hash"]:
-        raise AtlasError(
+        raise MapError(
             f"{path}: content hash {digest[:12]}; expected {header['hash'][:12]}: the file was damaged"
         )
     groups, lengths = Groups(*arrays["groups"].astype(float).T), arrays["lengths"]

@@ -65,7 +65,7 @@ class TorqueParts(NamedTuple):
         return self.viscous + self.hysteresis + self.sliding
 
 
-class NutTorques(NamedTuple):
+class UnfittedTorques(NamedTuple):
     """Torque of one nut before fitted numbers enter [N.m]; floats, or arrays over speed and temperature."""
 
     viscous_screw: Any  # of a raceway at ratio 1 and full share; mechanistic: rolling loss, oil between balls
@@ -89,7 +89,7 @@ class NutTorques(NamedTuple):
         return self.parts(ratio, coefficient, height).total
 
 
-UNLOADED = NutTorques(0.0, 0.0, 0.0, 0.0)
+UNLOADED = UnfittedTorques(0.0, 0.0, 0.0, 0.0)
 
 
 def sum_of_nuts(nuts: Iterable[TorqueParts]) -> TorqueParts:
@@ -107,7 +107,7 @@ def check_motion(loads: np.ndarray, speed: Any) -> None:
 
 def nut_sums(
     parameters: Parameters, loads: np.ndarray, speed: Any, temperature: Any, film_model: FilmModel
-) -> NutTorques:
+) -> UnfittedTorques:
     """Friction of the balls (n,) [N] of one nut at the contact angle under the mean load; speed [rad/s] > 0, [K].
 
     Speeds and temperatures may be arrays that broadcast to (...), for a film model that gives (n, ...).
@@ -137,7 +137,7 @@ def nut_sums(
         total = force.sum(axis=0)
         viscous.append(_arm(screw, beta) * total)
         films.append(np.sqrt(total / np.sum(force / h**2, axis=0)))
-    return NutTorques(viscous[0], viscous[1], *load_torques(parameters, loads), films[0], films[1])
+    return UnfittedTorques(viscous[0], viscous[1], *load_torques(parameters, loads), films[0], films[1])
 
 
 def load_torques(parameters: Parameters, loads: np.ndarray) -> tuple[float, float]:

@@ -1,7 +1,7 @@
 """Friction that follows the film: power balance of one nut from the contacts of its balls, by the atlas or solved.
 
 T w = sum over balls and raceways (P_roll + P_shear + P_hysteresis) + sum over balls (P_neighbour + P_ball_ball), every
-part >= 0. What is called powers of nuts below are torques: power over the speed of the screw (torque.NutTorques).
+part >= 0. What is called powers of nuts below are torques: power over the speed of the screw (torque.UnfittedTorques).
 
 P_roll        loss of the contact in pure rolling (contact.ContactResult.rolling_loss), times the factor of oil supply
 P_shear       spin, differential and helix slip with the shear stress of an Eyring oil limited at Lambda p, and of the
@@ -41,7 +41,7 @@ from ..physics.kinematics import ContactMotion, contact_motion, entrainment_spee
 from ..physics.load import nut_loads
 from ..physics.lubricant import ambient_density, eta0, viscosity
 from .ball_equilibrium import Traction, ball_equilibrium, radial_nodes
-from .film_shear import UNLOADED, NutTorques, TorqueParts, check_motion, hysteresis_sum, sum_of_nuts
+from .film_shear import UNLOADED, TorqueParts, UnfittedTorques, check_motion, hysteresis_sum, sum_of_nuts
 
 #: SKF's geometry constant of single-row angular contact, and ball diameter over D - d of such bearings
 K_Z, BALL_OVER_SECTION = 4.4, 0.3
@@ -145,7 +145,7 @@ def loaded_nuts(parameters: Parameters, forces: Sequence[float]) -> list[Nut]:
 
 def nut_powers(
     parameters: Parameters, loads: Array, speed: Any, temperature: Any, contacts: ContactValues
-) -> NutTorques:
+) -> UnfittedTorques:
     """Power balance of one nut with ball loads (n,) [N] on two flanks; other arguments as powers_of_nuts."""
     ((result,),) = powers_of_nuts([parameters], [Nut(loads)], speed, temperature, contacts)
     return result
@@ -153,7 +153,7 @@ def nut_powers(
 
 def nuts_powers(
     parameters: Parameters, forces: Sequence[float], contacts: ContactValues, speed: Any, temperature: Any
-) -> list[tuple[int, NutTorques]]:
+) -> list[tuple[int, UnfittedTorques]]:
     """Power balance of the nuts that carry load, as torques before fitted numbers.
 
     Parameters
@@ -171,7 +171,7 @@ def nuts_powers(
 
     Returns
     -------
-    list of (int, NutTorques)
+    list of (int, UnfittedTorques)
         How many times a nut counts, and its parts, floats or (s, t) [N.m].
 
     Raises
@@ -201,7 +201,7 @@ def nuts_powers(
 
 def powers_of_nuts(
     variants: Sequence[Parameters], nuts: Sequence[Nut], speed: Any, temperature: Any, contacts: ContactValues
-) -> list[list[NutTorques]]:
+) -> list[list[UnfittedTorques]]:
     """Power balance of several nuts for each of the variants, parts (s, t) or floats for a single point.
 
     Variants are parameters of one screw and oil with other constants of the law. The balls of all are brought into
@@ -306,7 +306,7 @@ def _shear(motions: Sequence[ContactMotion], balls: Sequence[_Sheared], speed: A
 
 def _torques(
     parameters: Parameters, nut: _LoadedNut, share: Array, shear: Array, speed: Array, temperature: Array
-) -> NutTorques:
+) -> UnfittedTorques:
     """Torques of a nut with the asperities' share (s, t, c) and the shear power [W] (s, t) of its mean ball."""
     mean, u = nut.means[0], float(entrainment_speed(parameters.screw, 1.0))
     gap = neighbour_power(parameters, len(nut.loads), len(nut.means), nut.sliding, speed, temperature)
@@ -321,7 +321,7 @@ def _torques(
     screw, nut_raceway, slid, thrust = (float(part[0, 0]) if speed.size == 1 else part for part in parts)
     hysteresis = u * hysteresis_sum(parameters, nut.loads, rolling=True)
     ball_ball = u * nut.sliding * float(nut.loads.sum())
-    return NutTorques(screw, nut_raceway, hysteresis, ball_ball, shear=slid, thrust_factor=thrust)
+    return UnfittedTorques(screw, nut_raceway, hysteresis, ball_ball, shear=slid, thrust_factor=thrust)
 
 
 def neighbour_power(
@@ -368,7 +368,7 @@ def rolling_torque(
     return np.asarray(replenished * (supplied * lost + gap) / speed)
 
 
-def torque_line(nuts: Sequence[tuple[int, NutTorques]], ratio: float = 1.0) -> tuple[Any, Any]:
+def torque_line(nuts: Sequence[tuple[int, UnfittedTorques]], ratio: float = 1.0) -> tuple[Any, Any]:
     """Torque of nuts_powers without ball on ball, and what it rises by per coefficient 2 mu_b Lambda kappa [N.m]."""
     rest = sum(times * nut.torque(ratio, 0.0) for times, nut in nuts)
     return rest, sum(times * nut.thrust_factor * nut.sliding for times, nut in nuts)

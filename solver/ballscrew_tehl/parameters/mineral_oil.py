@@ -4,10 +4,10 @@ SI and kelvin; the letters of a source inside a function; accuracy of every rule
 """
 
 import math
-from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
+from ..numerics import rising_root
 from .units import CELSIUS
 
 #: temperatures of the viscosity index and of the density on a data sheet [K]
@@ -102,39 +102,7 @@ def viscosity_at_100c(nu_40: float, index: float) -> float:
             f"viscosity_index = {index:g}; allowed: {allowed[0]:.4g} to {allowed[1]:.4g} for {1e6 * nu_40:g} mm2/s "
             f"at 40 C: at 100 C an oil needs {LEAST_AT_100C:g} mm2/s or more to have an index"
         )
-    return _root(lambda nu: viscosity_index(nu_40, nu) - index, lowest, highest, 1e-18, 1e-13)
-
-
-def _root(function: Callable[[float], float], a: float, b: float, absolute: float, relative: float) -> float:
-    """Root between a and b, to the last bit that of scipy.optimize.brentq, whose import takes longer than a torque.
-
-    Brent, Algorithms for Minimization without Derivatives, 1973, ch. 4.
-    """
-    f_a, f_b = function(a), function(b)
-    if f_a == 0.0:
-        return a
-    c, f_c, before, step = a, f_a, b - a, b - a
-    while f_b != 0.0:
-        if (f_a < 0.0) != (f_b < 0.0):
-            c, f_c, before, step = a, f_a, b - a, b - a
-        if abs(f_c) < abs(f_b):
-            a, b, c, f_a, f_b, f_c = b, c, b, f_b, f_c, f_b
-        tolerance, half = 0.5 * (absolute + relative * abs(b)), 0.5 * (c - b)
-        if abs(half) < tolerance:
-            break
-        new = math.inf
-        if abs(before) > tolerance and abs(f_b) < abs(f_a):
-            if a == c:
-                new = -f_b * (b - a) / (f_b - f_a)
-            else:
-                s, t = (f_a - f_b) / (a - b), (f_c - f_b) / (c - b)
-                new = -f_b * (f_c * t - f_a * s) / (t * s * (f_c - f_a))
-        short = 2.0 * abs(new) < min(abs(before), 3.0 * abs(half) - tolerance)
-        before, step = (step, new) if short else (half, half)
-        a, f_a = b, f_b
-        b += step if abs(step) > tolerance else math.copysign(tolerance, half)
-        f_b = function(b)
-    return b
+    return rising_root(lambda nu: viscosity_index(nu_40, nu) - index, lowest, highest)[0]
 
 
 def density_15c(nu_40: float, vgc: float = PARAFFINIC_VGC) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 
 from ballscrew_tehl.friction.film_shear import (
     UNLOADED,
-    NutTorques,
+    UnfittedTorques,
     nut_forces,
     nut_sums,
     roughness_share,
@@ -98,7 +98,7 @@ class TorqueBasis:
     rolling: Array | None = None
 
     @classmethod
-    def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[NutTorques]]) -> Self:
+    def of_nuts(cls, measurements: Sequence[Measurement], sums: Sequence[Sequence[UnfittedTorques]]) -> Self:
         """By the law of the paper, the sums of both nuts at each point."""
 
         def columns(*names: str) -> Array:
@@ -110,7 +110,9 @@ class TorqueBasis:
 
     @classmethod
     def of_powers(
-        cls, measurements: Sequence[Measurement], powers: Sequence[Sequence[Sequence[tuple[int, NutTorques]]]]
+        cls,
+        measurements: Sequence[Measurement],
+        powers: Sequence[Sequence[Sequence[tuple[int, UnfittedTorques]]]],
     ) -> Self:
         """By the mechanistic law, powers_of_nuts at each point, of the screw file and of INVERSES if there are any."""
         from scipy.interpolate import PchipInterpolator
