@@ -9,7 +9,7 @@ import re
 
 import numpy as np
 import pytest
-from processes import ROOT, RUNS_HERE
+from processes import RUNS_HERE
 from scipy.optimize import fsolve
 from synthetic_map import SCREW
 
@@ -266,14 +266,3 @@ def test_contacts_of_the_examples(results):
             row = found["torque"][example.PRELOADS.index(preload)]
             # the largest deviation of a fitted point is 4 %
             assert abs(np.interp(rpm, found["rpm"], row) / measured - 1.0) < 0.05
-
-
-def test_ranges_in_the_documents_are_those_of_the_table():
-    ratio, least, largest = np.array(list(importlib.import_module("interval_of_screws").main().values())).T
-    width, over = (f"{low.min():.1f} to {high.max():.1f}" for low, high in ((least, largest), (ratio, ratio)))
-    for name, texts in {
-        "README.md": (f"a factor of {width} from",),
-        "docs/adapt_to_your_screw.md": (f"is {width} times", f"is {over} times"),
-        "docs/validation.md": (f"low end {width}, torque over", f"30 \N{DEGREE SIGN}C) {over}."),
-    }.items():  # fmt: skip
-        assert all(text in (ROOT / name).read_text(encoding="utf-8") for text in texts), name
