@@ -156,9 +156,9 @@ def model_exchange(fmu: Path | str, tolerance: float = 1e-8) -> tuple[np.ndarray
         time, sliding = 0.0, frozenset[int]()
         for n in range(1, round(TIME / INTERVAL) + 1):
             while time < n * INTERVAL:
-                found, _, time = solver.step(time, n * INTERVAL)
+                result, _, time = solver.step(time, n * INTERVAL)
                 system.set_time(time)
-                if found:
+                if result:
                     friction.model.enterEventMode()
                     friction.settle()
                     before, sliding = sliding, friction.sliding()

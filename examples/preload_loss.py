@@ -71,17 +71,17 @@ def monitored(torque: np.ndarray) -> dict[str, Any]:
 
     preload = np.array([preload_from_torque(torque_at, reading, *ends, 1e-9) for reading in torque.tolist()])
     slope = (torque_at(1.0001 * preload) - torque_at(0.9999 * preload)) / (2e-4 * preload)
-    found = {"preload": preload}
+    result = {"preload": preload}
     for law, prefix in ((0.0, ""), (0.5 * (high - low), "law_")):
         half = math.hypot(noise, law) * torque / slope
-        found |= {f"{prefix}low": preload - half, f"{prefix}high": preload + half}
+        result |= {f"{prefix}low": preload - half, f"{prefix}high": preload + half}
     colder = float(nut_map.evaluate(RIG_PRELOAD, SPEED, TEMPERATURE - 10.0).friction_torque) / torque[0]
-    return found | {"torque": torque, "scatter": scatter(torque), "colder": colder - 1.0}
+    return result | {"torque": torque, "scatter": scatter(torque), "colder": colder - 1.0}
 
 
 def other_screws(torque: np.ndarray) -> list[float]:
     """Last preload [N] with other screws, each calibrated on the first torque."""
-    found = []
+    result = []
     for other in OTHERS:
         parameters = rig_screw(*other)
         contacts = BallContacts(parameters)
@@ -93,8 +93,8 @@ def other_screws(torque: np.ndarray) -> list[float]:
         ) -> float:
             return double_nut_parts(parameters, [preload] * 2, contacts, SPEED, TEMPERATURE, 1.0, k).total
 
-        found.append(preload_from_torque(at, float(torque[-1]), 300.0, 2000.0, 1e-3))
-    return found
+        result.append(preload_from_torque(at, float(torque[-1]), 300.0, 2000.0, 1e-3))
+    return result
 
 
 def main() -> dict[str, Any]:

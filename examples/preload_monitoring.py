@@ -132,22 +132,22 @@ class Reference(NamedTuple):
 
 def reference_of(screw: NutMap, batches: list[Batch]) -> Reference:
     """Mean preload and pooled scatter; the preload of each batch costs one degree of freedom."""
-    found = np.array([estimate(screw, batch, 1.0) for batch in batches])
-    left = [residuals(screw, batch, preload) for batch, preload in zip(batches, found[:, 0], strict=True)]
+    result = np.array([estimate(screw, batch, 1.0) for batch in batches])
+    left = [residuals(screw, batch, preload) for batch, preload in zip(batches, result[:, 0], strict=True)]
     freedom = sum(r.size - 1 for r in left)
     scatter = float(np.sqrt(sum(float(np.sum((r - r.mean()) ** 2)) for r in left) / freedom))
-    deviation = scatter * float(np.sqrt(np.sum(found[:, 1] ** 2))) / len(batches)
-    return Reference(float(found[:, 0].mean()), deviation, scatter, freedom)
+    deviation = scatter * float(np.sqrt(np.sum(result[:, 1] ** 2))) / len(batches)
+    return Reference(float(result[:, 0].mean()), deviation, scatter, freedom)
 
 
 def life(
     screw: NutMap, true: np.ndarray, random: np.random.Generator, reference: Reference
 ) -> dict[str, np.ndarray]:
     """A life with these true preloads [N], one per batch: estimates, half widths of the 95 % interval, CUSUM."""
-    found = np.array([estimate(screw, measure(screw, float(p), random), reference.scatter) for p in true])
-    z = (found[:, 0] - reference.preload) / np.hypot(found[:, 1], reference.deviation)
-    half = float(student.ppf(0.975, reference.freedom)) * found[:, 1]
-    return {"true": true, "preload": found[:, 0], "half_width": half, "z": z, "cusum": cusum(z)}
+    result = np.array([estimate(screw, measure(screw, float(p), random), reference.scatter) for p in true])
+    z = (result[:, 0] - reference.preload) / np.hypot(result[:, 1], reference.deviation)
+    half = float(student.ppf(0.975, reference.freedom)) * result[:, 1]
+    return {"true": true, "preload": result[:, 0], "half_width": half, "z": z, "cusum": cusum(z)}
 
 
 def wearing(batches: int = 150, preload: float = 2000.0, healthy: int = 50, lost: float = 0.2) -> np.ndarray:
@@ -202,7 +202,7 @@ class Streamed(NamedTuple):
 
 def streamed(fmu: Any, batches: list[Batch], period: float = 1.0) -> list[Streamed]:
     """Batches through BallScrewPreloadMonitor, measurement by measurement, `period` s apart."""
-    found = []
+    result = []
     with FmuInstance(fmu) as monitor:
         for batch in batches:
             values = []
@@ -212,12 +212,12 @@ def streamed(fmu: Any, batches: list[Batch], period: float = 1.0) -> list[Stream
                 if monitor.get("in_range"):
                     values.append(monitor.get("preload", "preload_half_width"))
             preload, deviation = np.array(values).T
-            found.append(
+            result.append(
                 Streamed(
                     float(preload.mean()), float(np.sqrt(np.sum(deviation**2))) / len(values), len(values)
                 )
             )
-    return found
+    return result
 
 
 def compared_with_fmu(fmu: Any, screw: NutMap | None = None, seed: int = 1) -> dict[str, float]:
@@ -230,14 +230,14 @@ def compared_with_fmu(fmu: Any, screw: NutMap | None = None, seed: int = 1) -> d
     random = np.random.default_rng(seed)
     course = wearing()
     batches = [measure(screw, float(preload), random) for preload in course]
-    found = streamed(fmu, batches)
-    preload = np.array([each.preload for each in found])
+    result = streamed(fmu, batches)
+    preload = np.array([each.preload for each in result])
     by_mean = np.array([preload_of(screw, batch) for batch in batches])
     return {
         "difference_percent": 100.0 * float(np.sqrt(np.mean((preload / by_mean - 1.0) ** 2))),
         "deviation_percent": 100.0 * float(np.sqrt(np.mean((preload / course - 1.0) ** 2))),
-        "stated_percent": 100.0 * float(np.mean([each.deviation / each.preload for each in found])),
-        "in_range": float(sum(each.in_range for each in found)) / (SIZE * len(found)),
+        "stated_percent": 100.0 * float(np.mean([each.deviation / each.preload for each in result])),
+        "in_range": float(sum(each.in_range for each in result)) / (SIZE * len(result)),
     }
 
 

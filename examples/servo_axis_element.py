@@ -25,10 +25,10 @@ SPEED_GAIN, RESET_TIME, POSITION_GAIN = 1.5, 10e-3, 25.0  # [N.m.s/rad], [s], [1
 def main(fmu: Path | str = FMU, stop: float = 0.5) -> dict[str, Any]:
     """Time series of the reference, the error and the friction torque; SI units."""
     time = np.arange(0.0, stop, CYCLE)
-    wanted = 5e-3 * (1.0 - np.cos(4.0 * np.pi * time))
-    feed, integral, rows = np.gradient(wanted, CYCLE), 0.0, []
+    target = 5e-3 * (1.0 - np.cos(4.0 * np.pi * time))
+    feed, integral, rows = np.gradient(target, CYCLE), 0.0, []
     with FmuInstance(fmu, motor_inertia=3e-3, table_mass=300.0, lead=2.0 * np.pi * RATIO) as axis:
-        for x, v in zip(wanted, feed, strict=True):
+        for x, v in zip(target, feed, strict=True):
             position, speed, friction = axis.get("position", "speed", "friction_torque")
             error = (POSITION_GAIN * (x - position) + v) / RATIO - speed
             integral += SPEED_GAIN * CYCLE / RESET_TIME * error

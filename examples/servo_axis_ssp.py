@@ -127,17 +127,17 @@ def in_libcosim(ssp: Path, step: float, steps: int) -> Series:
     execution.add_observer(observer)
     places = {name: execution.slave_index_from_instance_name(name) for name in ("screw", "axis")}
     references = _references(ssp)
-    wanted = {owner: [name for name in OBSERVED.values() if name.startswith(f"{owner}.")] for owner in places}
-    found: dict[str, list[float]] = {name: [] for name in (*OBSERVED.values(), IN_RANGE)}
+    target = {owner: [name for name in OBSERVED.values() if name.startswith(f"{owner}.")] for owner in places}
+    result: dict[str, list[float]] = {name: [] for name in (*OBSERVED.values(), IN_RANGE)}
     for _ in range(steps):
         if not execution.step():
             raise MasterError("libcosim: a step failed")
-        for owner, names in wanted.items():
+        for owner, names in target.items():
             values = observer.last_real_values(places[owner], [references[name] for name in names])
             for name, value in zip(names, values, strict=True):
-                found[name].append(value)
-        found[IN_RANGE] += observer.last_boolean_values(places["screw"], [references[IN_RANGE]])
-    return {name: np.array(values) for name, values in found.items()}
+                result[name].append(value)
+        result[IN_RANGE] += observer.last_boolean_values(places["screw"], [references[IN_RANGE]])
+    return {name: np.array(values) for name, values in result.items()}
 
 
 def _references(ssp: Path) -> dict[str, int]:
@@ -160,17 +160,17 @@ def in_ecos(ssp: Path, step: float, steps: int) -> Series:
     from ecospy import EcosLib, EcosSimulation
 
     EcosLib.set_log_level("warn")
-    found: dict[str, list[float]] = {name: [] for name in (*OBSERVED.values(), IN_RANGE)}
+    result: dict[str, list[float]] = {name: [] for name in (*OBSERVED.values(), IN_RANGE)}
     with EcosSimulation(step_size=step, ssp_path=str(ssp)) as simulation:
         if not simulation.init(parameter_set=PARAMETER_SET):
             raise MasterError("ecos: initialization failed")
         for _ in range(steps):
             simulation.step()
             for name in OBSERVED.values():
-                found[name].append(simulation.get_real(name.replace(".", "::")))
-            found[IN_RANGE].append(simulation.get_bool(IN_RANGE.replace(".", "::")))
+                result[name].append(simulation.get_real(name.replace(".", "::")))
+            result[IN_RANGE].append(simulation.get_bool(IN_RANGE.replace(".", "::")))
         simulation.terminate()
-    return {name: np.array(values) for name, values in found.items()}
+    return {name: np.array(values) for name, values in result.items()}
 
 
 MASTERS: Mapping[str, Callable[[Path, float, int], Series]] = {
@@ -192,10 +192,10 @@ def difference(series: Series, run: Run) -> Difference:
     """Between a master and a scripted run, whose rows are the starts of the steps."""
     worst = Difference(0.0, "")
     for field, name in OBSERVED.items():
-        wanted = getattr(run, field)
-        found = np.abs(series[name][: wanted.size - 1] - wanted[1:]).max() / np.abs(wanted).max()
-        if not found <= worst.worst:
-            worst = Difference(float(found), name)
+        target = getattr(run, field)
+        result = np.abs(series[name][: target.size - 1] - target[1:]).max() / np.abs(target).max()
+        if not result <= worst.worst:
+            worst = Difference(float(result), name)
     return worst
 
 

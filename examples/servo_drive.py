@@ -123,10 +123,10 @@ class Drive:
         axis, limit = self._axis, self._axis.current_limit
         r, h, K_t, R = axis.ratio, axis.step, axis.torque_constant, axis.resistance
         speed_error = (axis.position_gain * (position - self.position) + velocity) / r - self.speed
-        wanted = axis.speed_gain * (speed_error + self._speed_integral) / K_t
-        if abs(wanted) <= limit:  # no wind-up
+        target = axis.speed_gain * (speed_error + self._speed_integral) / K_t
+        if abs(target) <= limit:  # no wind-up
             self._speed_integral += h / axis.reset_time * speed_error
-        current_error = min(max(wanted, -limit), limit) - self._current
+        current_error = min(max(target, -limit), limit) - self._current
         voltage = axis.current_bandwidth * (axis.inductance * current_error + self._current_integral)
         voltage += K_t * self.speed
         if abs(voltage) <= axis.voltage_limit:

@@ -77,10 +77,10 @@ def write_archive(
         connectors = _sub(node, "ssd", "Connectors")
         ends = [end for connection in connections for end in connection if end[0] == part.name]
         for variable in dict.fromkeys([name for _, name in ends] + list(part.shown)):
-            found = _variable(described, part.name, variable)
-            connector = _sub(connectors, "ssd", "Connector", name=variable, kind=found.causality)
-            _typed(connector, found)
-            used |= {found.unit} - {None}
+            result = _variable(described, part.name, variable)
+            connector = _sub(connectors, "ssd", "Connector", name=variable, kind=result.causality)
+            _typed(connector, result)
+            used |= {result.unit} - {None}
         source = f"resources/{part.name}.ssv"
         _sub(_sub(node, "ssd", "ParameterBindings"), "ssd", "ParameterBinding", source=source)
         files[source] = _parameter_file(part, described, parameter_set)
@@ -181,21 +181,21 @@ def findings(path: Path | str) -> list[str]:
         }
         units = _declared_units(archive.read("SystemStructure.ssd"), "ssd")
         connectors = _declared_connectors(archive.read("SystemStructure.ssd"))
-        found = [text for part in components for text in _wrong_values(part, described[part.name])]
+        result = [text for part in components for text in _wrong_values(part, described[part.name])]
     for (part, name), (kind, unit) in connectors.items():
         variable = {v.name: v for v in described[part].modelVariables}.get(name)
         if variable is None or (variable.causality, variable.unit) != (kind, unit):
-            found.append(f"connector {part}.{name}: {kind} in {unit}, the FMU has another")
+            result.append(f"connector {part}.{name}: {kind} in {unit}, the FMU has another")
         if unit is not None and units.get(unit) != _exponents(described[part], unit):
-            found.append(f"unit {unit} is declared as {units.get(unit)}, not as in the FMU of {part}")
+            result.append(f"unit {unit} is declared as {units.get(unit)}, not as in the FMU of {part}")
     sinks = [(link.endElement, link.endConnector) for link in structure.system.connections]
     sources = [(link.startElement, link.startConnector) for link in structure.system.connections]
-    found += [f"input {a}.{b} is fed {sinks.count((a, b))} times" for (a, b), (kind, _) in connectors.items()
+    result += [f"input {a}.{b} is fed {sinks.count((a, b))} times" for (a, b), (kind, _) in connectors.items()
               if kind == "input" and sinks.count((a, b)) != 1]  # fmt: skip
     for source, sink in zip(sources, sinks, strict=True):
         if connectors.get(source, ("", ""))[1] != connectors.get(sink, ("", None))[1]:
-            found.append(f"connection {'.'.join(source)} to {'.'.join(sink)} joins different units")
-    return found
+            result.append(f"connection {'.'.join(source)} to {'.'.join(sink)} joins different units")
+    return result
 
 
 def _wrong_values(part: SsdComponent, description: Any) -> Iterator[str]:

@@ -75,13 +75,13 @@ def swing(fmu: Path | str, law: str, master: str, h: float, every: int) -> np.nd
     rate, n = 2.0 * np.pi * FREQUENCY, round(TIME / h)
     times = h * np.arange(n + 1)
     torques = -AMPLITUDE * np.diff(np.cos(rate * times)) / (rate * h)
-    found = []
+    result = []
     with Pair(fmu, LAWS[law]) as pair:
         for i, torque in enumerate(torques, start=1):
             pair.step(h, float(torque), master == "parallel")
             if i % every == 0:
-                found.append(pair.speed)
-    return np.array(found)
+                result.append(pair.speed)
+    return np.array(result)
 
 
 def errors(
@@ -90,12 +90,12 @@ def errors(
     """Largest error of the speed [rad/s] by (law, master) over the steps, and the reference runs by law."""
     finest = steps[-1] / 16.0
     exact = {law: swing(fmu, law, "sequential", finest, round(steps[0] / finest)) for law in LAWS}
-    found = {}
+    result = {}
     for law in LAWS:
         for master in MASTERS:
             runs = [swing(fmu, law, master, h, round(steps[0] / h)) for h in steps]
-            found[law, master] = np.array([np.abs(run - exact[law]).max() for run in runs])
-    return found, exact
+            result[law, master] = np.array([np.abs(run - exact[law]).max() for run in runs])
+    return result, exact
 
 
 def order(steps: tuple[float, ...], error: np.ndarray) -> float:
@@ -142,10 +142,10 @@ def main(
     Returns steps; errors, orders: by (law, master); exact: reference speeds by law; borders, limits: by master over
     the b of `damping`, by the FMU and in closed form.
     """
-    found, exact = errors(fmu, steps)
+    result, exact = errors(fmu, steps)
     return {
-        "steps": steps, "errors": found, "exact": exact, "damping": damping,
-        "orders": {key: order(steps, value) for key, value in found.items()},
+        "steps": steps, "errors": result, "exact": exact, "damping": damping,
+        "orders": {key: order(steps, value) for key, value in result.items()},
         "borders": {m: [border(fmu, b, m) for b in damping] for m in MASTERS},
         "limits": {m: [limit(b, m) for b in damping] for m in MASTERS},
     }  # fmt: skip
@@ -159,10 +159,10 @@ def table(result: dict[str, Any]) -> str:
         cells = "".join(f"{value:12.2e}" for value in values)
         lines.append(f"{law + ', ' + master:24}{cells}{result['orders'][law, master]:8.2f}")
     for master in MASTERS:
-        for b, found, wanted in zip(
+        for b, found, target in zip(
             result["damping"], result["borders"][master], result["limits"][master], strict=True
         ):
-            lines.append(f"{master:12} b = {b:.2f}: unstable from a = {found:.4f}, closed form {wanted:.4f}")
+            lines.append(f"{master:12} b = {b:.2f}: unstable from a = {found:.4f}, closed form {target:.4f}")
     return "\n".join(lines)
 
 

@@ -171,7 +171,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
     figure = Figure(figsize=(7.0, 8.0), layout="constrained")
     temperature, preload, torque = panels = figure.subplots(3, 1, sharex=True)
     hours = result["coupled"][:, 0] / 3600.0
-    share, rpm = 100.0 * result["drive"].duty, result["drive"].speed / RPM
+    fraction, rpm = 100.0 * result["drive"].duty, result["drive"].speed / RPM
     for rows, dash, case in (
         (result["coupled"], "-", ""), (result["constant"], "--", ", constant heat"),
     ):  # fmt: skip
@@ -179,7 +179,7 @@ def plot(result: dict[str, Any], path: Path | str) -> None:
         temperature.plot(hours, rows[:, 2] - CELSIUS, dash, color="#0072B2", label=f"screw{case}")
     preload.plot(hours, result["coupled"][:, 3], color="0.25")
     torque.plot(hours, result["coupled"][:, 4], color="0.25")
-    temperature.set_title(f"Warm-up by friction, {share:g} % of the time at {rpm:.0f} r/min")
+    temperature.set_title(f"Warm-up by friction, {fraction:g} % of the time at {rpm:.0f} r/min")
     temperature.set(ylabel="temperature [\u00b0C]")
     preload.set(ylabel="preload [N]")
     torque.set(ylabel="friction torque [N m]", xlabel="time [h]", xlim=(0.0, min(4.0, hours[-1])))

@@ -156,7 +156,7 @@ class Point(NamedTuple):
 def operating_points() -> list[Point]:
     """The data, then the other bearings."""
     known = {name.replace(" ", ""): name for name in BEARINGS}
-    found = [
+    result = [
         Point(known[row.bearing], row.axial_load_over_C, row.nu_n_mm2_s_r_min,
               1e-3 * row.skf_rolling_Nmm, 1e-3 * row.skf_sliding_Nmm)
         for row in data_file(SKF_TORQUE).itertuples()
@@ -166,8 +166,8 @@ def operating_points() -> list[Point]:
             n = nu_n / VISCOSITY_GRADE
             if not of.in_data and n <= of.limiting_speed:
                 skf = skf_torque(of.kind, of.pitch_diameter, ratio * of.rating, n, VISCOSITY_GRADE)
-                found.append(Point(name, ratio, nu_n, *skf))
-    return found
+                result.append(Point(name, ratio, nu_n, *skf))
+    return result
 
 
 #: groove radii over ball diameter that the bearings may have as well; load over rating and nu n of the comparison
@@ -177,7 +177,7 @@ CONFORMITY_LOAD, CONFORMITY_NU_N = 0.1, NU_N[:4]
 
 def conformity_ratios() -> list[tuple[str, float, list[float]]]:
     """Bearing, groove radius over ball diameter, total of the law over that of SKF at CONFORMITY_NU_N."""
-    found = []
+    result = []
     for name, conformities in CONFORMITIES.items():
         load = CONFORMITY_LOAD * BEARINGS[name].rating
         for conformity in conformities:
@@ -187,8 +187,8 @@ def conformity_ratios() -> list[tuple[str, float, list[float]]]:
                 n = nu_n / VISCOSITY_GRADE
                 law = built.torque(load, n * RPM, BEARING_TEMPERATURE).total
                 ratios.append(law / sum(skf_torque(of.kind, of.pitch_diameter, load, n, VISCOSITY_GRADE)))
-            found.append((name, conformity, ratios))
-    return found
+            result.append((name, conformity, ratios))
+    return result
 
 
 @cache

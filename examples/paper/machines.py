@@ -99,16 +99,16 @@ def groove_points(rows: pd.DataFrame | None = None) -> pd.DataFrame:
 
 def screw_points(oils: Iterable[int] = RIG_OILS) -> pd.DataFrame:
     """Torque with interval [N.m] of the screws that those of the rig could be; the number of the law carried over."""
-    found = []
+    result = []
     for diameter, ball, iso_vg in itertools.product(RIG_DIAMETERS, RIG_BALLS, oils):
         parameters = rig_screw(diameter, ball, iso_vg)
         contacts, entry = BallContacts(parameters), default_friction_set(parameters)
         for celsius in RIG_TEMPERATURES:
             point = RIG_SPEED * RPM, celsius + CELSIUS
             torque = torque_interval(parameters, [RIG_PRELOAD] * 2, contacts, *point, entry)
-            found.append((diameter, ball, iso_vg, celsius, torque.torque, torque.low, torque.high))
+            result.append((diameter, ball, iso_vg, celsius, torque.torque, torque.low, torque.high))
     return pd.DataFrame(
-        found, columns=["diameter_mm", "ball_mm", "iso_vg", "celsius", "torque", "low", "high"]
+        result, columns=["diameter_mm", "ball_mm", "iso_vg", "celsius", "torque", "low", "high"]
     )
 
 
@@ -122,8 +122,8 @@ def spread(ratios: pd.Series) -> pd.Series:
 def spreads(points: pd.DataFrame, columns: dict[str, str], over: str, sets: dict) -> pd.DataFrame:
     """Spread of torques over another one: rows (law, set)."""
     return pd.DataFrame({
-        (law, name): spread((points[column] / points[over])[chosen(points)])
-        for law, column in columns.items() for name, chosen in sets.items()
+        (law, name): spread((points[column] / points[over])[selection(points)])
+        for law, column in columns.items() for name, selection in sets.items()
     }).T  # fmt: skip
 
 
@@ -131,8 +131,8 @@ def exponents(points: pd.DataFrame, column: str) -> tuple[float, float]:
     """Exponents of axial load and of nu n of a torque over points, with one level for each bearing."""
     levels = pd.get_dummies(points.bearing).to_numpy(float)
     logs = np.log(points[["axial_load", "nu_n"]].to_numpy())
-    found = np.linalg.lstsq(np.hstack([logs, levels]), np.log(points[column].to_numpy()), rcond=None)[0]
-    return float(found[0]), float(found[1])
+    result = np.linalg.lstsq(np.hstack([logs, levels]), np.log(points[column].to_numpy()), rcond=None)[0]
+    return float(result[0]), float(result[1])
 
 
 def slow_points(points: pd.DataFrame) -> pd.DataFrame:

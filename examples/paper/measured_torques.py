@@ -77,8 +77,8 @@ class LawRow(NamedTuple):
     def cells(self) -> list[str]:
         """The row of the table of laws."""
         errors = np.abs(self.torques[:-1] / _measured() - 1.0)
-        rest, left_out = self.from_rest or {}, self.left_out or (None, None)
-        from_rest = (percent(rest.get(name)) for name in TABLES)
+        remainder, left_out = self.from_rest or {}, self.left_out or (None, None)
+        from_rest = (percent(remainder.get(name)) for name in TABLES)
         ends = (100.0 * (self.torques[-1] / inferred - 1.0) for inferred in (TWELFTH.torque, TWELFTH_LEAST))
         twelfth = "{:+.0f} to {:+.0f} %".format(*ends)
         shown = percent(errors.mean()), percent(errors.max()), *from_rest, *map(percent, left_out), twelfth
@@ -87,11 +87,11 @@ class LawRow(NamedTuple):
 
 def packaged_laws() -> list[Law]:
     """The law of the paper, and the mechanistic one, which comes with another oil."""
-    found = []
+    result = []
     for parameters in (load_screw(), load_screw(PACKAGED_VG100)):
         entry = default_friction_set(parameters)
-        found.append(Law(entry, parameters, load_map(None, parameters)))
-    return found
+        result.append(Law(entry, parameters, load_map(None, parameters)))
+    return result
 
 
 def law_points() -> list[Measurement]:
@@ -112,9 +112,9 @@ def evaluated_row(name: str, numbers: int, evaluate: Evaluate) -> LawRow:
 def set_row(entry: FrictionSet, evaluate: Evaluate) -> LawRow:
     """A friction set, with the figures of its fit."""
     row = evaluated_row(entry.name, len(SETS[entry.name]), evaluate)
-    rest = {name: found["mean"] for name, found in entry.leave_one_table_out.items()}
+    remainder = {name: result["mean"] for name, result in entry.leave_one_table_out.items()}
     return row._replace(
-        from_rest=rest, left_out=(entry.errors["leave_one_out_mean"], entry.errors["leave_one_out_max"])
+        from_rest=remainder, left_out=(entry.errors["leave_one_out_mean"], entry.errors["leave_one_out_max"])
     )
 
 
@@ -148,14 +148,14 @@ def fitted_row(name: str, columns: np.ndarray, fixed: np.ndarray) -> LawRow:
         return columns @ numbers + fixed, numbers
 
     def errors(without: list[int]) -> np.ndarray:
-        found, _ = torques([i for i in range(len(measured)) if i not in without])
-        return np.abs(found[without] / measured[without] - 1.0)
+        result, _ = torques([i for i in range(len(measured)) if i not in without])
+        return np.abs(result[without] / measured[without] - 1.0)
 
-    found, numbers = torques(list(range(len(measured))))
+    result, numbers = torques(list(range(len(measured))))
     only = {name: [i for i, m in enumerate(points) if m.tables == (name,)] for name in TABLES}
     left_out = np.array([errors([i])[0] for i in range(len(measured))])
     return LawRow(
-        name.format(*numbers), len(numbers), found,
+        name.format(*numbers), len(numbers), result,
         {name: float(errors(rows).mean()) for name, rows in only.items()},
         (float(left_out.mean()), float(left_out.max())),
     )  # fmt: skip

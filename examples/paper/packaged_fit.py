@@ -121,7 +121,7 @@ def profile_limits(basis: TorqueBasis) -> dict[str, dict[str, float]]:
     """
     freedom, values = len(basis) - len(basis.names), fit_values(basis, "least_squares")
     allowed = float(np.sum(basis.errors(values) ** 2)) * (1.0 + student_t.ppf(0.975, freedom) ** 2 / freedom)
-    found = {}
+    result = {}
     for i in basis.fitted:
 
         def excess(value: float, i: int = i) -> float:
@@ -132,8 +132,8 @@ def profile_limits(basis: TorqueBasis) -> dict[str, dict[str, float]]:
         high = 1.1 * best
         while not excess(high) > 0.0:
             high *= 1.3
-        found[FITTED[i]] = {"low": low, "high": float(brentq(excess, best, high, xtol=1e-9 * best))}
-    return found
+        result[FITTED[i]] = {"low": low, "high": float(brentq(excess, best, high, xtol=1e-9 * best))}
+    return result
 
 
 def refitted(basis: TorqueBasis, loss: str, without: list[int]) -> np.ndarray:
@@ -150,13 +150,13 @@ def errors_of(basis: TorqueBasis, values: np.ndarray, loss: str) -> dict[str, fl
 
 def leave_one_table_out(basis: TorqueBasis, loss: str) -> dict[str, dict[str, float]]:
     """Mean and largest error of the points that one table alone has, by the fit to all others."""
-    found = {}
+    result = {}
     for name in ("table2", "table4"):
         errors = np.abs(
             refitted(basis, loss, [i for i, m in enumerate(basis.measurements) if m.tables == (name,)])
         )
-        found[name] = {"mean": float(errors.mean()), "max": float(errors.max())}
-    return found
+        result[name] = {"mean": float(errors.mean()), "max": float(errors.max())}
+    return result
 
 
 def fitted_set(basis: TorqueBasis, parameters: Parameters, name: str, provenance: str) -> FrictionSet:

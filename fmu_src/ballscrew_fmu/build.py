@@ -52,8 +52,8 @@ def read_inputs(args: Namespace) -> Inputs:
 
     ValueError or OSError: invalid input, with a message of one line.
     """
-    chosen = chosen_of(args)
-    return Inputs(chosen.parameters, chosen.nut_map(args), chosen.friction_set)
+    selection = chosen_of(args)
+    return Inputs(selection.parameters, selection.nut_map(args), selection.friction_set)
 
 
 class Kind(NamedTuple):

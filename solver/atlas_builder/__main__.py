@@ -86,8 +86,8 @@ def run_published(args: argparse.Namespace) -> None:
         films = SlidingFilms(parameters, range_, journal.entries, args.count)
         contacts = BallContacts(rolling_parameters(parameters), range_)
         built = published_map(parameters, films, contacts, grid, {})
-        found = deviation_from_direct(nut_map_of(built), parameters, args.points, executor, progress)
-    built.header["certificate"] = found
+        result = deviation_from_direct(nut_map_of(built), parameters, args.points, executor, progress)
+    built.header["certificate"] = result
     save_map(packaged_map("published"), built)
 
 

@@ -100,7 +100,7 @@ def certificate_point(number: int) -> tuple[Parameters, Point]:
 def solve_point(number: int, fine: bool) -> list[list[Any]] | str:
     """Solved contacts of the mean balls of a point as rows; a text where one did not converge."""
     parameters, point = certificate_point(number)
-    screw, found = parameters.screw, []
+    screw, result = parameters.screw, []
     for force in sorted({f for f in nut_forces(parameters, point.preload, point.axial_load) if f > 0.0}):
         load = mean_load(nut_loads(screw, force, screw.loaded_ball_count))
         for raceway in RACEWAYS:
@@ -116,8 +116,8 @@ def solve_point(number: int, fine: bool) -> list[list[Any]] | str:
                 if "reason" in better:
                     return str(better["reason"])
                 values = {name: float(better[name]) for name in QUANTITIES}
-            found.append([raceway, force, load, values])
-    return found
+            result.append([raceway, force, load, values])
+    return result
 
 
 def solve_points(
@@ -162,14 +162,14 @@ def point_errors(
     parameters, point = certificate_point(number)
     solved = [Solved(*row) for row in rows]
     values = default_friction_set(parameters).values
-    found = float(nut_map.evaluate(*point, *values).friction_torque)
+    result = float(nut_map.evaluate(*point, *values).friction_torque)
     errors, groups = [], []
     for s in solved:
         at = s.raceway, s.load, point.speed, point.temperature
         errors.append(contact_errors({k: float(v) for k, v in contacts.at(*at).items()}, s.values))
         groups.append(closed_forms(contacts.contacts(*at)).groups)
     screw = parameters.screw
-    return [abs(found / direct_torque(parameters, point, solved) - 1.0), *_largest(errors)], {
+    return [abs(result / direct_torque(parameters, point, solved) - 1.0), *_largest(errors)], {
         "axial load": point.axial_load != 0.0,
         "oversize balls": screw.preload_kind == FOUR_POINT,
         "silicon nitride": screw.ball_material != "steel",
@@ -216,16 +216,16 @@ def certificate(
     for key, rows in entries.items():
         if isinstance(rows, list):
             screws.setdefault(number_of(key) // POINTS_PER_SCREW, {})[key] = rows
-    found: dict[str, tuple[list[float], dict[str, bool]]] = {}
+    result: dict[str, tuple[list[float], dict[str, bool]]] = {}
     running = [executor.submit(screw_errors, *of) for of in screws.items()]
     for done, job in enumerate(as_completed(running), 1):
-        found |= job.result()
+        result |= job.result()
         if progress is not None:
             progress(done, len(running), "screws of the certificate")
 
     def totals(grid: str) -> dict[str, Any]:
-        keys = sorted((key for key in found if key.endswith(grid)), key=number_of)
-        table, sorts = np.array([found[key][0] for key in keys]), [found[key][1] for key in keys]
+        keys = sorted((key for key in result if key.endswith(grid)), key=number_of)
+        table, sorts = np.array([result[key][0] for key in keys]), [result[key][1] for key in keys]
         return {
             "what": f"random screws (seed {SEED})", "grid": grid,
             "points_not_solved": sum(key.endswith(grid) and isinstance(of, str) for key, of in entries.items()),

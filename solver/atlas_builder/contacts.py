@@ -87,11 +87,11 @@ def atlas_contacts(count: int) -> list[Contact]:
     random = np.random.default_rng(POOL_SEED)
     random.shuffle(pool)  # type: ignore[arg-type]
     places = np.array([_place(contact) for contact in pool])
-    nearest, wanted, taken = np.full(len(pool), np.inf), np.ones(len(pool), dtype=bool), list[Contact]()
+    nearest, target, taken = np.full(len(pool), np.inf), np.ones(len(pool), dtype=bool), list[Contact]()
     begins = {at: limits for at, *limits in STAGES}
     for k in range(count):
         if k in begins:
-            wanted = np.array([critical(contact, *begins[k]) for contact in pool])
+            target = np.array([critical(contact, *begins[k]) for contact in pool])
         if k in (ANY_WALL, OTHER_OILS):
             if k == ANY_WALL:
                 least_M, least_N = WALL_MATTERS
@@ -99,10 +99,10 @@ def atlas_contacts(count: int) -> list[Contact]:
                 pool = [contact._replace(solids=2 * (any_body(random),)) for contact in warm]
             else:
                 pool = [c for c in contact_pool(POOL_SEED + 1, OTHER_SCREWS, POOL_TRIES, True) if usable(c)]
-            places, wanted = np.array([_place(contact) for contact in pool]), np.ones(len(pool), dtype=bool)
+            places, target = np.array([_place(contact) for contact in pool]), np.ones(len(pool), dtype=bool)
             before = np.array([_place(contact) for contact in taken])
             nearest = np.array([np.min(np.sum((before - place) ** 2, axis=1)) for place in places])
-        left = np.where(wanted, nearest, 0.0)  # what was taken has no distance left
+        left = np.where(target, nearest, 0.0)  # what was taken has no distance left
         own = int(np.argmax(left > 0.0)) if k % 2 else int(np.argmax(left))
         taken.append(pool[own])
         nearest = np.minimum(nearest, np.sum((places - places[own]) ** 2, axis=1))
@@ -120,12 +120,12 @@ def solve_contact(contact: Contact) -> dict[str, float | str]:
         nodes = SOME_NODES
     for n_x in nodes:
         options = SolverOptions(n_x=n_x, max_thermal=150 if n_x == nodes[-1] else MOST_ITERATIONS)
-        found = solve(c, contact.oil, contact.solids, options, warn=False)
-        if found.converged:
+        result = solve(c, contact.oil, contact.solids, options, warn=False)
+        if result.converged:
             return {
-                **contact_quantities(found), "asymptotic": float(found.branch == "asymptotic"), "nodes": float(n_x),
+                **contact_quantities(result), "asymptotic": float(result.branch == "asymptotic"), "nodes": float(n_x),
             }  # fmt: skip
-    return {"reason": found.reason}
+    return {"reason": result.reason}
 
 
 def solve_contacts(

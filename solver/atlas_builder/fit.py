@@ -83,7 +83,7 @@ def table_of(contacts: Sequence[Contact], results: Sequence[Mapping[str, Any]]) 
 def _likelihood(points: Array, values: Array, noise: Array, lengths: Array) -> tuple[float, Array]:
     """Negative log likelihood of all quantities at their best noise, and that noise (q,)."""
     at = points / lengths
-    total, found = 0.0, []
+    total, result = 0.0, []
     terms = trend_terms(at)
     own = correlation(at, at)
     for column, scale in zip(values.T, noise.T, strict=True):
@@ -94,14 +94,14 @@ def _likelihood(points: Array, values: Array, noise: Array, lengths: Array) -> t
         for noise_n in NOISE:
             d = np.maximum(weights, 0.0) + noise_n**2
             slopes = np.linalg.lstsq(t / np.sqrt(d)[:, None], y / np.sqrt(d), rcond=None)[0]
-            rest = y - t @ slopes
-            variance = float(np.sum(rest**2 / d)) / len(y)
+            remainder = y - t @ slopes
+            variance = float(np.sum(remainder**2 / d)) / len(y)
             likelihood = 0.5 * (len(y) * math.log(variance) + float(np.sum(np.log(d))))
             if likelihood < best:
                 best, n = likelihood, float(noise_n)
         total += best
-        found.append(n)
-    return total, np.array(found)
+        result.append(n)
+    return total, np.array(result)
 
 
 def lengths_and_noise(
@@ -117,18 +117,18 @@ def lengths_and_noise(
     length as multiples of the first, None = BOUNDS for all.
     """
     some = np.linspace(0, len(points) - 1, min(LENGTHS_FROM, len(points))).astype(int)
-    chosen = points[some], values[some], noise[some]
+    selection = points[some], values[some], noise[some]
     d = points.shape[1]
-    found = minimize(
-        lambda x: _likelihood(*chosen, first * np.exp(x))[0], np.zeros(d), method="Nelder-Mead",
+    result = minimize(
+        lambda x: _likelihood(*selection, first * np.exp(x))[0], np.zeros(d), method="Nelder-Mead",
         bounds=[tuple(np.log(own)) for own in bounds or [BOUNDS] * d],
         options={
             "maxfev": MOST_EVALUATIONS, "xatol": SEARCH_TOLERANCE, "fatol": SEARCH_TOLERANCE,
             "initial_simplex": np.vstack([np.zeros(d), 0.4 * np.eye(d)]),
         },
     )  # fmt: skip
-    lengths = first * np.exp(found.x)
-    return lengths, _likelihood(*chosen, lengths)[1]
+    lengths = first * np.exp(result.x)
+    return lengths, _likelihood(*selection, lengths)[1]
 
 
 def interpolant_of(

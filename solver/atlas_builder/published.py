@@ -46,14 +46,14 @@ SEED = 3
 
 def sliding_points(range_: BallRange, parameters: Parameters, raceway: str, count: int) -> Array:
     """Ball load [N], speed [rad/s], temperature [K] (count, 3), at random, with films above MIN_FILM."""
-    random, found = np.random.default_rng(SEED + RACEWAYS.index(raceway)), []
-    while len(found) < count:
+    random, result = np.random.default_rng(SEED + RACEWAYS.index(raceway)), []
+    while len(result) < count:
         u = random.random(3)
         (load, heavy), (slow, fast), (cold, hot) = range_
         point = load * (heavy / load) ** u[0], slow * (fast / slow) ** u[1], cold + (hot - cold) * u[2]
         if float(film_formula(parameters, raceway, *(np.array([v]) for v in point))[0]) >= MIN_FILM:
-            found.append(point)
-    return np.array(found)
+            result.append(point)
+    return np.array(result)
 
 
 def solve_films(parameters: Parameters, raceway: str, point: tuple[float, ...]) -> dict[str, float | str]:

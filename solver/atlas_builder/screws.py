@@ -110,10 +110,10 @@ def random_screw(random: np.random.Generator) -> Parameters:
 
 def of_other_materials(drawn: Parameters, random: np.random.Generator, other_oils: float) -> Parameters:
     """The same screw with any body, and with a share of other_oils an oil beyond the ordinary pressure exponents."""
-    found = drawn.model_copy(update={"solid": any_body(random)})
+    result = drawn.model_copy(update={"solid": any_body(random)})
     if random.random() >= other_oils:
-        return found
-    return found.model_copy(update={"lubricant": synthetic_oil(random, OTHER_Z[int(random.random() < 0.5)])})
+        return result
+    return result.model_copy(update={"lubricant": synthetic_oil(random, OTHER_Z[int(random.random() < 0.5)])})
 
 
 class Contact(NamedTuple):
@@ -148,10 +148,10 @@ def random_contact(drawn: Parameters, random: np.random.Generator) -> Contact | 
 def contact_pool(seed: int, screws: int, each: int, other_oils: bool = False) -> list[Contact]:
     """Contacts of random screws, `each` tries of `screws` of them; other_oils: with any body and other oils."""
     random = np.random.default_rng(seed)
-    found = []
+    result = []
     for _ in range(screws):
         drawn = random_screw(random)
         if other_oils:
             drawn = of_other_materials(drawn, random, 1.0)
-        found += [contact for _ in range(each) if (contact := random_contact(drawn, random)) is not None]
-    return found
+        result += [contact for _ in range(each) if (contact := random_contact(drawn, random)) is not None]
+    return result

@@ -46,11 +46,11 @@ def check_replay(fmu: Path | str, reference: Reference, source: str) -> float:
     """Largest relative difference between an FMU and a reference from `source`; CheckError above AGREEMENT."""
     outputs = replay(fmu, reference.inputs, reference.step)
     try:
-        worst, n, name, value, wanted = largest_difference(outputs, reference.outputs)
+        worst, n, name, value, target = largest_difference(outputs, reference.outputs)
     except ValueError as error:
         raise CheckError(f"replay: {error}") from error
     if not worst <= AGREEMENT:
-        raise CheckError(f"replay step {n}: {name} = {value!r}; {source} {wanted!r}")
+        raise CheckError(f"replay step {n}: {name} = {value!r}; {source} {target!r}")
     return worst
 
 
@@ -100,8 +100,8 @@ def _replayed(folder: Path, model: str) -> str:
         if wrong := [output for output, value in outputs.items() if value != value]:
             raise CheckError(f"not a number after a step with the start values: {', '.join(wrong)}")
         return f"a step with the start values: {len(outputs)} outputs; not replayed: no reference results in the FMU"
-    found = _agreement(folder, reference, f"{name} in the FMU", name)
-    return f"replay against {name} in the FMU, {len(reference.inputs)} steps: {found}"
+    result = _agreement(folder, reference, f"{name} in the FMU", name)
+    return f"replay against {name} in the FMU, {len(reference.inputs)} steps: {result}"
 
 
 def fmu_info(fmu: Path) -> dict[str, Any]:
@@ -144,8 +144,8 @@ def _map_note(fmu: Path, text: str) -> str | None:
     with zipfile.ZipFile(fmu) as archive:
         if f"resources/{MAP_FILE}" not in archive.namelist():
             return None
-        found = hash_in(archive.read(f"resources/{MAP_FILE}"))
-    if not found:
+        result = hash_in(archive.read(f"resources/{MAP_FILE}"))
+    if not result:
         return f"{MAP_FILE} is damaged or of another format"
     other = ", not that of the description: start values belong to another map"
-    return f"map {found}{'' if f'map {found[:12]}' in text else other}"
+    return f"map {result}{'' if f'map {result[:12]}' in text else other}"

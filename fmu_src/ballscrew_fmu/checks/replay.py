@@ -229,12 +229,12 @@ def largest_difference(results: Rows, expected: Rows) -> tuple[float, int, str, 
     Relative to the value, or to FLOOR of the largest value of that output where the value is smaller: the force on a
     nut is a difference of forces, and rounds as they do. ValueError: their names or lengths differ.
     """
-    if any(row.keys() != wanted.keys() for row, wanted in zip(results, expected, strict=True)):
+    if any(row.keys() != target.keys() for row, target in zip(results, expected, strict=True)):
         raise ValueError(f"outputs {sorted(results[0])}; expected {sorted(expected[0])}")
     floors = {name: FLOOR * max(abs(row[name]) for row in expected) for name in expected[0]}
     differences = (
         (abs(row[name] - value) / max(1e-300, abs(value), floors[name]), n, name, row[name], value)
-        for n, (row, wanted) in enumerate(zip(results, expected, strict=True))
-        for name, value in wanted.items()
+        for n, (row, target) in enumerate(zip(results, expected, strict=True))
+        for name, value in target.items()
     )
     return max(differences, key=lambda one: (math.isnan(one[0]), one[0]))

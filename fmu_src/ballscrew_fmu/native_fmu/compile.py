@@ -125,7 +125,7 @@ def find_compiler() -> Compiler:
         version = _answer(*_ZIG, "version").strip()
         return Compiler((*_ZIG, "cc"), f"ziglang {version}", tuple(PLATFORMS), True)
     candidates = [os.environ.get("CC"), "cc", "gcc", "clang"]
-    own = next((found for name in candidates if name and (found := shutil.which(name))), None)
+    own = next((result for name in candidates if name and (result := shutil.which(name))), None)
     if own is None:
         raise BuildError(
             f"no C compiler: neither ziglang, which builds for Linux, Windows and macOS ({INSTALL}) nor cc, gcc or "

@@ -96,8 +96,8 @@ def provider(header: Mapping[str, Any], embed_map: bool = False) -> Compiler:
     embed_map: the map is compiled in, which needs a compiler here. BuildError: they are not in the package and there
     is no compiler.
     """
-    wanted = [(one, platform) for one in all_libraries(header) for platform in one.platforms]
-    if not embed_map and all((PREBUILT / one.file(platform)).is_file() for one, platform in wanted):
+    target = [(one, platform) for one in all_libraries(header) for platform in one.platforms]
+    if not embed_map and all((PREBUILT / one.file(platform)).is_file() for one, platform in target):
         name = (PREBUILT / COMPILER_FILE).read_text(encoding="utf-8")
         return Compiler((), name, tuple(PLATFORMS), True)
     return find_compiler()

@@ -53,8 +53,8 @@ def screw_bytes(header: Mapping[str, Any], model: FmuModel, table_hash: str, tok
 
 def hash_in(data: bytes) -> str:
     """Content hash that the file of a map states; "" if it is damaged or of another format."""
-    found = data[HEAD_SIZE : HEAD_SIZE + HASH_SIZE].decode("ascii", "replace")
-    return found if data.startswith(MAP_MAGIC) and len(found) == HASH_SIZE else ""
+    result = data[HEAD_SIZE : HEAD_SIZE + HASH_SIZE].decode("ascii", "replace")
+    return result if data.startswith(MAP_MAGIC) and len(result) == HASH_SIZE else ""
 
 
 def map_numbers(nut_map: NutMap) -> NDArray[np.float64]:

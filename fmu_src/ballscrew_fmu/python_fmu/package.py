@@ -108,9 +108,9 @@ def _imported_files(
     others: packages that may be imported, in addition to the standard library; BuildError for another one
     """
     files: dict[str, Path] = {}
-    wanted = [first]
-    while wanted:
-        module = wanted.pop()
+    target = [first]
+    while target:
+        module = target.pop()
         if module in files:
             continue
         file = _file(module)
@@ -118,11 +118,11 @@ def _imported_files(
             raise BuildError(f"module {module} not found; install the project and pythonfmu")
         files[module], parent = file, module.rpartition(".")[0]
         if parent and travels(parent, True):
-            wanted.append(parent)
+            target.append(parent)
         package = module if file.name == "__init__.py" else parent
         for name, relative in _imports(ast.parse(file.read_bytes()), package):
             if travels(name, relative):
-                wanted.append(name)
+                target.append(name)
             elif name.partition(".")[0] not in {*others, *sys.stdlib_module_names}:
                 raise BuildError(f"{module} imports {name}, which does not travel with the FMU")
     return files
@@ -150,8 +150,8 @@ def binaries(header: Mapping[str, Any]) -> dict[str, bytes]:
     platforms = [name for name in library.platforms if name in compiler.platforms]
     if not platforms:
         ours, others = ", ".join(compiler.platforms), ", ".join(PLATFORMS)
-        found = f"{compiler.name} compiles for {ours}, pythonfmu runs on {others}"
-        raise BuildError(f"{found}: {INSTALL}, which compiles for these too")
+        result = f"{compiler.name} compiles for {ours}, pythonfmu runs on {others}"
+        raise BuildError(f"{result}: {INSTALL}, which compiles for these too")
     files = {}
     for platform, content in contents(library, platforms).items():
         folder, shared, suffix = PLATFORMS[platform]

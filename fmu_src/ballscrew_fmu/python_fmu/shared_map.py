@@ -99,10 +99,10 @@ def map_in(resources: str) -> NutMap:
 
 def arrays_of(numbers: NDArray[np.float64], counts: list[int]) -> dict[str, NDArray[np.float64]]:
     """Coefficients of a map from the numbers in nut_map.bin; counts: of coefficients along AXES."""
-    force, speed, temperature, preload, share = counts
+    force, speed, temperature, preload, fraction = counts
     plane, films = (speed, temperature, force), len(EXTREMES)
     shapes = (
-        (*plane, TORQUE_SURFACES), (*plane, films), (force, len(FORCE_CURVES)), (2, preload), (2, preload, share),
+        (*plane, TORQUE_SURFACES), (*plane, films), (force, len(FORCE_CURVES)), (2, preload), (2, preload, fraction),
     )  # fmt: skip
     ends = np.cumsum([3 * len(AXES) + len(DEFAULTS) + 2, *map(math.prod, shapes)])
     parts = [part.reshape(shape) for part, shape in zip(np.split(numbers, ends)[1:-1], shapes, strict=True)]

@@ -130,8 +130,8 @@ class MapSlave(Fmi2Slave):
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
         """The state, empty if the checksum differs."""
-        found, text = bytes(state)[:CHECKSUM], bytes(state)[CHECKSUM:]
-        return dict(json.loads(text)) if hashlib.sha256(text).digest() == found else {}
+        result, text = bytes(state)[:CHECKSUM], bytes(state)[CHECKSUM:]
+        return dict(json.loads(text)) if hashlib.sha256(text).digest() == result else {}
 
     # evaluation
 

@@ -26,11 +26,11 @@ class SolverError(RuntimeError):
 
 def digest(files: Mapping[str, bytes]) -> str:
     """Hash of names and contents."""
-    found = hashlib.sha256()
+    result = hashlib.sha256()
     for name in sorted(files):
-        found.update(f"{name}\0{len(files[name])}\0".encode())
-        found.update(files[name])
-    return found.hexdigest()
+        result.update(f"{name}\0{len(files[name])}\0".encode())
+        result.update(files[name])
+    return result.hexdigest()
 
 
 def solver_name(files: Mapping[str, bytes]) -> str:

@@ -176,19 +176,19 @@ def band_half_width(header: Header) -> float:
 
 def origin_text(header: Header, band: str | None = None) -> str:
     """What is said once: that the friction numbers are those of another screw; "" if they are not; band: interval."""
-    found = header.get("friction", {})
-    if not found.get("carried_over"):
+    result = header.get("friction", {})
+    if not result.get("carried_over"):
         return ""
-    catalogue = found["catalogue"]
+    catalogue = result["catalogue"]
     at = f"catalogue torque {catalogue['torque']:.3g} N.m at {catalogue['preload']:.0f} N"
     band = band_text(header) if band is None else band
-    return "; ".join(text for text in (found["carried_over"], at, band) if text)
+    return "; ".join(text for text in (result["carried_over"], at, band) if text)
 
 
 def start_preload(header: Header) -> float:
     """The catalogue preload of the screw in two digits, within the map; 2000 N where the map states no screw."""
-    wanted = float(header.get("screw", {}).get("stiffness_preload", 2000.0))
-    return min(max(wanted, float(header["axes"]["preload"][0])), largest_force(header))
+    target = float(header.get("screw", {}).get("stiffness_preload", 2000.0))
+    return min(max(target, float(header["axes"]["preload"][0])), largest_force(header))
 
 
 def largest_force(header: Header) -> float:

@@ -55,8 +55,8 @@ def preload_from_torque(
             f"torque = {torque:.6g} N.m; allowed at this speed and temperature: {low:.6g} to {high:.6g} N.m (preload "
             f"{lowest:.6g} to {highest:.6g} N)"
         )
-    preload, found = rising_root(lambda x: evaluate(x) - torque, float(lowest), float(highest), relative)
-    if not found:
+    preload, result = rising_root(lambda x: evaluate(x) - torque, float(lowest), float(highest), relative)
+    if not result:
         raise ValueError(f"torque = {torque:.6g} N.m; no preload between {lowest:.6g} and {highest:.6g} N")
     return preload
 

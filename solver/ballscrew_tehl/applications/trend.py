@@ -39,7 +39,7 @@ class Trend(NamedTuple):
         trends = {
             "rises with temperature": self.rises_with_temperature, "falls with speed": self.falls_with_speed
         }  # fmt: skip
-        words = " and ".join(word for word, found in trends.items() if found)
+        words = " and ".join(word for word, result in trends.items() if result)
         return f"torque {words} in a thick film (lambda > {THICK:g})" if words else ""
 
 

@@ -106,8 +106,8 @@ class BallContacts:
         place, thick, warm = np.meshgrid(*nodes, indexing="ij", sparse=True)
         load = np.exp(np.clip(place + SLOPE * thick, light - BEYOND, heavy + BEYOND))
         speed = np.exp(thick) / eta0(oil, warm)
-        found = self.atlas.interpolated(closed_forms(self.contacts(raceway, load, speed, warm)))
-        coefficients, knots = np.stack(list(found.values()), axis=-1), []
+        result = self.atlas.interpolated(closed_forms(self.contacts(raceway, load, speed, warm)))
+        coefficients, knots = np.stack(list(result.values()), axis=-1), []
         for axis, own in enumerate(nodes):
             own_knots, coefficients = cubic_spline(own, coefficients, axis)
             knots.append(own_knots)
@@ -147,16 +147,16 @@ class BallContacts:
         nodes, weights = load_nodes(load)
         at = nodes[:, None, None], speed.reshape(-1, 1), temperature
         if self.table is None:
-            found = self.at(raceway, *at)
+            result = self.at(raceway, *at)
         else:
             read = np.moveaxis(self._from_table(raceway, *at), -1, 0)
             closed = closed_forms(self.contacts(raceway, *at)).values
-            found = unmodelled(dict(zip(QUANTITIES, read, strict=True)), closed)
+            result = unmodelled(dict(zip(QUANTITIES, read, strict=True)), closed)
         shape = len(load), speed.size, len(temperature)
         return {
             # a mean rise may be none or negative
             name: (weights @ of if name == "mean_rise" else np.exp(weights @ np.log(of))).reshape(shape)
-            for name, values in found.items()
+            for name, values in result.items()
             for of in (np.broadcast_to(values, (nodes.size, *shape[1:])).reshape(nodes.size, -1),)
         }
 

@@ -54,11 +54,11 @@ class Interpolant(NamedTuple):
 
     def __call__(self, at: Array) -> Array:
         """Interpolated quantities (m, q) at points (m, d) over the lengths."""
-        found = trend_terms(at) @ self.trend
+        result = trend_terms(at) @ self.trend
         squares = (self.points * self.points).sum(axis=1)
         for i in range(0, len(at), CHUNK):
-            found[i : i + CHUNK] += correlation(at[i : i + CHUNK], self.points, squares) @ self.weights
-        return found
+            result[i : i + CHUNK] += correlation(at[i : i + CHUNK], self.points, squares) @ self.weights
+        return result
 
 
 def correlation(one: Array, two: Array, squares: Array | None = None) -> Array:
@@ -69,12 +69,12 @@ def correlation(one: Array, two: Array, squares: Array | None = None) -> Array:
     s += (two * two).sum(axis=1) if squares is None else squares
     s *= 5.0
     np.sqrt(np.maximum(s, 0.0, out=s), out=s)
-    found = s / 3.0
-    found += 1.0
-    found *= s
-    found += 1.0
-    found *= np.exp(np.negative(s, out=s), out=s)
-    return found
+    result = s / 3.0
+    result += 1.0
+    result *= s
+    result += 1.0
+    result *= np.exp(np.negative(s, out=s), out=s)
+    return result
 
 
 def trend_terms(at: Array) -> Array:
@@ -97,11 +97,11 @@ class ContactAtlas(NamedTuple):
 
     def inside(self, groups: Groups) -> NDArray[np.bool_]:
         """Which of some contacts lie within the range of every group."""
-        found = (
+        result = (
             (own >= low * (1.0 - ROUNDING)) & (own <= high * (1.0 + ROUNDING))
             for own, low, high in zip(groups, *self.ends, strict=True)
         )
-        return np.logical_and.reduce(np.broadcast_arrays(*found))
+        return np.logical_and.reduce(np.broadcast_arrays(*result))
 
     def interpolated(self, forms: ClosedForms) -> dict[str, Array]:
         """What is interpolated of contacts, at the end of the range where a group is beyond it, N to MAX_HEATING_N."""
@@ -110,8 +110,8 @@ class ContactAtlas(NamedTuple):
         at = coordinates(near) / self.lengths
         # of the contacts of a table a third is at an end of the range, many of them alike
         points, place = np.unique(at.reshape(-1, at.shape[-1]), axis=0, return_inverse=True)
-        found = self.interpolant(points)[place.ravel()].T
-        return dict(zip(QUANTITIES, found.reshape(-1, *at.shape[:-1]), strict=True))
+        result = self.interpolant(points)[place.ravel()].T
+        return dict(zip(QUANTITIES, result.reshape(-1, *at.shape[:-1]), strict=True))
 
 
 def _outside(what: str, held: str) -> OutsideAtlasError:
@@ -168,11 +168,11 @@ def load_atlas(path: Path | None = None) -> ContactAtlas:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}
         header = json.loads(str(arrays.pop("header")))
-        found = header["format"]
+        result = header["format"]
     except Exception as error:  # a damaged zip fails in many ways
         raise MapError(f"{path}: not a readable atlas ({type(error).__name__}: {error})") from error
-    if found != ATLAS_FORMAT:
-        raise MapError(f"{path}: atlas format {found}; expected {ATLAS_FORMAT}: install the package again")
+    if result != ATLAS_FORMAT:
+        raise MapError(f"{path}: atlas format {result}; expected {ATLAS_FORMAT}: install the package again")
     digest = content_hash(arrays)
     if digest != header["hash"]:
         raise MapError(

@@ -89,8 +89,8 @@ class Groups(NamedTuple):
 
 def wall_group(solids: tuple[SolidParameters, SolidParameters]) -> float:
     """Mean effusivity of two bodies over that of bearing steel."""
-    found = [(s.thermal_conductivity * s.density * s.specific_heat) ** 0.5 for s in solids]
-    return 0.5 * sum(found) / STEEL_EFFUSIVITY
+    result = [(s.thermal_conductivity * s.density * s.specific_heat) ** 0.5 for s in solids]
+    return 0.5 * sum(result) / STEEL_EFFUSIVITY
 
 
 def rolling_contacts(

@@ -125,9 +125,9 @@ def line_modes(n_y: int) -> tuple[Array, Array]:
     """Transforms of an even field on lines 0..n_y-1 to its modes (modes, n_y) and back (n_y, modes)."""
     n = 2 * (n_y - 1)
     angle = np.pi * np.outer(np.arange(n + 1), np.arange(n_y)) / n
-    share = np.full(n + 1, 1.0 / n)
-    share[[0, -1]] *= 0.5
-    forward, backward = np.cos(angle), np.cos(angle).T * share
+    fraction = np.full(n + 1, 1.0 / n)
+    fraction[[0, -1]] *= 0.5
+    forward, backward = np.cos(angle), np.cos(angle).T * fraction
     forward[:, 1:] *= 2.0
     return forward, backward
 

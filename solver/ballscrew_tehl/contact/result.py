@@ -279,8 +279,8 @@ def pressure_core(x: Array, pressure: Array, area: Array) -> tuple[float, float]
     """
     smooth = _means_over(x, pressure, SMOOTHED_OVER)
     square, cube = (
-        float(np.sum(area * smooth**power)) / share
-        for power, share in zip((2, 3), SMOOTHED_HERTZ, strict=True)
+        float(np.sum(area * smooth**power)) / fraction
+        for power, fraction in zip((2, 3), SMOOTHED_HERTZ, strict=True)
     )
     largest = 1.25 * cube / square
     return largest, 2.0 * square / largest**2

@@ -181,8 +181,8 @@ def _anchored(
         if scales_of(replace(c, load=load), oil).film_estimate > THICK_FILM:
             reason = "no resolved load to anchor the asymptotic branch to"
             return replace(solution, converged=False, reason=reason)
-        found = isothermal(load)
-        resolved = [*resolved, found] if found.usable else []
+        result = isothermal(load)
+        resolved = [*resolved, result] if result.usable else []
     anchor, lower = resolved
 
     def film_of_formula(at: ContactConditions) -> float:
@@ -212,7 +212,7 @@ def solve_cold(problem: ContactProblem) -> ContactResult:
     if coarse_choice is None:
         return solution_of(problem, solve_from(problem, None, None, options.tolerance), (0.0, 0.0))
     coarse = ContactProblem(problem.given, problem.oil, problem.solids, options, coarse_choice)
-    first, rest = _solve_coarse(coarse)
+    first, remainder = _solve_coarse(coarse)
     if first.converged:
         it = solve_from(problem, *prolonged(coarse, first, problem), options.tolerance, first.damped)
     # what never settles with damping would not from the dry contact
@@ -225,7 +225,7 @@ def solve_cold(problem: ContactProblem) -> ContactResult:
     # side lobes are about as narrow as the line spacing: no order of convergence, they get the share of the centre
     (h_coarse, at_coarse), (h_fine, at_fine) = least_film(coarse, first), least_film(problem, it)
     own = (1.0 - h_coarse / h_fine) / 3.0 if at_coarse == at_fine == 0 else extrapolation
-    return solution_of(problem, it, (extrapolation, own), REMAINDER * abs(extrapolation) + rest)
+    return solution_of(problem, it, (extrapolation, own), REMAINDER * abs(extrapolation) + remainder)
 
 
 def _solve_coarse(coarse: ContactProblem) -> tuple[Iteration, float]:

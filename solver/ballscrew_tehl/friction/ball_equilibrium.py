@@ -194,8 +194,8 @@ def _minimise(
             for part, result in zip(reached, other, strict=True):
                 part[took] = result[better]
             # secant of the slope
-            share = np.where(slope < 0.0, decrement[at] / (decrement[at] - slope), SHORTENING[1])
-            length[pending] *= np.where(better, 1.0, np.clip(share, *SHORTENING))
+            fraction = np.where(slope < 0.0, decrement[at] / (decrement[at] - slope), SHORTENING[1])
+            length[pending] *= np.where(better, 1.0, np.clip(fraction, *SHORTENING))
             ended = ~better & ~(length[pending] * decrement[at] > ROUNDING * total[at])
             stuck[pending[ended]] = True
             pending = pending[~better & ~ended]

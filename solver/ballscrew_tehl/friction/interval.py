@@ -115,7 +115,9 @@ class TorqueInterval(NamedTuple):
     @property
     def meaning(self) -> str:
         """What it is, with the two constants that contribute most, and what narrows it most."""
-        shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in list(self.shares.items())[:2])
+        shares = ", ".join(
+            f"{name} {100.0 * fraction:.0f} %" for name, fraction in list(self.shares.items())[:2]
+        )
         return f"{MEANING[LEFT_OUT in self.shares]}: {shares}{self.advice and '; narrower by '}{self.advice}"
 
     @property
@@ -123,14 +125,14 @@ class TorqueInterval(NamedTuple):
         """What removes the largest part of the variance, with that part; "" without an interval."""
         parts: Counter[str] = Counter()
         fitted = LEFT_OUT in self.shares
-        for name, share in self.shares.items():
+        for name, fraction in self.shares.items():
             remedy = f"{'raceway_rq and ball_rq' if name == 'roughness_height' else name} in the screw file"
             if fitted and name in (LEFT_OUT, FITTED_COEFFICIENT):
                 remedy = "torques measured around this point (calibrate MEASUREMENTS.csv)"
             elif not fitted and name in BY_ONE_TORQUE:
                 remedy = "one measured torque (calibrate --torque-nm)"
             remedy = OF_OIL.get(name, remedy)
-            parts[remedy] += share  # type: ignore[assignment]
+            parts[remedy] += fraction  # type: ignore[assignment]
         return "".join(f"{remedy}, {100.0 * part:.0f} %" for remedy, part in parts.most_common(1))
 
 
@@ -174,13 +176,13 @@ def learned_of(
     """What the measurements of a set say of these constants, nothing if it is not fitted to this screw."""
     mean, covariance, scatter = np.zeros(len(names)), np.eye(len(names)), 0.0
     if fitted:
-        found = friction_set.learned
-        known = list(found["mean"])
+        result = friction_set.learned
+        known = list(result["mean"])
         other = CONSTANTS_OF_OIL * of_other_oil(friction_set, parameters)
         of = [i for i, name in enumerate(names) if name in known and name not in other]
         place = [known.index(names[i]) for i in of]
-        mean[of] = np.array(list(found["mean"].values()))[place]
-        rows = np.reshape(list(found["covariance"].values()), (len(known), -1))
+        mean[of] = np.array(list(result["mean"].values()))[place]
+        rows = np.reshape(list(result["covariance"].values()), (len(known), -1))
         covariance[np.ix_(of, of)] = rows[np.ix_(place, place)]
         errors = friction_set.errors
         if "leave_one_out_mean" not in errors:
@@ -219,17 +221,17 @@ def learned(
     weights : over which the error of a torque is larger;  own : stated standard errors of ln(torque), independent
     tolerances : of each error that all points share, low and high end of ln(torque) there, (2, n)
     """
-    found = [
+    result = [
         _effects(
             parameters, [loaded_nuts(parameters, forces)], (speed, temperature, contacts), friction_set, True
         )
         for forces, speed, temperature in points
     ]
-    names = list(found[0].mean)
-    D = np.array([[float(each.deviation[name][0]) for name in names] for each in found]).T
+    names = list(result[0].mean)
+    D = np.array([[float(each.deviation[name][0]) for name in names] for each in result]).T
     shifts = [0.5 * (low + high) for low, high in tolerances]
     shared = np.array([0.5 * (high - low) / DEVIATIONS for low, high in tolerances]).reshape(-1, errors.size)
-    e = errors + sum(shifts) - [sum(float(part[0]) for part in each.mean.values()) for each in found]
+    e = errors + sum(shifts) - [sum(float(part[0]) for part in each.mean.values()) for each in result]
     noise = (np.sum((weights * errors) ** 2) + KNOWN_ERROR**2) / errors.size / weights**2
     noise = np.maximum(noise, np.square(own))
     gain = np.linalg.solve(D.T @ D + np.diag(noise), D.T).T
@@ -355,7 +357,9 @@ def _effects(
     lines = _lines(variants, points, at, ratio)
     lines += _oil_lines(parameters, points, at, ratio, lines[0][0].shape)
     coefficients += [coefficient] * (len(lines) - len(coefficients))
-    middle, *of_ends = (rest + k * slope for (rest, slope), k in zip(lines, coefficients, strict=True))
+    middle, *of_ends = (
+        remainder + k * slope for (remainder, slope), k in zip(lines, coefficients, strict=True)
+    )
     names += oil_shifts(parameters, at[1])
     ends = dict(zip(names, zip(of_ends[::2], of_ends[1::2], strict=True), strict=True))
     own = {"ball_thrust": kappa, SUPPLY: friction.supply_length}
@@ -376,8 +380,8 @@ def _lines(
     for powers in powers_of_nuts(variants, nuts, *at):
         of_nuts = iter(powers)
         lines = [torque_line([(nut.times, next(of_nuts)) for nut in point], ratio) for point in points]
-        rest, slope = map(np.array, zip(*lines, strict=True))
-        result.append((rest, slope))
+        remainder, slope = map(np.array, zip(*lines, strict=True))
+        result.append((remainder, slope))
     return result
 
 
@@ -391,8 +395,8 @@ def _oil_lines(
         return []
     # in order: a ball begins from its motion at the temperature before
     warm, place = np.unique(np.concatenate(shifted), return_inverse=True)
-    ((rest, slope),) = _lines([parameters], points, (speed, warm, contacts), ratio)
-    parts = (np.broadcast_to(part, rest.shape)[..., place] for part in (rest, slope))
+    ((remainder, slope),) = _lines([parameters], points, (speed, warm, contacts), ratio)
+    parts = (np.broadcast_to(part, remainder.shape)[..., place] for part in (remainder, slope))
     of_each = (np.split(part, len(shifted), axis=-1) for part in parts)
     return [(one.reshape(shape), other.reshape(shape)) for one, other in zip(*of_each, strict=True)]
 

@@ -254,9 +254,9 @@ def _mean_ball(parameters: Parameters, nut: _LoadedNut, temperature: Array) -> _
     screw, oil, friction = parameters.screw, parameters.lubricant, parameters.friction
     radius, contacts = radial_nodes()[0], []
     for raceway in RACEWAYS:
-        for load, found in zip(nut.means, nut.contacts, strict=True):
+        for load, result in zip(nut.means, nut.contacts, strict=True):
             pressure, film, area, rise = (
-                np.broadcast_to(found[raceway][name][0], temperature.shape)
+                np.broadcast_to(result[raceway][name][0], temperature.shape)
                 for name in ("core_pressure", "central_film", "core_area", "mean_rise")
             )
             # as long across rolling as the Hertz ellipse, the core loses its width in front. A film of some percent of
@@ -370,8 +370,8 @@ def rolling_torque(
 
 def torque_line(nuts: Sequence[tuple[int, UnfittedTorques]], ratio: float = 1.0) -> tuple[Any, Any]:
     """Torque of nuts_powers without ball on ball, and what it rises by per coefficient 2 mu_b Lambda kappa [N.m]."""
-    rest = sum(times * nut.torque(ratio, 0.0) for times, nut in nuts)
-    return rest, sum(times * nut.thrust_factor * nut.sliding for times, nut in nuts)
+    remainder = sum(times * nut.torque(ratio, 0.0) for times, nut in nuts)
+    return remainder, sum(times * nut.thrust_factor * nut.sliding for times, nut in nuts)
 
 
 def double_nut_parts(

@@ -329,8 +329,8 @@ def friction_set_lines(entry: FrictionSet) -> list[str]:
         low, high = entry.limits[SUPPLY].values() if SUPPLY in entry.limits else (math.nan, math.nan)
         lines.append(f"    {SUPPLY:<26}{length:.3g} half-widths, 95 % interval {low:.3g} to {high:.3g}")
     if entry.errors:
-        wanted = ("table2", "table4", "mean", "leave_one_out_mean", "leave_one_out_max")
-        parts = [f"{key} {100.0 * entry.errors[key]:.2f} %" for key in wanted if key in entry.errors]
+        target = ("table2", "table4", "mean", "leave_one_out_mean", "leave_one_out_max")
+        parts = [f"{key} {100.0 * entry.errors[key]:.2f} %" for key in target if key in entry.errors]
         lines.append("    deviations: " + ", ".join(parts))
     for name, left_out in entry.leave_one_table_out.items():
         mean, most = 100.0 * left_out["mean"], 100.0 * left_out["max"]

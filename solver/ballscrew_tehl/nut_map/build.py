@@ -111,10 +111,10 @@ def extreme_values(parameters: Parameters, contacts: BallContacts, grid: MapGrid
         loads = nut_loads(parameters.screw, float(force), parameters.screw.loaded_ball_count)
         ends = np.array([loads.min(), loads.max()])
         for r, raceway in enumerate(RACEWAYS):
-            found = contacts.values(raceway, ends, *points)
-            values[i, ..., r] = found["minimum_film"].min(axis=0)
-            values[i, ..., 2 + r] = found["central_film"].min(axis=0)
-            values[i, ..., 4 + r] = found["temperature_rise"].max(axis=0)
+            result = contacts.values(raceway, ends, *points)
+            values[i, ..., r] = result["minimum_film"].min(axis=0)
+            values[i, ..., 2 + r] = result["central_film"].min(axis=0)
+            values[i, ..., 4 + r] = result["temperature_rise"].max(axis=0)
     return values
 
 
@@ -142,12 +142,12 @@ def mechanistic_values(
     for first in range(0, len(loads), FORCES):
         report(first)
         some = [Nut(own) for own in loads[first : first + FORCES]]
-        (found,) = powers_of_nuts([parameters], some, *at, contacts)
-        powers += found
+        (result,) = powers_of_nuts([parameters], some, *at, contacts)
+        powers += result
         if parameters.screw.preload_kind == FOUR_POINT:
             two = [nut._replace(opposed=np.zeros_like(nut.loads)) for nut in some]
             (free,) = powers_of_nuts([parameters], two, at[0], temperatures[SPARSE], contacts)
-            ratios += [one.shear / p.shear[:, SPARSE] for one, p in zip(free, found, strict=True)]
+            ratios += [one.shear / p.shear[:, SPARSE] for one, p in zip(free, result, strict=True)]
     values = np.stack(
         [np.stack([p.viscous_screw, p.viscous_nut, p.shear, p.thrust_factor], axis=-1) for p in powers]
     )
@@ -166,9 +166,9 @@ def sharing_values(parameters: Parameters, grid: MapGrid) -> tuple[Array, Array]
         for side, sign in enumerate((1, -1)):
             largest = abs(separation_load(screw, float(preload), count, sign))
             ratio[i, side] = largest / preload
-            for k, share in enumerate(shares[:-1]):
-                both = double_nut_loads(screw, float(preload), float(sign * share * largest), count)
-                force = min(both.force_a, both.force_b) if share > 0.0 else preload
+            for k, fraction in enumerate(shares[:-1]):
+                both = double_nut_loads(screw, float(preload), float(sign * fraction * largest), count)
+                force = min(both.force_a, both.force_b) if fraction > 0.0 else preload
                 relieved[i, k, side] = (max(force, 0.0) / preload) ** (2.0 / 3.0)
     return ratio, relieved
 

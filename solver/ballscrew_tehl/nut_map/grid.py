@@ -109,8 +109,8 @@ def _temperatures_of_viscosity(
 ) -> Array:
     """Temperatures [K] between two ends, a kelvin apart, where the viscosity is between two bounds [Pa s]."""
     temperatures = np.arange(ends[0], ends[1] + 0.5, 1.0)
-    found = np.array([float(eta0(oil, temperature)) for temperature in temperatures])
-    return np.asarray(temperatures[(found >= viscosity[0]) & (found <= viscosity[1])])
+    result = np.array([float(eta0(oil, temperature)) for temperature in temperatures])
+    return np.asarray(temperatures[(result >= viscosity[0]) & (result <= viscosity[1])])
 
 
 def _rounded_down(value: float) -> float:

@@ -84,8 +84,8 @@ def interval_table(parameters: Parameters, axes: Mapping[str, Any], friction_set
     (light, heavy), (slow, fast), (cold, hot) = (axes[name][:2] for name in ("force", "speed", "temperature"))
     forces, speeds = np.geomspace(light, heavy, TABLE_NODES[0]), np.geomspace(slow, fast, TABLE_NODES[1])
     temperatures = np.linspace(cold, hot, TABLE_NODES[2])
-    found = relative_intervals(parameters, axes, friction_set, forces, speeds, temperatures)
-    return coefficients_of(np.log(found), (0, 1, 2))
+    result = relative_intervals(parameters, axes, friction_set, forces, speeds, temperatures)
+    return coefficients_of(np.log(result), (0, 1, 2))
 
 
 def relative_intervals(

@@ -77,9 +77,9 @@ def claim(points: int) -> str:
 
     Order statistics: the largest of n random points bounds the fraction q of all with the confidence 1 - q^n.
     """
-    share = (1.0 - CONFIDENCE) ** (1.0 / points)
+    fraction = (1.0 - CONFIDENCE) ** (1.0 / points)
     return (
-        f"Of {points} random points, half of them under axial load, the largest error bounds {100.0 * share:.3g} % "
+        f"Of {points} random points, half of them under axial load, the largest error bounds {100.0 * fraction:.3g} % "
         f"of such points with {100.0 * CONFIDENCE:.0f} % confidence; nothing is claimed of the rest."
     )
 
@@ -128,14 +128,14 @@ def deviation_from_direct(
         results = ((jobs[job], job.result()) for job in as_completed(jobs))
     # the time of the first one counts
     progress(0, len(points), STAGE)
-    found = np.empty((len(points), len(Deviation._fields)))
+    result = np.empty((len(points), len(Deviation._fields)))
     for done, (k, deviation) in enumerate(results, 1):
-        found[k] = deviation
+        result[k] = deviation
         progress(done, len(points), STAGE)
     ends = np.cumsum([len(at) for at in regions.values()])[:-1]
     solved = {
         region: errors[np.isfinite(errors).all(axis=1)]
-        for region, errors in zip(regions, np.split(found, ends), strict=True)
+        for region, errors in zip(regions, np.split(result, ends), strict=True)
     }
     held, total = np.concatenate([solved[region] for region in WHOLE]), sum(len(regions[r]) for r in WHOLE)
     if not len(held):
@@ -155,7 +155,7 @@ def error_totals(names: Sequence[str], errors: np.ndarray) -> dict[str, Any]:
         known = column[np.isfinite(column)]
         if known.size:
             result[f"{name}_error_mean"] = float(known.mean())
-            for share, key in QUANTILES.items():
-                result[f"{name}_error_{key}"] = float(np.quantile(known, share))
+            for fraction, key in QUANTILES.items():
+                result[f"{name}_error_{key}"] = float(np.quantile(known, fraction))
             result[f"{name}_error_max"] = float(known.max())
     return result

@@ -173,13 +173,13 @@ class MeanBallContacts:
 
     def values(self, raceway: str, load: Array, speed: Array, temperature: Array) -> dict[str, Array]:
         """Quantities (n, 1, 1) at ball loads (n,), a speed (1, 1) and a temperature (1,): those of the solution."""
-        wanted, at = mean_load(load), (float(speed.flat[0]), float(temperature.flat[0]))
-        mean, contact = min(self.solved[raceway], key=lambda one: abs(math.log(one[0] / wanted)))
-        found = {name: np.full((load.size, 1, 1), value) for name, value in contact.items()}
+        target, at = mean_load(load), (float(speed.flat[0]), float(temperature.flat[0]))
+        mean, contact = min(self.solved[raceway], key=lambda one: abs(math.log(one[0] / target)))
+        result = {name: np.full((load.size, 1, 1), value) for name, value in contact.items()}
         loads = np.append(mean, load)
         closed = closed_forms(rolling_contacts(self.parameters, raceway, loads, *at)).values["rolling_loss"]
-        found["rolling_loss"] = contact["rolling_loss"] * (closed[1:] / closed[0])[:, None, None]
-        return found
+        result["rolling_loss"] = contact["rolling_loss"] * (closed[1:] / closed[0])[:, None, None]
+        return result
 
 
 class DirectContacts:

@@ -270,17 +270,19 @@ class Refinement:
         asked: list[_LookUp] = []
 
         def correction(force: float, values: list[float]) -> list[float]:
-            share = min(force / self.nut_map.force.lo, 1.0) ** (2.0 / 3.0)  # law below the axis
+            fraction = min(force / self.nut_map.force.lo, 1.0) ** (2.0 / 3.0)  # law below the axis
             force = max(force, self.nut_map.force.lo)
             corrected = list(values)
             for raceway, store in enumerate(self._known):
-                found = store.look_up(self._place(force, *point))
-                corrected[raceway::2] = [v + c for v, c in zip(values[raceway::2], found.values, strict=True)]
+                result = store.look_up(self._place(force, *point))
+                corrected[raceway::2] = [
+                    v + c for v, c in zip(values[raceway::2], result.values, strict=True)
+                ]
                 torque, film = corrected[raceway:4:2]  # logarithms of this raceway
-                viscous = share * math.exp(torque)
+                viscous = fraction * math.exp(torque)
                 if self.nut_map.law != Law.MECHANISTIC:
                     viscous /= 1.0 + (friction[2] / math.exp(film)) ** 2
-                asked.append(_LookUp(raceway, force, viscous, found))
+                asked.append(_LookUp(raceway, force, viscous, result))
             return corrected
 
         # after MAX_SOLVES every correction is known
@@ -289,10 +291,10 @@ class Refinement:
             state = self.nut_map.evaluate_point(
                 preload, speed, temperature, axial_load, *friction, correction=correction
             )
-            wanted = self._wanted(state, asked) if state.in_range and solves < MAX_SOLVES else None
-            if wanted is None:
+            target = self._wanted(state, asked) if state.in_range and solves < MAX_SOLVES else None
+            if target is None:
                 break
-            self._solve(*wanted, *point)
+            self._solve(*target, *point)
         return state
 
     def _wanted(self, state: DoubleNutState, asked: list[_LookUp]) -> tuple[int, float, str] | None:

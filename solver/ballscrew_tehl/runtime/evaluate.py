@@ -224,8 +224,8 @@ class NutMap:
         force, speed, temperature = np.broadcast_arrays(
             *(np.asarray(x, dtype=np.float64) for x in (force, speed, temperature))
         )
-        found = self._splines_array(force.ravel(), speed.ravel(), temperature.ravel(), False)[0]
-        return found.reshape(-1, *force.shape)
+        result = self._splines_array(force.ravel(), speed.ravel(), temperature.ravel(), False)[0]
+        return result.reshape(-1, *force.shape)
 
     def evaluate_point(
         self,
@@ -496,11 +496,11 @@ class NutMap:
         w_p = cubic_weights(t)
         # ln(load that parts the nuts over preload); below it (force of the relieved nut over preload)^(2/3)
         ratio = weighted(w_p, separation, side * (self.preload.last + 4) + p)
-        share = load / (preload * ops.exp(ratio))
-        q, t = ops.place(self.share, share)
+        fraction = load / (preload * ops.exp(ratio))
+        q, t = ops.place(self.share, fraction)
         w_q, first = cubic_weights(t), (side * (self.preload.last + 4) + p) * shares + q
         held = weighted(w_p, [weighted(w_q, sharing, first + row * shares) for row in range(4)], 0)
-        relieved = ops.where(share < 1.0, preload * ops.most(held, 0.0) ** 1.5, 0.0)
+        relieved = ops.where(fraction < 1.0, preload * ops.most(held, 0.0) ** 1.5, 0.0)
         return relieved, relieved + load
 
     def _evaluate_array(self, *arguments: Array) -> DoubleNutState:
@@ -561,7 +561,7 @@ class NutMap:
         i, j, k = (cell[:, None] + np.arange(4) for cell in (i, j, k))
         blocks = self.blocks[j[:, :, None, None], k[:, None, :, None], i[:, None, None, :]]
         lines = weights.reshape(len(force), -1, 16) @ blocks.reshape(len(force), 16, -1)
-        found = w_i[:, None, None] @ lines.reshape(*lines.shape[:2], 4, self.blocks.shape[-1])
-        values = np.ascontiguousarray(np.moveaxis(found[:, :, 0], 0, -1))
+        result = w_i[:, None, None] @ lines.reshape(*lines.shape[:2], 4, self.blocks.shape[-1])
+        values = np.ascontiguousarray(np.moveaxis(result[:, :, 0], 0, -1))
         curves = (w_i[:, None] @ self.curves[i])[:, 0]
         return values[0], values[1] if with_slopes else None, curves.T

@@ -132,10 +132,10 @@ def nut_torques(
         part, exponent = exp(surfaces[raceway]), None if slopes is None else slopes[raceway]
         if law == Law.THREE_PARAMETER:
             x = (friction.roughness_height / exp(surfaces[2 + raceway])) ** 2
-            share = 1.0 / (1.0 + x)
-            part = part * share
+            fraction = 1.0 / (1.0 + x)
+            part = part * fraction
             if slopes is not None:
-                exponent = exponent + 2.0 * x * share * slopes[2 + raceway]
+                exponent = exponent + 2.0 * x * fraction * slopes[2 + raceway]
         viscous = viscous + (part if slopes is None else part * _slow_share(exponent, s, ops))
     viscous = friction.apparent_viscosity_ratio * viscous * third * third
     hysteresis = exp(hysteresis) * f * third
@@ -222,9 +222,9 @@ def double_nut(
     rise, pressure, load = (ops.most(a, b) for a, b in zip(extremes[3:], other_extremes[3:], strict=True))
     freed = freed_shear(relieved, loaded, ops)
     # share of the relieved set of flanks: that of the shear of balls held by all four, a convention
-    share = relieved.shear / ops.most(relieved.shear + loaded.shear, SMOOTH)
+    fraction = relieved.shear / ops.most(relieved.shear + loaded.shear, SMOOTH)
     lambda_ratio = ops.least(film / ops.most(roughness, SMOOTH), LAMBDA_RATIO_MAX)
-    relieved_coulomb = relieved.hysteresis + relieved.sliding + freed * share
+    relieved_coulomb = relieved.hysteresis + relieved.sliding + freed * fraction
     return DoubleNutState(
         viscous, hysteresis, sliding + freed, film, screw, nut, rise, pressure, load, lambda_ratio,
         relieved.viscous, relieved_coulomb, in_range, clamped,

@@ -119,9 +119,9 @@ def sealed(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]])
 
 def check(header: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float64]]) -> None:
     """Refuse by MapError a map of another format, or one that is not as it was sealed."""
-    found = header.get("format_version")
-    if found != FORMAT_VERSION:
-        raise MapError(f"map format version {found}; expected {FORMAT_VERSION}: build the map again")
+    result = header.get("format_version")
+    if result != FORMAT_VERSION:
+        raise MapError(f"map format version {result}; expected {FORMAT_VERSION}: build the map again")
     expected, actual = header.get("content_hash"), content_hash(header, arrays)
     if expected != actual:
         raise MapError(f"map content hash {actual[:12]}; expected {str(expected)[:12]}: changed or damaged")

@@ -117,12 +117,12 @@ class TorqueBasis:
         """By the mechanistic law, powers_of_nuts at each point, of the screw file and of INVERSES if there are any."""
         from scipy.interpolate import PchipInterpolator
 
-        rest, sliding = np.array([torque_line(nuts, 0.0) for nuts, *_ in powers]).T
-        rolling = np.array([[torque_line(nuts)[0] for nuts in lengths] for lengths in powers]).T - rest
+        remainder, sliding = np.array([torque_line(nuts, 0.0) for nuts, *_ in powers]).T
+        rolling = np.array([[torque_line(nuts)[0] for nuts in lengths] for lengths in powers]).T - remainder
         dense = PchipInterpolator(INVERSES, rolling[1:])(DENSE) if len(rolling) > 1 else None
-        film = np.full((len(rest), 1), np.inf)
+        film = np.full((len(remainder), 1), np.inf)
         law = SETS[Law.MECHANISTIC], (1.0, 0.0, 0.0), dense
-        return cls(tuple(measurements), rolling[0][:, None], film, rest, sliding, *law)
+        return cls(tuple(measurements), rolling[0][:, None], film, remainder, sliding, *law)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -233,8 +233,8 @@ def fit_values(basis: TorqueBasis) -> Array:
     starts = basis.starts
     k = int(np.argmin([squares(third) for third in starts]))
     around = starts[max(k - 1, 0)], starts[min(k + 1, len(starts) - 1)]
-    found = minimize_scalar(squares, bounds=around, method="bounded", options={"xatol": 1e-9 * around[1]})
-    return _linear_values(basis, min((starts[k], found.x), key=squares))
+    result = minimize_scalar(squares, bounds=around, method="bounded", options={"xatol": 1e-9 * around[1]})
+    return _linear_values(basis, min((starts[k], result.x), key=squares))
 
 
 def _linear_values(basis: TorqueBasis, third: float) -> Array:
@@ -280,9 +280,9 @@ def supply_limits(basis: TorqueBasis) -> Supply:
 
     n, rolling = len(basis), np.asarray(basis.rolling)
     column = basis.weights * basis.sliding / basis.measured
-    rest = basis.weights * ((rolling + basis.hysteresis) / basis.measured - 1.0)
-    fitted = -(rest @ column) / (column @ column)
-    squares = np.sum((rest + fitted[:, None] * column) ** 2, axis=1) + KNOWN_ERROR**2
+    remainder = basis.weights * ((rolling + basis.hysteresis) / basis.measured - 1.0)
+    fitted = -(remainder @ column) / (column @ column)
+    squares = np.sum((remainder + fitted[:, None] * column) ** 2, axis=1) + KNOWN_ERROR**2
     freedom = n  # with the error that is known, without the coefficient
     scale = np.sqrt(squares / (freedom * (column @ column)))
     positive = np.maximum(student_t.cdf(fitted / scale, freedom), 1e-300)
@@ -382,8 +382,8 @@ def fit(
     if freedom >= 2:
         checked = leverage < 1.0 - 1e-6
         own = 1.0 - leverage[checked]
-        rest = np.maximum(sum_of_squares - r[checked] ** 2 / own, 1e-24 * n)
-        studentised[checked] = r[checked] * np.sqrt((freedom - 1) / (own * rest))
+        remainder = np.maximum(sum_of_squares - r[checked] ** 2 / own, 1e-24 * n)
+        studentised[checked] = r[checked] * np.sqrt((freedom - 1) / (own * remainder))
         limit = float(student_t.ppf(1.0 - 0.05 / (2 * n), freedom - 1))
     return Fit(values, r / basis.weights, left_out, leverage, studentised, limit, half_width)
 
@@ -413,10 +413,10 @@ def fit_law(
         return part, supply
 
     basis, supply = chosen(range(len(whole)))
-    found = fit(basis, groups, lambda rows: chosen(rows)[0])
+    result = fit(basis, groups, lambda rows: chosen(rows)[0])
     if supply is None:
-        return basis, found
-    k = float(found.values[1])
+        return basis, result
+    k = float(result.values[1])
     ends = min(supply.coefficient[0], k), max(supply.coefficient[1], k)
     half_width = {FITTED[1]: 0.5 * (ends[1] - ends[0])}
-    return basis, found._replace(supply=supply._replace(coefficient=ends), half_width=half_width)
+    return basis, result._replace(supply=supply._replace(coefficient=ends), half_width=half_width)

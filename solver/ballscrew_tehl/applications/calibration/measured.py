@@ -191,21 +191,21 @@ def _calibration(
     notes = file.notes + ([] if single else _check_count(points, name))
     basis = replace(torque_basis(parameters, film, points, progress), names=SETS[name])
     defaults = parameters, default_friction_set(parameters).net_sliding_coefficient
-    fitted, found = fit_law(basis, repeats_of(points), *defaults)
-    if "outliers" in drop and found.outliers:
+    fitted, result = fit_law(basis, repeats_of(points), *defaults)
+    if "outliers" in drop and result.outliers:
         # one pass; outliers of the remaining points are reported and kept
-        for i, text in _outliers(points, found).items():
+        for i, text in _outliers(points, result).items():
             dropped += file.problems_of(points[i], text)
-        kept = [i for i in range(len(basis)) if i not in found.outliers]
+        kept = [i for i in range(len(basis)) if i not in result.outliers]
         points, basis = [points[i] for i in kept], basis.subset(kept)
         notes += _check_count(points, name)
-        fitted, found = fit_law(basis, repeats_of(points), *defaults)
+        fitted, result = fit_law(basis, repeats_of(points), *defaults)
     basis = fitted
     level: dict[str, float] = {}
     if single:
-        (m,), rest = points, float(basis.torque((1.0, 0.0, 0.0))[0])
-        _check_level(m, law, file.where, rest=rest)
-        level = {"without_ball_ball_nm": rest, "law_low_nm": law.low, "law_high_nm": law.high}
+        (m,), remainder = points, float(basis.torque((1.0, 0.0, 0.0))[0])
+        _check_level(m, law, file.where, rest=remainder)
+        level = {"without_ball_ball_nm": remainder, "law_low_nm": law.low, "law_high_nm": law.high}
         statistics: dict[str, Any] = {
             "loss": "solved", "not_identified": {SPLIT: ONE_POINT},
             "provenance": f"{file.source or 'one torque'}, {m.torque:g} N.m at {m.preload:g} N, "
@@ -223,13 +223,13 @@ def _calibration(
         others = len(repeats_of(points)) > len(basis.names)
         without = f", without {named_rows([problem.row for problem in dropped])}" if dropped else ""
         statistics = {
-            "loss": "least_squares", "intervals": found.half_width, "limits": found.limits,
+            "loss": "least_squares", "intervals": result.half_width, "limits": result.limits,
             "provenance": f"{file.source}, {len(basis)} points of {len(file.lines)} rows{without}",
             # without other points none is left out, but repeats
-            "errors": error_summary(basis, found.deviation, found.left_out if others else np.full(1, math.nan)),
-            "not_identified": not_identified(basis, found),
+            "errors": error_summary(basis, result.deviation, result.left_out if others else np.full(1, math.nan)),
+            "not_identified": not_identified(basis, result),
         }  # fmt: skip
-        outliers = _outliers(points, found).items()
+        outliers = _outliers(points, result).items()
         notes += [f"{points[i].point}: {text}; to leave it out: --drop outliers" for i, text in outliers]
     if any(m.limits or m.preload_tolerance for m in points):
         notes.append(
@@ -241,15 +241,15 @@ def _calibration(
     if name == Law.MECHANISTIC:
         statistics["screw_hash"] = parameters_hash(parameters, oil=False)
         statistics["nlgi"] = parameters.lubricant.nlgi or ""
-    ratio, net, height = found.values.tolist()
+    ratio, net, height = result.values.tolist()
     if INVERSE_SUPPLY in basis.names:
         statistics[SUPPLY], height = 1.0 / height if height > 0.0 else math.inf, 0.0
     friction_set = FrictionSet(name, ratio, net, height, **statistics)
     if name == Law.MECHANISTIC:
-        friction_set = with_learned(friction_set, basis, found.deviation, parameters, film)
+        friction_set = with_learned(friction_set, basis, result.deviation, parameters, film)
     notes += number_notes(friction_set, parameters)
-    notes += supply_notes(basis, found, parameters)
-    return Calibration(friction_set, basis, found, dropped, notes, level, parameters, film)
+    notes += supply_notes(basis, result, parameters)
+    return Calibration(friction_set, basis, result, dropped, notes, level, parameters, film)
 
 
 def with_learned(
@@ -278,8 +278,8 @@ def with_learned(
         tolerances.append(level(0.0) - [level(1.0), level(-1.0)])
     own = np.array([(m.uncertainty or 0.0) / m.torque for m in measured])
     errors = -np.log1p(deviation)
-    found = learned(parameters, points(0.0), errors, basis.weights, contacts, entry, own, tolerances)
-    return replace(entry, learned=found)
+    result = learned(parameters, points(0.0), errors, basis.weights, contacts, entry, own, tolerances)
+    return replace(entry, learned=result)
 
 
 def _typical_law(file: MeasurementFile, parameters: Parameters, film: Any, outside: Reason) -> TorqueInterval:

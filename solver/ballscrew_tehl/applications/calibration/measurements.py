@@ -223,7 +223,7 @@ def read_measurement_file(path: Path | str, temperature: float) -> MeasurementFi
     rows = read_columns(table, columns, TORQUES)
     usable, problems, assumed = list[Measurement](), list[RowProblem](), list[int]()
     for number, line in enumerate(rows.lines, start=1):
-        texts = {key: found[number - 1].replace(",", ".") for key, found in rows.texts.items()}
+        texts = {key: result[number - 1].replace(",", ".") for key, result in rows.texts.items()}
         value = {k: float(x[number - 1]) for k, x in rows.values.items() if texts[k] or k not in OPTIONAL}
         if reasons := _reasons(texts, columns, value):
             problems.append(RowProblem(number, line, "; ".join(reasons)))

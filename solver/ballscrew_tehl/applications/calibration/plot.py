@@ -79,8 +79,8 @@ def _curve(result: Calibration, rows: list[int], speed: Array) -> list[Array]:
     speeds = np.geomspace(speed.min() / around, speed.max() * around, 40)
     at, temperature = speeds * RPM, np.array([m.temperature])
     forces = nut_forces(parameters, m.preload, m.axial_load)
-    rest, slope = torque_line(nuts_powers(parameters, forces, film, at[:, None], temperature))
-    torque = np.ravel(rest + entry.net_sliding_coefficient * slope)
+    remainder, slope = torque_line(nuts_powers(parameters, forces, film, at[:, None], temperature))
+    torque = np.ravel(remainder + entry.net_sliding_coefficient * slope)
     ends: Any = 1.0, 1.0  # under axial load there is none
     if m.axial_load == 0.0:
         ends = interval_ends(parameters, np.array([m.preload]), film, at, temperature, entry)

@@ -74,8 +74,8 @@ class FrictionTable(NamedTuple):
             yield point, np.vstack([-half[::-1], zero, half])
         if not self.preload.size:
             whole = np.column_stack([self.speed, *self.values.values()])
-            rest = [int(np.searchsorted(self.speed, 0.0))] * at_rest
-            yield [], np.insert(whole, rest, 0.0, axis=0)
+            remainder = [int(np.searchsorted(self.speed, 0.0))] * at_rest
+            yield [], np.insert(whole, remainder, 0.0, axis=0)
 
 
 def curve_speeds(low: float, high: float, count: int) -> Array:

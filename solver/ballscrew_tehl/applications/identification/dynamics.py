@@ -234,8 +234,8 @@ def _identified(
     signals: Signals, inertia: float | None, travel: float, delay: float | None, cutoff: float | None,
     bins_wanted: int | None, offset: tuple[float, float] | None,
 ) -> Identified:  # fmt: skip
-    chosen, variance = chosen_cutoff(signals)
-    cutoff = chosen if cutoff is None else cutoff
+    selection, variance = chosen_cutoff(signals)
+    cutoff = selection if cutoff is None else cutoff
     samples = filtered(signals, travel, cutoff, variance)
     usable = {name: int((samples.speed * sign > 0.0).sum()) * samples.each for sign, name in SIDES.items()}
     few, least = min(usable, key=lambda name: usable[name]), MIN_BINS * MIN_SAMPLES
@@ -385,15 +385,13 @@ def _check(
         raise ValueError(f"{what} = {value:.4g}; allowed: > 0: {SIGN}")
     if free and not half <= usual * VAGUE * value:
         cause, effort, lag = max(parts, key=lambda name: parts[name]), units.names[2], 1e3 * fit.timing.lag
-        moves, rest = float(np.std(value * fit.samples.acceleration)), float(np.std(fit.residual))
+        moves, remainder = float(np.std(value * fit.samples.acceleration)), float(np.std(fit.residual))
         smoothed = f"; the {effort} is smoothed as by a filter of {lag:.3g} ms" * (lag > 0.0)
-        sizes = (
-            f"the acceleration moves the {effort} by {moves:.2g}, the residual is {rest:.2g} {units.shown[1]}"
-        )
+        sizes = f"the acceleration moves the {effort} by {moves:.2g}, the residual is {remainder:.2g} {units.shown[1]}"
         known = f"{option(units.inertia)} with the known value, or {CAUSES[cause]}"
         error = f"+- {half:.2g}" if half < 1e3 * abs(value) else "without a bound"
-        found = f"{what} = {value:.4g} {unit} {error}: {cause} ({sizes})"
-        raise ValueError(f"{found}{smoothed}; remedy: {known}")
+        result = f"{what} = {value:.4g} {unit} {error}: {cause} ({sizes})"
+        raise ValueError(f"{result}{smoothed}; remedy: {known}")
     wrong = float(np.sum(fit.number * along) / fit.number.sum())
     if wrong > MAX_ALONG:
         along_it = f"friction along the motion in {wrong:.0%} of the samples"
@@ -417,8 +415,8 @@ def _notes(result: Identified, noise: float, time: Timing) -> list[str]:
             f"the interval of the {inertia} holds that range: state it by --delay-ms, or log ramps"
         )
     elif result.delay_limits is not None and abs(time.delay) > LATE:
-        rest = "what a filter of the drive does besides is in no interval"
-        notes.append(f"the {effort} is {ms} behind the motion: {rest}")
+        remainder = "what a filter of the drive does besides is in no interval"
+        notes.append(f"the {effort} is {ms} behind the motion: {remainder}")
     if noise > 10.0 * MAX_NOISE:
         notes.append(f"noise is {100.0 * noise:.2g} % of the acceleration's variance at the lowest cutoff")
     if directions.varies(both):

@@ -103,10 +103,10 @@ def codes(values: Array) -> tuple[np.ndarray, float]:
     limit = max(CHANGES * usual * (usual > 1.01 * step), STEPS * step)
     away = np.zeros(len(level), dtype=bool)
     away[1:-1] = (np.minimum(jump[1:], jump[:-1]) > limit) & (np.diff(level)[1:] * np.diff(level)[:-1] < 0.0)
-    found, numbers = np.unique(level[away], return_counts=True)
-    if not len(found) or numbers.max() < max(CODES, 0.5 * numbers.sum()):
+    result, numbers = np.unique(level[away], return_counts=True)
+    if not len(result) or numbers.max() < max(CODES, 0.5 * numbers.sum()):
         return np.zeros(len(values), dtype=bool), 0.0
-    code = float(found[numbers.argmax()])
+    code = float(result[numbers.argmax()])
     at_it = away & (level == code)
     return np.repeat(at_it, length), code
 
@@ -137,14 +137,14 @@ def signed(name: str, values: Array) -> tuple[Array, list[Finding]]:
 
 def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Finding]]:
     """Rows of a signal of the drive that are not measured, and why; speed: relative."""
-    found: list[Finding] = []
+    result: list[Finding] = []
     bad, code = codes(values)
     if bad.any():
         to = "drops to 0" if code == 0.0 else f"has the code {code:.6g} (SI)"
-        found.append(finding(f"{name} {to}", bad, "a lost or damaged value, left out"))
+        result.append(finding(f"{name} {to}", bad, "a lost or damaged value, left out"))
     single = spikes(np.where(bad, np.median(values), values)) & ~bad
     if single.any():
-        found.append(finding(f"{name} jumps to single outliers", single, "left out"))
+        result.append(finding(f"{name} jumps to single outliers", single, "left out"))
     bad = bad | single
     starts, length = runs(values)
     change, step = np.abs(np.diff(values[~bad])), quantum(values)
@@ -163,36 +163,36 @@ def faults(name: str, values: Array, speed: Array) -> tuple[np.ndarray, list[Fin
         top = float(signed.max())
         at = signed == top
         near = int(np.sum(signed > top - max(1.01 * step, usual))) - int(at.sum())
-        rows, share = (1e-2 * len(values), float(not mirrored)) if coarse else (2e-4 * len(values), 0.3)
-        if at.sum() >= max(10, rows, share * near) and np.any(at & (speed != 0.0)):
+        rows, fraction = (1e-2 * len(values), float(not mirrored)) if coarse else (2e-4 * len(values), 0.3)
+        if at.sum() >= max(10, rows, fraction * near) and np.any(at & (speed != 0.0)):
             clipped |= at
     if coarse and clipped.any():
         text = f"{name}, in steps of {step:.3g} (SI), stays at its extreme"
         remedy = "if that is a limit of the drive, the true values are beyond it and the intervals do not hold them"
-        found.append(finding(text, clipped, remedy))
+        result.append(finding(text, clipped, remedy))
         clipped[:] = False
     held &= ~clipped
     lines = straight(values, step) & (speed != 0.0) & ~bad & ~clipped & ~held
     if lines.any():
         text = f"{name} is a straight line over pieces of the log, as between rows that are lost"
-        found.append(finding(text, lines, "left out"))
+        result.append(finding(text, lines, "left out"))
     if clipped.any():
         clipped = np.asarray(scipy.ndimage.binary_dilation(clipped, iterations=BESIDE))
         lowest, highest = float(values[clipped].min()), float(values[clipped].max())
-        found.append(finding(
+        result.append(finding(
             f"{name} is clipped, equal to its extreme within {lowest:.4g} to {highest:.4g} (SI)", clipped,
             "left out with its neighbours; raise the range or limit of the signal, or accelerate more slowly",
         ))  # fmt: skip
     if held.any():
         longest = int(length[held[starts]].max())
         text = f"{name} is held at equal values while the axis moves, for up to {longest} rows"
-        found.append(finding(text, held, "left out"))
+        result.append(finding(text, held, "left out"))
     third = np.abs(np.diff(values, 3))[np.diff(values)[2:] != 0.0]
     size = float(np.diff(np.quantile(values[~bad], (0.05, 0.95)))[0])
     if len(third) and np.median(third) <= QUIET * size:
         remedy = "a set value, a feed-forward or an interpolated signal is no measurement: log the actual one"
-        found.append(finding(f"{name} has no noise", np.ones(len(values), dtype=bool), remedy))
-    return bad | clipped | held | lines, found
+        result.append(finding(f"{name} has no noise", np.ones(len(values), dtype=bool), remedy))
+    return bad | clipped | held | lines, result
 
 
 def straight(values: Array, step: float) -> np.ndarray:
@@ -266,8 +266,8 @@ def even_stamps(time: Array, motion: Array) -> tuple[Array, float, list[Finding]
     def roughness(at: Array) -> float:
         span = np.maximum(at[2:] - at[:-2], 1e-3 * usual)
         between = motion[:-2] + (motion[2:] - motion[:-2]) * np.clip((at[1:-1] - at[:-2]) / span, 0.0, 1.0)
-        rest = np.abs(motion[1:-1] - between)
-        return float(np.mean(np.minimum(rest, np.quantile(rest, 0.99)) ** 2))
+        remainder = np.abs(motion[1:-1] - between)
+        return float(np.mean(np.minimum(remainder, np.quantile(remainder, 0.99)) ** 2))
 
     best, even, raster = np.inf, time, usual
     slopes = float(np.quantile(long, 0.1)) / lag, float(np.polyfit(np.arange(number), time, 1)[0])
@@ -307,13 +307,13 @@ def motoring(
     moves = np.abs(every[2]) > SLOWEST * np.quantile(np.abs(every[2]), 0.99)
     model = every[:4, moves].T / np.maximum(np.abs(every[:4, moves]).max(axis=1), 1e-300)
     fits = [values - model @ np.linalg.lstsq(model, values, rcond=None)[0] for values in every[4:, moves]]
-    as_it_is, turned = (float(np.sum(rest**2)) for rest in fits)
+    as_it_is, turned = (float(np.sum(remainder**2)) for remainder in fits)
     if not (turned < CLEARLY * as_it_is and every[4, moves].min() < 0.0 < every[4, moves].max()):
         return pieces, []
     text = f"{name} is positive when it drives, in both directions: a sign of the power, not of the axis"
-    found = finding(text, every[2] < 0.0, "its sign is changed where the speed is negative")
+    result = finding(text, every[2] < 0.0, "its sign is changed where the speed is negative")
     signs = [np.where(piece[2] < 0.0, -1.0, 1.0) for piece in columns]
-    return [(x, y * sign) for (x, y), sign in zip(pieces, signs, strict=True)], [found]
+    return [(x, y * sign) for (x, y), sign in zip(pieces, signs, strict=True)], [result]
 
 
 def of_refusal(found: Sequence[Finding]) -> str:

@@ -113,9 +113,9 @@ def fit_of(
             coefficients = influence.T @ (effort - inertia * samples.acceleration)
             coefficients[0] = inertia
         every = np.column_stack(columns)
-        rest = effort - every @ coefficients
-        total = np.bincount(bins, rest, size) / safe
-        residual = rest - total[bins]
+        remainder = effort - every @ coefficients
+        total = np.bincount(bins, remainder, size) / safe
+        residual = remainder - total[bins]
         return Fit(samples, bins, time, effort, every, influence, coefficients, number, total, residual)
 
     fit = solved([samples.acceleration, *more])
@@ -160,9 +160,9 @@ def errors_of(fit: Fit, weights: Array, free: bool) -> tuple[Array, Array, Array
     freedom = max(1.0 - 2.0 * (number + 1.0) / float(independent.sum()), 0.1)
     moves, halves = [], []
     for influence in fit.influence.T:
-        share = np.bincount(clusters, influence**2) / max(float(influence @ influence), 1e-300)
-        moves.append(np.bincount(clusters, influence * residual) / (1.0 - np.minimum(share, LEVERAGE)))
-        degrees = max(1.0 / max(float(share @ share), 1e-12) - 1.0, 1.0)
+        fraction = np.bincount(clusters, influence**2) / max(float(influence @ influence), 1e-300)
+        moves.append(np.bincount(clusters, influence * residual) / (1.0 - np.minimum(fraction, LEVERAGE)))
+        degrees = max(1.0 / max(float(fraction @ fraction), 1e-12) - 1.0, 1.0)
         halves.append(float(student(degrees, PROBABILITY)) * float(np.sqrt(moves[-1] @ moves[-1] / freedom)))
     moved = np.bincount(cells, residual, size * number).reshape(size, -1) / fit.number
     for k, move in enumerate(moves):

@@ -53,9 +53,11 @@ def read_log(path: Path | str, wanted: Sequence[str] = (), stated: Mapping[str, 
         good, least = np.all([*finite.values()], axis=0), min(finite, key=lambda key: int(finite[key].sum()))
         rows, complete = len(good) + damaged, int(good.sum())
         if not complete >= max(MIN_ROWS, MAX_EMPTY * rows):
-            found = f"{rows} rows, {complete} complete, {finite[least].sum()} with {columns[least].heading!r}"
+            result = (
+                f"{rows} rows, {complete} complete, {finite[least].sum()} with {columns[least].heading!r}"
+            )
             remedy = "export at one rate, or keep the complete rows"
-            raise ValueError(f"{found}; allowed: >= {MIN_ROWS} rows, {MAX_EMPTY:.0%} complete: {remedy}")
+            raise ValueError(f"{result}; allowed: >= {MIN_ROWS} rows, {MAX_EMPTY:.0%} complete: {remedy}")
         left_out = {"rows without a number": len(good) - complete, "damaged rows": damaged}
         signals = {name: values[good] for name, values in signals.items()}
         signals = _without_empty_end(signals, left_out, notes)

@@ -49,7 +49,7 @@ def wave_of(place: Array, residual: Array, shortest: float, whole: bool) -> tupl
 
 def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[str]) -> list[Pattern]:
     """Waves over the position, to be fitted with the rest; what is found besides goes to the notes."""
-    units, samples, found = UNITS[signals.rotary], fit.samples, list[Pattern]()
+    units, samples, result = UNITS[signals.rotary], fit.samples, list[Pattern]()
     position, effort = samples.position, units.names[2]
     shortest = 0.5 * math.pi if signals.rotary else float(np.ptp(position)) / 1024.0
     wave, amplitude = wave_of(position, fit.residual, shortest, signals.rotary)
@@ -57,7 +57,7 @@ def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[s
         period = f"{wave:.4g} times a turn" if signals.rotary else f"each {2e3 * math.pi / wave:.4g} mm"
         shown = f"friction varies by +-{amplitude:.2g} {units.si[1]} {period}, over the position"
         notes.append(f"{shown}: fitted as a wave")
-        found = [lambda s: np.cos(wave * s.position), lambda s: np.sin(wave * s.position)]
+        result = [lambda s: np.cos(wave * s.position), lambda s: np.sin(wave * s.position)]
     raw = [section.effort for section in signals.sections]
     noise = white_noise(raw, 1, signals.effort_quantum) * samples.rate + fit.inertia**2 * samples.noise
     deviation = float(np.mean(without_friction(samples.speed, fit.bins)(fit.residual) ** 2))
@@ -68,7 +68,7 @@ def patterns_of(fit: Fit, signals: Signals, inertia: float | None, notes: list[s
             "drift or friction over the position acts besides inertia and friction, and may be in no interval"
         )
     _losses_and_drifts(fit, effort, inertia, notes)
-    return found
+    return result
 
 
 def _losses_and_drifts(fit: Fit, effort: str, inertia: float | None, notes: list[str]) -> None:

@@ -82,9 +82,9 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         values = log.signals[name]
         if not np.ptp(values) > 0.0:
             raise ValueError(f"{name} is constant, {values[0]:.6g} SI; allowed: an axis that moves both ways")
-    rows, found = _own_rate(log, names, left_out)
+    rows, result = _own_rate(log, names, left_out)
     words, more = findings.signed(effort, rows.effort)
-    rows, found, effort_step = rows._replace(effort=words), found + more, quantum(words)
+    rows, result, effort_step = rows._replace(effort=words), result + more, quantum(words)
     jumps = np.empty(0, dtype=int)
     if not of_speed:
         lost = findings.codes(rows.motion)[0]
@@ -92,41 +92,41 @@ def signals_of(log: Log, drive: Drive) -> Signals:
         # an encoder at rest where it starts again jumps by its whole range
         off = np.abs(rows.motion - scipy.ndimage.median_filter(rows.motion, 3))
         lost &= off < WHOLE * np.ptp(rows.motion)
-        found += [finding(f"{motion} jumps there and back", lost, "left out")] * bool(lost.any())
+        result += [finding(f"{motion} jumps there and back", lost, "left out")] * bool(lost.any())
         rows = rows.where(~lost)
         path, jumps = _unwrapped(rows.time, rows.motion, log, rows.step, notes)
         rows = rows._replace(motion=path)
     else:
         path = scipy.integrate.cumulative_trapezoid(rows.motion, rows.time, initial=0.0)
     bad, more = findings.faults(effort, rows.effort, findings.relative_speed(rows.time, path))
-    found += more
-    left_out["rows with damaged signals"] = sum(one.rows for one in found if "left out" in one.remedy)
+    result += more
+    left_out["rows with damaged signals"] = sum(one.rows for one in result if "left out" in one.remedy)
     rows, jumps = rows.where(~bad), np.searchsorted(np.flatnonzero(~bad), jumps)
     if len(rows.time) < MIN_SECTION:
         raise ValueError(
-            f"{len(rows.time)} rows with all signals; allowed: >= {MIN_SECTION}{of_refusal(found)}"
+            f"{len(rows.time)} rows with all signals; allowed: >= {MIN_SECTION}{of_refusal(result)}"
         )
     resolution = quantum(rows.motion) * abs(scale)
     scaled = rows._replace(motion=rows.motion * scale, effort=rows.effort * effort_scale)
     step, sections = _sections(scaled, jumps, left_out, notes)
     if not sections:
         few = f"pieces between gaps and jumps too short; allowed: >= {MIN_SECTION} samples"
-        raise ValueError(few + of_refusal(found))
+        raise ValueError(few + of_refusal(result))
     turned, more = findings.motoring(effort, [(one.motion, one.effort) for one in sections], step, of_speed)
-    sections, found = [Section(*one) for one in turned], found + more
+    sections, result = [Section(*one) for one in turned], result + more
     slow = {}
     for name in SLOW:
         slow[name], more = findings.sensor(name, log.signals[name]) if name in log.signals else (None, [])
-        found += more
+        result += more
     return Signals(
         rotary, of_speed, step, resolution, sections, slow["temperature"], slow["preload"], left_out,
-        notes + [str(one) for one in found], effort_step * abs(effort_scale), found,
+        notes + [str(one) for one in result], effort_step * abs(effort_scale), result,
     )  # fmt: skip
 
 
 def _own_rate(log: Log, names: list[str], left_out: dict[str, int]) -> tuple[_Rows, list[Finding]]:
     """Rows at even times, and of the slower of motion and effort where an export fills its rows in between."""
-    time, step, found = findings.even_stamps(log.signals["time"], log.signals[names[0]])
+    time, step, result = findings.even_stamps(log.signals["time"], log.signals[names[0]])
     new = np.diff(time, prepend=-np.inf) > 0.0
     left_out["repeated time stamps"] = repeated = int(np.sum(~new))
     if repeated > findings.REPEATS * len(time):
@@ -139,12 +139,12 @@ def _own_rate(log: Log, names: list[str], left_out: dict[str, int]) -> tuple[_Ro
         between = np.ones(len(rows.time), dtype=bool)
         between[keep] = False
         rate = f"one of them is used, {1.0 / (step * each):.4g} of {1.0 / step:.4g} samples/s; export at its own rate"
-        found = [*found, finding(text, between, rate)]
-        left_out["rows between the samples of a slow channel"] = found[-1].rows
+        result = [*result, finding(text, between, rate)]
+        left_out["rows between the samples of a slow channel"] = result[-1].rows
         rows = rows.where(~between)._replace(step=step * each)
     if not rows.step * MIN_RATE <= 1.0:
-        raise ValueError(_too_slow(log, rows.step, found))
-    return rows, found
+        raise ValueError(_too_slow(log, rows.step, result))
+    return rows, result
 
 
 def _sections(
@@ -240,6 +240,6 @@ def _unwrapped(
     usual = float(np.quantile(np.abs(usual_step), USUAL) or np.quantile(size, USUAL))
     jumps = np.flatnonzero(other | ((size > JUMP * usual) & together & (usual > 0.0)))
     if jumps.size > 0.01 * len(position):
-        found = f"{jumps.size} times, by {size[jumps].min():.4g} to {size[jumps].max():.4g} (SI)"
-        raise ValueError(f"position jumps {found}; allowed: not, or by one size as an encoder starts again")
+        result = f"{jumps.size} times, by {size[jumps].min():.4g} to {size[jumps].max():.4g} (SI)"
+        raise ValueError(f"position jumps {result}; allowed: not, or by one size as an encoder starts again")
     return position, jumps + 1

@@ -50,8 +50,12 @@ def searched(samples: Samples, delays: Array, inertia: float | None) -> tuple[Se
         moved = (product(whole, effort) / squares, product(whole, rate) / squares)
         if inertia is not None:
             moved = inertia, 0.0
-        rest, more = effort - moved[0] * whole, rate - moved[1] * whole
-        misfit, bend, along = product(rest, rest), product(more, more), max(-product(rest, more), 0.0)
+        remainder, more = effort - moved[0] * whole, rate - moved[1] * whole
+        misfit, bend, along = (
+            product(remainder, remainder),
+            product(more, more),
+            max(-product(remainder, more), 0.0),
+        )
         # noise would make the lag too small
         lag = min(along / max(bend - len(rate) * samples.rate_noise, 0.2 * bend, 1e-300), MAX_LAG)
         less = misfit - along**2 / max(bend, 1e-300)
@@ -91,24 +95,24 @@ def timing(
     k = lagged.best
     lags = lagged.misfit[k] + LAG_TELLS * lagged.one < plain.misfit.min()
     with_lag = bool(lags and lagged.lag[k] > max(LEAST_LAG, samples.step))
-    found = lagged if with_lag else plain if rough is samples else searched(samples, delays, inertia)[0]
-    best, step = float(found.delay[found.best]), DELAY_STEP
-    allowed = np.ones(len(found.delay), dtype=bool)
+    result = lagged if with_lag else plain if rough is samples else searched(samples, delays, inertia)[0]
+    best, step = float(result.delay[result.best]), DELAY_STEP
+    allowed = np.ones(len(result.delay), dtype=bool)
     if with_lag:
         if delay is None:
-            found = searched(rough, best + np.linspace(-0.01, 0.01, 41), inertia)[1]
-        allowed = found.misfit <= found.misfit.min() + TELL * found.one
+            result = searched(rough, best + np.linspace(-0.01, 0.01, 41), inertia)[1]
+        allowed = result.misfit <= result.misfit.min() + TELL * result.one
     elif delay is None:
-        allowed = expected(signals, samples, best, delays, inertia) <= TELL * found.one
-        allowed[found.best] = True
-        if np.ptp(found.delay[allowed]) <= UNTOLD * step:
+        allowed = expected(signals, samples, best, delays, inertia) <= TELL * result.one
+        allowed[result.best] = True
+        if np.ptp(result.delay[allowed]) <= UNTOLD * step:
             while step > 0.01 * samples.step:
                 # finer about the best
-                found = searched(samples, best + step * np.linspace(-1.0, 1.0, 9), inertia)[0]
-                best, step = float(found.delay[found.best]), 0.25 * step
+                result = searched(samples, best + step * np.linspace(-1.0, 1.0, 9), inertia)[0]
+                best, step = float(result.delay[result.best]), 0.25 * step
             return Timing(best)
     # of delays that the data do not tell from each other, the least
-    at = found.best if with_lag else int(np.argmin(np.where(allowed, np.abs(found.delay), np.inf)))
-    off = float(np.max(np.abs(found.inertia[allowed] - found.inertia[at])))
-    low, high = found.delay[allowed].min(), found.delay[allowed].max()
-    return Timing(float(found.delay[at]), float(found.lag[at]), off, with_lag, float(low), float(high))
+    at = result.best if with_lag else int(np.argmin(np.where(allowed, np.abs(result.delay), np.inf)))
+    off = float(np.max(np.abs(result.inertia[allowed] - result.inertia[at])))
+    low, high = result.delay[allowed].min(), result.delay[allowed].max()
+    return Timing(float(result.delay[at]), float(result.lag[at]), off, with_lag, float(low), float(high))

@@ -189,7 +189,7 @@ def _is_value(text: str) -> bool:
 
 def _separator(lines: Sequence[str]) -> tuple[str, int]:
     """The mark that gives most numbers and least texts, and the usual number of fields; "", 0: there are no numbers."""
-    best, chosen, count = 0, "", 0
+    best, selection, count = 0, "", 0
     # commas between headings are none of decimals: 20 5,1 are two fields
     headed = any("," in line and not any(map(_is_value, _split(line, ","))) for line in lines)
     for mark in SEPARATORS:
@@ -199,8 +199,8 @@ def _separator(lines: Sequence[str]) -> tuple[str, int]:
         ]
         score = sum(1 if _is_value(text) else -1 for row in rows for text in row if not is_missing(text))
         if score > best:
-            best, chosen, count = score, mark, mode(map(len, rows))
-    return chosen, count
+            best, selection, count = score, mark, mode(map(len, rows))
+    return selection, count
 
 
 def _fields(line: str, separator: str, count: int) -> list[str]:
@@ -405,11 +405,11 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
         notes = without_thousands(marked) + _notes(read, body.repeats)
         if "time" in read:
             texts["time"] = seconds(texts["time"], read["time"], kind.quantities["time"].units)
-        found = {key: numbers(texts[key]) for key in read}
+        result = {key: numbers(texts[key]) for key in read}
         # a blank field may be missing anywhere between blanks
         sizes = {k: n for k, n in body.uneven.items() if n > count or strict or table.separator == " "}
         damaged = {k: f"{size} fields under {count} headings" for k, size in sizes.items()}
-        for key, (_, is_text) in {} if strict else found.items():
+        for key, (_, is_text) in {} if strict else result.items():
             for k in np.flatnonzero(is_text):
                 damaged.setdefault(int(k), f"{columns[key].heading} = {texts[key][k][:20]!r}")
         first = f"line {lines[min(damaged)]}: {damaged[min(damaged)]}" if damaged else ""
@@ -422,7 +422,7 @@ def read_columns(table: Table, columns: Mapping[str, Column], kind: Kind, max_da
     kept = np.delete(np.arange(len(lines)), list(damaged))
     units = {key: column.unit for key, column in read.items()} | ({"time": CLOCK} if stamped else {})
     values = {
-        k: si(x[kept], kind.quantities[k], units[k], columns[k].multiple) for k, (x, _) in found.items()
+        k: si(x[kept], kind.quantities[k], units[k], columns[k].multiple) for k, (x, _) in result.items()
     }
     return Rows(lines, texts, values, (len(damaged), first), notes)
 
@@ -452,7 +452,7 @@ def _without_units(texts: list[str], key: str, column: Column, kind: Kind) -> No
             raise ValueError(f"{column.heading} = {first!r}: {heading}; allowed: one unit")
         end = re.compile(rf"\s*{re.escape(match[1])}")
         texts[:] = [
-            text[: found.start()] if (found := end.search(text)) and found.end() == len(text) else text
+            text[: result.start()] if (result := end.search(text)) and result.end() == len(text) else text
             for text in texts
         ]
 

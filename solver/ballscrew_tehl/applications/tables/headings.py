@@ -255,8 +255,8 @@ def named_places(headings: Sequence[str], kind: Kind, stated: Mapping[str, str])
     places: dict[str, int] = {}
     for key, quantity in kind.quantities.items():
         names = tuple(f"{name}_" for name in quantity.names)
-        if found := [k for k, stem in enumerate(stems) if stem.startswith(names)]:
-            places[key] = found[0]
+        if result := [k for k, stem in enumerate(stems) if stem.startswith(names)]:
+            places[key] = result[0]
     places |= {key: same[-1] for key, text in stated.items() if (same := _places_of(text, headings))}
     needed = [next((places[key] for key in keys if key in places), -1) for keys in kind.needed.values()]
     return [] if -1 in needed else needed

@@ -57,8 +57,8 @@ def numbers(texts: Sequence[str]) -> tuple[NDArray[np.float64], NDArray[np.bool_
     import pandas as pd
 
     plain = [text.replace(",", ".") for text in texts]
-    found = pd.to_numeric(pd.Series(plain, dtype=object), errors="coerce").to_numpy(np.float64)
-    good, values = np.isfinite(found), np.full(len(plain), np.nan)
+    result = pd.to_numeric(pd.Series(plain, dtype=object), errors="coerce").to_numpy(np.float64)
+    good, values = np.isfinite(result), np.full(len(plain), np.nan)
     # float rounds correctly
     values[good] = list(map(float, plain if good.all() else np.array(plain, dtype=object)[good]))
     is_text = np.zeros(len(plain), dtype=bool)

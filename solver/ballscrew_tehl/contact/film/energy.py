@@ -140,7 +140,7 @@ def bounded_slope(upstream, own, downstream):
 def across(h_y, t, t_in, flow_y, j, i, k):
     """Heat that the faces to the neighbour lines bring in, as rest - diag*T [W/m2 per unit z/h]; returns diag, rest."""
     ny = t.shape[0]
-    diag = rest = 0.0
+    diag = remainder = 0.0
     for side in range(2):
         axis = j == 0
         if side == 0:
@@ -162,22 +162,22 @@ def across(h_y, t, t_in, flow_y, j, i, k):
             else:
                 inflow = t[near, i, k] + 0.5 * bounded_slope(t[far, i, k], t[near, i, k], t[j, i, k])
             diag -= m
-            rest -= m * inflow
+            remainder -= m * inflow
         elif behind >= 0:
             # outflow with the slope of the cell from its last temperatures
-            rest -= m * 0.5 * bounded_slope(t[behind, i, k], t[j, i, k], t[near, i, k])
-    return diag, rest
+            remainder -= m * 0.5 * bounded_slope(t[behind, i, k], t[j, i, k], t[near, i, k])
+    return diag, remainder
 
 
 @kernel
 def sideways(x, width, h_y, t_in, t, flow_x, flow_y, j, i, k):
     """Heat that the side faces of a cell bring in, as rest - diag*T [W/m2 per unit z/h]; returns diag, rest."""
     own, up_1, up_2, down = along(x, width, flow_x, j, i, k)
-    diag, rest = across(h_y, t, t_in, flow_y, j, i, k)
-    rest += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
+    diag, remainder = across(h_y, t, t_in, flow_y, j, i, k)
+    remainder += up_1 * t[j, i - 1, k] + down * t[j, i + 1, k]
     if up_2 != 0.0:
-        rest += up_2 * t[j, i - 2, k]
-    return own + diag, rest
+        remainder += up_2 * t[j, i - 2, k]
+    return own + diag, remainder
 
 
 @kernel
@@ -371,14 +371,14 @@ def least_residual(apply: Callable[[Array], Array], rhs: Array, tolerance: float
     for _ in range(rhs.size):
         step, image = residual.copy(), apply(residual)
         for other, its_image in steps:
-            share = float(its_image @ image)
-            step -= share * other
-            image -= share * its_image
+            fraction = float(its_image @ image)
+            step -= fraction * other
+            image -= fraction * its_image
         size = max(float(np.linalg.norm(image)), TINY)
         steps.append((step / size, image / size))
-        share = float(steps[-1][1] @ residual)
-        x += share * steps[-1][0]
-        residual -= share * steps[-1][1]
+        fraction = float(steps[-1][1] @ residual)
+        x += fraction * steps[-1][0]
+        residual -= fraction * steps[-1][1]
         if not float(np.linalg.norm(residual)) > tolerance * float(np.linalg.norm(rhs)):
             break
     return x
@@ -420,11 +420,11 @@ def heat_flows(mesh, t, flow, face, walls):
                 w = area * (0.5 if k == 0 or k == nz else 1.0) / nz
                 rise = t[j, i, k] - t_in
                 generated += w * (shear[j, i, k] + compression[j, i, k] * t[j, i, k])
-                diag, rest = sideways(x, width, h_y, t_in, t, flow_x, flow_y, j, i, k)
+                diag, remainder = sideways(x, width, h_y, t_in, t, flow_x, flow_y, j, i, k)
                 out = (flow_x[j, i, k] - flow_x[j, i - 1, k]) / width[i]
                 if j == 0:
                     out += 2.0 * flow_y[0, i, k] / h_y
                 else:
                     out += (flow_y[j, i, k] - flow_y[j - 1, i, k]) / h_y
-                convected += w * (diag * t[j, i, k] - rest + out * rise)
+                convected += w * (diag * t[j, i, k] - remainder + out * rise)
     return generated, conducted, convected

@@ -355,7 +355,7 @@ def column_factors(s):
     """Lower, inverse pivot, upper of the flow across in columns, its share of the diagonal: (4, n_y, n_x), scaled."""
     c_y, (ny, nx) = s.faces.c_y, s.gap.shape
     out = np.zeros((4, ny, nx))
-    lower, pivot, upper, share = out
+    lower, pivot, upper, fraction = out
     for j in range(ny - 1):
         for i in range(1, nx - 1):
             unit = s.mesh.kappa_h / s.scale[j, i]
@@ -367,7 +367,7 @@ def column_factors(s):
                 own -= unit * (c_y[2, j - 1, i] * s.dln_phi[j, i] + c_y[0, j - 1, i])
                 lower[j, i] = unit * (c_y[0, j - 1, i] - c_y[1, j - 1, i] * s.dln_phi[j - 1, i])
                 lower[j, i] *= pivot[j - 1, i]
-            share[j, i] = 1.0 + 1.0 / own
+            fraction[j, i] = 1.0 + 1.0 / own
             pivot[j, i] = 1.0 / (own - lower[j, i] * upper[j - 1, i])
     return out
 
@@ -375,8 +375,8 @@ def column_factors(s):
 @kernel
 def solve_columns(columns, residual):
     """Pressures (n_y, n_x) by the flow across of a scaled residual, by its share, without the deflection by them."""
-    lower, pivot, upper, share = columns
-    out = share * residual
+    lower, pivot, upper, fraction = columns
+    out = fraction * residual
     for j in range(1, len(out) - 1):
         out[j] -= lower[j] * out[j - 1]
     for j in range(len(out) - 2, -1, -1):

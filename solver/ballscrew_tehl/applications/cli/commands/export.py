@@ -137,15 +137,15 @@ def _of_map(args: Namespace, max_points: int) -> _Export:
     current = _current(args)
     if args.lead_mm is not None:
         raise ValueError("--lead-mm; allowed with --identified, a screw file has its lead")
-    chosen = chosen_of(args)
-    nut_map = chosen.nut_map(args)
-    preload, temperature = _grid(args, chosen)
+    selection = chosen_of(args)
+    nut_map = selection.nut_map(args)
+    preload, temperature = _grid(args, selection)
     low, high = _speeds(args, *nut_map.header["axes"]["speed"][:2])
     twincat = args.format == "twincat"
     speed = curve_speeds(low, high, CURVE) if twincat else np.geomspace(low, high, max_points)
     interval = nut_map.law == Law.MECHANISTIC and not twincat
     table = friction_table(
-        nut_map, chosen.parameters, chosen.friction_set, interval, speed, preload, temperature
+        nut_map, selection.parameters, selection.friction_set, interval, speed, preload, temperature
     )
     lists = []
     for j, k in np.ndindex(len(preload), len(temperature)):
@@ -154,7 +154,7 @@ def _of_map(args: Namespace, max_points: int) -> _Export:
         about = {"preload_n": point[0], "temperature_c": point[1]}
         lists.append(_List(suffix, point_text(point), speed, table.torque[:, j, k], about))
     answer = {"screw": table.about["screw"], "friction_set": table.about["friction set"]}
-    return _Export(table, lists, float(chosen.parameters.screw.lead), current, answer)
+    return _Export(table, lists, float(selection.parameters.screw.lead), current, answer)
 
 
 def _grid(args: Namespace, chosen: Chosen) -> tuple[Array, Array]:

@@ -151,8 +151,8 @@ def _axis(args: Namespace) -> _Axis:
     lead = None if args.lead_mm is None else args.lead_mm * 1e-3 / (2.0 * math.pi)
     if not with_map:
         return _Axis(args, lead)
-    chosen = chosen_of(args)
-    own = chosen.parameters.screw.signed_lead / (2.0 * math.pi)
+    selection = chosen_of(args)
+    own = selection.parameters.screw.signed_lead / (2.0 * math.pi)
     if lead is not None and not math.isclose(abs(lead), abs(own), rel_tol=1e-3):
         allowed = f"that of the screw file, {2e3 * math.pi * own:.6g} (with either sign)"
         raise ValueError(f"--lead-mm = {args.lead_mm:g}; allowed: {allowed}")
@@ -161,7 +161,9 @@ def _axis(args: Namespace) -> _Axis:
     if not with_law and "temperature" not in open_table(args.log, LOG, stated_columns(args.column)).columns:
         say("no --temperature-c: the lead of the screw is used, no preload is computed")
         return _Axis(args, own)
-    return _Axis(args, own, preload.ScrewMap(chosen.parameters, chosen.nut_map(args), chosen.friction_set))
+    return _Axis(
+        args, own, preload.ScrewMap(selection.parameters, selection.nut_map(args), selection.friction_set)
+    )
 
 
 def _with_law(
@@ -188,8 +190,8 @@ def _with_law(
                     "the part that does not depend on the preload is negative and counts as 0: the torque rises more "
                     "with the preload than the law: check both preloads and temperatures"
                 )
-            rest = max(apart.without_nut_nm, 0.0)
-            friction, before = (preload.without(part, rest) for part in (friction, before))
+            remainder = max(apart.without_nut_nm, 0.0)
+            friction, before = (preload.without(part, remainder) for part in (friction, before))
     result = preload.found_preload(friction, law, temperature)
     data |= result._asdict()
     if args.before:

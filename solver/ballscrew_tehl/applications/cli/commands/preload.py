@@ -25,13 +25,13 @@ AT_EDGE = "preload_at_edge"
 def run_preload(args: Namespace) -> Answer:
     """Preload at which the map gives the measured torque."""
     points = read_points(args, PRELOAD_POINT)
-    chosen = chosen_of(args)
-    nut_map = chosen.nut_map(args)
-    further = {**chosen.described, "map_hash": nut_map.header["file_hash"], "version": __version__}
-    if other := carried_over(chosen.friction_set, chosen.parameters):
+    selection = chosen_of(args)
+    nut_map = selection.nut_map(args)
+    further = {**selection.described, "map_hash": nut_map.header["file_hash"], "version": __version__}
+    if other := carried_over(selection.friction_set, selection.parameters):
         say(other)
         further |= {"friction_note": other} if args.json else {}
-    results = [_result(chosen, nut_map, point) | further for point in each(points, "points")]
+    results = [_result(selection, nut_map, point) | further for point in each(points, "points")]
     if below := [result for result in results if result["clamped"] == ["preload"]]:
         say(
             f"in_range: false; {some_of(below, results)}torque_nm {below[0]['torque_nm']:.6g} at {_at(below[0])} is "

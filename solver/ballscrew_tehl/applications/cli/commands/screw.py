@@ -37,8 +37,8 @@ SAME_UNIT = 0.25
 
 def run_screw(args: Namespace) -> Answer:
     """Catalogue torque, loads, pressure, stiffness, life and, with a map, efficiency at one or many loads."""
-    chosen = chosen_of(args)
-    screw = chosen.parameters.screw
+    selection = chosen_of(args)
+    screw = selection.parameters.screw
     if (args.speed_rpm is None) != (args.temperature_c is None):
         raise ValueError("--speed-rpm and --temperature-c: give both, for the efficiency, or none")
     catalogue = PRELOAD._replace(default=CATALOGUE_SHARE[screw.preload_kind] * dynamic_rating(screw))
@@ -49,12 +49,12 @@ def run_screw(args: Namespace) -> Answer:
     for point in points:
         loaded = loaded_screw(screw, constants, *point.values())
         values = {key_of(name): value for name, value in loaded._asdict().items()}
-        results.append({**point, **values, "conditions": CONDITIONS, **chosen.described})
+        results.append({**point, **values, "conditions": CONDITIONS, **selection.described})
     if crushed := [result for result in results if result["pressure_over_static"] > 1.0]:
         pressure = 1e-9 * crushed[0]["contact_pressure_max_pa"]
         say(f"contact pressure {pressure:.3g} GPa; ISO 76 allows {1e-9 * STATIC_PRESSURE:.3g} GPa")
     if args.speed_rpm is not None:
-        _add_efficiency(results, chosen, args)
+        _add_efficiency(results, selection, args)
     return Answer(results, bool(args.points), columns=COLUMNS, output=args.output)
 
 

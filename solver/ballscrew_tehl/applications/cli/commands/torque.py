@@ -48,17 +48,17 @@ SEALS, MAX_SEALS = 240.0, 3.0
 def run_torque(args: Namespace) -> Answer:
     """Friction torque, films and contact extremes at one or many operating points."""
     points = read_points(args, TORQUE_POINT)
-    chosen = chosen_of(args)
-    screw = chosen.parameters.screw
+    selection = chosen_of(args)
+    screw = selection.parameters.screw
     if args.direct:
         if any(point["speed_rpm"] == 0.0 or point["preload_n"] == 0.0 for point in points):
             raise ValueError("speed_rpm or preload_n = 0; allowed with --direct: not 0 (no film at rest)")
         axes, work = {"preload": (0.0, math.inf)}, each(points, "points solved", quiet=0.0)
-        state_at, provenance = _by_solves(chosen)
+        state_at, provenance = _by_solves(selection)
     else:
-        nut_map = chosen.nut_map(args)
+        nut_map = selection.nut_map(args)
         header, work = nut_map.header, each(points, "points")
-        axes, state_at = header["axes"], functools.partial(_by_map, chosen, nut_map)
+        axes, state_at = header["axes"], functools.partial(_by_map, selection, nut_map)
         provenance = {"map_hash": header["file_hash"]}
     results = [_result(screw, point, state_at) for point in work]
     say_outside(results, axes)
@@ -67,7 +67,7 @@ def run_torque(args: Namespace) -> Answer:
         say(
             f"seal_torque_Nm {screw.seal_torque:g} of the screw file; catalogues have {usual:.2g} N.m for two seals"
         )
-    if other := carried_over(chosen.friction_set, chosen.parameters):
+    if other := carried_over(selection.friction_set, selection.parameters):
         say(other)
     if resting := [result for result in results if BREAKAWAY in result]:
         say(
@@ -84,9 +84,9 @@ def run_torque(args: Namespace) -> Answer:
         if result["preload_n"] <= axes["preload"][1]:
             # else the torque is that of the edge of the map: another preload
             result["catalogue_torque_nm"] = float(nsk_torque(screw, result["preload_n"]))
-            result |= chosen.catalogue_note(result["axial_load_n"])
+            result |= selection.catalogue_note(result["axial_load_n"])
             result |= {} if screw.preload_kind == "double_nut" else {"preload_kind": screw.preload_kind}
-        result |= chosen.described | ({"friction_note": other} if other and args.json else {})
+        result |= selection.described | ({"friction_note": other} if other and args.json else {})
         result["version"] = __version__
     return Answer(results, bool(args.points), columns=COLUMNS, output=args.output)
 
