@@ -27,13 +27,8 @@ from ballscrew_tehl.applications.calibration import fit
 from ballscrew_tehl.applications.calibration.fit import THIRD, TorqueBasis, torque_basis
 from ballscrew_tehl.applications.calibration.measured import error_summary, solved_film, with_learned
 from ballscrew_tehl.applications.calibration.measured_screw import packaged_measurements
-from ballscrew_tehl.friction.sets import (
-    FITTED,
-    SETS,
-    FrictionSet,
-    friction_set_lines,
-    write_friction_sets,
-)
+from ballscrew_tehl.applications.calibration.written_sets import friction_set_lines, write_friction_sets
+from ballscrew_tehl.friction.sets import FITTED, SETS, FrictionSet
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, Law, Parameters
 from ballscrew_tehl.parameters.identity import parameters_hash
 

@@ -6,6 +6,7 @@ import math
 import pytest
 from reference_screw import GD4008
 
+from ballscrew_tehl.applications.calibration.written_sets import write_friction_sets
 from ballscrew_tehl.friction.sets import (
     FrictionSet,
     carried_over,
@@ -14,7 +15,6 @@ from ballscrew_tehl.friction.sets import (
     refuse_other_fit,
     with_law,
     without_overrides,
-    write_friction_sets,
 )
 from ballscrew_tehl.parameters.file import PACKAGED_DATA, PACKAGED_VG100, Law, changed, graded_oil, load_screw
 from ballscrew_tehl.runtime.packed import MapError

@@ -4,9 +4,8 @@ The packaged sets live in data/friction_sets.toml, written by examples/paper/pac
 The numbers of a law belong to its film: with a film that is 5 to 10 % thinner the ratio moves as much.
 """
 
-import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,6 @@ from ..parameters.identity import parameters_hash
 from ..parameters.screw import ScrewParameters
 from ..parameters.toml import read_toml
 from ..runtime.packed import MapError
-from ..whole_file import whole_file
 
 #: fitted parameters in their fixed order
 FITTED = ("apparent_viscosity_ratio", "net_sliding_coefficient", "roughness_height")
@@ -31,7 +29,7 @@ SETS: dict[str, tuple[str, ...]] = {
 #: length of the oil supply
 SUPPLY = "supply_length"
 #: names of the keys of the file that carry a unit
-_KEYS = {"roughness_height": "roughness_height_m"}
+KEYS = {"roughness_height": "roughness_height_m"}
 PACKAGED_SETS = PACKAGED_DATA / "friction_sets.toml"
 
 #: name of the catalogue formula, baselines.nsk_torque
@@ -146,11 +144,11 @@ class FrictionSet:
         return {"name": self.name} | {name: value for name, value in vars(self).items() if name != "law"}
 
 
-def _renamed(content: Any, names: Mapping[str, str]) -> Any:
+def renamed(content: Any, names: Mapping[str, str]) -> Any:
     """Content of a file with other names of keys, in all of its tables but the dimensionless `learned`."""
     if not isinstance(content, Mapping) or "covariance" in content:
         return content
-    return {names.get(key, key): _renamed(value, names) for key, value in content.items()}
+    return {names.get(key, key): renamed(value, names) for key, value in content.items()}
 
 
 def load_friction_sets(path: Path | str | None = None, remedy: str = "restore it") -> dict[Law, FrictionSet]:
@@ -161,7 +159,7 @@ def load_friction_sets(path: Path | str | None = None, remedy: str = "restore it
         raise ValueError(f"{file}: a screw file, no friction sets; {remedy}")
     sets = {}
     try:
-        for name, table in _renamed(content, {key: name for name, key in _KEYS.items()}).items():
+        for name, table in renamed(content, {key: name for name, key in KEYS.items()}).items():
             sets[Law(name)] = FrictionSet(Law(name), **table)
     except TypeError as err:
         raise ValueError(f"{file}: no friction sets, or other keys ({err}); {remedy}") from err
@@ -269,73 +267,6 @@ def default_friction_set(parameters: Parameters) -> FrictionSet:
     # without what was found out about its fit, which is not true of this screw
     numbers = {name: getattr(entry, name) for name in (*FITTED, "screw", "parameters_hash")}
     return FrictionSet(entry.law, **(numbers | overrides), provenance=provenance)
-
-
-def _toml_lines(content: Mapping[str, Any], prefix: str) -> list[str]:
-    """Entries and then sub-tables of a TOML table; escapes of TOML strings are those of JSON."""
-    entries, tables = [], []
-    for key, value in content.items():
-        if isinstance(value, Mapping):
-            tables += [f"[{prefix}.{key}]", *_toml_lines(value, f"{prefix}.{key}")]
-        else:
-            rounded = isinstance(value, float) and repr(float(f"{value:.6g}"))
-            name = key if key.replace("_", "").isalnum() else json.dumps(key, ensure_ascii=False)
-            text = f"{name} = {rounded or json.dumps(value, ensure_ascii=False)}"
-            entries.append(text.replace("\x7f", "\\u007f"))
-    return entries + tables
-
-
-def write_friction_sets(path: Path | str, sets: Iterable[FrictionSet], header: str = "") -> None:
-    """Write numbers of laws as TOML; the same numbers give the same bytes.
-
-    Parameters
-    ----------
-    path : path or str
-        File, written completely or not at all.
-    sets : iterable of FrictionSet
-        The numbers, one set a law.
-    header : str, optional
-        Comment at the top.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     write_friction_sets(f"{folder}/sets.toml", [FrictionSet(Law.MECHANISTIC, 1.0, 0.01)])
-    ...     load_friction_sets(f"{folder}/sets.toml")[Law.MECHANISTIC].net_sliding_coefficient
-    0.01
-    """
-    lines = [f"# {line}".rstrip() for line in header.splitlines()]
-    for entry in sorted(sets, key=lambda entry: entry.name):
-        stated = {key: value for key, value in entry.entries.items() if value or value == 0.0}
-        del stated["name"]
-        if entry.not_identified is not None:
-            # an empty table says that all is
-            stated["not_identified"] = entry.not_identified
-        lines += ["", f"[{entry.name}]", *_toml_lines(_renamed(stated, _KEYS), entry.name)]
-    with whole_file(Path(path)) as temporary:
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def friction_set_lines(entry: FrictionSet) -> list[str]:
-    """One set as text."""
-    lines = [f"{entry.name} (loss: {entry.loss or 'none'})"]
-    for key in SETS.get(entry.name, FITTED):
-        value, half = getattr(entry, key), entry.intervals.get(key)
-        scale, unit = (1e9, " nm") if key == "roughness_height" else (1.0, "")
-        known = "" if half is None else f" +- {scale * half:.2g}{unit}"
-        lines.append(f"    {key:<26}{scale * value:.4g}{unit}{known}")
-    if (length := entry.supply_length) is not None:
-        low, high = entry.limits[SUPPLY].values() if SUPPLY in entry.limits else (math.nan, math.nan)
-        lines.append(f"    {SUPPLY:<26}{length:.3g} half-widths, 95 % interval {low:.3g} to {high:.3g}")
-    if entry.errors:
-        target = ("table2", "table4", "mean", "leave_one_out_mean", "leave_one_out_max")
-        parts = [f"{key} {100.0 * entry.errors[key]:.2f} %" for key in target if key in entry.errors]
-        lines.append("    deviations: " + ", ".join(parts))
-    for name, left_out in entry.leave_one_table_out.items():
-        mean, most = 100.0 * left_out["mean"], 100.0 * left_out["max"]
-        lines.append(f"    fitted without {name}: missed by {mean:.1f} % on average, {most:.1f} % at most")
-    return lines
 
 
 def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:

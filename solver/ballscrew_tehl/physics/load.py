@@ -221,9 +221,33 @@ def _preload_gap(screw: ScrewParameters, preload: float, ball_count: int) -> flo
 
 
 def nut_loads(screw: ScrewParameters, force: float, ball_count: int) -> Array:
-    """Normal loads (n,) [N] of the balls of one nut under its axial force [N], >= 0, that next to the spacer last.
+    """Normal loads of the balls of one nut.
 
-    Each is at its own contact angle. Oversize balls: one set of flanks, equal loads.
+    Parameters
+    ----------
+    screw : ScrewParameters
+        Screw.
+    force : float
+        Axial force of the nut [N], >= 0.
+    ball_count : int
+        Balls n that share the force.
+
+    Returns
+    -------
+    array (n,)
+        Loads [N], that next to the spacer last, each at its contact angle. Oversize balls: one set of flanks, equal
+        loads.
+
+    Raises
+    ------
+    ValueError
+        Force negative or not finite.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> f"{nut_loads(load_screw().screw, 2000.0, 72).mean():.1f} N"
+    '38.8 N'
     """
     check_force("force", force)
     if screw.preload_kind == FOUR_POINT:

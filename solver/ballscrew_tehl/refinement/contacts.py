@@ -7,7 +7,31 @@ from ..parameters.file import Parameters
 
 
 def contacts_of(parameters: Parameters, solved: bool = False) -> ContactValues:
-    """Contacts from the atlas, or solved if it does not hold this oil or geometry, or in any case."""
+    """Contacts from the atlas, or solved.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw and oil.
+    solved : bool, optional
+        Solve them in any case; else only what the atlas does not include.
+
+    Returns
+    -------
+    ContactValues
+        Contacts of the balls.
+
+    Raises
+    ------
+    OutsideAtlasError
+        Not in the atlas, and numba is missing.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> type(contacts_of(load_screw("example_25x10.toml"))).__name__
+    'BallContacts'
+    """
     try:
         if not solved:
             return BallContacts(parameters)

@@ -8,6 +8,7 @@ from law_contacts import VG100, ClosedContacts
 
 from ballscrew_tehl.applications.calibration.measured import calibrate_point
 from ballscrew_tehl.applications.calibration.measurements import Measurement, read_measurement_file
+from ballscrew_tehl.applications.calibration.written_sets import write_friction_sets
 from ballscrew_tehl.friction.interval import (
     DEVIATIONS,
     KNOWN_ERROR,
@@ -21,7 +22,6 @@ from ballscrew_tehl.friction.sets import (
     friction_set_of_file,
     load_friction_sets,
     refuse_other_fit,
-    write_friction_sets,
 )
 from ballscrew_tehl.parameters.file import changed, graded_oil
 from ballscrew_tehl.parameters.units import RPM

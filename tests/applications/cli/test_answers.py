@@ -13,8 +13,9 @@ import pytest
 from command_line import answer, refused, run
 from reference_screw import GD4008
 
+from ballscrew_tehl.applications.calibration.written_sets import write_friction_sets
 from ballscrew_tehl.applications.cli import parser
-from ballscrew_tehl.friction.sets import default_friction_set, write_friction_sets
+from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.nut_map.file import VG100, packaged_map
 from ballscrew_tehl.nut_map.interval import map_interval
 from ballscrew_tehl.nut_map.load import load_map

@@ -11,9 +11,10 @@ from unittest.mock import Mock
 import pytest
 from command_line import refused, run
 
+from ballscrew_tehl.applications.calibration.written_sets import write_friction_sets
 from ballscrew_tehl.applications.cli.commands import map_file
 from ballscrew_tehl.applications.cli.shared.output import OTHER_FOLDER, REMEDIES
-from ballscrew_tehl.friction.sets import default_friction_set, write_friction_sets
+from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.nut_map.file import VG100, packaged_map
 from ballscrew_tehl.parameters.file import PACKAGED_DATA, PACKAGED_VG100, load_screw
 from ballscrew_tehl.refinement import certificate, direct

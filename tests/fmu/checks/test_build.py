@@ -20,8 +20,9 @@ from ballscrew_fmu.command import LAYERS
 from ballscrew_fmu.models import MODELS
 from ballscrew_fmu.native_fmu.compile import PLATFORMS, this_platform
 from ballscrew_fmu.native_fmu.package import native_file_name
+from ballscrew_tehl.applications.calibration.written_sets import write_friction_sets
 from ballscrew_tehl.applications.cli import main as cli
-from ballscrew_tehl.friction.sets import FrictionSet, write_friction_sets
+from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.parameters.file import load_screw
 
 pytestmark = pytest.mark.slow

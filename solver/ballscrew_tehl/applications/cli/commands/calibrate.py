@@ -8,13 +8,8 @@ from ballscrew_tehl.applications.calibration.measured import calibrate
 from ballscrew_tehl.applications.calibration.measurements import Measurement, spread_advice
 from ballscrew_tehl.applications.calibration.plot import calibration_figure, save_figure
 from ballscrew_tehl.applications.calibration.result import Calibration, calibration_data
-from ballscrew_tehl.friction.sets import (
-    SETS,
-    check_usable,
-    friction_set_lines,
-    refuse_other_fit,
-    write_friction_sets,
-)
+from ballscrew_tehl.applications.calibration.written_sets import friction_set_lines, write_friction_sets
+from ballscrew_tehl.friction.sets import SETS, check_usable, refuse_other_fit
 from ballscrew_tehl.parameters.file import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.packed import Law
