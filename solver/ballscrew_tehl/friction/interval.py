@@ -46,6 +46,7 @@ from ..numerics import Array
 from ..parameters.file import Parameters
 from ..parameters.friction import BOUNDED, ball_ball_coefficient
 from ..parameters.identity import parameters_hash
+from ..parameters.mineral_oil import GRADE_TOLERANCE
 from ..parameters.units import COLDEST, HOTTEST
 from ..physics.lubricant import eta0
 from .mechanistic import ContactValues, Nut, law_constants, loaded_nuts, powers_of_nuts, torque_line
@@ -60,8 +61,8 @@ SCATTER_DEVIATION = math.sqrt(0.5 * math.pi)
 KNOWN_ERROR = 0.02
 #: names of what a fit contributes: its coefficient, the error of a point left out
 FITTED_COEFFICIENT, LEFT_OUT = "net_sliding_coefficient", "leave_one_out"
-#: the oil: its temperature, its viscosity over that of its grade, and how far that may be off
-OIL_TEMPERATURE, OIL_VISCOSITY, GRADE_TOLERANCE = "oil_temperature", "oil_viscosity", 0.1
+#: the oil: its temperature, its viscosity over that of its grade
+OIL_TEMPERATURE, OIL_VISCOSITY = "oil_temperature", "oil_viscosity"
 #: what belongs to the oil: a fit with another one says nothing of it
 CONSTANTS_OF_OIL = ("eyring_stress", "limiting_shear_coefficient", OIL_TEMPERATURE, OIL_VISCOSITY)
 #: what makes them known

@@ -18,7 +18,7 @@ from ..tables.csv_file import open_table, read_columns
 from ..tables.headings import PERCENT, TORQUES, Column
 
 #: highest oil temperature [K], far above that of any ball screw
-HOTTEST = 473.15
+HOTTEST_OIL = 473.15
 #: torque over (ball load times arm): below the friction of any rolling contact, above that of dry sliding
 MIN_COEFFICIENT, MAX_COEFFICIENT = 1e-4, 1.0
 #: nominal diameter times speed [mm r/min]; catalogues end near 2e5
@@ -288,14 +288,14 @@ def _reasons(
     sizes = sorted(map(abs, torques.values()))
     if len(sizes) == 3 and abs(torques["torque"]) != sizes[1]:
         reasons.append(f"{shown['torque']}; allowed: from {shown['torque_low']} to {shown['torque_high']}")
-    if not COLDEST <= kelvin <= HOTTEST:
-        other, offset = ("K", 0.0) if kelvin > HOTTEST else ("degC", CELSIUS)
+    if not COLDEST <= kelvin <= HOTTEST_OIL:
+        other, offset = ("K", 0.0) if kelvin > HOTTEST_OIL else ("degC", CELSIUS)
         written = columns["temperature"].unit
-        plausible = COLDEST <= float(texts["temperature"]) + offset <= HOTTEST
+        plausible = COLDEST <= float(texts["temperature"]) + offset <= HOTTEST_OIL
         mixed = f"; probably {other}, not {written}" if plausible and written != other else ""
         reasons.append(
-            f"{shown['temperature']}; allowed: {COLDEST:g} to {HOTTEST:g} K "
-            f"({COLDEST - CELSIUS:g} to {HOTTEST - CELSIUS:g} degC){mixed}"
+            f"{shown['temperature']}; allowed: {COLDEST:g} to {HOTTEST_OIL:g} K "
+            f"({COLDEST - CELSIUS:g} to {HOTTEST_OIL - CELSIUS:g} degC){mixed}"
         )
     return reasons
 
