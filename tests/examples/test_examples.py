@@ -266,3 +266,9 @@ def test_contacts_of_the_examples(results):
             row = found["torque"][example.PRELOADS.index(preload)]
             # the largest deviation of a fitted point is 4 %
             assert abs(np.interp(rpm, found["rpm"], row) / measured - 1.0) < 0.05
+
+
+def test_intervals_of_the_screws_are_those_of_the_documents():
+    ratio, least, largest = np.array(list(importlib.import_module("interval_of_screws").main().values())).T
+    assert [least.min(), largest.max()] == pytest.approx([1.8, 3.3], abs=0.05)
+    assert [ratio.min(), ratio.max()] == pytest.approx([1.1, 3.0], abs=0.05)

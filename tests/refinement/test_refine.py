@@ -179,7 +179,7 @@ def test_what_cannot_be_refined_is_refused(wrong):
     for tolerance in (0.0, -1e-3, math.nan, math.inf):
         with pytest.raises(ValueError, match=r"refine_tolerance = .*; needs a finite number > 0"):
             Refinement(wrong, tolerance=tolerance)
-    with pytest.raises(ValueError, match=r"a map .* without its screw: give the screw file"):
+    with pytest.raises(ValueError, match="a map without its screw: give the screw file"):
         Refinement(make_map())
     for point in (
         (math.nan, 1.0, 300.0), (1e3, np.array([1.0, math.inf]), 300.0), (1e3, 1.0, 300.0, 0.0, -1.0),
