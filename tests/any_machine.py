@@ -19,6 +19,8 @@ from typing import NamedTuple
 
 from numpy._core._multiarray_umath import __cpu_dispatch__
 
+from ballscrew_tehl.runtime.user_cache import user_cache
+
 ROOT = Path(__file__).resolve().parents[1]
 #: beginnings of the names of what NumPy may leave unused: AVX-512; and all above SSE
 AVX512, ALL = ("AVX512", "X86_V4", "AVX10"), ("",)
@@ -59,6 +61,8 @@ def run(name: str, arguments: list[str]) -> bool:
     """Run the tests on a machine and print their outcome; whether they pass."""
     machine, begun = MACHINES[name], time.monotonic()
     print(f"{name}: {machine}", flush=True)
+    # made on another machine, they differ in the last digits
+    shutil.rmtree(user_cache() / "maps", ignore_errors=True)
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *arguments]
     if machine.ordinary and os.geteuid() == 0 and shutil.which("setpriv"):
         command = ["setpriv", "--bounding-set=-all", "--inh-caps=-all", *command]
