@@ -90,13 +90,7 @@ class FmuInstance:
         return slave
 
     def initialize(self, **start: float) -> None:
-        """Set start values and initialize at time 0, also after a reset of `slave`.
-
-        Parameters
-        ----------
-        **start : float
-            Start values by name.
-        """
+        """Set start values and initialize at time 0, also after a reset of `slave`."""
         self.time = 0.0
         if self.description.fmiVersion == "2.0":
             self.slave.setupExperiment(startTime=0.0)
@@ -116,18 +110,7 @@ class FmuInstance:
             getattr(self.slave, f"set{self._types[name]}")([self.references[name]], [value])
 
     def get(self, *names: str) -> Any:
-        """Value of one variable, or the list of several.
-
-        Parameters
-        ----------
-        *names : str
-            Names of the variables.
-
-        Returns
-        -------
-        float, bool or list
-            Values.
-        """
+        """Value of one variable, or the list of several."""
         values: list[Any] = []
         for name in names:
             value = getattr(self.slave, f"get{self._types[name]}")([self.references[name]])[0]

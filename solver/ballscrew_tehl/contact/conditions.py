@@ -170,22 +170,9 @@ class SolverOptions:
                 raise ValueError(f"{name} = {value}; needs finite, {relation} {sign:g} Hertz half-widths")
 
     def refined(self, factor: float) -> Self:
-        """Options of a finer grid, to check a solve; a given domain stays.
+        """The truth check: nodes, lines, layers (in even numbers of cells) and extents times a factor of 1 to 8.
 
-        Parameters
-        ----------
-        factor : float
-            On nodes, lines, layers (in even numbers of cells) and extents, 1 to 8; the tolerance falls with its square.
-
-        Returns
-        -------
-        SolverOptions
-            The finer options.
-
-        Raises
-        ------
-        ValueError
-            Factor out of range.
+        The tolerance falls with the square. A given domain stays.
         """
         if not (1.0 <= number("refine", factor, "of the default") <= 8.0):
             raise ValueError(f"refine = {factor}; needs 1 <= refine <= 8")

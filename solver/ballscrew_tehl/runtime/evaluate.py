@@ -97,25 +97,7 @@ class NutMap:
 
     @classmethod
     def from_npz(cls, path: Path | str) -> "NutMap":
-        """Read the map of an .npz file.
-
-        Parameters
-        ----------
-        path : path or str
-            The file.
-
-        Returns
-        -------
-        NutMap
-            The map.
-
-        Raises
-        ------
-        MapError
-            The file is damaged.
-        OSError
-            The file cannot be read.
-        """
+        """Map of an .npz file; MapError if it is damaged, OSError if it is not there."""
         return cls(*read_npz(path))
 
     def evaluate(
@@ -175,23 +157,7 @@ class NutMap:
         return state._replace(seal_torque=self.seal_torque)
 
     def checked_arguments(self, *arguments: Operand | None) -> list[Any]:
-        """Arguments of evaluate() with defaults filled in.
-
-        Parameters
-        ----------
-        *arguments : float, array or None
-            In the order of evaluate().
-
-        Returns
-        -------
-        list
-            All floats, or all arrays of one shape.
-
-        Raises
-        ------
-        ValueError
-            An argument that is not finite, or a negative friction number.
-        """
+        """Arguments of evaluate() with defaults filled in: all numbers, or all arrays of one shape; else ValueError."""
         given, friction = arguments[: len(POINT)], arguments[len(POINT) :]
         filled = [*given, *(d if g is None else g for g, d in zip(friction, self.defaults, strict=True))]
         columns = [np.asarray(a, dtype=np.float64) for a in filled]
@@ -205,22 +171,7 @@ class NutMap:
         return list(np.broadcast_arrays(*columns))
 
     def surfaces(self, force: Operand, speed: Operand, temperature: Operand) -> Array:
-        """Stored logarithms of one nut, clamped to the axes; arguments broadcast.
-
-        Parameters
-        ----------
-        force : float or array
-            Axial force of the nut [N].
-        speed : float or array
-            Speed [rad/s].
-        temperature : float or array
-            Temperature [K].
-
-        Returns
-        -------
-        (10, ...) array
-            The logarithms, packed.SURFACES first.
-        """
+        """The ten logarithms of one nut, packed.SURFACES first: (10, ...), clamped to the axes; arguments broadcast."""
         force, speed, temperature = np.broadcast_arrays(
             *(np.asarray(x, dtype=np.float64) for x in (force, speed, temperature))
         )
@@ -236,28 +187,7 @@ class NutMap:
         *friction: float,
         correction: Correction | None = None,
     ) -> DoubleNutState:
-        """State at one point from floats that the caller has checked.
-
-        Parameters
-        ----------
-        preload : float
-            Preload [N].
-        speed : float
-            Speed [rad/s].
-        temperature : float
-            Temperature [K].
-        axial_load : float
-            Axial load [N].
-        *friction : float
-            The friction numbers, in the order of evaluate().
-        correction : callable, optional
-            Correction of the surfaces of each nut (refine.py).
-
-        Returns
-        -------
-        DoubleNutState
-            State without seals.
-        """
+        """State as of evaluate() for floats that the caller has checked; correction: of the surfaces of each nut (refine.py)."""
         clamped = [] if self.preload.lo <= (preload or abs(axial_load)) <= self.force.hi else ["preload"]
         clamped += self.outside(speed, temperature)
         relieved, loaded = self._forces_point(preload, axial_load)
@@ -268,20 +198,7 @@ class NutMap:
         return self.evaluate_forces(relieved, loaded, speed, temperature, parameters, clamped, correction)
 
     def outside(self, speed: float, temperature: float) -> list[str]:
-        """Names of speed and temperature that are beyond the map.
-
-        Parameters
-        ----------
-        speed : float
-            Speed [rad/s].
-        temperature : float
-            Temperature [K].
-
-        Returns
-        -------
-        list of str
-            Names, empty inside.
-        """
+        """Which of both is beyond the map."""
         names = ["speed"] if abs(speed) > self.speed.hi else []
         return names if self.temperature.lo <= temperature <= self.temperature.hi else [*names, "temperature"]
 
@@ -295,28 +212,7 @@ class NutMap:
         clamped: Sequence[str] = (),
         correction: Correction | None = None,
     ) -> DoubleNutState:
-        """State at given forces of both nuts.
-
-        Parameters
-        ----------
-        relieved, loaded : float
-            Checked forces [N], relieved <= loaded <= end of the axis.
-        speed : float
-            Speed [rad/s].
-        temperature : float
-            Temperature [K].
-        friction : FrictionParameters
-            Friction numbers.
-        clamped : sequence of str, optional
-            Inputs beyond the map.
-        correction : callable, optional
-            Correction of the surfaces of each nut.
-
-        Returns
-        -------
-        DoubleNutState
-            State without seals.
-        """
+        """State at forces relieved <= loaded <= end of the axis [N], checked; clamped: inputs beyond the map."""
         j, k, weights, s = self.placed(speed, temperature)
         block, nuts = self.blocks[j : j + 4, k : k + 4], []
         for force in (relieved,) if loaded == relieved else (relieved, loaded):
@@ -336,24 +232,7 @@ class NutMap:
         return double_nut(nuts[0], nuts[-1], roughness, not clamped, tuple(clamped), FLOATS)
 
     def placed(self, speed: float, temperature: float) -> tuple[int, int, Array, float]:
-        """Cells and weights of a speed and a temperature.
-
-        Parameters
-        ----------
-        speed : float
-            Speed [rad/s], either sign.
-        temperature : float
-            Temperature [K].
-
-        Returns
-        -------
-        j, k : int
-            Cells of speed and temperature.
-        weights : (1 or 2, 16) array
-            Weights of the neighbours; second row: of the slope over ln(speed) below the lowest speed.
-        s : float
-            Speed over the lowest one, up to 1.
-        """
+        """Cells of a speed, sign free, and temperature; weights of 16 neighbours; speed over the lowest, up to 1."""
         axis, speed = self.speed, abs(speed)
         (j, tj), (k, tk) = axis.place(speed), self.temperature.place(temperature)
         w_k = cubic_weights(tk)
@@ -364,64 +243,20 @@ class NutMap:
         return j, k, np.array(rows), s
 
     def presliding_stiffness(self, preload: float, axial_load: float, net: float, breakaway: float) -> float:
-        """Presliding stiffness of both nuts: sum of Coulomb torque at standstill over presliding angle.
+        """Sum over both nuts of Coulomb torque at standstill over presliding_angle [N.m/rad of the screw].
 
-        Parameters
-        ----------
-        preload : float
-            Preload [N].
-        axial_load : float
-            Axial load [N].
-        net : float
-            Net sliding coefficient.
-        breakaway : float
-            Breakaway factor.
-
-        Returns
-        -------
-        float
-            Stiffness [N.m/rad of the screw].
-
-        Notes
-        -----
-        It depends on the loads alone, so that no energy arises while speed or temperature change: by the mechanistic
-        law without the shear of the raceway contacts (3 to 9 % of the Coulomb torque of the GD4008-3).
+        Of the loads [N] alone, so that no energy arises while speed or temperature change: by the mechanistic law
+        without the shear of the raceway contacts (3 to 9 % of the Coulomb torque of the GD4008-3).
         """
         relieved, loaded = self._forces_point(preload, axial_load)
         return self.stiffness_at_forces(relieved, min(loaded, self.force.hi), net, breakaway)
 
     def seal_stiffness(self, seal_torque: float) -> float:
-        """Presliding stiffness of the seals, by the presliding angle at the highest force of the map.
-
-        Parameters
-        ----------
-        seal_torque : float
-            Torque of the seals [N.m].
-
-        Returns
-        -------
-        float
-            Stiffness [N.m/rad].
-        """
+        """Presliding stiffness of the seals [N.m/rad], by the presliding angle at the highest force of the map."""
         return seal_torque / (self.presliding_angle * self.force.hi ** (1.0 / 3.0))
 
     def stiffness_at_forces(self, relieved: float, loaded: float, net: float, breakaway: float) -> float:
-        """Presliding stiffness at given forces of both nuts; the angle grows as the contact, F^(1/3).
-
-        Parameters
-        ----------
-        relieved, loaded : float
-            Forces [N].
-        net : float
-            Net sliding coefficient.
-        breakaway : float
-            Breakaway factor.
-
-        Returns
-        -------
-        float
-            Stiffness [N.m/rad].
-        """
+        """As presliding_stiffness at given forces of both nuts [N]; the angle grows as the contact, F^(1/3)."""
         total = 0.0
         for force in (relieved, loaded):
             if force > 0.0:
@@ -434,24 +269,7 @@ class NutMap:
         return total
 
     def range_margin(self, preload: float, speed: float, temperature: float, axial_load: float) -> float:
-        """Smallest distance from the limits of the map, each over the length of its axis.
-
-        Parameters
-        ----------
-        preload : float
-            Preload [N].
-        speed : float
-            Speed [rad/s].
-        temperature : float
-            Temperature [K].
-        axial_load : float
-            Axial load [N].
-
-        Returns
-        -------
-        float
-            Distance of preload, speed, temperature and loaded force, < 0 outside.
-        """
+        """Least distance from the limits of preload, speed, temperature, loaded force over their axes, < 0 outside."""
         highest, hottest, fastest = self.force.hi, self.temperature.hi, self.speed.hi
         held = preload or abs(axial_load)
         margin = min(
@@ -473,24 +291,7 @@ class NutMap:
         return float(relieved), float(loaded)
 
     def forces_over(self, preload: Any, load: Any, side: Any, ops: Ops) -> tuple[Any, Any]:
-        """Forces of the relieved and the loaded nut.
-
-        Parameters
-        ----------
-        preload : float or array
-            Preload [N], > 0.
-        load : float or array
-            Magnitude of the axial load [N].
-        side : int or array
-            0: of a positive axial load, 1: of a negative one.
-        ops : Ops
-            Operations on floats or on arrays.
-
-        Returns
-        -------
-        relieved, loaded : float or array
-            Forces [N].
-        """
+        """Forces of relieved and loaded nut [N] at a preload > 0 and a load >= 0; side: 0 of a positive axial load."""
         separation, sharing = self.load_arrays if ops is ARRAYS else self.load_lists
         (p, t), shares = ops.place(self.preload, preload), self.share.last + 4
         w_p = cubic_weights(t)
