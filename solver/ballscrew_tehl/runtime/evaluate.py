@@ -187,7 +187,7 @@ class NutMap:
         *friction: float,
         correction: Correction | None = None,
     ) -> DoubleNutState:
-        """State as of evaluate() for floats that the caller has checked; correction: of the surfaces of each nut (refine.py)."""
+        """State as of evaluate() for floats that are checked; correction: of the surfaces of each nut (refine.py)."""
         clamped = [] if self.preload.lo <= (preload or abs(axial_load)) <= self.force.hi else ["preload"]
         clamped += self.outside(speed, temperature)
         relieved, loaded = self._forces_point(preload, axial_load)
