@@ -101,6 +101,8 @@ conductivity_W_mK = 0.14 => conductivity_W_mK = 0.00014 => lubricant.thermal_con
 viscosity_Pas = 0.033 => viscosity_Pas = 46 => lubricant.viscosity_Pas = 46; up to 30 Pa s; is 0.046 Pa s meant?
 ^pressure_viscosity_per_GPa = 21.0 => pressure_viscosity_per_GPa = 2.1 => per_GPa = 2.1; mineral oils: 15
 ^astm_viscosity_1_mm2_s => viscosity_Pas = 0.1@astm_viscosity_1_mm2_s => lubricant.viscosity_Pas = 0.1; no entry
+law = "three_parameter" => kinematics = "published" => friction.kinematics = 'published'; law = "three_parameter"
+law = "three_parameter" => sliding_coefficient = 0.15 => friction.sliding_coefficient = 0.15; no entry; no effect
 law = "three_parameter" => law = "two_parameter" => friction.law = 'two_parameter'; mechanistic; three_parameter
 lead_mm = 8.0 => lead_mm = 8.0@ball_material = "glass" => screw.ball_material = 'glass'; 'silicon_nitride'
 +iso_vg = 69 => => lubricant.iso_vg = 69; 46, 68, 100

@@ -160,6 +160,11 @@ def load_friction_sets(path: Path | str | None = None, remedy: str = "restore it
     sets = {}
     try:
         for name, table in renamed(content, {key: name for name, key in KEYS.items()}).items():
+            if name not in set(Law):
+                raise ValueError(
+                    f"{file}: [{name}] is no friction law; allowed: {', '.join(Law)}; fitted by an earlier version? "
+                    "calibrate again"
+                )
             sets[Law(name)] = FrictionSet(Law(name), **table)
     except TypeError as err:
         raise ValueError(f"{file}: no friction sets, or other keys ({err}); {remedy}") from err

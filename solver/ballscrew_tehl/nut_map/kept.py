@@ -20,13 +20,13 @@ from ..parameters import identity
 from ..parameters.file import Parameters
 from ..runtime.packed import MapError
 from ..runtime.user_cache import user_cache
-from .build import build_map
+from .build import LAW_CONSTANTS, build_map
 from .file import header_of, read_map, save_map
 from .grid import BuiltMap, MapGrid, Progress
 
 PACKAGE = Path(__file__).parents[1]
 #: folders whose sources a map follows from
-CHAIN = "parameters", "physics", "atlas", "friction", "nut_map", "runtime"
+CHAIN = ".", "parameters", "physics", "atlas", "friction", "nut_map", "runtime"
 KEPT = 32  # files, of 2 MB; the least recently used go
 
 
@@ -51,16 +51,21 @@ def map_of_screw(
         file.parent.mkdir(parents=True, exist_ok=True)
         with suppress(MapError):
             header, arrays = read_map(file)
-            del header["file_hash"]
-            file.touch()
-            # entries that no map depends on are those of this screw file
-            return header_of(BuiltMap(header, arrays, parameters)), arrays
+            if (header["parameters_json"], header[LAW_CONSTANTS]) == (what[0], what[1]):
+                with suppress(OSError):
+                    file.touch()
+                # entries that no map depends on are those of this screw file
+                del header["file_hash"]
+                return header_of(BuiltMap(header, arrays, parameters)), arrays
     built = build_map(parameters, grid, progress)
     if file is not None:
         with suppress(OSError):
             fresh = file.with_suffix(f".{os.getpid()}.npz")  # others may write the same map
             save_map(fresh, built)
-            os.replace(fresh, file)
+            try:
+                os.replace(fresh, file)
+            finally:
+                fresh.unlink(missing_ok=True)
             for old in sorted(file.parent.iterdir(), key=lambda path: -path.stat().st_mtime)[KEPT:]:
                 old.unlink()
     return header_of(built), built.arrays

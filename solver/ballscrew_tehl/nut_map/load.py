@@ -14,7 +14,7 @@ from ..physics.ball_law import loaded_contact_angle
 from ..physics.rating import nsk_torque
 from ..physics.stiffness import axial_stiffness, nut_stiffness_constant, presliding_angle
 from ..runtime.evaluate import NutMap
-from ..runtime.packed import DEFAULTS, Law, MapError, content_hash, sealed
+from ..runtime.packed import DEFAULTS, Law, MapError, sealed
 from .build import LAW_CONSTANTS
 from .file import VG100, header_of, packaged_map, read_map
 from .grid import BuiltMap, Progress, grid_of, screw_grid
@@ -103,6 +103,10 @@ def load_map(
     parameters = with_supply(parameters_for(path, parameters), friction_set)
     if path is not None:
         header, arrays = read_map(Path(path))
+        if header["law"] != parameters.friction.law:
+            raise MapError(
+                f"{path}: this map is of the law {header['law']}; expected {parameters.friction.law}"
+            )
         if other := identity.differences(header["parameters_json"], identity.map_parameters_json(parameters)):
             raise MapError(
                 f"{path}: this map is of {other[0]}; the screw file is of {other[1]}: without --map a map of the screw "
@@ -146,9 +150,7 @@ def _with_friction(
     if friction.law is Law.MECHANISTIC:
         if header[LAW_CONSTANTS] != law_constants(parameters):
             # of other constants: the law is summed anew, once, in seconds
-            arrays = map_of_screw(parameters, grid_of(header["axes"]), progress)[1]
-            header |= {LAW_CONSTANTS: law_constants(parameters), "file_hash": ""}
-            header["file_hash"] = content_hash(header, arrays)
+            header, arrays = map_of_screw(parameters, grid_of(header["axes"]), progress)
         header[BAND] = band(parameters, header["axes"], friction)
         law = parameters.friction
         defaults = (*friction.values[:2], roughness_of(law), breakaway_factor(law))

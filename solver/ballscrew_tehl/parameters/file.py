@@ -133,6 +133,12 @@ TABLES: dict[str, type[Table]] = {
     "published_speeds": PublishedSpeeds,
     "map": MapParameters,
 }
+#: keys of earlier versions, and what is to be done
+GONE = {
+    "friction.kinematics": 'published is now law = "three_parameter", rolling_frame is law = "mechanistic"',
+    "friction.set": "it is now the entry law",
+    "friction.sliding_coefficient": "remove it, it had no effect",
+}
 #: what pydantic expects of an entry, by the type of its error
 KINDS = {"int_type": "a whole number", "float_type": "a number", "finite_number": "a finite number"}
 
@@ -167,6 +173,8 @@ def _explain(where: str, table: str, raw: dict[str, Any], error: dict[str, Any])
 
 def _unknown_key(where: str, table: str, key: str, value: Any) -> ParameterError:
     """An unknown key of a table, or a known one without its unit."""
+    if (gone := GONE.get(f"{table}.{key}")) is not None:
+        return _message(where, f"{table}.{key}", value, "no entry", gone)
     entries = TABLES[table].entries().values()
     allowed, remedy = "a known key", _nearest(key, [name for known in entries for name in known.keys])
     for known in sorted(entries, key=lambda known: len(known.field)):
