@@ -40,7 +40,7 @@ REFUSALS = {
         ((*POINT, "--preload-n", "-1e3"), "--preload-n = -1e3; allowed: a finite number >= 0"),
         ((*POINT, "--preload-n", "1e3", "--friction", "{example}"), "a screw file, no friction sets; give a file that"),
         ((*POINT, "--preload"), "unrecognized arguments: --preload; is --preload-n meant?"),
-        ((*POINT, "--map", "{vg100}", "--screw", "{published}"), "this map is of GD"),
+        ((*POINT, "--map", "{vg100}", "--screw", "{published}"), "of the law mechanistic; expected three_parameter"),
         ((*POINT, "--friction", "three_parameter", "--screw", "gd4008_vg100.toml"), "no table published_speeds"),
         ((*POINT, "--friction", "{fit}", "--screw", "{example}"), "fitted for the screw mine"),
         ((*POINT, "--direct", "--preload-n", "0"), "allowed with --direct: not 0"),
