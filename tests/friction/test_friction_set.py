@@ -46,7 +46,9 @@ def test_a_set_is_the_same_after_writing_and_reading(tmp_path):
     text = path.read_text()
     assert text.startswith("# first line\n# second line\n")
     path.write_text(text.replace("[mechanistic", "[rolling_frame.mechanistic"))
-    with pytest.raises(ValueError, match=r"sets.toml: \[rolling_frame\] is no friction law; .* calibrate again"):
+    with pytest.raises(
+        ValueError, match=r"sets.toml: \[rolling_frame\] is no friction law; .* calibrate again"
+    ):
         load_friction_sets(path)
     # the file carries the unit of the roughness height in the key
     assert "roughness_height_m = 2.5e-08" in text
