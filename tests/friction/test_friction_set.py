@@ -7,7 +7,10 @@ import pytest
 from reference_screw import GD4008
 
 from ballscrew_tehl.applications.calibration.written_sets import write_friction_sets
+from ballscrew_tehl.friction.interval import is_fitted
+from ballscrew_tehl.friction.mechanistic import law_constants
 from ballscrew_tehl.friction.sets import (
+    FITTED,
     FrictionSet,
     carried_over,
     default_friction_set,
@@ -71,6 +74,9 @@ def test_overrides_belong_to_the_set_of_the_file_and_drop_the_data_of_the_fit():
     assert numbers == ("mechanistic", None, None)
     surfaces = changed(GD4008, friction={"raceway_rq": 3e-8, "ball_rq": 4e-8})
     assert with_law(surfaces, "mechanistic").friction.roughness_height == pytest.approx(5e-8, rel=1e-12)
+    # nor is a roughness of surfaces a fitted height
+    rough = changed(GD4008, friction={"law": "mechanistic", "roughness_height": 1e-6})
+    assert with_law(rough, "three_parameter").friction.roughness_height is None
     # with the mechanistic law the height of the file is that of its surfaces
     rough = changed(LAW, friction={"roughness_height": 1e-6, "net_sliding_coefficient": 0.01})
     kept = without_overrides(rough, "mechanistic").friction
@@ -99,3 +105,11 @@ def test_numbers_of_another_screw_are_named_and_their_fit_is_refused():
         ValueError, match=r"law = three_parameter; allowed: mechanistic: .* no table published_speeds"
     ):
         with_law(OTHER, "three_parameter")
+
+
+def test_no_constant_of_the_law_is_left_out_of_maps_and_fits():
+    """Else a map answers as with the default, and a fit counts for constants that it was not made with."""
+    fitted, composite = {*FITTED[:2], "law"}, {"raceway_rq", "ball_rq"}
+    names = set(type(LAW.friction).model_fields) - fitted - composite | {"eyring_stress"}
+    assert set(law_constants(LAW)) == names
+    assert is_fitted(load_friction_sets()[Law.MECHANISTIC], LAW)

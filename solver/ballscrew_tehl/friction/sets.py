@@ -332,7 +332,8 @@ def with_law(parameters: Parameters, law: str) -> Parameters:
         return parameters
     if law == Law.THREE_PARAMETER and parameters.published_speeds is None:
         raise ValueError(f"law = {law}; allowed: {Law.MECHANISTIC}: the screw has no table published_speeds")
-    return changed(without_overrides(parameters, parameters.friction.law), friction={"law": Law(law)})
+    # a fitted height is no roughness of surfaces, nor the other way round: all three numbers go
+    return changed(without_overrides(parameters, Law.THREE_PARAMETER), friction={"law": Law(law)})
 
 
 def without_overrides(parameters: Parameters, name: str) -> Parameters:
