@@ -26,9 +26,9 @@ from ballscrew_tehl.nut_map.file import VG100, packaged_map, save_map
 from ballscrew_tehl.nut_map.grid import ball_range, map_grid
 from ballscrew_tehl.nut_map.load import nut_map_of
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
-from ballscrew_tehl.processes import worker_pool
 from ballscrew_tehl.refinement.certificate import deviation_from_direct
 from ballscrew_tehl.refinement.direct import rolling_parameters
+from ballscrew_tehl.refinement.processes import worker_pool
 
 from .certificate import SEED, certificate, solve_points
 from .contacts import atlas_contacts, journal_of, solve_contacts

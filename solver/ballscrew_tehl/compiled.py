@@ -7,7 +7,6 @@ that is set. Where none can be written, kernels are compiled in every process. F
 have not been used for KEPT_DAYS. numba itself keeps processors and its own versions apart.
 """
 
-import hashlib
 import shutil
 import tempfile
 import time
@@ -23,7 +22,7 @@ except ModuleNotFoundError as error:
     error.msg = "to solve contacts takes numba: python -m pip install 'ballscrew-tehl[direct]'"
     raise
 
-from .runtime.user_cache import user_cache
+from .runtime.user_cache import digest, user_cache
 
 PACKAGE = Path(__file__).parent
 #: modules with kernels and with constants that kernels take from elsewhere, below the package
@@ -33,13 +32,12 @@ KEPT_DAYS = 30.0
 
 def sources_hash(package: Path = PACKAGE) -> str:
     """Hash of the names and contents of the SOURCES of a copy of this package; a part of it may lack some."""
-    digest = hashlib.sha256()
+    files: dict[str, bytes] = {}
     for source in SOURCES:
         at = package / source
-        for file in sorted(at.glob("*.py")) if at.is_dir() else [at][: at.exists()]:
-            content = file.read_bytes()
-            digest.update(f"{file.relative_to(package).as_posix()} {len(content)}\n".encode() + content)
-    return digest.hexdigest()[:16]
+        for file in at.glob("*.py") if at.is_dir() else [at][: at.exists()]:
+            files[file.relative_to(package).as_posix()] = file.read_bytes()
+    return digest(files)[:16]
 
 
 def _roots() -> Iterator[Path]:

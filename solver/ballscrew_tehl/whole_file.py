@@ -12,7 +12,8 @@ def whole_file(path: Path) -> Iterator[Path]:
 
     OSError: the rename is refused.
     """
-    temporary = path.with_name(path.name + ".part")
+    # another process may write the same file
+    temporary = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
         yield temporary
         os.replace(temporary, path)

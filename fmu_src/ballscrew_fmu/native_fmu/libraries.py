@@ -41,9 +41,8 @@ from ballscrew_fmu.native_fmu.sources import (
     page_sources,
     units_of,
 )
-from ballscrew_fmu.python_fmu.solver_cache import digest
 from ballscrew_fmu.variables.friction import fmu_variables
-from ballscrew_tehl.runtime.user_cache import user_cache
+from ballscrew_tehl.runtime.user_cache import digest, user_cache
 
 PREBUILT = importlib.resources.files("ballscrew_fmu") / "prebuilt"
 COMPILER_FILE = "compiler.txt"  # its name, in the folder prebuilt

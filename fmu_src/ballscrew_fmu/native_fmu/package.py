@@ -17,9 +17,9 @@ from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, SCREW_FILE, map_by
 from ballscrew_fmu.native_fmu.sources import Embedded, is_fmi_header, native_sources, table_hash, units_of
 from ballscrew_fmu.native_fmu.validation import Reference, reference_files
 from ballscrew_fmu.pages.page import documentation_files, icon
-from ballscrew_fmu.python_fmu.solver_cache import digest
 from ballscrew_tehl import __version__
 from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.user_cache import digest
 
 FMI2_FOLDERS = {
     "x86_64-linux": "linux64",

@@ -24,10 +24,11 @@ from ballscrew_fmu.native_fmu.compile import INSTALL, BuildError
 from ballscrew_fmu.native_fmu.libraries import contents, entry_library, provider
 from ballscrew_fmu.pages.page import documentation_files
 from ballscrew_fmu.python_fmu.shared_map import MAP_FILE, PAGE_FILE
-from ballscrew_fmu.python_fmu.solver_cache import SOLVER_FOLDER, digest, solver_name
+from ballscrew_fmu.python_fmu.solver_cache import SOLVER_FOLDER, solver_name
 from ballscrew_tehl import __version__
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import npz_bytes
+from ballscrew_tehl.runtime.user_cache import digest
 
 TOKEN_FILE = "guid.txt"  # in the resources: the GUID that fmi2Instantiate accepts; as in entry.c
 PLATFORMS = {  # of pythonfmu: platform, library of pythonfmu in a folder of binaries, suffix of the entry library

@@ -5,7 +5,6 @@ Imported from the FMU, the solver would be compiled at every start. The folder i
 sources, one for each version, and is created atomically. Standard library only.
 """
 
-import hashlib
 import importlib
 import shutil
 import sys
@@ -14,7 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
 
-from ballscrew_tehl.runtime.user_cache import user_cache
+from ballscrew_tehl.runtime.user_cache import digest, user_cache
 
 SOLVER_FOLDER = "solver"  # inside the package of the FMU
 ENTRY = "refinement.refine"
@@ -22,15 +21,6 @@ ENTRY = "refinement.refine"
 
 class SolverError(RuntimeError):
     """The solver cannot be used in this host. The message gives reason and remedy."""
-
-
-def digest(files: Mapping[str, bytes]) -> str:
-    """Hash of names and contents."""
-    result = hashlib.sha256()
-    for name in sorted(files):
-        result.update(f"{name}\0{len(files[name])}\0".encode())
-        result.update(files[name])
-    return result.hexdigest()
 
 
 def solver_name(files: Mapping[str, bytes]) -> str:

@@ -6,7 +6,6 @@ sources of the chain, so that a change of the model makes new maps.
 
 import hashlib
 import json
-import os
 from contextlib import suppress
 from dataclasses import asdict
 from functools import cache
@@ -19,7 +18,7 @@ from ..numerics import Array
 from ..parameters import identity
 from ..parameters.file import Parameters
 from ..runtime.packed import MapError
-from ..runtime.user_cache import user_cache
+from ..runtime.user_cache import digest, user_cache
 from .build import LAW_CONSTANTS, build_map
 from .file import header_of, read_map, save_map
 from .grid import BuiltMap, MapGrid, Progress
@@ -33,10 +32,8 @@ KEPT = 32  # files, of 2 MB; the least recently used go
 @cache
 def chain_hash() -> str:
     """Hash of the sources of the chain."""
-    digest = hashlib.sha256()
-    for file in sorted(file for folder in CHAIN for file in (PACKAGE / folder).glob("*.py")):
-        digest.update(file.name.encode() + file.read_bytes())
-    return digest.hexdigest()
+    sources = (file for folder in CHAIN for file in (PACKAGE / folder).glob("*.py"))
+    return digest({file.relative_to(PACKAGE).as_posix(): file.read_bytes() for file in sources})
 
 
 def map_of_screw(
@@ -60,12 +57,7 @@ def map_of_screw(
     built = build_map(parameters, grid, progress)
     if file is not None:
         with suppress(OSError):
-            fresh = file.with_suffix(f".{os.getpid()}.npz")  # others may write the same map
-            save_map(fresh, built)
-            try:
-                os.replace(fresh, file)
-            finally:
-                fresh.unlink(missing_ok=True)
+            save_map(file, built)
             for old in sorted(file.parent.iterdir(), key=lambda path: -path.stat().st_mtime)[KEPT:]:
                 old.unlink()
     return header_of(built), built.arrays

@@ -8,7 +8,7 @@ import math
 from functools import partial
 from typing import Any, NamedTuple, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from ..runtime.packed import Law
 from .toml import Table, entry, require
@@ -75,12 +75,6 @@ BOUNDED: dict[str, BoundedConstant] = {
         "estimate, 0.17 to 0.68, from contact angles that run out by 0.5 deg",
     ),
 }  # fmt: skip
-
-
-def bounded(name: str, **bounds: Any) -> Any:
-    """A dimensionless field of the screw file with the value of its constant."""
-    constant = BOUNDED[name]
-    return Field(default=constant.value, description=f"{constant.meaning}, mechanistic only", **bounds)
 
 
 #: of a number that the friction law takes, not the films

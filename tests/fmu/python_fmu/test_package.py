@@ -19,8 +19,8 @@ from ballscrew_fmu.live_page.page import packed_map
 from ballscrew_fmu.python_fmu import process_end
 from ballscrew_fmu.python_fmu.package import build_fmu, fmu_files, runtime_sources
 from ballscrew_fmu.python_fmu.shared_map import map_in
-from ballscrew_fmu.python_fmu.solver_cache import digest
 from ballscrew_tehl.runtime.packed import MapError
+from ballscrew_tehl.runtime.user_cache import digest
 
 pytestmark = pytest.mark.slow
 

@@ -287,14 +287,14 @@ def _typical_law(file: MeasurementFile, parameters: Parameters, film: Any, outsi
 
     With the interval of the mechanistic law, of another one the torque alone; NaN if all points are outside.
     """
-    law_of = parameters.friction.law
-    own = without_overrides(parameters, law_of)
+    name = parameters.friction.law
+    own = without_overrides(parameters, name)
     inside = sorted((m for m in file.measurements if not outside(m)), key=lambda m: m.torque / m.preload)
     if not inside:
         return TorqueInterval(math.nan, math.nan, math.nan, {}, {})
     m = inside[(len(inside) - 1) // 2]
-    if law_of is Law.MECHANISTIC:
-        unfitted = FrictionSet(law_of, 1.0, ball_ball_coefficient(own.friction, own.friction.ball_thrust))
+    if name is Law.MECHANISTIC:
+        unfitted = FrictionSet(name, 1.0, ball_ball_coefficient(own.friction, own.friction.ball_thrust))
         forces = nut_forces(own, m.preload, m.axial_load)
         law = torque_interval(own, forces, film, m.speed, m.temperature, unfitted)
     else:

@@ -12,8 +12,8 @@ from ballscrew_tehl.nut_map.grid import MapGrid, largest_pressure, screw_grid
 from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.units import SHOWN
-from ballscrew_tehl.processes import worker_pool
 from ballscrew_tehl.refinement.certificate import claim, deviation_from_direct
+from ballscrew_tehl.refinement.processes import worker_pool
 from ballscrew_tehl.runtime.packed import certificate_totals
 
 from ..shared.inputs import screw_of
