@@ -32,6 +32,7 @@ from ballscrew_tehl.physics.load import load_nodes, nut_loads
 from ballscrew_tehl.physics.lubricant import eta0
 from ballscrew_tehl.refinement.direct import rolling_parameters
 from ballscrew_tehl.runtime.bspline import map_arrays
+from ballscrew_tehl.runtime.packed import TORQUE_CURVES
 
 from .fit import interpolant_of, lengths_and_noise
 from .journal import Journal, solve_missing
@@ -147,9 +148,9 @@ def published_map(
     extremes, sharing = extreme_values(rolling, contacts, grid), sharing_values(parameters, grid)
     forces, count = np.geomspace(*grid.force), parameters.summed_balls
     loads = [nut_loads(parameters.screw, float(force), count) for force in forces]
-    alone = np.array([(*load_torques(parameters, each), 1.0) for each in loads])
+    alone = np.array([(*load_torques(parameters, each), *(1.0,) * (TORQUE_CURVES - 2)) for each in loads])
     values = np.concatenate([viscous_values(parameters, films, grid), extremes], axis=-1)
-    arrays = map_arrays(values, force_values(parameters, grid, alone), *sharing)
+    arrays = map_arrays(values, force_values(parameters, grid, alone), np.ones(values.shape[1:3]), *sharing)
     header = map_header(parameters, grid) | {
         "atlas": contacts.atlas.hash, "atlas_fraction": atlas_fraction(contacts, grid),
         "certificate": dict(certificate),

@@ -7,6 +7,7 @@ import pytest
 
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_screw
 from ballscrew_tehl.physics.hertz import ellipse, reduced_radii
+from ballscrew_tehl.physics import kinematics
 from ballscrew_tehl.physics.kinematics import cage_speed, contact_motion, entrainment_speed, neighbour_sliding
 
 ROLLING = changed(load_screw(), friction={"law": "mechanistic"})
@@ -61,5 +62,5 @@ def test_neighbours_slide_with_the_speed_of_their_surfaces():
     angle = SCREW.contact_angle
     oversize = changed(ROLLING, screw={"preload_kind": FOUR_POINT}).screw
     for screw, expected, tolerance in ((SCREW, 1.0, 0.02), (oversize, 1.0 / math.cos(angle), 0.015)):
-        found = neighbour_sliding(screw, contact_motion(screw, angle))
+        found = neighbour_sliding(screw, kinematics.rolling_motion(contact_motion(screw, angle)))
         assert abs(found / expected - 1.0) <= tolerance

@@ -56,10 +56,10 @@ def direct_torque(*point):
     return double_nut_torque(GD4008, default_friction_set(GD4008), ClosedFilm(GD4008), *point).total
 
 
-def rolling_torque(force, *at):
+def viscous_torque(force, *at):
     loads = nut_loads(LAW.screw, force, LAW.screw.loaded_ball_count)
     nut = nut_powers(LAW, loads, *at, DirectContacts(LAW))
-    return 2.0 * float(np.squeeze(nut.viscous_screw + nut.viscous_nut))
+    return 2.0 * float(np.squeeze(nut.parts(1.0, 0.0).viscous))
 
 
 def test_refined_torque_is_the_direct_one_and_the_rest_that_of_the_map(wrong):
@@ -79,7 +79,7 @@ def test_mechanistic_law_is_refined_with_films_and_rise():
     """Rolling part by the mean ball; films of extreme balls, up to 30 % heavier, within the change of the error."""
     nut_map = moved(nut_map_of(law_map()))
     plain, found = nut_map.evaluate(*POINT), Refinement(nut_map, LAW).evaluate(*POINT)
-    rolling = rolling_torque(*POINT)
+    rolling = viscous_torque(*POINT)
     assert abs(plain.viscous_torque / rolling - 1.0) > 3e-3
     assert found.viscous_torque == pytest.approx(rolling, rel=1e-4)
     for name in ("hysteresis_torque", "contact_pressure_max", "ball_load_max"):
@@ -195,7 +195,7 @@ def test_refined_torque_is_that_of_contacts_solved_directly():
         nut_map = load_map(None, parameters)
         assert map_parameters(nut_map.header) == parameters
     at = 1700.0, 73.3, 311.0
-    refinement, rolling = Refinement(nut_map, tolerance=1e-4), rolling_torque(*at)
+    refinement, rolling = Refinement(nut_map, tolerance=1e-4), viscous_torque(*at)
     assert refinement.evaluate(*at).viscous_torque == pytest.approx(rolling, rel=1e-4)
     assert len(refinement) == 2
     assert nut_map.evaluate(*at).viscous_torque == pytest.approx(rolling, rel=0.03)

@@ -31,9 +31,15 @@ def nut_torques(law, force, speed, temperature, ratio, net, roughness, breakaway
     g = synthetic_map.surfaces(force, speed, temperature, law)
     c = synthetic_map.force_curves(force)
     if law == Law.MECHANISTIC:
-        return np.array([ratio * np.sum(g[0:2]), c[0], g[2] + net * c[1] * g[3]])
+        oil = smooth_least(synthetic_map.gap_drag(speed, temperature) * c[5], c[6])
+        return np.array([ratio * np.sum(g[0:2]) + oil, c[0], g[2] + net * c[1] * g[3]])
     share = 1.0 / (1.0 + (roughness / g[2:4]) ** 2)
     return np.array([ratio * np.sum(g[0:2] * share), c[0], net * c[1]])
+
+
+def smooth_least(drag, limit):
+    """Drag of the oil between balls [N.m] that contacts transmit up to a limit."""
+    return (drag**-4.0 + limit**-4.0) ** -0.25
 
 
 def forces(preload, axial_load):
@@ -62,7 +68,7 @@ def test_extremes_come_from_the_nut_and_the_raceway_that_carry_them(nut_map):
     g, c = synthetic_map.surfaces(loaded, 47.0, 311.0), synthetic_map.force_curves(loaded)
     assert loaded > 1700.0 > relieved
     state = nut_map.evaluate(1700.0, 47.0, 311.0, 1500.0)
-    assert state[3:9] == pytest.approx((g[5], *g[6:9], c[3], c[4]), rel=1e-9)
+    assert state[3:9] == pytest.approx((g[5], *g[6:9], *c[-2:]), rel=1e-9)
     height = nut_map.header["defaults"]["roughness_height"]
     assert state.lambda_ratio == pytest.approx(g[5] / height, rel=1e-9)
 
@@ -98,15 +104,21 @@ def test_beyond_the_map_is_clamped_and_flagged():
         assert state[:10] == NUT_MAP.evaluate(*same_as)[:10]
     state = NUT_MAP.evaluate(2000.0, 30.0, T, 15000.0)
     assert (state.in_range, state.clamped) == (False, ("axial_load",))
-    assert state.ball_load_max == pytest.approx(synthetic_map.force_curves(12000.0)[4], rel=1e-9)
+    assert state.ball_load_max == pytest.approx(synthetic_map.force_curves(12000.0)[-1], rel=1e-9)
     free, light = (NUT_MAP.evaluate(preload, 30.0, T, -3000.0) for preload in (0.0, 1e-3))
     assert (free.in_range, light.in_range, free[:10]) == (True, False, pytest.approx(light[:10], rel=1e-9))
 
 
 def test_below_the_force_axis_the_power_laws_of_hertz_hold(nut_map):
     end, low = nut_map.evaluate(50.0, 30.0, T), nut_map.evaluate(50.0 / 8.0, 30.0, T)
+    rolling = []
+    for state, factor in ((end, 1.0), (low, 1.0 / 8.0)):
+        _, _, _, _, _, gaps, limit, *_ = synthetic_map.force_curves(50.0)
+        oil = smooth_least(synthetic_map.gap_drag(30.0, T) * gaps, factor * limit)
+        rolling.append(state.viscous_torque - 2.0 * oil * (nut_map.law == Law.MECHANISTIC))
+    assert rolling[1] == pytest.approx(rolling[0] / 4.0, rel=1e-9)
     for name, ratio in (
-        ("viscous_torque", 4.0), ("sliding_torque", 8.0), ("hysteresis_torque", 16.0), ("contact_pressure_max", 2.0),
+        ("sliding_torque", 8.0), ("hysteresis_torque", 16.0), ("contact_pressure_max", 2.0),
         ("film_temperature_rise", 2.0), ("ball_load_max", 8.0), ("film_thickness_min", 1.0),
     ):  # fmt: skip
         assert getattr(low, name) == pytest.approx(getattr(end, name) / ratio, rel=1e-12)
@@ -203,18 +215,48 @@ def test_ball_friction_rises_smoothly_to_breakaway_at_standstill(breakaway):
     # no cusp at rest
     fall = [breakaway - factor(share * LOWEST) for share in (2e-5, 1e-5)]
     assert fall[0] / fall[1] == pytest.approx(4.0, rel=0.01)
-    slow = nut_map.evaluate(2000.0, LOWEST, T).sliding_torque
-    low = nut_map.evaluate(2000.0, 0.0, T, breakaway_factor=1.2).sliding_torque
-    assert low == pytest.approx(slow, rel=1e-12)  # below the friction of the slowest node: no effect
+    alone = {"net_sliding_coefficient": 1e9, "breakaway_factor": 1.2}
+    slow, low = (nut_map.evaluate(2000.0, speed, T, **alone).sliding_torque for speed in (LOWEST, 0.0))
+    assert low == pytest.approx(slow, rel=1e-8)  # below the friction of the slowest node: no effect
+
+
+def test_shear_of_raceways_rises_to_that_of_asperities_at_standstill():
+    """From the slope of the map at its lowest speed, here upwards with speed, through a dip; off with breakaway 1."""
+    nut_map, shear = MAPS[Law.MECHANISTIC], {"net_sliding_coefficient": 0.0}
+
+    def torque(speed):
+        return nut_map.evaluate(2000.0, speed, T, **shear).sliding_torque
+
+    # twice the shear of the asperities of a nut, as the lowest speed of a map is too high to be without a film
+    assert torque(0.0) == pytest.approx(2.0 * synthetic_map.force_curves(2000.0)[4], rel=1e-9)
+    below, above = slopes_at(torque, LOWEST)
+    assert below == pytest.approx(above, rel=1e-3) and above > 0.0
+    assert min(torque(s * LOWEST) for s in (0.5, 0.7, 0.9)) < torque(LOWEST) < torque(0.0)
+    off = nut_map.evaluate(2000.0, 0.0, T, breakaway_factor=1.0, **shear).sliding_torque
+    assert off == pytest.approx(torque(LOWEST), rel=1e-9)
+
+
+def test_an_axial_load_that_leaves_oversize_balls_half_held_is_out_of_range():
+    side = [load for load in np.linspace(10.0, 6000.0, 200) if OVERSIZE.evaluate(1700.0, 47.0, T, load).in_range]
+    relieved, loaded = forces(1700.0, side[-1])
+    assert relieved / loaded == pytest.approx(0.4, abs=0.01) and side == list(np.linspace(10.0, 6000.0, 200))[: len(side)]
+    for load in (side[-1], side[-1] + 60.0, 9000.0, 0.0):
+        state = OVERSIZE.evaluate(1700.0, 47.0, T, load)
+        many = OVERSIZE.evaluate(1700.0, 47.0, T, np.array([load]))
+        margin = OVERSIZE.range_margin(1700.0, 47.0, T, load)
+        assert state.in_range == many.in_range[0] == (margin >= 0.0)
+        assert state.clamped == (() if state.in_range else ("axial_load",))
+    assert MAPS[Law.MECHANISTIC].evaluate(1700.0, 47.0, T, 9000.0).in_range
 
 
 @pytest.mark.parametrize("speed", [47.0, 0.1])
 def test_oversize_balls_roll_freely_where_the_axial_load_has_freed_two_flanks(speed):
-    """Held by all four flanks up to a large axial load; beyond separation their shear is that of two flanks."""
+    """Held by all four flanks up to a large axial load; beyond separation their shear is that of two flanks, and balls
+    slide on each other as fast as free ones."""
     plain, at = MAPS[Law.MECHANISTIC], (1700.0, speed, 311.0)
     for load in (0.0, 1000.0, -1000.0):
         held, ours = (m.evaluate(*at, load).sliding_torque for m in (plain, OVERSIZE))
-        assert held * (1.0 - 1e-4) <= ours <= held * (1.0 + 1e-12)
+        assert held * (1.0 - 5e-4) <= ours <= held * (1.0 + 1e-12)
     relieved, loaded = forces(1700.0, 9000.0)
     assert relieved == 0.0
     # without balls on each other the sliding torque is the shear
@@ -224,7 +266,8 @@ def test_oversize_balls_roll_freely_where_the_axial_load_has_freed_two_flanks(sp
     # the two branches are joined smoothly: at 0.3 by 3e-5 of the smaller one
     assert found == pytest.approx(free * shear, rel=1e-4)
     both = OVERSIZE.evaluate(*at, 9000.0).sliding_torque - plain.evaluate(*at, 9000.0).sliding_torque
-    assert both == pytest.approx((free - 1.0) * shear, rel=1e-3)
+    on_balls = plain.evaluate(*at, 9e3).sliding_torque - shear
+    assert both == pytest.approx((free - 1.0) * shear + (0.72 - 1.0) * on_balls, rel=1e-3)
 
 
 def test_arguments_that_cannot_be_used_are_named():
@@ -276,6 +319,7 @@ def test_torque_rises_with_preload_and_in_thick_films_with_speed(file):
     state = nut_map.evaluate(preload, speed, temperature)
     assert np.diff(state.friction_torque, axis=0).min() > 0.0
     if file is not None:
-        thick = state.lambda_ratio > 3.0
+        # in a film of 60 um the contacts transmit no more drag, and heat and supply take from the rolling loss
+        thick = (state.lambda_ratio > 3.0) & (state.lambda_ratio < 300.0)
         assert np.diff(state.friction_torque, axis=1)[thick[:, :-1]].min() > 0.0
         assert np.diff(state.friction_torque, axis=2)[thick[:, :, 1:]].max() < 0.0

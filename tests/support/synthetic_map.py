@@ -57,16 +57,23 @@ def surfaces(force, speed, temperature, law=Law.THREE_PARAMETER):
 
 
 def force_curves(force, free=None):
-    """The five curves of one nut over its force, stacked on the last axis; SI. free: with oversize balls."""
+    """The curves of one nut over its force, stacked on the last axis; SI. free: with oversize balls."""
     force = np.asarray(force, dtype=float)
+    none = np.ones_like(force)
     return np.stack(
         [
             2.4e-3 * (force / 1000.0) ** (4 / 3), 3.067e-2 * force,
-            np.ones_like(force) if free is None else free * (force / 1000.0) ** -0.05,
+            none if free is None else free * (force / 1000.0) ** -0.05, none if free is None else 0.72 * none,
+            0.045 * (force / 1000.0), 1.1 * (force / 1000.0) ** 0.01, 2.5e-3 * force,
             0.857e9 * (force / 1000.0) ** (1 / 3), 0.0197 * force,
         ],
         axis=-1,
     )  # fmt: skip
+
+
+def gap_drag(speed, temperature):
+    """Drag of the oil between balls [N.m]."""
+    return 0.004 * speed / 10.0 * np.exp(-1.1 * (temperature - 303.15) / 50.0)
 
 
 def separation_ratio(preload):
@@ -104,7 +111,7 @@ def make_map(
     values = surfaces(force[:, None, None], speed[None, :, None], temperature[None, None, :], law)
     values[..., :2] *= viscous_scale * (force[:, None, None, None] / 1000.0) ** force_exponent
     arrays = map_arrays(
-        values, force_curves(force, free), separation_ratio(preload),
+        values, force_curves(force, free), gap_drag(speed[:, None], temperature), separation_ratio(preload),
         relieved_share(preload[:, None], share[None, :]),
     )  # fmt: skip
     header = {

@@ -17,7 +17,7 @@ from ballscrew_fmu.variables.friction import origin_text
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import AXES, DEFAULTS, SURFACES, TORQUE_SURFACES, map_hash
 
-MAP_FILE, MAP_MAGIC = "nut_map.bin", b"BSFMAP03"
+MAP_FILE, MAP_MAGIC = "nut_map.bin", b"BSFMAP04"
 SCREW_FILE, SCREW_MAGIC = "screw.bin", b"BSFSCR01"
 NUMBERS = "<QQ"  # size and checksum behind the magic
 HEAD_SIZE = len(MAP_MAGIC) + struct.calcsize(NUMBERS)
@@ -74,6 +74,7 @@ def map_numbers(nut_map: NutMap) -> NDArray[np.float64]:
         surfaces[..., :TORQUE_SURFACES],
         surfaces[..., TORQUE_SURFACES:],
         arrays["force_coefficients"],
+        arrays["drag_coefficients"],
         arrays["separation_coefficients"].T,
         arrays["sharing_coefficients"].transpose(2, 0, 1),
     ]

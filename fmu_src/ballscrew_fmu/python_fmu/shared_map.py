@@ -102,13 +102,15 @@ def arrays_of(numbers: NDArray[np.float64], counts: list[int]) -> dict[str, NDAr
     force, speed, temperature, preload, fraction = counts
     plane, films = (speed, temperature, force), len(EXTREMES)
     shapes = (
-        (*plane, TORQUE_SURFACES), (*plane, films), (force, len(FORCE_CURVES)), (2, preload), (2, preload, fraction),
+        (*plane, TORQUE_SURFACES), (*plane, films), (force, len(FORCE_CURVES)), plane[:2], (2, preload),
+        (2, preload, fraction),
     )  # fmt: skip
     ends = np.cumsum([3 * len(AXES) + len(DEFAULTS) + 2, *map(math.prod, shapes)])
     parts = [part.reshape(shape) for part, shape in zip(np.split(numbers, ends)[1:-1], shapes, strict=True)]
     return {
         "coefficients": np.concatenate(parts[:2], axis=-1).transpose(2, 0, 1, 3),
         "force_coefficients": parts[2],
-        "separation_coefficients": parts[3].T,
-        "sharing_coefficients": parts[4].transpose(1, 2, 0),
+        "drag_coefficients": parts[3],
+        "separation_coefficients": parts[4].T,
+        "sharing_coefficients": parts[5].transpose(1, 2, 0),
     }

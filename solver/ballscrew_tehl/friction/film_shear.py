@@ -68,7 +68,7 @@ class TorqueParts(NamedTuple):
 class UnfittedTorques(NamedTuple):
     """Torque of one nut before fitted numbers enter [N.m]; floats, or arrays over speed and temperature."""
 
-    viscous_screw: Any  # of a raceway at ratio 1 and full share; mechanistic: rolling loss, oil between balls
+    viscous_screw: Any  # of a raceway at ratio 1 and full share; mechanistic: rolling loss
     viscous_nut: Any
     hysteresis: float
     sliding: float  # at coefficient 1; mechanistic: of ball on ball in a full film
@@ -76,13 +76,14 @@ class UnfittedTorques(NamedTuple):
     film_nut: Any = math.inf
     shear: Any = 0.0  # of both raceways, mechanistic
     thrust_factor: Any = 1.0  # of the sliding part, see mechanistic
+    drag: Any = 0.0  # of the oil between balls, mechanistic
 
     def parts(self, ratio: float, coefficient: float, height: float = 0.0) -> TorqueParts:
         """Torque of the nut by part; arguments as FrictionSet.values."""
         viscous = self.viscous_screw * roughness_share(self.film_screw, height)
         viscous = viscous + self.viscous_nut * roughness_share(self.film_nut, height)
         sliding = self.shear + coefficient * self.thrust_factor * self.sliding
-        return TorqueParts(ratio * viscous, self.hysteresis, sliding)
+        return TorqueParts(ratio * viscous + self.drag, self.hysteresis, sliding)
 
     def torque(self, ratio: float, coefficient: float, height: float = 0.0) -> Any:
         """Sum of the parts."""

@@ -8,8 +8,10 @@ P_shear       spin, differential and helix slip with the shear stress of an Eyri
               asperities: the equilibrium of the ball gives its motion (ball_equilibrium)
 P_hysteresis  3/16 mu_hs Q b times the angular speed of rolling, u_e/R_x (Zhao 2023, Eq. 18; differs from paper:
               u_e/r_b)
-P_neighbour   oil sheared in the gap between neighbouring balls, part of the rolling torque, half for each raceway;
-              neighbour_oil is the filled share of the gap, times the replenishment of a starved nut
+P_neighbour   oil sheared in the gap between neighbouring balls; neighbour_oil is the filled share of the gap, times the
+              replenishment of a starved nut. What drags on a ball turns it against the traction of its contacts, which
+              is at most Lambda Q each: oil and balls together do not drag more (drag_limit); so the drag ends with the
+              load of a ball
 P_ball_ball   neighbours slide on each other with twice the speed of their surfaces (physics.kinematics) and have no
               entrainment, so that no film parts them: mu_b N times that speed. N = kappa Lambda Q times thrust_factor
 
@@ -31,13 +33,15 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..numerics import Array
-from ..parameters.file import FOUR_POINT, FrictionTable, Parameters
+from ..parameters.file import FOUR_POINT, FrictionTable, Parameters, ScrewParameters
 from ..parameters.friction import BOUNDED
 from ..parameters.units import RPM
 from ..physics.ball_law import contact_angle_at_ball_load
+from ..runtime.constants import DRAG_SHARPNESS
+from ..runtime.nut_law import ARRAYS, smooth_lesser
 from ..physics.film import FLOODED, asperity_share, neighbour_drag_power, replenishment_factor, supply_factor
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from ..physics.kinematics import ContactMotion, contact_motion, entrainment_speed, neighbour_sliding
+from ..physics.kinematics import ContactMotion, contact_motion, entrainment_speed, neighbour_sliding, rolling_motion
 from ..physics.load import nut_loads
 from ..physics.lubricant import ambient_density, eta0, viscosity
 from .ball_equilibrium import Traction, ball_equilibrium, radial_nodes
@@ -85,7 +89,7 @@ class _LoadedNut(NamedTuple):
     contacts: Sequence[Mapping[str, Mapping[str, Array]]]  # of each of them, by raceway
     lost: Mapping[str, Array]  # flooded rolling loss of all balls by raceway (s, t) [W]
     motion: ContactMotion  # of the mean ball
-    sliding: float  # neighbour_sliding of it
+    driven: float  # load [N] on all contacts of the balls with one raceway
 
 
 def roughness_of(friction: FrictionTable) -> float:
@@ -226,8 +230,8 @@ def powers_of_nuts(
         for key, parameters in dict(zip(keys, variants, strict=True)).items()
         for k, own in loaded.items()
     }
-    motions = [loaded[k].motion for _, k in balls]
-    shears = dict(zip(balls, _shear(motions, list(balls.values()), speed), strict=True))
+    of_balls = [loaded[k] for _, k in balls]
+    shears = dict(zip(balls, _shear(variants[0].screw, of_balls, list(balls.values()), speed), strict=True))
     result = [[UNLOADED] * len(nuts) for _ in variants]
     for parameters, key, torques in zip(variants, keys, result, strict=True):
         for k, own in loaded.items():
@@ -241,13 +245,15 @@ def _loaded_nut(
 ) -> _LoadedNut:
     screw, loads = parameters.screw, nut.loads[nut.loads > 0.0]
     means, others = [mean_load(loads)], nut.loads if nut.opposed is None else nut.opposed
+    driven = float(loads.sum())
     if screw.preload_kind == FOUR_POINT and np.any(others > 0.0):
         means.append(mean_load(others[others > 0.0]))
+        driven += float(others.sum())
     at = speed[:, :1], temperature[0]
     of_means = [{name: contacts.values(name, np.array([load]), *at) for name in RACEWAYS} for load in means]
     lost = {name: contacts.values(name, loads, *at)["rolling_loss"].sum(axis=0) for name in RACEWAYS}
     motion = contact_motion(screw, [float(contact_angle_at_ball_load(screw, load)) for load in means])
-    return _LoadedNut(loads, means, of_means, lost, motion, neighbour_sliding(screw, motion))
+    return _LoadedNut(loads, means, of_means, lost, motion, driven)
 
 
 def _mean_ball(parameters: Parameters, nut: _LoadedNut, temperature: Array) -> _Sheared:
@@ -282,62 +288,104 @@ def _mean_ball(parameters: Parameters, nut: _LoadedNut, temperature: Array) -> _
     return axes, Traction(*of_contacts, *each)
 
 
-def _shear(motions: Sequence[ContactMotion], balls: Sequence[_Sheared], speed: Array) -> list[Array]:
-    """Shear power (s, t) [W] of mean balls in the contacts of the first of their loaded diagonals.
+def _shear(
+    screw: ScrewParameters, nuts: Sequence[_LoadedNut], balls: Sequence[_Sheared], speed: Array
+) -> list[tuple[Array, Array]]:
+    """Shear power (s, t) [W] of mean balls in the contacts of the first of their loaded diagonals; neighbour_sliding.
 
-    All balls at one temperature side by side, each from its motion at the temperature before.
+    All balls at one temperature side by side, each from its motion at the temperature before. How fast neighbours slide
+    is that of the rolling motion for two contacts; for four, of which one pair may hardly hold the ball, that of its
+    motion.
     """
-    diagonals = {len(motion.raceways) // len(RACEWAYS) for motion in motions}
+    diagonals = {len(nut.means) for nut in nuts}
     if len(diagonals) != 1:
-        return [_shear([motion], [ball], speed)[0] for motion, ball in zip(motions, balls, strict=True)]
+        return [_shear(screw, [nut], [ball], speed)[0] for nut, ball in zip(nuts, balls, strict=True)]
     (count,), (speeds, temperatures) = diagonals, speed.shape
     axes, tractions = zip(*balls, strict=True)
     axes, traction = np.concatenate(axes), Traction(*map(np.concatenate, zip(*tractions, strict=True)))
-    raceways, *parts = zip(*motions, strict=True)
+    raceways, *parts = zip(*(nut.motion for nut in nuts), strict=True)
     motion = ContactMotion(raceways[0], *(np.repeat(part, speeds, axis=0) for part in parts))
     each, near, before = np.tile(speed[:, 0], len(balls)), None, None
-    power = np.empty((len(each), temperatures))
+    power, sliding = np.empty((2, len(each), temperatures))
     for t in range(temperatures):
         result = ball_equilibrium(motion, each, axes[:, t], traction.take(np.s_[:, t]), near)
         power[:, t] = result.power[:, ::count].sum(axis=1)
+        sliding[:, t] = neighbour_sliding(screw, result.motion / each[:, None])
         near, before = result.motion if before is None else 2.0 * result.motion - before, result.motion
-    return list(power.reshape(len(balls), speeds, temperatures))
+    power, sliding = (part.reshape(len(balls), speeds, temperatures) for part in (power, sliding))
+    if count == 1:
+        sliding = np.array([np.full_like(power[0], neighbour_sliding(screw, rolling_motion(nut.motion))) for nut in nuts])
+    return list(zip(power, sliding, strict=True))
 
 
 def _torques(
-    parameters: Parameters, nut: _LoadedNut, share: Array, shear: Array, speed: Array, temperature: Array
+    parameters: Parameters,
+    nut: _LoadedNut,
+    share: Array,
+    motion: tuple[Array, Array],
+    speed: Array,
+    temperature: Array,
 ) -> UnfittedTorques:
-    """Torques of a nut with the asperities' share (s, t, c) and the shear power [W] (s, t) of its mean ball."""
-    mean, u = nut.means[0], float(entrainment_speed(parameters.screw, 1.0))
-    gap = neighbour_power(parameters, len(nut.loads), len(nut.means), nut.sliding, speed, temperature)
+    """Torques of a nut with the asperities' share (s, t, c) of its mean ball, motion: shear power [W] (s, t), sliding."""
+    (shear, sliding), mean, u = motion, nut.means[0], float(entrainment_speed(parameters.screw, 1.0))
+    limit = u * sliding * nut.driven * drag_limit(parameters.friction)
+    full = sliding**2 * gap_drag(parameters, len(nut.loads), speed, temperature)
     parts = (
         *(
-            rolling_torque(parameters, name, mean, nut.contacts[0][name], nut.lost[name], gap, speed, temperature)
+            rolling_torque(parameters, name, mean, nut.contacts[0][name], nut.lost[name], speed, temperature)
             for name in RACEWAYS
         ),
         shear * np.sum((nut.loads / mean) ** SHEAR_EXPONENT) / speed,
         thrust_factor(parameters.friction, share[..., :: len(nut.means)].mean(axis=-1)),
+        u * sliding * float(nut.loads.sum()),
+        float(nut.loads.sum()) / nut.driven * smooth_lesser(full, limit, DRAG_SHARPNESS, ARRAYS),
     )  # fmt: skip
-    screw, nut_raceway, slid, thrust = (float(part[0, 0]) if speed.size == 1 else part for part in parts)
+    screw, nut_raceway, slid, thrust, ball_ball, drag = (float(p[0, 0]) if speed.size == 1 else p for p in parts)
     hysteresis = u * hysteresis_sum(parameters, nut.loads, rolling=True)
-    ball_ball = u * nut.sliding * float(nut.loads.sum())
-    return UnfittedTorques(screw, nut_raceway, hysteresis, ball_ball, shear=slid, thrust_factor=thrust)
+    return UnfittedTorques(
+        screw, nut_raceway, hysteresis, ball_ball, shear=slid, thrust_factor=thrust, drag=drag
+    )
 
 
-def neighbour_power(
-    parameters: Parameters, balls: int, diagonals: int, ratio: float, speed: Array, temperature: Array
-) -> Any:
-    """Power (s, t) [W] of the oil between the balls of a nut, the part of one raceway; ratio: their neighbour_sliding.
-
-    Of oversize balls it is that of one pair of flanks, half if both diagonals carry load. A map takes half where one is
-    free as well.
-    """
+def rolling_ball_torque(parameters: Parameters, loads: Array) -> float:
+    """Torque [N.m] of ball on ball at coefficient 1 of loads (n,) [N] on two flanks, alike on four, that roll."""
     screw = parameters.screw
-    if screw.spacer_balls:
-        return 0.0
-    sliding = 2.0 * ratio * entrainment_speed(screw, speed)
+    motion = contact_motion(screw, float(contact_angle_at_ball_load(screw, mean_load(loads))))
+    ratio = float(neighbour_sliding(screw, rolling_motion(motion)))
+    return float(entrainment_speed(screw, 1.0)) * ratio * float(loads.sum())
+
+
+def drag_limit(friction: FrictionTable) -> float:
+    """What the oil between balls may drag of the load of their contacts, as a coefficient 2 mu_b Lambda kappa.
+
+    A ball turns by the traction of its contacts, at most Lambda Q each; both neighbours drag on it with twice the force
+    of a gap. Friction on neighbours takes mu_b kappa of it (ball_thrust, or its value in BOUNDED).
+    """
+    kappa = BOUNDED["ball_thrust"].value if friction.ball_thrust is None else friction.ball_thrust
+    taken = min(friction.boundary_friction * kappa, 1.0)
+    return 2.0 * friction.limiting_shear_coefficient * (1.0 - taken)
+
+
+def gap_drag(parameters: Parameters, balls: int, speed: Array, temperature: Array) -> Array:
+    """Torque (s, t) [N.m] of the oil in the gaps between the balls of a nut that slide on each other at 2 u_e."""
+    screw = parameters.screw
+    sliding = 2.0 * entrainment_speed(screw, speed)
     pair = neighbour_drag_power(0.5 * screw.ball_diameter, sliding, eta0(parameters.lubricant, temperature))
-    return parameters.friction.neighbour_oil * balls / (len(RACEWAYS) * diagonals) * pair
+    filled = 0.0 if screw.spacer_balls else parameters.friction.neighbour_oil
+    return np.asarray(filled * balls * replenished(parameters, speed, temperature) * pair / speed)
+
+
+def replenished(parameters: Parameters, speed: Array, temperature: Array) -> Any:
+    """SKF's replenishment factor (s, t).
+
+    d, D of the angular contact bearing with this ball and pitch diameter, whose section D - d is the ball diameter over
+    0.3 (assumption: geometry of bearings).
+    """
+    screw, oil = parameters.screw, parameters.lubricant
+    nu = 1e6 * eta0(oil, temperature) / ambient_density(oil, temperature)
+    pitch, half = 2e3 * screw.nominal_radius, 0.5e3 * screw.ball_diameter / BALL_OVER_SECTION
+    K_rs = parameters.friction.replenishment_constant
+    return replenishment_factor(K_rs, K_Z, speed / RPM, nu, pitch - half, pitch + half)
 
 
 def rolling_torque(
@@ -346,26 +394,19 @@ def rolling_torque(
     load: float,
     found: Mapping[str, Array],
     lost: Array,
-    gap: Any,
     speed: Array,
     temperature: Array,
 ) -> Array:
     """Rolling torque (s, t) [N.m] of a raceway with the oil supply of the file, from the flooded loss of all balls [W].
 
-    load, found: of the mean ball [N], and its contact; gap: neighbour_power. physics.supply, times SKF's
-    replenishment: d, D of the angular contact bearing with this ball and pitch diameter, whose section D - d is the
-    ball diameter over 0.3 (assumption: geometry of bearings).
+    load, found: of the mean ball [N], and its contact. film.supply_factor, times the factor replenished.
     """
-    friction, screw, oil = parameters.friction, parameters.screw, parameters.lubricant
-    inlet, K_rs = eta0(oil, temperature), friction.replenishment_constant
-    nu = 1e6 * inlet / ambient_density(oil, temperature)
-    pitch, half = 2e3 * screw.nominal_radius, 0.5e3 * screw.ball_diameter / BALL_OVER_SECTION
-    replenished = replenishment_factor(K_rs, K_Z, speed / RPM, nu, pitch - half, pitch + half)
+    friction, screw, inlet = parameters.friction, parameters.screw, eta0(parameters.lubricant, temperature)
     R_x, R_y = reduced_radii(screw, float(contact_angle_at_ball_load(screw, load)), raceway)
     b, u_e = ellipse(load, R_x, R_y, E_prime(screw)).b, entrainment_speed(screw, speed)
     loss, film = found["rolling_loss"][0], found["central_film"][0]
     supplied = supply_factor(friction.supply_length, load, loss, u_e, inlet, film, b, R_x, R_y)
-    return np.asarray(replenished * (supplied * lost + gap) / speed)
+    return np.asarray(replenished(parameters, speed, temperature) * supplied * lost / speed)
 
 
 def torque_line(nuts: Sequence[tuple[int, UnfittedTorques]], ratio: float = 1.0) -> tuple[Any, Any]:

@@ -8,18 +8,22 @@ import numpy as np
 from .._version import __version__
 from ..atlas.ball_contacts import BallContacts
 from ..atlas.contact_atlas import OutsideAtlasError
-from ..friction.mechanistic import Nut, law_constants, powers_of_nuts
+from ..friction.interval import with_constants
+from ..friction.mechanistic import Nut, drag_limit, gap_drag, law_constants, powers_of_nuts, rolling_ball_torque
 from ..numerics import Array
 from ..parameters.file import FOUR_POINT, Parameters
 from ..physics.hertz import RACEWAYS
+from ..physics.kinematics import entrainment_speed
 from ..physics.load import double_nut_loads, nut_loads, separation_load
 from ..runtime.bspline import map_arrays
-from ..runtime.packed import Law
+from ..runtime.packed import TORQUE_CURVES, Law
 from .grid import BuiltMap, MapGrid, Progress, ball_range, largest_pressure, map_grid
 
 LAW_CONSTANTS = "law_constants"  # key of the header of a map of the mechanistic law
 #: every third temperature, at which the shear of balls on two flanks is summed; its mean changes by 1.6e-3 at most
 SPARSE = slice(1, None, 3)
+LARGE_ROUGHNESS = 1.0  # [m] on which asperities carry all
+LEAST_DRAG = 1e-30  # [N.m] of gaps without oil: the map holds its logarithm
 FORCES = 16  # between two calls of the progress; 8 at a time take a tenth longer
 
 
@@ -69,7 +73,7 @@ def build_map(
     extremes = extreme_values(parameters, contacts, grid)
     report(total - 1, total, "map")
     values = np.concatenate([surfaces, extremes], axis=-1)
-    arrays = map_arrays(values, forces, *sharing_values(parameters, grid))
+    arrays = map_arrays(values, forces, drag_values(parameters, grid), *sharing_values(parameters, grid))
     report(total, total, "map")
     header = {
         **map_header(parameters, grid),
@@ -119,7 +123,7 @@ def extreme_values(parameters: Parameters, contacts: BallContacts, grid: MapGrid
 
 
 def force_values(parameters: Parameters, grid: MapGrid, alone: Array) -> Array:
-    """Quantities of the force of a nut alone (n_force, 5), packed.FORCE_CURVES, the first of them by the law: alone."""
+    """Quantities of the force of a nut alone (n_force, 9), packed.FORCE_CURVES, the first of them by the law: alone."""
     screw, ends = parameters.screw, []
     for force in _nodes(grid)[0]:
         heaviest = nut_loads(screw, float(force), screw.loaded_ball_count).max()
@@ -132,9 +136,10 @@ def mechanistic_values(
 ) -> tuple[Array, Array]:
     """Torques of one nut by the mechanistic law, and those of its force alone; report: called with forces done.
 
-    (n_force, n_speed, n_temperature, 4): rolling torque screw and nut, shear torque [N.m], thrust factor; (n_force, 3):
-    hysteresis torque, ball-ball torque at coefficient 1 [N.m], shear of a ball on two flanks over that of one on four
-    alike, geometric mean over speeds and SPARSE temperatures
+    (n_force, n_speed, n_temperature, 4): rolling torque screw and nut, shear torque [N.m], thrust factor; (n_force,
+    TORQUE_CURVES): hysteresis torque, ball-ball torque at coefficient 1 [N.m], shear of a ball on two flanks over that
+    of one on four alike, and the speed at which neighbours slide, geometric means over speeds and SPARSE temperatures,
+    shear torque where asperities carry all, drag of the oil over drag_values and its limit [N.m]
     """
     forces, speeds, temperatures = _nodes(grid)
     loads = [nut_loads(parameters.screw, float(f), parameters.screw.loaded_ball_count) for f in forces]
@@ -147,14 +152,40 @@ def mechanistic_values(
         if parameters.screw.preload_kind == FOUR_POINT:
             two = [nut._replace(opposed=np.zeros_like(nut.loads)) for nut in some]
             (free,) = powers_of_nuts([parameters], two, at[0], temperatures[SPARSE], contacts)
-            ratios += [one.shear / p.shear[:, SPARSE] for one, p in zip(free, result, strict=True)]
-    values = np.stack(
-        [np.stack([p.viscous_screw, p.viscous_nut, p.shear, p.thrust_factor], axis=-1) for p in powers]
-    )
-    alone = np.array([(p.hysteresis, p.sliding, 1.0) for p in powers])
-    if ratios:
-        alone[:, 2] = np.exp(np.mean(np.log(ratios), axis=(1, 2)))
+            ratios += [
+                (_mean(one.shear / p.shear[:, SPARSE]), _mean(one.sliding / p.sliding[:, SPARSE]))
+                for one, p in zip(free, result, strict=True)
+            ]
+    # in thick films oversize balls turn slower than by rolling: that is in the factor
+    sliding = np.array([rolling_ball_torque(parameters, own) for own in loads])
+    values = np.stack([
+        np.stack([p.viscous_screw, p.viscous_nut, p.shear, p.thrust_factor * p.sliding / full], axis=-1)
+        for p, full in zip(powers, sliding, strict=True)
+    ])  # fmt: skip
+    # where no film is left the stress does not depend on speed, temperature and oil
+    dry = with_constants(parameters, {"roughness_height": LARGE_ROUGHNESS})
+    (boundary,) = powers_of_nuts([dry], [Nut(own) for own in loads], speeds[0], temperatures[0], contacts)
+    sets = 2.0 if parameters.screw.preload_kind == FOUR_POINT else 1.0  # of flanks that share the gaps
+    u, total = float(entrainment_speed(parameters.screw, 1.0)), np.array([own.sum() for own in loads])
+    alone = np.ones((len(powers), TORQUE_CURVES))
+    alone[:, 0], alone[:, 1] = [p.hysteresis for p in powers], sliding
+    alone[:, 2:4] = ratios or 1.0
+    alone[:, 4] = [float(nut.shear) for nut in boundary]
+    alone[:, 5] = (sliding / (u * total)) ** 2 / sets
+    alone[:, 6] = drag_limit(parameters.friction) * sliding
     return values, alone
+
+
+def _mean(values: Any) -> float:
+    """Geometric mean."""
+    return float(np.exp(np.mean(np.log(values))))
+
+
+def drag_values(parameters: Parameters, grid: MapGrid) -> Array:
+    """Drag (n_speed, n_temperature) [N.m] of the oil in the gaps of a nut whose balls slide on each other at 2 u_e."""
+    _, speeds, temperatures = _nodes(grid)
+    balls = parameters.screw.loaded_ball_count
+    return np.maximum(gap_drag(parameters, balls, speeds[:, None], temperatures), LEAST_DRAG)
 
 
 def sharing_values(parameters: Parameters, grid: MapGrid) -> tuple[Array, Array]:

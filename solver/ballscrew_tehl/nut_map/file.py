@@ -12,7 +12,7 @@ from ..runtime.packed import MapError, content_hash, npz_bytes, read_npz
 from ..whole_file import whole_file
 from .grid import BuiltMap
 
-FILE_FORMAT = 10
+FILE_FORMAT = 11
 #: the command that messages advise
 BUILD_MAP = "ballscrew map build --screw FILE.toml --output MAP.npz"
 VG100 = "vg100"  # name of the packaged map of the mechanistic set

@@ -12,14 +12,13 @@ import numpy as np
 from ..atlas.groups import QUANTITIES, closed_forms, rolling_contacts, unmodelled
 from ..contact import THICKEST, ContactResult, solve_ball
 from ..friction.film_shear import nut_forces, nut_sums
-from ..friction.mechanistic import mean_load, neighbour_power, nuts_powers, rolling_torque
+from ..friction.mechanistic import mean_load, nuts_powers, rolling_torque
 from ..friction.sets import FrictionSet, with_law
 from ..numerics import Array
 from ..parameters.file import Parameters, ScrewParameters
 from ..physics.ball_law import contact_angle_at_ball_load
 from ..physics.film import film_formula
 from ..physics.hertz import RACEWAYS, ball_ellipse
-from ..physics.kinematics import contact_motion, neighbour_sliding
 from ..physics.load import EQUAL_LOADS, load_nodes, nut_loads
 from ..runtime.packed import Law
 
@@ -128,11 +127,7 @@ def solved_nut(
         at = np.array([[speed]]), np.array([[temperature]])
         mean = contacts.values(raceway, np.array([load]), *at)
         lost = contacts.values(raceway, loads, *at)["rolling_loss"].sum(axis=0)
-        # as in a map: oversize balls carry load on both diagonals
-        motion = contact_motion(parameters.screw, float(contact_angle_at_ball_load(parameters.screw, load)))
-        diagonals, ratio = len(motion.raceways) // len(RACEWAYS), neighbour_sliding(parameters.screw, motion)
-        gap = neighbour_power(parameters, len(loads), diagonals, ratio, *at)
-        torque = rolling_torque(parameters, raceway, load, mean, lost, gap, *at)[0, 0]
+        torque = rolling_torque(parameters, raceway, load, mean, lost, *at)[0, 0]
     else:
         films = _PowerFilm(load, dict.fromkeys(RACEWAYS, (own, slope)))
         sums = nut_sums(parameters, loads, speed, temperature, films)._asdict()

@@ -99,12 +99,14 @@ def _collocation(nodes: int) -> NDArray[np.float64]:
 def map_arrays(
     values: NDArray[np.float64],
     force_values: NDArray[np.float64],
+    drag: NDArray[np.float64],
     separation_ratio: NDArray[np.float64],
     relieved_share: NDArray[np.float64],
 ) -> dict[str, NDArray[np.float64]]:
     """Coefficient arrays of a nut map from physical values at its nodes; ValueError: one that must be > 0 is not.
 
-    values (force, speed, temperature, 10): packed.SURFACES; force_values (force, 5): packed.FORCE_CURVES;
+    values (force, speed, temperature, 10): packed.SURFACES; force_values (force, 9): packed.FORCE_CURVES; drag (speed,
+    temperature) [N.m]: of the oil between the balls of a nut, mechanistic;
     separation_ratio (preload, 2): separation load over preload, axial load > 0 and < 0, all > 0
     relieved_share (preload, share, 2): (force of relieved nut over preload)^(2/3), 1 to 0
     """
@@ -112,6 +114,7 @@ def map_arrays(
         return {
             "coefficients": fit(np.log(values), (0, 1, 2)),
             "force_coefficients": fit(np.log(force_values), (0,)),
+            "drag_coefficients": fit(np.log(drag), (0, 1)),
             "separation_coefficients": fit(np.log(separation_ratio), (0,)),
             "sharing_coefficients": fit(relieved_share, (0, 1)),
         }

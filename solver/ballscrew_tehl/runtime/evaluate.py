@@ -5,12 +5,13 @@ quantity is stored as the logarithm of its value in a tricubic B-spline (bspline
 temperature); packed.py names the columns.
 
 Limits:
-- a force below the axis follows the power laws of Hertz from its end: viscous torque F^(2/3), sliding torque
-  F, hysteresis torque F^(4/3), pressure and temperature rise F^(1/3), ball load F; films keep the values of
+- a force below the axis follows the power laws of Hertz from its end: rolling torque F^(2/3), sliding torque
+  F and as much of the drag between balls as its contacts transmit, hysteresis torque F^(4/3), pressure and temperature rise F^(1/3), ball load F; films keep the values of
   the end. A nut without force has no torque. The relieved nut may come there, that is in range; a preload
   below its own axis is flagged. At preload 0 one nut holds the axial load, in range on the axis of the preload.
 - a preload, speed, temperature or axial load beyond the axes is clamped and flagged. A negative preload
-  counts as 0.
+  counts as 0. An axial load that leaves the relieved flanks of oversize balls less than HELD of the loaded ones' force
+  is flagged: such balls are neither held by four flanks nor free.
 - standstill law below the lowest speed of the axis, s = |speed|/lowest: viscous or rolling torque (1 - c) s + c s^3
   times its value at the lowest speed, with c from the local exponent of speed there (odd, smooth, monotone);
   films s^0.67 (exponent of the elastohydrodynamic film), temperature rise s. The sliding torque rises to
@@ -26,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ballscrew_tehl.runtime.bspline import Axis, cubic_slopes, cubic_weights, weighted
+from ballscrew_tehl.runtime.constants import HELD
 from ballscrew_tehl.runtime.nut_law import (
     ARRAYS,
     FLOATS,
@@ -35,7 +37,7 @@ from ballscrew_tehl.runtime.nut_law import (
     nut_extremes,
     nut_torques,
 )
-from ballscrew_tehl.runtime.packed import DEFAULTS, POINT, FrictionParameters, check, read_npz
+from ballscrew_tehl.runtime.packed import DEFAULTS, FORCE_CURVES, POINT, FrictionParameters, check, read_npz
 
 PIECE = 512  # points of an array that are evaluated at a time: they stay in the cache of the processor
 
@@ -89,7 +91,8 @@ class NutMap:
         self.share = Axis(axes["share"], logarithmic=False)
         #: coefficients (speed, temperature, force, column): a (4, 4) block of the first two contracts in one product
         self.blocks = np.ascontiguousarray(arrays["coefficients"].transpose(1, 2, 0, 3))
-        self.curves = arrays["force_coefficients"]
+        self.curves, self.drag = arrays["force_coefficients"], arrays["drag_coefficients"]
+        self.oversize = bool((self.curves[:, FORCE_CURVES.index("free_shear_share")] < 0.0).any())
         # by the side of the axial load, > 0 first; lists are faster for the few numbers of one point
         separation, sharing = arrays["separation_coefficients"].T, arrays["sharing_coefficients"]
         self.load_arrays = separation.ravel(), sharing.transpose(2, 0, 1).ravel()
@@ -194,6 +197,8 @@ class NutMap:
         if loaded > self.force.hi:
             clamped.append("axial_load")
             loaded = self.force.hi
+        elif self.oversize and relieved < HELD * loaded:
+            clamped.append("axial_load")
         parameters = FrictionParameters(*friction)
         return self.evaluate_forces(relieved, loaded, speed, temperature, parameters, clamped, correction)
 
@@ -215,6 +220,7 @@ class NutMap:
         """State at forces relieved <= loaded <= end of the axis [N], checked; clamped: inputs beyond the map."""
         j, k, weights, s = self.placed(speed, temperature)
         block, nuts = self.blocks[j : j + 4, k : k + 4], []
+        drag = float(weights[0].dot(self.drag[j : j + 4, k : k + 4].ravel()))
         for force in (relieved,) if loaded == relieved else (relieved, loaded):
             i, t = self.force.place(force)
             w = np.array(cubic_weights(t))
@@ -226,7 +232,7 @@ class NutMap:
                 values[0] = correction(force, values[0])
             f = force / self.force.lo if force < self.force.lo else 1.0
             slopes = values[1] if s < 1.0 else None
-            torques = nut_torques(self.law, values[0], slopes, curves, f, s, friction, FLOATS)
+            torques = nut_torques(self.law, values[0], slopes, curves, drag, f, s, friction, FLOATS)
             nuts.append((torques, nut_extremes(values[0], curves, f, s, FLOATS)))
         roughness = friction.roughness_height
         return double_nut(nuts[0], nuts[-1], roughness, not clamped, tuple(clamped), FLOATS)
@@ -269,7 +275,7 @@ class NutMap:
         return total
 
     def range_margin(self, preload: float, speed: float, temperature: float, axial_load: float) -> float:
-        """Least distance from the limits of preload, speed, temperature, loaded force over their axes, < 0 outside."""
+        """Least distance from the limits of preload, speed, temperature, forces over their axes, < 0 outside."""
         highest, hottest, fastest = self.force.hi, self.temperature.hi, self.speed.hi
         held = preload or abs(axial_load)
         margin = min(
@@ -279,8 +285,9 @@ class NutMap:
         )
         if axial_load == 0.0:
             return margin
-        _, loaded = self._forces_point(preload, axial_load)
-        return min(margin, (highest - loaded) / highest)
+        relieved, loaded = self._forces_point(preload, axial_load)
+        apart = (relieved - HELD * loaded) / highest if self.oversize else margin
+        return min(margin, (highest - loaded) / highest, apart)
 
     def _forces_point(self, preload: float, axial_load: float) -> tuple[float, float]:
         """Forces of the relieved and of the loaded nut under an axial load, not clamped; preload clamped."""
@@ -335,14 +342,16 @@ class NutMap:
             shared, _ = self.forces_over(some, load, np.where(axial_load > 0.0, 0, 1), ARRAYS)
             relieved = np.where((load == 0.0) | (preload == 0.0), preload, shared)
             outside["axial_load"] = relieved + load > highest
+            if self.oversize:
+                outside["axial_load"] |= (load > 0.0) & (relieved < HELD * (relieved + load))
             forces = [relieved, np.minimum(relieved + load, highest)]
         s, parameters = np.minimum(speed / self.speed.lo, 1.0), FrictionParameters(*friction)
         nuts = []
         for force in forces:
             slow = bool((s < 1.0).any())
-            values, slopes, curves = self._splines_array(force, speed, temperature, with_slopes=slow)
+            values, slopes, curves, drag = self._splines_array(force, speed, temperature, with_slopes=slow)
             f = np.minimum(force / self.force.lo, 1.0)
-            torques = nut_torques(self.law, values, slopes, curves, f, s, parameters, ARRAYS)
+            torques = nut_torques(self.law, values, slopes, curves, drag, f, s, parameters, ARRAYS)
             nuts.append((torques, nut_extremes(values, curves, f, s, ARRAYS)))
         in_range = ~np.logical_or.reduce(list(outside.values()))
         names = tuple(name for name, where in outside.items() if where.any())
@@ -350,8 +359,8 @@ class NutMap:
 
     def _splines_array(
         self, force: Array, speed: Array, temperature: Array, with_slopes: bool
-    ) -> tuple[Array, Array | None, Array]:
-        """Surfaces, their slopes over ln speed (or None) and force curves of points (n,): (columns, n)."""
+    ) -> tuple[Array, Array | None, Array, Array]:
+        """Surfaces, slopes over ln speed (or None), force curves (columns, n) and `drag` (n,) of points (n,)."""
         (i, ti), (j, tj) = self.force.place_array(force), self.speed.place_array(speed)
         k, tk = self.temperature.place_array(temperature)
         w_i, w_k = (np.stack(cubic_weights(t), axis=-1) for t in (ti, tk))
@@ -365,4 +374,5 @@ class NutMap:
         result = w_i[:, None, None] @ lines.reshape(*lines.shape[:2], 4, self.blocks.shape[-1])
         values = np.ascontiguousarray(np.moveaxis(result[:, :, 0], 0, -1))
         curves = (w_i[:, None] @ self.curves[i])[:, 0]
-        return values[0], values[1] if with_slopes else None, curves.T
+        drag = np.einsum("nij,nij->n", weights[:, 0], self.drag[j[:, :, None], k[:, None, :]])
+        return values[0], values[1] if with_slopes else None, curves.T, drag

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ballscrew_tehl.runtime.bspline import Axis
 from ballscrew_tehl.runtime.constants import (
     BREAKAWAY_EXPONENT_MAX,
+    DRAG_SHARPNESS,
     FILM_SPEED_EXPONENT,
     FREE_PUSH,
     FREE_SHARPNESS,
@@ -30,6 +31,10 @@ from ballscrew_tehl.runtime.constants import (
     SPEED_EXPONENT_MAX,
 )
 from ballscrew_tehl.runtime.packed import TORQUE_CURVES, TORQUE_SURFACES, FrictionParameters, Law
+
+
+#: slope of coulomb_rise at the node over its rise, at least
+LEAST_FALL = (1.0 + 2.0 * REST) / (1.0 + REST) * LEAST_HALF / (1.0 + LEAST_HALF)
 
 
 class Ops(NamedTuple):
@@ -107,7 +112,11 @@ class NutTorques(NamedTuple):
     sliding: Any
     shear: Any = 0.0  # of balls held by four flanks alike
     free: Any = 1.0  # [1] that of balls on two flanks over it; 1: no oversize balls
+    turn: Any = 1.0  # [1] the same of the speed at which neighbours slide on each other
     push: Any = 0.0  # friction on balls that slide on this set, at coefficient 1 and the rolling speed
+    on_balls: Any = 0.0  # friction of balls on each other, part of sliding
+    drag: Any = 0.0  # of the oil between balls, if their contacts transmit it
+    limit: Any = 0.0  # what they transmit at most
 
 
 def nut_torques(
@@ -115,6 +124,7 @@ def nut_torques(
     surfaces: Numbers,
     slopes: Numbers | None,
     curves: Numbers,
+    drag: Any,
     f: Any,
     s: Any,
     friction: FrictionParameters,
@@ -122,12 +132,14 @@ def nut_torques(
 ) -> NutTorques:
     """Torques of one nut from logarithms, columns packed.SURFACES and FORCE_CURVES, at least those of torque.
 
-    Of the mechanistic law the viscous part is the rolling loss, the sliding part the shear of the raceway contacts and
-    the friction of balls on each other; its surfaces hold the asperities, so that the roughness height has no effect.
-    slopes: of the surfaces over ln speed, None: s is 1; f, s: force and speed over the low ends of their axes, up to 1.
+    Of the mechanistic law the viscous part is the rolling loss, to which double_nut adds the drag of the oil between
+    balls, the sliding part the shear of the raceway contacts and the friction of balls on each other; its surfaces hold
+    the asperities, so that the roughness height has no effect.
+    slopes: of the surfaces over ln speed, None: s is 1; drag: logarithm of the surface `drag`; f, s: force and speed
+    over the low ends of their axes, up to 1.
     """
     exp, third, viscous = ops.exp, f ** (1.0 / 3.0), 0.0
-    hysteresis, sliding, free = curves[:TORQUE_CURVES]
+    hysteresis, sliding, free, turn, boundary, gaps, limit = curves[:TORQUE_CURVES]
     for raceway in (0, 1):
         part, exponent = exp(surfaces[raceway]), None if slopes is None else slopes[raceway]
         if law == Law.THREE_PARAMETER:
@@ -145,26 +157,55 @@ def nut_torques(
             sliding = sliding * coulomb_rise(s, 1.0, 0.0, friction.breakaway_factor, ops)
         return NutTorques(viscous, hysteresis, sliding)
     factor, rise = exp(surfaces[3]), 1.0
+    shear, push = f * exp(surfaces[2]), f * exp(sliding)
     if slopes is not None:
         rise = coulomb_rise(s, factor, slopes[3], friction.breakaway_factor, ops)
-    shear, push = f * exp(surfaces[2]), f * exp(sliding)
-    sliding = shear + friction.net_sliding_coefficient * push * factor
-    return NutTorques(viscous, hysteresis, sliding * rise, shear * rise, exp(free), push * rise)
+        shear = shear * shear_rise(s, boundary - surfaces[2], slopes[2], friction.breakaway_factor, ops)
+    on_balls = friction.net_sliding_coefficient * push * factor
+    # a factor below 1 is of oversize balls that turn slower
+    sliding, slower = shear + on_balls * rise, ops.least(factor, 1.0)
+    of_oil = slower * slower * s * exp(drag + gaps), slower * f * exp(limit)
+    oversize = exp(free), exp(turn), push * rise, on_balls * rise
+    return NutTorques(viscous, hysteresis, sliding, shear, *oversize, *of_oil)
 
 
-def freed_shear(relieved: NutTorques, loaded: NutTorques, ops: Ops) -> Any:
-    """Sliding torque [N.m] by which oversize balls lose less than two sets of flanks alone; 0 without such balls, <= 0.
+def smooth_lesser(one: Any, other: Any, sharpness: float, ops: Ops) -> Any:
+    """Lesser of two numbers >= 0, (one^-n + other^-n)^(-1/n)."""
+    # of the smaller over the larger, so that no power overflows
+    low, high = ops.least(one, other), ops.most(one, other)
+    return low * (1.0 + (low / ops.most(high, SMOOTH)) ** sharpness) ** (-1.0 / sharpness)
+
+
+def neighbour_drags(relieved: NutTorques, loaded: NutTorques, turn: Any, ops: Ops) -> tuple[Any, Any]:
+    """Torques [N.m] of the oil between balls of both nuts, at most what the contacts transmit.
+
+    An oversize ball is driven by the contacts of both sets of flanks together; each takes its share of the limit. turn:
+    speed at which neighbours slide, over that of balls held by four flanks alike.
+    """
+    drag, limit = turn * turn * (relieved.drag + loaded.drag), turn * (relieved.limit + loaded.limit)
+    both = smooth_lesser(drag, limit, DRAG_SHARPNESS, ops)
+    each, fraction = [], relieved.limit / ops.most(relieved.limit + loaded.limit, SMOOTH)
+    for nut, part in ((relieved, fraction), (loaded, 1.0 - fraction)):
+        alone = smooth_lesser(nut.drag, nut.limit, DRAG_SHARPNESS, ops)
+        each.append(ops.where(loaded.free < 1.0, both * part, alone))
+    return each[0], each[1]
+
+
+def freed(relieved: NutTorques, loaded: NutTorques, ops: Ops) -> tuple[Any, Any]:
+    """Sliding torque [N.m] by which oversize balls lose less than two sets of flanks alone, <= 0, and their turn [1].
 
     Held by all four flanks, a ball costs the shear of both sets; where the relieved set cannot hold it, it rolls on the
-    loaded diagonal and slides on the other: the motion that costs less. Against the equilibrium solved for ten screws:
+    loaded diagonal and slides on the other: the motion that costs less. The turn is the speed at which neighbours slide
+    over that of balls held by four flanks alike. Without such balls 0 and 1. Against the equilibrium solved for ten screws:
     0.9 % of the torque in the mean, 9 % for 95 % of points where the relieved set has 2 to 5 % of the other's force.
     """
     held = relieved.shear + loaded.shear
     free = loaded.free * loaded.shear + FREE_PUSH * relieved.push
-    # of the smaller over the larger, so that no power overflows
-    low, high = ops.least(held, free), ops.most(held, free)
-    both = low * (1.0 + (low / ops.most(high, SMOOTH)) ** FREE_SHARPNESS) ** (-1.0 / FREE_SHARPNESS)
-    return ops.where(loaded.free < 1.0, both - held, 0.0)
+    both = smooth_lesser(held, free, FREE_SHARPNESS, ops)
+    rolls = (both / ops.most(free, SMOOTH)) ** FREE_SHARPNESS
+    turn = 1.0 - ops.where(loaded.free < 1.0, rolls, 0.0) * (1.0 - loaded.turn)
+    less = both - held - (1.0 - turn) * (relieved.on_balls + loaded.on_balls)
+    return ops.where(loaded.free < 1.0, less, 0.0), turn
 
 
 def _slow_share(slope: Any, s: Any, ops: Ops) -> Any:
@@ -187,6 +228,18 @@ def coulomb_rise(s: Any, factor: Any, slope: Any, breakaway: Any, ops: Ops) -> A
     t = (1.0 + REST) * s * s / (s + REST)
     half = ops.most(q / ((1.0 + 2.0 * REST) / (1.0 + REST) - q), LEAST_HALF)
     return 1.0 + rise * (1.0 - (1.0 + half) * t / (t + half))
+
+
+def shear_rise(s: Any, boundary: Any, slope: Any, breakaway: Any, ops: Ops) -> Any:
+    """Shear torque below the slowest node over that there: to that of asperities at standstill, with the slope at 1.
+
+    boundary: logarithm of the shear torque on asperities alone over that at the node; slope: of the logarithm over ln
+    speed, where oil falls off with speed before asperities take over it dips. Breakaway up to 1: no rise.
+    """
+    most = ops.where(breakaway > 1.0, ops.exp(ops.most(boundary, 0.0)), 1.0)
+    falls = ops.most(slope + LEAST_FALL * (most - 1.0), 0.0)
+    dip = 1.0 - 0.5 * falls * s * s * (1.0 - s * s)
+    return dip * coulomb_rise(s, 1.0, slope, most, ops)
 
 
 def nut_extremes(surfaces: Numbers, curves: Numbers, f: Any, s: Any, ops: Ops) -> tuple[Any, ...]:
@@ -220,12 +273,13 @@ def double_nut(
     viscous, hysteresis, sliding = (a + b for a, b in zip(relieved[:3], loaded[:3], strict=True))
     film, screw, nut = (ops.least(a, b) for a, b in zip(extremes[:3], other_extremes[:3], strict=True))
     rise, pressure, load = (ops.most(a, b) for a, b in zip(extremes[3:], other_extremes[3:], strict=True))
-    freed = freed_shear(relieved, loaded, ops)
+    less, turn = freed(relieved, loaded, ops)
+    drags = neighbour_drags(relieved, loaded, turn, ops)
     # share of the relieved set of flanks: that of the shear of balls held by all four, a convention
     fraction = relieved.shear / ops.most(relieved.shear + loaded.shear, SMOOTH)
     lambda_ratio = ops.least(film / ops.most(roughness, SMOOTH), LAMBDA_RATIO_MAX)
-    relieved_coulomb = relieved.hysteresis + relieved.sliding + freed * fraction
+    relieved_coulomb = relieved.hysteresis + relieved.sliding + less * fraction
     return DoubleNutState(
-        viscous, hysteresis, sliding + freed, film, screw, nut, rise, pressure, load, lambda_ratio,
-        relieved.viscous, relieved_coulomb, in_range, clamped,
+        viscous + drags[0] + drags[1], hysteresis, sliding + less, film, screw, nut, rise, pressure, load, lambda_ratio,
+        relieved.viscous + drags[0], relieved_coulomb, in_range, clamped,
     )  # fmt: skip

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-FORMAT_VERSION = 4
+FORMAT_VERSION = 5
 
 
 class Law(StrEnum):
@@ -46,10 +46,10 @@ SURFACES = {  # by law: logarithms over (ln force, ln speed, temperature) of one
         *EXTREMES,
     ),
     Law.MECHANISTIC: (
-        "rolling_torque_screw",  # [N.m] hydrodynamic rolling loss
+        "rolling_torque_screw",  # [N.m] hydrodynamic rolling loss, without the oil between balls
         "rolling_torque_nut",
         "shear_torque",  # [N.m] spin, differential and helix slip
-        "thrust_factor",  # [1] >= 1, by which asperities raise the thrust of balls on each other
+        "thrust_factor",  # [1] by which asperities raise the thrust of balls on each other; < 1: slower oversize balls
         *EXTREMES,
     ),
 }
@@ -57,10 +57,14 @@ FORCE_CURVES = (  # logarithms over ln force of one nut
     "hysteresis_torque",  # [N.m]
     "sliding_torque",  # [N.m] at net sliding coefficient 1; mechanistic: ball on ball at thrust factor 1 too
     "free_shear_share",  # [1] shear of a ball that only two flanks hold over that of four; 1: no oversize balls
+    "free_sliding_share",  # [1] the same of the speed at which neighbours slide on each other
+    "boundary_shear",  # [N.m] shear torque where asperities carry all of the load, at any speed; mechanistic
+    "neighbour_drag",  # [1] torque of the oil between balls over the surface `drag`; mechanistic, as the next
+    "neighbour_limit",  # [N.m] above which the contacts of the balls cannot transmit it
     "contact_pressure_max",  # [Pa]
     "ball_load_max",  # [N]
 )
-TORQUE_SURFACES, TORQUE_CURVES = 4, 3  # columns that a torque needs; they come first
+TORQUE_SURFACES, TORQUE_CURVES = 4, 7  # columns that a torque needs; they come first
 AXES = ("force", "speed", "temperature", "preload", "share")  # [N], [rad/s], [K], [N], 1; each lo, hi, nodes
 POINT = ("preload", "speed", "temperature", "axial_load")  # [N], [rad/s], [K], [N]; of a certificate
 _EPOCH = (1980, 1, 1, 0, 0, 0)

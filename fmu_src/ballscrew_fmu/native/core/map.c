@@ -76,7 +76,7 @@ static uint64_t coefficients_of(const Map *map)
     const uint64_t plane = (uint64_t)axis_coefficients(&map->speed) * (uint64_t)axis_coefficients(&map->temperature);
     const uint64_t fraction = (uint64_t)axis_coefficients(&map->fraction);
 
-    return force * (plane * (TORQUE_COLUMNS + FILM_COLUMNS) + CURVE_COLUMNS)
+    return force * (plane * (TORQUE_COLUMNS + FILM_COLUMNS) + CURVE_COLUMNS) + plane
            + 2 * (uint64_t)axis_coefficients(&map->preload) * (1 + fraction);
 }
 
@@ -84,7 +84,7 @@ static uint64_t coefficients_of(const Map *map)
 static const char *map_over(Map *map, const double *numbers, size_t count)
 {
     const char *wrong = count < NUMBERS ? "size does not fit its axes" : head_from(map, numbers);
-    size_t surface, curves;
+    size_t surface, curves, plane;
 
     if (wrong != NULL) {
         return wrong;
@@ -98,11 +98,16 @@ static const char *map_over(Map *map, const double *numbers, size_t count)
         }
     }
     curves = (size_t)axis_coefficients(&map->force);
-    surface = curves * (size_t)axis_coefficients(&map->speed) * (size_t)axis_coefficients(&map->temperature);
+    plane = (size_t)axis_coefficients(&map->speed) * (size_t)axis_coefficients(&map->temperature);
+    surface = curves * plane;
     map->torque = numbers + NUMBERS;
     map->films = map->torque + surface * TORQUE_COLUMNS;
     map->curves = map->films + surface * FILM_COLUMNS;
-    map->separation = map->curves + curves * CURVE_COLUMNS;
+    for (size_t i = 0; i < curves && !map->oversize; ++i) {
+        map->oversize = map->curves[i * CURVE_COLUMNS + FREE_SHEAR_SHARE_CURVE] < 0.0;
+    }
+    map->drag = map->curves + curves * CURVE_COLUMNS;
+    map->separation = map->drag + plane;
     map->sharing = map->separation + 2 * (size_t)axis_coefficients(&map->preload);
     return NULL;
 }

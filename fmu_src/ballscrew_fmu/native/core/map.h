@@ -38,9 +38,11 @@ struct Map {
     double defaults[MAP_DEFAULTS];
     double presliding_angle;  /* [rad] Coulomb torque over presliding stiffness at the lowest force */
     double seal_angle;        /* [rad] the same at the highest force */
+    bool oversize;            /* balls between four flanks */
     const double *torque;     /* (speed, temperature, force, TORQUE_COLUMNS) */
     const double *films;      /* (speed, temperature, force, FILM_COLUMNS) */
     const double *curves;     /* (force, CURVE_COLUMNS) */
+    const double *drag;       /* (speed, temperature) of the oil between balls */
     const double *separation; /* (2, preload), axial load > 0 first */
     const double *sharing;    /* (2, preload, share) */
     MapIdentity identity;

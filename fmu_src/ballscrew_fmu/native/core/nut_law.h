@@ -75,6 +75,21 @@ static inline Number coulomb_rise(const Map *map, Number s, Number factor, Numbe
     return add(one, multiply(rise, subtract(one, divide(multiply(add(one, half), t), add(t, half)))));
 }
 
+/* Shear torque below the lowest speed of the map, divided by that at the lowest speed: shear_rise of nut_law.py. slope:
+   as above */
+static inline Number shear_rise(const Map *map, Number s, Number boundary, Number slope, Number breakaway)
+{
+    const Number one = constant(1.0), square = multiply(s, s);
+    const Number most = value_of(breakaway) > 1.0 ? exponential(greater(boundary, constant(0.0))) : one;
+    /* the slope of coulomb_rise at the lowest speed is at least this part of its rise */
+    const double least = (1.0 + 2.0 * REST) / (1.0 + REST) * LEAST_HALF / (1.0 + LEAST_HALF);
+    const Number falls =
+        greater(add(times(map->speed.scale, slope), times(least, subtract(most, one))), constant(0.0));
+    const Number dip = subtract(one, times(0.5, multiply(falls, multiply(square, subtract(one, square)))));
+
+    return multiply(dip, coulomb_rise(map, s, one, slope, most));
+}
+
 /* Surfaces needed for a torque, and below the speed axis their derivatives. slope_plane: weights of the derivatives with
    respect to speed. columns: cache for these conditions, updated here; NULL: no cache. */
 static inline void surfaces_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now, const Row *slope_plane,
@@ -134,41 +149,103 @@ static inline Number rolling_torque_of_nut(const Map *map, const LoadedNut *nut,
     return multiply(add(screw, other), multiply(nut->third, nut->third));
 }
 
-/* What the shear of oversize balls between two sets of flanks follows from, of one set [N.m]. */
+/* What the shear of oversize balls between two sets of flanks follows from, of one set [N.m]; and of every nut. */
 typedef struct {
     Number shear, push; /* of balls held by four flanks alike; friction on balls that slide on it, at coefficient 1 */
+    Number on_balls;    /* friction of balls on each other */
+    Number drag, limit; /* of the oil between balls, and what their contacts transmit of it */
 } Spin;
 
-/* Sliding torque of a nut, mechanistic law: shear of the raceway contacts and friction of balls on each other. */
+/* Sliding torque of a nut, mechanistic law: shear of the raceway contacts and friction of balls on each other. drag:
+   logarithm of that of the oil in full gaps */
 static inline Number sliding_torque_of_nut(const Map *map, const LoadedNut *nut, const Conditions *now,
-                                           const Number values[], const Number slopes[], const Friction *friction,
-                                           Spin *spin)
+                                           const Number values[], const Number slopes[], Number drag,
+                                           const Friction *friction, Spin *spin)
 {
     const Number factor = exponential(values[THRUST_FACTOR]);
     const Number on_balls = multiply(multiply(friction->net_sliding, nut->sliding_load), factor);
+    Number slower;
 
     spin->shear = multiply(nut->fraction, exponential(values[SHEAR_TORQUE]));
     spin->push = nut->sliding_load;
+    slower = lesser(factor, constant(1.0)); /* below 1: oversize balls that turn slower */
+    spin->drag = multiply(multiply(slower, slower), multiply(now->fraction, exponential(add(drag, nut->log_gaps))));
+    spin->limit = multiply(slower, nut->limit);
     if (value_of(now->fraction) < 1.0) {
         const Number rise = coulomb_rise(map, now->fraction, factor, slopes[THRUST_FACTOR],
                                          friction->breakaway);
-        const Number sliding = multiply(add(spin->shear, on_balls), rise);
-        spin->shear = multiply(spin->shear, rise);
+        const Number boundary = subtract(nut->log_boundary, values[SHEAR_TORQUE]);
+        spin->shear = multiply(spin->shear, shear_rise(map, now->fraction, boundary, slopes[SHEAR_TORQUE],
+                                                       friction->breakaway));
         spin->push = multiply(spin->push, rise);
-        return sliding;
+        spin->on_balls = multiply(on_balls, rise);
+    } else {
+        spin->on_balls = on_balls;
     }
-    return add(spin->shear, on_balls);
+    return add(spin->shear, spin->on_balls);
 }
 
-/* Sliding torque by which oversize balls lose less than two sets of flanks alone: freed_shear of nut_law.py. */
-static inline Number freed_shear(const Spin *relieved, const Spin *loaded, Number fraction)
+/* Lesser of two numbers that are 0 or more: smooth_lesser of nut_law.py. */
+static inline Number smooth_lesser(Number one, Number other, double sharpness)
 {
-    const Number one = constant(1.0), separate = add(relieved->shear, loaded->shear);
-    const Number free = add(multiply(fraction, loaded->shear), times(FREE_PUSH, relieved->push));
-    const Number low = lesser(separate, free), high = greater(greater(separate, free), constant(SMOOTH));
-    const Number near = power(divide(low, high), FREE_SHARPNESS);
+    const Number low = lesser(one, other), high = greater(greater(one, other), constant(SMOOTH));
 
-    return subtract(multiply(low, power(add(one, near), -1.0 / FREE_SHARPNESS)), separate);
+    return multiply(low, power(add(constant(1.0), power(divide(low, high), sharpness)), -1.0 / sharpness));
+}
+
+/* Logarithm of the drag of the oil in full gaps between balls [N.m], at or above the lowest speed. */
+static inline Number log_gap_drag(const Map *map, const Conditions *now)
+{
+    const ptrdiff_t by_speed = axis_coefficients(&map->temperature);
+    const double *block = map->drag + now->speed_cell * by_speed + now->temperature_cell;
+    double value = 0.0, slope = 0.0;
+
+    for (int i = 0; i < 16; ++i) {
+        value += now->plane.v[i] * block[(i / 4) * by_speed + i % 4];
+    }
+#ifdef DUAL_NUMBERS
+    for (int i = 0; i < 16 && !now->plane.still; ++i) {
+        slope += now->plane.d[i] * block[(i / 4) * by_speed + i % 4];
+    }
+    return number(value, slope);
+#else
+    (void)slope;
+    return value;
+#endif
+}
+
+/* Torques of the oil between balls, at most what the contacts transmit, of the relieved and of the loaded nut. turn: of
+   freed */
+static inline void neighbour_drags(const Spin *relieved, const Spin *loaded, Number free, Number turn,
+                                   Number drags[2])
+{
+    const Number limit = add(relieved->limit, loaded->limit);
+    Number both, fraction;
+
+    if (!(value_of(free) < 1.0)) {
+        drags[0] = smooth_lesser(relieved->drag, relieved->limit, DRAG_SHARPNESS);
+        drags[1] = smooth_lesser(loaded->drag, loaded->limit, DRAG_SHARPNESS);
+        return;
+    }
+    both = smooth_lesser(multiply(multiply(turn, turn), add(relieved->drag, loaded->drag)), multiply(turn, limit),
+                         DRAG_SHARPNESS);
+    fraction = divide(relieved->limit, greater(limit, constant(SMOOTH)));
+    drags[0] = multiply(both, fraction);
+    drags[1] = multiply(both, subtract(constant(1.0), fraction));
+}
+
+/* Sliding torque by which oversize balls lose less than two sets of flanks alone, and their turn: freed of
+   nut_law.py. */
+static inline Number freed(const Spin *relieved, const Spin *loaded, const LoadedNut *nut, Number *turn)
+{
+    const Number one = constant(1.0), held = add(relieved->shear, loaded->shear);
+    const Number free = add(multiply(nut->free, loaded->shear), times(FREE_PUSH, relieved->push));
+    const Number both = smooth_lesser(held, free, FREE_SHARPNESS);
+    const Number rolls = power(divide(both, greater(free, constant(SMOOTH))), FREE_SHARPNESS);
+    const Number slower = multiply(rolls, subtract(one, nut->turn));
+
+    *turn = subtract(one, slower);
+    return subtract(subtract(both, held), multiply(slower, add(relieved->on_balls, loaded->on_balls)));
 }
 
 /* Share of the relieved set of flanks in that, a convention. */
@@ -185,7 +262,7 @@ static inline void nut_parts(const Map *map, Loads *loads, const Conditions *now
     const bool slow = value_of(now->fraction) < 1.0;
     Number viscous = constant(0.0), sliding = constant(0.0);
     Row slope_plane;
-    Number relieved_viscous = viscous, relieved_sliding = sliding;
+    Number drag = viscous, relieved_viscous = viscous, relieved_sliding = sliding;
     Spin spin[2];
 
     if (slow) {
@@ -194,6 +271,9 @@ static inline void nut_parts(const Map *map, Loads *loads, const Conditions *now
         spline_weights(now->at_temperature, w_k);
         plane_weights(w_j, w_k, &slope_plane);
     }
+    if (map->law == MECHANISTIC_LAW) {
+        drag = log_gap_drag(map, now);
+    }
     for (int n = 0; n < loads->nuts; ++n) {
         const LoadedNut *nut = &loads->nut[n];
         Number values[TORQUE_COLUMNS], slopes[TORQUE_COLUMNS];
@@ -201,7 +281,7 @@ static inline void nut_parts(const Map *map, Loads *loads, const Conditions *now
         if (map->law == MECHANISTIC_LAW) {
             viscous = add(viscous, rolling_torque_of_nut(map, nut, now, values, slopes));
             nut_sums(map, loads);
-            sliding = add(sliding, sliding_torque_of_nut(map, nut, now, values, slopes, friction, &spin[n]));
+            sliding = add(sliding, sliding_torque_of_nut(map, nut, now, values, slopes, drag, friction, &spin[n]));
         } else {
             viscous = add(viscous, viscous_torque_of_nut(map, nut, now, values, slopes, friction->roughness));
         }
@@ -218,13 +298,17 @@ static inline void nut_parts(const Map *map, Loads *loads, const Conditions *now
     out->seal = friction->seal;
     if (map->law == MECHANISTIC_LAW) {
         const LoadedNut *loaded = &loads->nut[loads->nuts - 1];
+        Number drags[2], turn = constant(1.0);
         out->sliding = loads->nuts == 1 ? times(2.0, sliding) : sliding;
         if (value_of(loaded->free) < 1.0) {
-            const Number freed = freed_shear(&spin[0], &spin[loads->nuts - 1], loaded->free);
-            out->sliding = add(out->sliding, freed);
+            const Number less = freed(&spin[0], &spin[loads->nuts - 1], loaded, &turn);
+            out->sliding = add(out->sliding, less);
             relieved_sliding =
-                add(relieved_sliding, multiply(freed, relieved_fraction(&spin[0], &spin[loads->nuts - 1])));
+                add(relieved_sliding, multiply(less, relieved_fraction(&spin[0], &spin[loads->nuts - 1])));
         }
+        neighbour_drags(&spin[0], &spin[loads->nuts - 1], loaded->free, turn, drags);
+        out->viscous = add(out->viscous, add(drags[0], drags[1]));
+        out->relieved_viscous = add(out->relieved_viscous, drags[0]);
     } else {
         Number coefficient = friction->net_sliding;
         if (slow) {

@@ -25,8 +25,10 @@ typedef struct {
     Number force;        /* [N] */
     Number fraction, third; /* force divided by the lowest of the axis, at most 1; its cube root */
     Number log_width;    /* logarithm of the contact width divided by that at the lowest force, at least 0 */
-    Number log_hysteresis, log_sliding, log_free; /* logarithms of the curves at this force */
+    Number log_hysteresis, log_sliding, log_free, log_turn, log_boundary, log_gaps, log_limit; /* of the curves */
     Number hysteresis, sliding_load; /* [N.m] as in Loads */
+    Number limit;                    /* [N.m] what the contacts transmit of the drag between balls */
+    Number turn;         /* the same of the speed at which neighbours slide on each other */
     Number free;         /* shear of balls on two flanks divided by that on four alike; 1: no oversize balls */
 } LoadedNut;
 
@@ -199,6 +201,12 @@ static inline void over_force(const Number w[4], const Row *sums, int columns, N
 #endif
 }
 
+/* What the relieved flanks of oversize balls have more than HELD of the force of the loaded ones [N]: see evaluate.py. */
+static inline Number held_force(Number relieved, Number loaded)
+{
+    return subtract(relieved, times(HELD, loaded));
+}
+
 /* --- from inputs to positions in the map ------------------------------------------------------------------------- */
 
 /* Force of the relieved and the loaded nut [N] at a preload of 0 or more and an axial load that is not 0. */
@@ -249,6 +257,10 @@ static inline void place_nuts(const Map *map, const Number force[], int nuts, Lo
         nut->log_hysteresis = weighted(nut->weight, curves + HYSTERESIS_TORQUE_CURVE, CURVE_COLUMNS);
         nut->log_sliding = weighted(nut->weight, curves + SLIDING_TORQUE_CURVE, CURVE_COLUMNS);
         nut->log_free = weighted(nut->weight, curves + FREE_SHEAR_SHARE_CURVE, CURVE_COLUMNS);
+        nut->log_turn = weighted(nut->weight, curves + FREE_SLIDING_SHARE_CURVE, CURVE_COLUMNS);
+        nut->log_boundary = weighted(nut->weight, curves + BOUNDARY_SHEAR_CURVE, CURVE_COLUMNS);
+        nut->log_gaps = weighted(nut->weight, curves + NEIGHBOUR_DRAG_CURVE, CURVE_COLUMNS);
+        nut->log_limit = weighted(nut->weight, curves + NEIGHBOUR_LIMIT_CURVE, CURVE_COLUMNS);
     }
 }
 
@@ -282,6 +294,9 @@ static inline void nut_loads(const Map *map, Number preload, Number axial_load, 
         nut_forces(map, force[0], axial_load, force);
         loads->axial_load_clamped = value_of(force[1]) > map->force.hi;
         force[1] = loads->axial_load_clamped ? constant(map->force.hi) : force[1];
+        if (map->oversize && value_of(axial_load) != 0.0 && value_of(held_force(force[0], force[1])) < 0.0) {
+            loads->axial_load_clamped = true;
+        }
         loads->highest = value_of(force[1]);
     }
     place_nuts(map, force, nuts, loads);
@@ -307,6 +322,8 @@ static inline void nut_sums(const Map *map, Loads *loads)
             loads->stiffness_sliding = add(loads->stiffness_sliding, multiply(nut->sliding_load, narrow));
         }
         nut->free = exponential(nut->log_free);
+        nut->turn = exponential(nut->log_turn);
+        nut->limit = multiply(exponential(nut->log_limit), nut->fraction);
     }
     if (loads->nuts == 1) {
         loads->hysteresis = times(2.0, loads->hysteresis);

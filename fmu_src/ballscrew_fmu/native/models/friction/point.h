@@ -55,6 +55,9 @@ static inline Number point_margin(const Map *map, const Point *point, const Numb
     if (value_of(at[AXIAL_LOAD]) != 0.0) {
         nut_forces(map, clamped(at[PRELOAD], 0.0, map->force.hi), at[AXIAL_LOAD], force);
         margin = lesser(margin, over(subtract(constant(map->force.hi), force[1]), map->force.hi));
+        if (map->oversize) {
+            margin = lesser(margin, over(held_force(force[0], force[1]), map->force.hi));
+        }
     }
     return margin;
 }

@@ -154,7 +154,11 @@ static inline unsigned contacts_clamped(const Map *map, const Contacts *contacts
     const double holding = value_of(holding_force(contacts, preload));
     const bool preload_inside = holding >= map->preload.lo && holding <= map->force.hi;
 
-    return (preload_inside ? 0U : 1U << (PRELOAD - INPUT_FIRST))
+    const Number a = contacts->a.force, b = contacts->b.force;
+    const double held = value_of(held_force(lesser(a, b), greater(a, b)));
+    const unsigned apart = map->oversize && held < 0.0 ? 1U << (PRELOAD - INPUT_FIRST) : 0U;
+
+    return apart | (preload_inside ? 0U : 1U << (PRELOAD - INPUT_FIRST))
            | (conditions->speed_clamped ? 1U << (SPEED - INPUT_FIRST) : 0U)
            | (conditions->temperature_clamped ? 1U << (TEMPERATURE - INPUT_FIRST) : 0U)
            | (value_of(force_left(map, contacts->a.force)) < 0.0 ? 1U << (FORCE_NUT_A - INPUT_FIRST) : 0U)
@@ -166,9 +170,13 @@ static inline unsigned contacts_clamped(const Map *map, const Contacts *contacts
 static inline Number contacts_margin(const Map *map, const Contacts *contacts, const Number at[])
 {
     const Number highest = greater(contacts->a.force, contacts->b.force);
+    const Number margin = lesser(nut_margin(map, holding_force(contacts, at[PRELOAD]), at[SPEED], at[TEMPERATURE]),
+                                 over(force_left(map, highest), map->force.hi));
 
-    return lesser(nut_margin(map, holding_force(contacts, at[PRELOAD]), at[SPEED], at[TEMPERATURE]),
-                  over(force_left(map, highest), map->force.hi));
+    if (!map->oversize) {
+        return margin;
+    }
+    return lesser(margin, over(held_force(lesser(contacts->a.force, contacts->b.force), highest), map->force.hi));
 }
 
 #endif
