@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ballscrew_tehl.runtime.bspline import Axis
-from ballscrew_tehl.runtime.constants import (
+from .bspline import Axis
+from .constants import (
     BREAKAWAY_EXPONENT_MAX,
     DRAG_SHARPNESS,
     FILM_SPEED_EXPONENT,
@@ -30,7 +30,7 @@ from ballscrew_tehl.runtime.constants import (
     SMOOTH,
     SPEED_EXPONENT_MAX,
 )
-from ballscrew_tehl.runtime.packed import TORQUE_CURVES, TORQUE_SURFACES, FrictionParameters, Law
+from .packed import TORQUE_CURVES, TORQUE_SURFACES, FrictionParameters, Law
 
 
 #: slope of coulomb_rise at the node over its rise, at least

@@ -185,7 +185,7 @@ def test_damaged_and_foreign_map_files_are_refused(tmp_path):
         (sealed(GOOD[:-8] + struct.pack("<d", float("nan"))), "not finite"),
         (number(LAW - 8, float("inf")), "a default is not finite"),
         (map_bytes(law), "has the friction law mechanistic, expected three_parameter"),
-        (b"BSFMAP01" + GOOD[8:], "begins with 'BSFMAP03'"), (b"\x00\n\x50\xff", "begin with '..P.'"),
+        (b"BSFMAP01" + GOOD[8:], "begins with 'BSFMAP04'"), (b"\x00\n\x50\xff", "begin with '..P.'"),
     ):  # fmt: skip
         assert found in refusal(tmp_path, nut_map=content), found
     odd = screw_bytes(NUT_MAP.header, FRICTION, "x", "t").replace(

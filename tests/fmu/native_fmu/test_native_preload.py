@@ -97,7 +97,7 @@ def test_the_preload_is_recovered_with_its_sensitivity(nut_map, monitor):
             # outside the map, or one nut separated: as in the state of the map
             separated = axial != 0.0 and preload <= parting(nut_map, axial) * (1.0 + 1e-6)
             assert state.clamped or separated, (preload, found)
-    assert in_range > 400
+    assert in_range > (250 if nut_map.oversize else 400)  # of oversize balls half held nothing is said
     assert compared > 300
 
 
