@@ -7,7 +7,7 @@ Two lumped nodes, nut (n) and screw (s), in air of constant temperature T_a; P i
 
     C_n dT_n/dt = q duty P       - G_ns (T_n - T_s) - G_n (T_n - T_a)
     C_s dT_s/dt = (1 - q) duty P - G_ns (T_s - T_n) - G_s (T_s - T_a)
-    preload     = preload_0 + (k/2) alpha (2 r_m cot(beta) - span) (T_s - T_n),  at least 0
+    preload     = preload_at_temperature_difference(screw, preload_0, T_s - T_n)
 
 Assumptions, each of them a simplification:
 - Each body has one temperature. No heat from bearings, motor and guide, none to the table except by G_n.
@@ -15,11 +15,10 @@ Assumptions, each of them a simplification:
 - Half of the heat goes to each side (q = 0.5). The axis turns at one speed for the share `duty` of the time,
   in cycles much shorter than the time constants, so that only the mean heat matters. The position is not resolved.
 - The oil at the inlet of the contacts has the temperature of the nut.
-- Preload is linear in the difference of temperature, with the stiffness k of one nut at preload_0 (two in
-  series, the spacer is rigid). Screw and nuts are of one steel: a common rise changes nothing. A warmer screw
-  is longer than the spacer between the nuts (span, lowers the preload) and thicker (radius r_m, contact angle
-  beta, raises it; balls at the mean temperature). Which of the two is larger depends on the span. Stretching of
-  the screw between fixed bearings does not act inside the double nut.
+- Screw and nuts are of one steel: a common rise changes no preload. A warmer screw is longer than the nuts and the
+  spacer that pushes them apart (lowers the preload) and thicker (raises it; balls at the mean temperature). Which of
+  the two is larger depends on the span: of this double nut 80 mm between the middles of its loaded turns, against
+  40 mm of 2 r_m cot(contact angle). Stretching of the screw between fixed bearings does not act inside the nut.
 - The parameters are of a usual size for this screw; none is measured.
 
 Per step of 20 s the heat is held and the two equations are solved exactly. The FMU has no state here (no
@@ -31,16 +30,20 @@ the eigenvalues of the linearised equations.
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from fmu_command import plain, run_with_fmu
 from matplotlib.figure import Figure
+from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 
 from ballscrew_fmu.checks.replay import FmuInstance
+from ballscrew_tehl.parameters.file import changed, load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.physics.thermal_preload import preload_at_temperature_difference
 
 FMU = Path(__file__).resolve().parents[1] / "dist" / "BallScrewFriction.fmu"
 
@@ -57,20 +60,22 @@ class Drive:
     heat_to_nut: float = 0.5
     ambient: float = 293.15  # [K]
     preload: float = 2000.0  # [N] at equal temperatures
-    nut_stiffness: float = 4.0e8  # [N/m]
-    expansion: float = 11.5e-6  # [1/K]
-    span: float = 0.08  # [m] between the loaded balls of the nuts
-    pitch_radius: float = 0.02  # [m]
-    contact_angle: float = np.pi / 4.0
+    spacer_length: float = 0.056  # [m] between the inner balls of the nuts, whose turns add 24 mm
+    largest_difference: float = 15.0  # [K] of screw and nut
     speed: float = 1500.0 * RPM  # [rad/s]
     duty: float = 0.5
     step: float = 20.0  # [s]
 
-    @property
-    def preload_slope(self) -> float:
-        """Preload per difference of temperature, screw over nut [N/K]."""
-        length = 2.0 * self.pitch_radius / np.tan(self.contact_angle) - self.span
-        return 0.5 * self.nut_stiffness * self.expansion * length
+    @cached_property
+    def preload_over_difference(self) -> CubicSpline:
+        """Preload [N] over the temperature of the screw minus that of the nut [K]."""
+        screw = changed(load_screw(), screw={"spacer_length": self.spacer_length}).screw
+        differences = np.linspace(-1.0, 1.0, 31) * self.largest_difference
+        preloads = [
+            preload_at_temperature_difference(screw, self.preload, float(difference), screw.loaded_ball_count)
+            for difference in differences
+        ]
+        return CubicSpline(differences, preloads)
 
     def rates(self) -> tuple[np.ndarray, np.ndarray]:
         """A, b: d(T_n, T_s)/dt = A (T_n - T_a, T_s - T_a) + b P."""
@@ -81,7 +86,11 @@ class Drive:
         return conductances / capacities[:, None], heat / capacities
 
     def preload_at(self, nut: float, screw: float) -> float:
-        return max(0.0, self.preload + self.preload_slope * (screw - nut))
+        if not abs(screw - nut) <= self.largest_difference:
+            raise ValueError(
+                f"screw {screw - nut:.3g} K over the nut; allowed: +-{self.largest_difference:g} K"
+            )
+        return max(0.0, float(self.preload_over_difference(screw - nut)))
 
 
 def time_constants(rates: np.ndarray) -> tuple[float, float]:

@@ -15,6 +15,8 @@ NOT_IN_MAP: dict[str, Any] = {
     table: {name for name, entry in model.entries().items() if not entry.in_map}
     for table, model in TABLES.items()
 } | {"map": True}
+#: fields of a screw that are part of the identity where they are not the default
+UNLESS_DEFAULT = ("preload_sense", "thermal_expansion")
 #: key of the header of a map
 SCREW_FILE = "screw_file"
 #: fields by which screws and oils are distinguished first; most that a message names
@@ -27,6 +29,9 @@ def map_parameters_json(parameters: Parameters) -> str:
     """Canonical text of the parameters that a map depends on, and of the names of its screw and oil."""
     like_solid = parameters.ball in (None, parameters.solid)
     content = parameters.model_dump(mode="json", exclude=NOT_IN_MAP | ({"ball": True} if like_solid else {}))
+    for name in UNLESS_DEFAULT:
+        if content["screw"][name] == type(parameters.screw).model_fields[name].default:
+            del content["screw"][name]
     return _canonical(content)
 
 

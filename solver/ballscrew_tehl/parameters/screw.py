@@ -126,6 +126,13 @@ class ScrewParameters(Table):
         "section of the spacer; default: that of the nut", "area", gt=0,
         default_factory=lambda screw: screw["nut_section_area"],
     )  # fmt: skip
+    preload_sense: Literal["pushed_apart", "pulled_together"] = entry(
+        "by preload the two nuts or halves are so; no matter with oversize balls", default="pushed_apart"
+    )
+    thermal_expansion: float = entry(
+        "thermal expansion of screw and nut; default: bearing steel", "temperature_coefficient",
+        default=11.5e-6, gt=0, le=5e-5,
+    )  # fmt: skip
     seal_torque: float = entry(
         "drag of the seals of all nuts", "torque", in_map=False, default=0.0, ge=0, le=1e3
     )

@@ -140,6 +140,17 @@ def test_outside_the_map_is_flagged_and_said_once(capsys):
         assert ("catalogue_torque_nm" in found) == (found["preload_n"] <= 12000.0)
 
 
+def test_a_warmer_screw_has_another_preload(capsys):
+    cold, _ = answer(capsys, "torque", *POINT)
+    same, _ = answer(capsys, "torque", *POINT, "--temperature-difference-k", "0")
+    warm, _ = answer(capsys, "torque", *POINT, "--temperature-difference-k", "-5")
+    assert same == cold
+    assert warm["preload_actual_n"] == pytest.approx(2160.54, abs=0.01)
+    other, _ = answer(capsys, "torque", "--preload-n", repr(warm["preload_actual_n"]), *POINT[2:])
+    for key in ("friction_torque_nm", "film_thickness_min_m", "ball_load_max_n"):
+        assert warm[key] == other[key]
+
+
 def test_preload_inverts_torque(capsys):
     place = "--speed-rpm", "-140", "--temperature-c", "41"
     torque, _ = answer(capsys, "torque", "--preload-n", "3210", *place)

@@ -131,7 +131,7 @@ COMMANDS = {
         "A mineral oil by its grade, or the oil of a screw file, at 20 to 100 C, with assumptions and their errors."),
     "map": Command("build, check or describe a map", actions=MAP_ACTIONS),
     "torque": Command("friction torque with its parts, films and interval", f"{RUN}.torque:run_torque", (
-        *numbers(*q.TORQUE_POINT), switch("--direct", "solve the contacts instead of reading the map"),
+        *numbers(*q.TORQUE_POINT, q.DIFFERENCE), switch("--direct", "solve the contacts instead of reading the map"),
     ), (*ROWS, *OF_MAP), "--preload-n 2000 --speed-rpm 1000 --temperature-c 30 --map my_map.npz"),
     "preload": Command("preload behind a measured friction torque", f"{RUN}.preload:run_preload",
         numbers(*q.PRELOAD_POINT), (*ROWS, *OF_MAP),

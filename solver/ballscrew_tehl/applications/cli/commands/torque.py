@@ -13,9 +13,10 @@ from ballscrew_tehl.friction.interval import TorqueInterval, torque_interval
 from ballscrew_tehl.friction.mechanistic import double_nut_parts, roughness_of
 from ballscrew_tehl.friction.sets import carried_over
 from ballscrew_tehl.nut_map.interval import map_interval
-from ballscrew_tehl.parameters.file import ScrewParameters
+from ballscrew_tehl.parameters.file import Parameters, ScrewParameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.rating import nsk_torque
+from ballscrew_tehl.physics.thermal_preload import preload_at_temperature_difference
 from ballscrew_tehl.runtime.constants import LAMBDA_RATIO_MAX, SMOOTH
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
@@ -34,6 +35,8 @@ COLUMNS = ("preload_n", "speed_rpm", "temperature_c", "axial_load_n", "friction_
 #: outputs of the map
 EXTREMES = ("film_thickness_min", "film_thickness_central_screw", "film_thickness_central_nut",
             "film_temperature_rise", "contact_pressure_max", "ball_load_max", "lambda_ratio")  # fmt: skip
+#: preload by the temperature difference of screw and nut
+ACTUAL = "preload_actual_n"
 PARTS = ("viscous_torque_nm", "hysteresis_torque_nm", "sliding_torque_nm")
 #: torque at which motion begins, of an answer at speed 0
 BREAKAWAY = "breakaway_torque_nm"
@@ -47,12 +50,15 @@ SEALS, MAX_SEALS = 240.0, 3.0
 
 def run_torque(args: Namespace) -> Answer:
     """Friction torque, films and contact extremes at one or many operating points."""
-    points = read_points(args, TORQUE_POINT)
+    points, difference = read_points(args, TORQUE_POINT), args.temperature_difference_k
     selection = chosen_of(args)
+    points = [_warmed(selection.parameters, point, difference) for point in points]
     screw = selection.parameters.screw
     if args.direct:
         if any(point["speed_rpm"] == 0.0 or point["preload_n"] == 0.0 for point in points):
             raise ValueError("speed_rpm or preload_n = 0; allowed with --direct: not 0 (no film at rest)")
+        if any(point.get(ACTUAL) == 0.0 for point in points):
+            raise ValueError(f"{ACTUAL} = 0 at this temperature difference; allowed with --direct: not 0")
         axes, work = {"preload": (0.0, math.inf)}, each(points, "points solved", quiet=0.0)
         state_at, provenance = _by_solves(selection)
     else:
@@ -88,13 +94,25 @@ def run_torque(args: Namespace) -> Answer:
             result |= {} if screw.preload_kind == "double_nut" else {"preload_kind": screw.preload_kind}
         result |= selection.described | ({"friction_note": other} if other and args.json else {})
         result["version"] = __version__
-    return Answer(results, bool(args.points), columns=COLUMNS, output=args.output)
+    columns = (*COLUMNS, ACTUAL) if difference else COLUMNS
+    return Answer(results, bool(args.points), columns=columns, output=args.output)
+
+
+def _warmed(parameters: Parameters, point: dict[str, float], difference: float | None) -> dict[str, float]:
+    """A point with the preload at a temperature difference of screw and nut [K], if there is one."""
+    if not difference:
+        return point
+    of_nut = parameters.screw, point["preload_n"], difference, parameters.summed_balls
+    return point | {
+        "temperature_difference_k": difference,
+        ACTUAL: preload_at_temperature_difference(*of_nut),
+    }
 
 
 def _result(screw: ScrewParameters, point: Mapping[str, float], state_at: Callable[..., State]) -> Values:
     """Keys of an answer; torques oppose the motion: sign of the speed, 0 at rest."""
     preload, rpm, celsius, axial_load = (point[quantity.name] for quantity in TORQUE_POINT)
-    state, interval, notes = state_at(preload, rpm * RPM, celsius + CELSIUS, axial_load)
+    state, interval, notes = state_at(point.get(ACTUAL, preload), rpm * RPM, celsius + CELSIUS, axial_load)
     sign = math.copysign(1.0, rpm) if rpm else 0.0
     magnitudes = state.viscous_torque, state.hysteresis_torque, state.sliding_torque
     parts = [sign * float(part) for part in magnitudes]

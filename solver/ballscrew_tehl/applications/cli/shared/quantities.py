@@ -82,6 +82,12 @@ TOLERANCE = Quantity(
     50.0,
 )
 AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", -MAX_FORCE, MAX_FORCE, 0.0)
+DIFFERENCE = Quantity(
+    "temperature_difference_k",
+    "of the screw over the nut: changes the preload; default: 0 [K]",
+    -100.0,
+    100.0,
+)
 TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", 0.0)
 TOLERANCES = tuple(
     Quantity(
