@@ -23,6 +23,7 @@ from ballscrew_tehl.nut_map.build import (
     force_values,
     map_header,
     sharing_values,
+    shift_values,
 )
 from ballscrew_tehl.nut_map.grid import BuiltMap, MapGrid, Progress
 from ballscrew_tehl.parameters.file import Parameters
@@ -150,7 +151,13 @@ def published_map(
     loads = [nut_loads(parameters.screw, float(force), count) for force in forces]
     alone = np.array([(*load_torques(parameters, each), *(1.0,) * (TORQUE_CURVES - 2)) for each in loads])
     values = np.concatenate([viscous_values(parameters, films, grid), extremes], axis=-1)
-    arrays = map_arrays(values, force_values(parameters, grid, alone), np.ones(values.shape[1:3]), *sharing)
+    arrays = map_arrays(
+        values,
+        force_values(parameters, grid, alone),
+        np.ones(values.shape[1:3]),
+        *sharing,
+        shift_values(parameters, grid),
+    )
     header = map_header(parameters, grid) | {
         "atlas": contacts.atlas.hash, "atlas_fraction": atlas_fraction(contacts, grid),
         "certificate": dict(certificate),

@@ -20,7 +20,12 @@ from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.physics.ball_law import contact_angle_at_ball_load
 from ballscrew_tehl.physics.film import FLOODED, replenishment_factor, supply_factor
 from ballscrew_tehl.physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from ballscrew_tehl.physics.kinematics import contact_motion, entrainment_speed, neighbour_sliding, rolling_motion
+from ballscrew_tehl.physics.kinematics import (
+    contact_motion,
+    entrainment_speed,
+    neighbour_sliding,
+    rolling_motion,
+)
 from ballscrew_tehl.physics.load import nut_loads
 from ballscrew_tehl.physics.lubricant import ambient_density, eta0
 
@@ -71,7 +76,9 @@ def test_torque_times_speed_is_the_power_of_the_parts():
         # and shears the oil between them: two spheres at a gap of 1 um, up to what the contacts transmit beside balls
         radius = 0.5 * SCREW.ball_diameter
         full = len(loads) * np.pi * float(viscosity) * radius * np.log(radius / 1e-6) * sliding**2
-        limit = (1.0 - FRICTION.boundary_friction) * FRICTION.limiting_shear_coefficient * loads.sum() * sliding
+        limit = (
+            (1.0 - FRICTION.boundary_friction) * FRICTION.limiting_shear_coefficient * loads.sum() * sliding
+        )
         power += (full**-4.0 + limit**-4.0) ** -0.25
         assert abs(nut.torque(1.0, K) * speed / power - 1.0) <= 1e-6
         assert abs(of_each / power) <= 5e-5

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ballscrew_tehl.parameters.file import FOUR_POINT, changed, load_screw
-from ballscrew_tehl.physics.hertz import ellipse, reduced_radii
 from ballscrew_tehl.physics import kinematics
+from ballscrew_tehl.physics.hertz import ellipse, reduced_radii
 from ballscrew_tehl.physics.kinematics import cage_speed, contact_motion, entrainment_speed, neighbour_sliding
 
 ROLLING = changed(load_screw(), friction={"law": "mechanistic"})

@@ -73,6 +73,27 @@ def test_extremes_come_from_the_nut_and_the_raceway_that_carry_them(nut_map):
     assert state.lambda_ratio == pytest.approx(g[5] / height, rel=1e-9)
 
 
+def test_a_temperature_difference_acts_by_the_preload_that_it_leaves(nut_map):
+    """By the closed form of the synthetic map; 0 changes no bit; what it takes away is 0 and flagged."""
+    for difference in (-30.0, -7.0, 4.0, 12.0):
+        stretched = math.asinh(difference * math.sinh(3.0) / 20.0) / 3.0
+        power = 1700.0 ** (2.0 / 3.0) + synthetic_map.shift(1700.0, max(stretched, -1.0))
+        state = nut_map.evaluate(1700.0, 47.0, T, 300.0, temperature_difference=difference)
+        assert state.preload_actual == pytest.approx(power**1.5, rel=1e-9)
+        assert state[:10] == nut_map.evaluate(state.preload_actual, 47.0, T, 300.0)[:10]
+        assert state.in_range == (difference > -20.0)
+        assert (nut_map.range_margin(1700.0, 47.0, T, 300.0, difference) >= 0.0) == state.in_range
+    lost = nut_map.evaluate(60.0, 47.0, T, np.array([0.0, 900.0]), temperature_difference=18.0)
+    assert (lost.preload_actual == 0.0).all()
+    assert not lost.in_range.any()
+    assert lost.clamped == ("preload", "temperature_difference")
+    assert nut_map.range_margin(60.0, 47.0, T, 900.0, 18.0) < 0.0
+    same = nut_map.evaluate(1700.0, 47.0, T, 300.0, temperature_difference=0.0)
+    assert same == nut_map.evaluate(1700.0, 47.0, T, 300.0)
+    with pytest.raises(ValueError, match="temperature_difference = nan"):
+        nut_map.evaluate(1700.0, 47.0, T, temperature_difference=math.nan)
+
+
 def test_scalars_and_arrays_give_the_same_numbers(nut_map):
     rng, n, seen = np.random.default_rng(3), 200, set()
     preload = rng.uniform(-10.0, 14000.0, n)
@@ -230,17 +251,20 @@ def test_shear_of_raceways_rises_to_that_of_asperities_at_standstill():
     # twice the shear of the asperities of a nut, as the lowest speed of a map is too high to be without a film
     assert torque(0.0) == pytest.approx(2.0 * synthetic_map.force_curves(2000.0)[4], rel=1e-9)
     below, above = slopes_at(torque, LOWEST)
-    assert below == pytest.approx(above, rel=1e-3) and above > 0.0
+    assert below == pytest.approx(above, rel=1e-3)
+    assert above > 0.0
     assert min(torque(s * LOWEST) for s in (0.5, 0.7, 0.9)) < torque(LOWEST) < torque(0.0)
     off = nut_map.evaluate(2000.0, 0.0, T, breakaway_factor=1.0, **shear).sliding_torque
     assert off == pytest.approx(torque(LOWEST), rel=1e-9)
 
 
 def test_an_axial_load_that_leaves_oversize_balls_half_held_is_out_of_range():
-    side = [load for load in np.linspace(10.0, 6000.0, 200) if OVERSIZE.evaluate(1700.0, 47.0, T, load).in_range]
-    relieved, loaded = forces(1700.0, side[-1])
-    assert relieved / loaded == pytest.approx(0.4, abs=0.01) and side == list(np.linspace(10.0, 6000.0, 200))[: len(side)]
-    for load in (side[-1], side[-1] + 60.0, 9000.0, 0.0):
+    loads = np.linspace(10.0, 6000.0, 200)
+    held = [load for load in loads if OVERSIZE.evaluate(1700.0, 47.0, T, load).in_range]
+    assert held == list(loads[: len(held)])
+    relieved, loaded = forces(1700.0, held[-1])
+    assert relieved / loaded == pytest.approx(0.4, abs=0.01)
+    for load in (held[-1], held[-1] + 60.0, 9000.0, 0.0):
         state = OVERSIZE.evaluate(1700.0, 47.0, T, load)
         many = OVERSIZE.evaluate(1700.0, 47.0, T, np.array([load]))
         margin = OVERSIZE.range_margin(1700.0, 47.0, T, load)

@@ -16,6 +16,7 @@ from ballscrew_tehl.runtime.packed import AXES, Law, sealed
 AXIS = {
     "force": (50.0, 12000.0, 7), "speed": (0.5, 320.0, 8), "temperature": (283.15, 353.15, 5),
     "preload": (50.0, 12000.0, 6), "share": (0.0, 1.0, 5),
+    "difference": (-1.0, 1.0, 9),
 }  # fmt: skip
 DEFAULTS = {
     "apparent_viscosity_ratio": 7.6, "net_sliding_coefficient": 0.0051, "roughness_height": 24e-9,
@@ -90,6 +91,12 @@ def relieved_share(preload, share):
     )
 
 
+def shift(preload, stretched):
+    """Change of preload^(2/3) by a temperature difference [N^(2/3)], a cubic polynomial of its stretched value."""
+    x = np.log(np.asarray(preload, dtype=float) / 1000.0)
+    return -60.0 * stretched * (1.0 + 0.3 * stretched**2) * (1.0 + 0.02 * x)
+
+
 def nodes(name):
     lo, hi, count = AXIS[name]
     if name in ("force", "speed", "preload"):
@@ -107,12 +114,12 @@ def make_map(
 
     free: shear of a ball on two flanks over that on four at 1 kN, with oversize balls
     """
-    force, speed, temperature, preload, share = (nodes(name) for name in AXES)
+    force, speed, temperature, preload, share, difference = (nodes(name) for name in AXES)
     values = surfaces(force[:, None, None], speed[None, :, None], temperature[None, None, :], law)
     values[..., :2] *= viscous_scale * (force[:, None, None, None] / 1000.0) ** force_exponent
     arrays = map_arrays(
         values, force_curves(force, free), gap_drag(speed[:, None], temperature), separation_ratio(preload),
-        relieved_share(preload[:, None], share[None, :]),
+        relieved_share(preload[:, None], share[None, :]), shift(preload[:, None], difference),
     )  # fmt: skip
     header = {
         "axes": {name: list(AXIS[name]) for name in AXES}, "parameters_json": "{}",

@@ -40,6 +40,7 @@ def reference_of(nut_map: NutMap, model: FmuModel = FRICTION) -> Reference:
         return Reference(STEP, rows, friction_results(nut_map, rows))
     inputs = rows
     if model is MONITOR:
+        rows = [row | {"temperature_difference": 0.0} for row in rows]
         torques = [row["friction_torque"] for row in friction_results(nut_map, rows, presliding=False)]
         inputs = [
             {"torque": torque} | {name: row[name] for name in ("speed", "temperature", "axial_load")}
@@ -54,9 +55,9 @@ def reference_of(nut_map: NutMap, model: FmuModel = FRICTION) -> Reference:
 
 
 def _starts(nut_map: NutMap, model: FmuModel) -> dict[str, float]:
-    """Start values of the parameters."""
+    """Start values of inputs and parameters."""
     table = fmu_variables(nut_map.header) if model is FRICTION else model.variables(nut_map.header)
-    return {v.name: float(v.start or 0.0) for v in table if v.causality == "parameter"}
+    return {v.name: float(v.start or 0.0) for v in table if v.causality in ("input", "parameter")}
 
 
 def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
@@ -72,6 +73,7 @@ def reference_input(header: Mapping[str, Any]) -> Iterator[dict[str, float]]:
             "speed": 1.05 * fastest * swing**3,
             "temperature": cold + (hot - cold) * (1.1 * phase - 0.05),
             "axial_load": 0.3 * force_hi * math.sin(20.0 * math.pi * phase) if n % 4 else 0.0,
+            "temperature_difference": 4.0 * swing if n % 3 else 0.0,
         }
 
 
@@ -80,9 +82,11 @@ def friction_step(
 ) -> tuple[dict[str, Any], Elements]:
     """Outputs of BallScrewFriction and elements at the end of a step [s]; given: inputs and parameters by name."""
     point = [given[name] for name in (*POINT, *DEFAULTS)]
-    nut = nut_map.evaluate(*point)._replace(seal_torque=given["seal_torque"])
+    difference = given["temperature_difference"]
+    actual, nut = nut_map.point_at_difference(point, difference, given["seal_torque"])
     law = StandstillLaw(*(given[name] for name in StandstillLaw._fields))  # type: ignore[arg-type]
-    result, coulomb = standstill.friction_step(nut_map, nut, point, law, step, before, heat)
+    margin = nut_map.range_margin(*point[:4], difference)
+    result, coulomb = standstill.friction_step(nut_map, nut, actual, law, step, before, heat, margin)
     return result, coulomb.elements
 
 

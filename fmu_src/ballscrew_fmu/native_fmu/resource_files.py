@@ -77,6 +77,7 @@ def map_numbers(nut_map: NutMap) -> NDArray[np.float64]:
         arrays["drag_coefficients"],
         arrays["separation_coefficients"].T,
         arrays["sharing_coefficients"].transpose(2, 0, 1),
+        arrays["shift_coefficients"],
     ]
     return np.concatenate([np.ravel(part) for part in parts])
 

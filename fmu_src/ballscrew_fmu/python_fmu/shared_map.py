@@ -99,11 +99,11 @@ def map_in(resources: str) -> NutMap:
 
 def arrays_of(numbers: NDArray[np.float64], counts: list[int]) -> dict[str, NDArray[np.float64]]:
     """Coefficients of a map from the numbers in nut_map.bin; counts: of coefficients along AXES."""
-    force, speed, temperature, preload, fraction = counts
+    force, speed, temperature, preload, fraction, difference = counts
     plane, films = (speed, temperature, force), len(EXTREMES)
     shapes = (
         (*plane, TORQUE_SURFACES), (*plane, films), (force, len(FORCE_CURVES)), plane[:2], (2, preload),
-        (2, preload, fraction),
+        (2, preload, fraction), (preload, difference),
     )  # fmt: skip
     ends = np.cumsum([3 * len(AXES) + len(DEFAULTS) + 2, *map(math.prod, shapes)])
     parts = [part.reshape(shape) for part, shape in zip(np.split(numbers, ends)[1:-1], shapes, strict=True)]
@@ -113,4 +113,5 @@ def arrays_of(numbers: NDArray[np.float64], counts: list[int]) -> dict[str, NDAr
         "drag_coefficients": parts[3],
         "separation_coefficients": parts[4].T,
         "sharing_coefficients": parts[5].transpose(1, 2, 0),
+        "shift_coefficients": parts[6],
     }

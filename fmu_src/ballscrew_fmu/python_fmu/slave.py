@@ -26,7 +26,9 @@ class BallScrewFrictionBase(MapSlave):
         super().__init__(fmu_variables, **kwargs)
         self._point = self._shared.getter(*POINT, *DEFAULTS)
         self._law = self._shared.getter(*StandstillLaw._fields)
-        self._others = self._shared.getter("seal_torque", "refine", "refine_tolerance")
+        self._others = self._shared.getter(
+            "temperature_difference", "seal_torque", "refine", "refine_tolerance"
+        )
         self._elements = RELAXED
         self._heat = 0.0  # [J] dissipated in the steps
         self._refinement: Any = None  # created at the first refined step
@@ -44,13 +46,15 @@ class BallScrewFrictionBase(MapSlave):
 
     def _evaluate(self, step: float | None) -> tuple[Mapping[str, Any], tuple[str, ...]]:
         point, law = self._point(self._values), StandstillLaw(*self._law(self._values))
-        seal_torque, refine, tolerance = self._others(self._values)
-        nut = self._refined(tolerance, point) if refine else None
-        if nut is None:
-            nut = self._map.evaluate_point(*point)
-        nut = nut._replace(seal_torque=seal_torque)
-        before = None if step is None else self._elements
-        outputs, coulomb = friction_step(self._map, nut, point, law, step, before, self._heat)
+        difference, seal_torque, refine, tolerance = self._others(self._values)
+        at = point, difference, seal_torque
+        refined = self._refined(tolerance, at) if refine else None
+        actual, nut = refined or self._map.point_at_difference(*at)
+        before, margin = (
+            None if step is None else self._elements,
+            self._map.range_margin(*point[:4], difference),
+        )
+        outputs, coulomb = friction_step(self._map, nut, actual, law, step, before, self._heat, margin)
         self._elements, self._heat = coulomb.elements, outputs["heat"]
         # rotor and elements that both step with the values of the last step: stable in the elastic range for
         # step stiffness/damping < 1 - step damping/inertia
@@ -67,7 +71,9 @@ class BallScrewFrictionBase(MapSlave):
             )
         return outputs, nut.clamped
 
-    def _refined(self, tolerance: float, point: tuple[float, ...]) -> DoubleNutState | None:
+    def _refined(
+        self, tolerance: float, at: tuple[tuple[float, ...], float, float]
+    ) -> tuple[tuple[float, ...], DoubleNutState] | None:
         """The refined map at a point. None if the solver cannot be used, which is logged once."""
         if self._solver_failed:
             return None
@@ -83,7 +89,7 @@ class BallScrewFrictionBase(MapSlave):
                     refinement.restore(self._refinement_state)
                 self._refinement = refinement
             self._refinement.tolerance = tolerance
-            return self._refinement.evaluate_point(*point)
+            return self._map.point_at_difference(*at, self._refinement)
         except Exception as error:  # the step continues with the map
             self._solver_failed = True
             if self._refinement is not None:

@@ -44,7 +44,7 @@ _SCREW = ("screw_displacement", "screw_velocity")
 
 # what outputs depend on: states and inputs, and parameters in initialization mode
 _WAY = ("angle", "position", _SCREW[0])
-_LOADS = (*_WAY, "preload")
+_LOADS = (*_WAY, "preload", "temperature_difference")
 _FORCE = (*_LOADS, "speed", "velocity", _SCREW[1])
 _FRICTION = (*_LOADS, "speed", "temperature")
 _TORQUE = (*_FRICTION, *_ELEMENTS)
@@ -101,6 +101,7 @@ ROWS: tuple[Variable | Shared, ...] = (
     ),
     Shared("temperature"),
     Shared("preload"),
+    Shared("temperature_difference"),
     Variable(
         "angle", "output", "Angle of the screw", "rad", nominal=1.0, display_unit="deg",
         depends_on=("angle",), initially_depends_on=_START,
@@ -163,6 +164,7 @@ ROWS: tuple[Variable | Shared, ...] = (
         "the friction",
     ),
     _shared("range_margin", _FRICTION, _ELASTIC),
+    Shared("preload_actual"),
     _parameter("motor_inertia", "Inertia of motor and coupling (assumed)", "kg.m2", nominal=1e-3),
     _parameter("screw_inertia", "Inertia of the screw. 0: of a cylinder of steel", "kg.m2", 0.0, 1e-3),
     _parameter(

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
-from ballscrew_tehl.runtime.constants import DAMPING_TIME, ELEMENTS
+from ballscrew_tehl.runtime.constants import DAMPING_TIME, ELEMENTS, MOST_DIFFERENCE
 from ballscrew_tehl.runtime.packed import DEFAULTS, Law
 
 FIRST_REFERENCE = 1  # OMSimulator 3 takes the value references of FMI 3 dependencies for indices from 1
@@ -130,8 +130,8 @@ class Variable(NamedTuple):
         return () if self.from_zero else (*self.depends_on, *self.initially_depends_on)
 
 
-_ALL = ("preload", "speed", "temperature", "axial_load")
-_FORCES = ("preload", "axial_load")
+_ALL = ("preload", "speed", "temperature", "axial_load", "temperature_difference")
+_FORCES = ("preload", "axial_load", "temperature_difference")
 _SIGN = ("regularization_speed", "presliding", "presliding_side")
 _REFINED = ("refine", "refine_tolerance")
 _COEFFICIENTS = ("net_sliding_coefficient", "breakaway_factor")
@@ -198,7 +198,7 @@ def largest_force(header: Header) -> float:
 
 def _coulomb(header: Header) -> Names:
     """Inputs that hysteresis and sliding torque depend on near standstill, where both follow one sign."""
-    return ("preload", "speed", "axial_load") if header["law"] == Law.THREE_PARAMETER else _ALL
+    return ("speed", *_FORCES) if header["law"] == Law.THREE_PARAMETER else _ALL
 
 
 def input_text(header: Header, name: str, meaning: str) -> str:
@@ -230,6 +230,12 @@ def inputs(header: Header) -> tuple[Variable, ...]:
         Variable(
             "axial_load", "input", "Axial load on the nut body, positive if it loads the nut at whose flange it acts",
             "N", 0.0, nominal=1000.0,
+        ),
+        Variable(
+            "temperature_difference", "input",
+            "Temperature of the screw minus that of the nut, which changes the preload. At most "
+            f"{MOST_DIFFERENCE:g} K either way, clamped beyond",
+            "K", 0.0, nominal=1.0, relative=True,
         ),
     )  # fmt: skip
 
@@ -306,24 +312,35 @@ _FILMS = (
 _OTHERS = (
     Variable("in_range", "output", "False while an input is outside the map and clamped", depends_on=_ALL),
     Variable(
-        "range_margin", "output",
+        "range_margin",
+        "output",
         "Least distance of preload, speed, temperature and force of the loaded nut from the limits of the map, as a "
         "share of the length of the axis. Negative outside",
-        "1", nominal=0.1, depends_on=_ALL,
+        "1",
+        nominal=0.1,
+        depends_on=_ALL,
     ),
     Variable(
-        "heat", "output",
+        "heat",
+        "output",
         "Heat of all steps since the start. Model exchange does not compute it: integrate power_loss and add this, the "
         "heat of events alone",
-        "J", nominal=100.0, depends_on=_ALL, from_zero=True,
+        "J",
+        nominal=100.0,
+        depends_on=_ALL,
+        from_zero=True,
     ),
+)
+_ACTUAL = Variable(
+    "preload_actual", "output", "Preload at the temperature difference of screw and nut, 0: lost", "N", minimum=0.0,
+    nominal=1000.0, depends_on=("preload", "temperature_difference"),
 )  # fmt: skip
 
 
 def outputs(header: Header) -> tuple[Variable, ...]:
     """Rows of the outputs."""
     *torques, nut_a, nut_b = _torques(header)
-    return (*torques, *_FILMS, *_OTHERS, nut_a, nut_b)
+    return (*torques, *_FILMS, *_OTHERS, nut_a, nut_b, _ACTUAL)
 
 
 def parameters(header: Header) -> tuple[Variable, ...]:

@@ -20,8 +20,8 @@ from ballscrew_fmu.variables.friction import (
 )
 
 _MOTION = ("angle", "speed", "position", "velocity")
-_LOADS = (*_MOTION, "preload")
-_ALL = (*_MOTION, "temperature", "preload")
+_LOADS = (*_MOTION, "preload", "temperature_difference")
+_ALL = (*_LOADS, "temperature")
 #: [s] damping of the contacts over their stiffness: rolling bearings have 2.5e-6 to 2.5e-5, Kraemer, Dynamics of Rotors
 #: and Foundations 1993
 CONTACT_DAMPING_TIME = 1e-5
@@ -54,6 +54,7 @@ ROWS: tuple[Variable | Shared, ...] = (
     Variable("velocity", "input", "Velocity of the nut", "m/s", 0.0, nominal=0.1, display_unit="m/min"),
     Shared("temperature"),
     Shared("preload"),
+    Shared("temperature_difference"),
     Variable(
         "screw_torque", "output",
         "Torque that the screw takes: J dw/dt = motor torque - screw_torque; lead/(2 pi) nut_force + friction_torque",
@@ -118,6 +119,7 @@ ROWS: tuple[Variable | Shared, ...] = (
     ),
     _friction_row("range_margin", _ALL, _ELASTIC),
     _friction_row("heat", initially=()),
+    Shared("preload_actual"),
     Variable(
         "lead", "parameter", "Travel of the nut in one turn of the screw. Negative: left-hand thread", "m",
         minimum=-1.0, nominal=0.01, display_unit="mm", fixed=True,

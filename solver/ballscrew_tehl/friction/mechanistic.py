@@ -37,13 +37,19 @@ from ..parameters.file import FOUR_POINT, FrictionTable, Parameters, ScrewParame
 from ..parameters.friction import BOUNDED
 from ..parameters.units import RPM
 from ..physics.ball_law import contact_angle_at_ball_load
-from ..runtime.constants import DRAG_SHARPNESS
-from ..runtime.nut_law import ARRAYS, smooth_lesser
 from ..physics.film import FLOODED, asperity_share, neighbour_drag_power, replenishment_factor, supply_factor
 from ..physics.hertz import RACEWAYS, E_prime, ellipse, reduced_radii
-from ..physics.kinematics import ContactMotion, contact_motion, entrainment_speed, neighbour_sliding, rolling_motion
+from ..physics.kinematics import (
+    ContactMotion,
+    contact_motion,
+    entrainment_speed,
+    neighbour_sliding,
+    rolling_motion,
+)
 from ..physics.load import nut_loads
 from ..physics.lubricant import ambient_density, eta0, viscosity
+from ..runtime.constants import DRAG_SHARPNESS
+from ..runtime.nut_law import ARRAYS, smooth_lesser
 from .ball_equilibrium import Traction, ball_equilibrium, radial_nodes
 from .film_shear import UNLOADED, TorqueParts, UnfittedTorques, check_motion, hysteresis_sum, sum_of_nuts
 
@@ -314,7 +320,9 @@ def _shear(
         near, before = result.motion if before is None else 2.0 * result.motion - before, result.motion
     power, sliding = (part.reshape(len(balls), speeds, temperatures) for part in (power, sliding))
     if count == 1:
-        sliding = np.array([np.full_like(power[0], neighbour_sliding(screw, rolling_motion(nut.motion))) for nut in nuts])
+        sliding = np.array(
+            [np.full_like(power[0], neighbour_sliding(screw, rolling_motion(nut.motion))) for nut in nuts]
+        )
     return list(zip(power, sliding, strict=True))
 
 
@@ -326,7 +334,7 @@ def _torques(
     speed: Array,
     temperature: Array,
 ) -> UnfittedTorques:
-    """Torques of a nut with the asperities' share (s, t, c) of its mean ball, motion: shear power [W] (s, t), sliding."""
+    """Torques of a nut; share: of the asperities (s, t, c), motion: shear power [W], sliding (s, t) of a mean ball."""
     (shear, sliding), mean, u = motion, nut.means[0], float(entrainment_speed(parameters.screw, 1.0))
     limit = u * sliding * nut.driven * drag_limit(parameters.friction)
     full = sliding**2 * gap_drag(parameters, len(nut.loads), speed, temperature)
@@ -340,7 +348,9 @@ def _torques(
         u * sliding * float(nut.loads.sum()),
         float(nut.loads.sum()) / nut.driven * smooth_lesser(full, limit, DRAG_SHARPNESS, ARRAYS),
     )  # fmt: skip
-    screw, nut_raceway, slid, thrust, ball_ball, drag = (float(p[0, 0]) if speed.size == 1 else p for p in parts)
+    screw, nut_raceway, slid, thrust, ball_ball, drag = (
+        float(p[0, 0]) if speed.size == 1 else p for p in parts
+    )
     hysteresis = u * hysteresis_sum(parameters, nut.loads, rolling=True)
     return UnfittedTorques(
         screw, nut_raceway, hysteresis, ball_ball, shear=slid, thrust_factor=thrust, drag=drag

@@ -1,5 +1,6 @@
 """Building a map: the contacts of the balls, read from the atlas, summed over a nut; no contact is solved."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -9,13 +10,22 @@ from .._version import __version__
 from ..atlas.ball_contacts import BallContacts
 from ..atlas.contact_atlas import OutsideAtlasError
 from ..friction.interval import with_constants
-from ..friction.mechanistic import Nut, drag_limit, gap_drag, law_constants, powers_of_nuts, rolling_ball_torque
+from ..friction.mechanistic import (
+    Nut,
+    drag_limit,
+    gap_drag,
+    law_constants,
+    powers_of_nuts,
+    rolling_ball_torque,
+)
 from ..numerics import Array
 from ..parameters.file import FOUR_POINT, Parameters
 from ..physics.hertz import RACEWAYS
 from ..physics.kinematics import entrainment_speed
 from ..physics.load import double_nut_loads, nut_loads, separation_load
+from ..physics.thermal_preload import preload_shifts
 from ..runtime.bspline import map_arrays
+from ..runtime.constants import MOST_DIFFERENCE, STRETCH
 from ..runtime.packed import TORQUE_CURVES, Law
 from .grid import BuiltMap, MapGrid, Progress, ball_range, largest_pressure, map_grid
 
@@ -73,7 +83,13 @@ def build_map(
     extremes = extreme_values(parameters, contacts, grid)
     report(total - 1, total, "map")
     values = np.concatenate([surfaces, extremes], axis=-1)
-    arrays = map_arrays(values, forces, drag_values(parameters, grid), *sharing_values(parameters, grid))
+    arrays = map_arrays(
+        values,
+        forces,
+        drag_values(parameters, grid),
+        *sharing_values(parameters, grid),
+        shift_values(parameters, grid),
+    )
     report(total, total, "map")
     header = {
         **map_header(parameters, grid),
@@ -89,7 +105,8 @@ def map_header(parameters: Parameters, grid: MapGrid) -> dict[str, Any]:
     """Axes, law and version of a map."""
     axes = {name: list(getattr(grid, name)) for name in ("force", "speed", "temperature", "preload")}
     return {
-        "axes": axes | {"share": [0.0, 1.0, grid.share_nodes]},
+        "axes": axes
+        | {"share": [0.0, 1.0, grid.share_nodes], "difference": [-1.0, 1.0, grid.difference_nodes]},
         "law": parameters.friction.law,
         "version": __version__,
     }
@@ -202,6 +219,13 @@ def sharing_values(parameters: Parameters, grid: MapGrid) -> tuple[Array, Array]
                 force = min(both.force_a, both.force_b) if fraction > 0.0 else preload
                 relieved[i, k, side] = (max(force, 0.0) / preload) ** (2.0 / 3.0)
     return ratio, relieved
+
+
+def shift_values(parameters: Parameters, grid: MapGrid) -> Array:
+    """Change (n_preload, n_difference) of preload^(2/3) [N^(2/3)] by the temperature difference of screw and nut."""
+    stretched = np.sinh(STRETCH * np.linspace(-1.0, 1.0, grid.difference_nodes)) / math.sinh(STRETCH)
+    preloads, screw = np.geomspace(*grid.preload), parameters.screw
+    return preload_shifts(screw, preloads, MOST_DIFFERENCE * stretched, parameters.summed_balls)
 
 
 def _nodes(grid: MapGrid) -> tuple[Array, Array, Array]:

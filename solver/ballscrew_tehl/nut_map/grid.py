@@ -45,7 +45,8 @@ class MapGrid:
     """Range and nodes of a map.
 
     force of one nut [N], speed [rad/s], temperature [K], preload [N]: lowest, highest, nodes; the force goes lower than
-    the preload, for an axial load relieves one nut; share: nodes of the axial load from 0 to the separation load.
+    the preload, for an axial load relieves one nut; share: nodes of the axial load from 0 to the separation load;
+    difference: of the temperature difference of screw and nut.
     """
 
     force: tuple[float, float, int] = (12.0, 12000.0, 31)
@@ -53,6 +54,7 @@ class MapGrid:
     temperature: tuple[float, float, int] = (283.15, 353.15, 21)
     preload: tuple[float, float, int] = (120.0, 12000.0, 13)
     share_nodes: int = 21
+    difference_nodes: int = 17
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ class BuiltMap:
 def grid_of(axes: Mapping[str, Any]) -> MapGrid:
     """Range and nodes by the axes of the header of a map."""
     ends = {name: tuple(axes[name]) for name in ("force", "speed", "temperature", "preload")}
-    return MapGrid(**ends, share_nodes=axes["share"][2])
+    return MapGrid(**ends, share_nodes=axes["share"][2], difference_nodes=axes["difference"][2])
 
 
 def largest_pressure(screw: ScrewParameters, force: float) -> float:

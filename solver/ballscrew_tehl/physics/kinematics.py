@@ -205,8 +205,9 @@ def neighbour_sliding(screw: ScrewParameters, motion: Array) -> Array:
     """Speed at which neighbouring balls slide on each other over 2 u_e: twice that of a ball's surface on the helix.
 
     Two contacts: 1 but for the helix. Oversize balls turn about an axis parallel to that of the screw: 1/cos(beta).
-    motion: of a ball (..., 4) per screw speed. Valid: rolling_motion for the equilibrium with traction: GD4008-3, 300 N to 6 kN, 10 to 2500 r/min, 12 to 77
-    C: they differ by 0.4 %, oversize balls by 2 %, but 10 % in the thickest film of a light load.
+    motion: of a ball (..., 4) per screw speed. Valid: rolling_motion for the equilibrium with traction: GD4008-3, 300 N
+    to 6 kN, 10 to 2500 r/min, 12 to 77 C: they differ by 0.4 %, oversize balls by 2 %, but 10 % in the thickest film of
+    a light load.
     """
     turn = np.hypot(motion[..., 1], motion[..., 3])
     return np.asarray(0.5 * screw.ball_diameter * turn / entrainment_speed(screw, 1.0))

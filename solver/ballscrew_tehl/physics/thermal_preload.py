@@ -32,11 +32,13 @@ loads of nuts that are pulled together are those of nuts pushed apart: screw and
 """
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
-from ..numerics import rising_root
+from ..numerics import Array, rising_root
 from ..parameters.file import FOUR_POINT, ScrewParameters
 from .ball_law import check_force, contact_compliance, groove_distance
 from .load import BallChain, ball_oversize, ball_pitch
@@ -44,6 +46,8 @@ from .load import BallChain, ball_oversize, ball_pitch
 #: share of the preload below which F^(2/3) is linear in the gap, as between there and twice that F^(2/3): two long nuts
 #: lose contact ball by ball and the slope vanishes; moved to 0.001, forces change by less than 0.001 preloads
 LAST_BALLS = 0.01
+#: forces of preload_shifts
+SHIFT_FORCES = 16
 
 
 def preload_at_temperature_difference(
@@ -139,37 +143,79 @@ def _oversize_balls(screw: ScrewParameters, preload: float, strain: float, ball_
     return float(np.cbrt(force_of_load)) ** 2 * (length - a_0) / contact_compliance(screw)
 
 
+class _TwoNuts:
+    """Closure of two nuts or halves on a screw with a thermal strain."""
+
+    def __init__(self, screw: ScrewParameters, strain: float, ball_count: int) -> None:
+        a_0, beta = groove_distance(screw), screw.contact_angle
+        cosine = math.cos(beta) + strain * screw.nominal_radius / a_0
+        if not cosine < 1.0:
+            raise ValueError(
+                f"screw {strain / screw.thermal_expansion:.3g} K warmer than the nut; allowed: < "
+                f"{(1.0 - math.cos(beta)) * a_0 / screw.nominal_radius / screw.thermal_expansion:.3g} K with these "
+                "grooves"
+            )
+        touching = math.acos(cosine)
+        advance = a_0 * (math.sin(beta) - math.sin(touching)) / math.cos(screw.lead_angle)
+        outwards = strain if screw.preload_sense == "pushed_apart" else -strain
+        self._slope = outwards * ball_pitch(screw, ball_count)
+        self._chain = BallChain(screw.model_copy(update={"contact_angle": touching}), ball_count)
+        #: by which the flanks are closer than without strain [m]
+        self.closer = 2.0 * advance - outwards * screw.spacer_length
+
+    def approach(self, power: float) -> float:
+        """Of the flanks of both nuts [m] at the force power^(3/2) [N]."""
+        force = power * math.sqrt(power)
+        return 2.0 * float(self._chain.nut(force, self._slope)[-1]) + self._chain.spacer_stretch * force
+
+    def power(self, preload: float, closed: float, approach: Callable[[float], float]) -> float:
+        """F^(2/3) of each nut [N^(2/3)] at an approach [m] of the flanks, < 0 with a gap; preload: without strain."""
+        low = float(np.cbrt(LAST_BALLS * preload)) ** 2
+        at = approach(low) - closed
+        if at >= 0.0:
+            return low - at * low / (approach(2.0 * low) - closed - at)
+        high = max(2.0 * low, float(np.cbrt(preload)) ** 2)
+        while approach(high) < closed:
+            high *= 2.0
+        return rising_root(lambda power: approach(power) - closed, low, high, 1e-10)[0]
+
+
+@lru_cache(maxsize=64)
+def _closure(screw: ScrewParameters, strain: float, ball_count: int) -> _TwoNuts:
+    return _TwoNuts(screw, strain, ball_count)
+
+
 @lru_cache(maxsize=4096)
 def _two_nuts(screw: ScrewParameters, preload: float, strain: float, ball_count: int) -> float:
     """F^(2/3) of each nut [N^(2/3)], < 0 with a gap."""
-    a_0, beta = groove_distance(screw), screw.contact_angle
-    cosine = math.cos(beta) + strain * screw.nominal_radius / a_0
-    if not cosine < 1.0:
-        raise ValueError(
-            f"screw {strain / screw.thermal_expansion:.3g} K warmer than the nut; allowed: < "
-            f"{(1.0 - math.cos(beta)) * a_0 / screw.nominal_radius / screw.thermal_expansion:.3g} K with these grooves"
-        )
-    touching = math.acos(cosine)
-    advance = a_0 * (math.sin(beta) - math.sin(touching)) / math.cos(screw.lead_angle)
-    outwards = strain if screw.preload_sense == "pushed_apart" else -strain
-    slope = outwards * ball_pitch(screw, ball_count)
+    nuts, cold = (_closure(screw, own, ball_count) for own in (strain, 0.0))
+    return nuts.power(preload, cold.approach(float(np.cbrt(preload)) ** 2) + nuts.closer, nuts.approach)
 
-    def approach(chain: BallChain, force: float, slope: float) -> float:
-        return 2.0 * float(chain.nut(force, slope)[-1]) + chain.spacer_stretch * force
 
-    cold, warm = (
-        BallChain(screw.model_copy(update={"contact_angle": angle}), ball_count) for angle in (beta, touching)
-    )
-    closed = approach(cold, preload, 0.0) + 2.0 * advance - outwards * screw.spacer_length
+def preload_shifts(screw: ScrewParameters, preloads: Array, differences: Array, ball_count: int) -> Array:
+    """preload_shift (p, d) of many preloads [N], rising, and temperature differences [K], of two nuts by splines.
 
-    def excess(power: float) -> float:
-        return approach(warm, power * math.sqrt(power), slope) - closed
+    The approach over F^(2/3) follows from SHIFT_FORCES forces at each difference: within 1e-4 of
+    preload_shift.
+    """
+    # a screw with so flat contacts that the warmest turns them into the radial direction
+    steepest = 0.9 * (1.0 - math.cos(screw.contact_angle)) * groove_distance(screw) / screw.nominal_radius
+    strains = np.minimum(screw.thermal_expansion * differences, steepest)
+    powers = np.cbrt(preloads) ** 2
+    if screw.preload_kind == FOUR_POINT:
+        rows = [[_oversize_balls(screw, float(p), float(e), ball_count) for e in strains] for p in preloads]
+        return np.asarray(rows) - powers[:, None]
+    lowest, highest = float(np.cbrt(LAST_BALLS * preloads[0])) ** 2, 2.0 * float(powers[-1])
+    at = np.geomspace(0.9 * lowest, highest, SHIFT_FORCES)
+    cold = [_closure(screw, 0.0, ball_count).approach(float(power)) for power in powers]
+    result = np.empty((preloads.size, differences.size))
+    for d, strain in enumerate(strains):
+        nuts = _closure(screw, float(strain), ball_count)
+        spline = CubicSpline(np.log(at), [nuts.approach(float(power)) for power in at])
 
-    low = float(np.cbrt(LAST_BALLS * preload)) ** 2
-    at = excess(low)
-    if at >= 0.0:
-        return low - at * low / (excess(2.0 * low) - at)
-    high = max(2.0 * low, float(np.cbrt(preload)) ** 2)
-    while excess(high) < 0.0:
-        high *= 2.0
-    return rising_root(excess, low, high, 1e-10)[0]
+        def approach(power: float, nuts: _TwoNuts = nuts, spline: CubicSpline = spline) -> float:
+            return float(spline(math.log(power))) if power <= highest else nuts.approach(power)
+
+        for i, preload in enumerate(preloads):
+            result[i, d] = nuts.power(float(preload), cold[i] + nuts.closer, approach) - powers[i]
+    return result

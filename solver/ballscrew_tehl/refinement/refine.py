@@ -242,22 +242,27 @@ class Refinement:
         net_sliding_coefficient: Any = None,
         roughness_height: Any = None,
         breakaway_factor: Any = None,
+        temperature_difference: Any = 0.0,
     ) -> DoubleNutState:
         """NutMap.evaluate, refined: same parameters, results and errors; points of arrays one after the other."""
         friction = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height, breakaway_factor)
-        columns = self.nut_map.checked_arguments(preload, speed, temperature, axial_load, *friction)
-        seal = self.nut_map.seal_torque
+        plain = self.nut_map.evaluate(
+            preload, speed, temperature, axial_load, temperature_difference=temperature_difference
+        )
+        at = plain.preload_actual, speed, temperature, axial_load
+        columns = self.nut_map.checked_arguments(*at, *friction)
         rows = zip(*(np.ravel(column).tolist() for column in columns), strict=True)
-        states = [self.evaluate_point(*row)._replace(seal_torque=seal) for row in rows]
+        seal = self.nut_map.seal_torque
+        states = [self.evaluate_point(*row)._replace(seal_torque=seal, preload_actual=row[0]) for row in rows]
+        range_of = {"in_range": plain.in_range, "clamped": plain.clamped}
         if isinstance(columns[0], float):
-            return states[0]
+            return states[0]._replace(**range_of)
         fields: dict[str, Any] = {
             name: np.array([getattr(state, name) for state in states]).reshape(columns[0].shape)
             for name in states[0]._fields
             if name not in ("clamped", "seal_torque")
         }
-        clamped = tuple(dict.fromkeys(name for state in states for name in state.clamped))
-        return states[0]._replace(**fields, clamped=clamped)
+        return states[0]._replace(**fields | range_of)
 
     def evaluate_point(
         self, preload: float, speed: float, temperature: float, axial_load: float, *friction: float

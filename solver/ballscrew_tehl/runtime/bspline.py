@@ -102,6 +102,7 @@ def map_arrays(
     drag: NDArray[np.float64],
     separation_ratio: NDArray[np.float64],
     relieved_share: NDArray[np.float64],
+    shift: NDArray[np.float64],
 ) -> dict[str, NDArray[np.float64]]:
     """Coefficient arrays of a nut map from physical values at its nodes; ValueError: one that must be > 0 is not.
 
@@ -109,6 +110,7 @@ def map_arrays(
     temperature) [N.m]: of the oil between the balls of a nut, mechanistic;
     separation_ratio (preload, 2): separation load over preload, axial load > 0 and < 0, all > 0
     relieved_share (preload, share, 2): (force of relieved nut over preload)^(2/3), 1 to 0
+    shift (preload, difference): change of preload^(2/3) by a temperature difference [N^(2/3)]
     """
     with np.errstate(divide="ignore", invalid="ignore"):  # fit refuses the logarithm of what is not positive
         return {
@@ -117,4 +119,5 @@ def map_arrays(
             "drag_coefficients": fit(np.log(drag), (0, 1)),
             "separation_coefficients": fit(np.log(separation_ratio), (0,)),
             "sharing_coefficients": fit(relieved_share, (0, 1)),
+            "shift_coefficients": fit(shift, (0, 1)),
         }

@@ -14,10 +14,16 @@ LAMBDA_RATIO_MAX = 1000.0  # reported for a smooth surface
 SMOOTH = 1e-30  # [m] roughness height below which a surface counts as smooth
 FREE_PUSH = 0.097  # friction of a relieved pair of flanks on a ball free to roll, per load and rolling speed
 FREE_SHARPNESS = 7.0  # of the change from held by four flanks to free; both fitted to balls of ten screws
-DRAG_SHARPNESS = 4.0  # of the change from the drag of a full gap to what the contacts transmit: assumption of form
+DRAG_SHARPNESS = (
+    4.0  # of the change from the drag of a full gap to what the contacts transmit: assumption of form
+)
 HELD = 0.4  # least force of the relieved flanks of oversize balls over the loaded ones' in range: 800 points of four
 # screws, 99 % within 0.65 % of the law, 2.1 % at most; below it up to 40 %, where balls are neither held nor free
 SPEED_EXPONENT_MAX = 3.0  # of the viscous torque at the slowest node; above it no monotone law towards rest
+
+# temperature difference of screw and nut (evaluate.py)
+MOST_DIFFERENCE = 20.0  # [K] screw minus nut, either way, in range
+STRETCH = 3.0  # nodes 20 K sinh(3 t)/sinh(3), t = -1 to 1: dense where the first balls lose contact
 
 # presliding (standstill.py)
 ELEMENTS = 6  # elasto-slip; a loop loses energy as amplitude^2.81 to 2.94, with 20 of them ^2.90 to 2.99

@@ -5,10 +5,11 @@ quantity is stored as the logarithm of its value in a tricubic B-spline (bspline
 temperature); packed.py names the columns.
 
 Limits:
-- a force below the axis follows the power laws of Hertz from its end: rolling torque F^(2/3), sliding torque
-  F and as much of the drag between balls as its contacts transmit, hysteresis torque F^(4/3), pressure and temperature rise F^(1/3), ball load F; films keep the values of
-  the end. A nut without force has no torque. The relieved nut may come there, that is in range; a preload
-  below its own axis is flagged. At preload 0 one nut holds the axial load, in range on the axis of the preload.
+- a force below the axis follows the power laws of Hertz from its end: rolling torque F^(2/3), sliding torque F and as
+  much of the drag between balls as its contacts transmit, hysteresis torque F^(4/3), pressure and temperature rise
+  F^(1/3), ball load F; films keep the values of the end. A nut without force has no torque. The relieved nut may come
+  there, that is in range; a preload below its own axis is flagged. At preload 0 one nut holds the axial load, in range
+  on the axis of the preload.
 - a preload, speed, temperature or axial load beyond the axes is clamped and flagged. A negative preload
   counts as 0. An axial load that leaves the relieved flanks of oversize balls less than HELD of the loaded ones' force
   is flagged: such balls are neither held by four flanks nor free.
@@ -27,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ballscrew_tehl.runtime.bspline import Axis, cubic_slopes, cubic_weights, weighted
-from ballscrew_tehl.runtime.constants import HELD
+from ballscrew_tehl.runtime.constants import HELD, MOST_DIFFERENCE, STRETCH
 from ballscrew_tehl.runtime.nut_law import (
     ARRAYS,
     FLOATS,
@@ -89,6 +90,7 @@ class NutMap:
         self.temperature = Axis(axes["temperature"], logarithmic=False)
         self.preload = Axis(axes["preload"], logarithmic=True)
         self.share = Axis(axes["share"], logarithmic=False)
+        self.difference = Axis(axes["difference"], logarithmic=False)
         #: coefficients (speed, temperature, force, column): a (4, 4) block of the first two contracts in one product
         self.blocks = np.ascontiguousarray(arrays["coefficients"].transpose(1, 2, 0, 3))
         self.curves, self.drag = arrays["force_coefficients"], arrays["drag_coefficients"]
@@ -113,13 +115,14 @@ class NutMap:
         net_sliding_coefficient: Operand | None = None,
         roughness_height: Operand | None = None,
         breakaway_factor: Operand | None = None,
+        temperature_difference: Operand = 0.0,
     ) -> DoubleNutState:
         """State of the double nut at one operating point or at many; arrays broadcast.
 
         Parameters
         ----------
         preload : float or array
-            Preload [N].
+            Preload with screw and nut at one temperature [N].
         speed : float or array
             Speed of the screw against the nut [rad/s], either sign.
         temperature : float or array
@@ -132,6 +135,8 @@ class NutMap:
             Roughness [m], >= 0.
         breakaway_factor : float or array, optional
             >= 0; values below 1 count as 1.
+        temperature_difference : float or array, optional
+            Screw minus nut [K], which changes the preload: preload_actual of the state.
 
         Returns
         -------
@@ -151,13 +156,58 @@ class NutMap:
         '1.32 N.m'
         """
         given = (apparent_viscosity_ratio, net_sliding_coefficient, roughness_height, breakaway_factor)
-        arguments = self.checked_arguments(preload, speed, temperature, axial_load, *given)
+        difference = np.asarray(temperature_difference, dtype=np.float64)
+        if not np.isfinite(difference).all():
+            raise ValueError(f"temperature_difference = {difference}; needs a finite number")
+        warm = bool(np.any(difference != 0.0))
+        actual = self.actual_preload(preload, difference) if warm else preload
+        arguments = self.checked_arguments(actual, speed, temperature, axial_load, *given)
         coldest = float(np.min(arguments[2], initial=math.inf))
         if coldest < self.temperature.lo <= coldest + 273.15 <= self.temperature.hi:
             raise ValueError(f"temperature = {coldest:g} K; is {coldest + 273.15:g} K meant?")
         point = isinstance(arguments[0], float)
         state = self.evaluate_point(*arguments) if point else self._evaluate_array(*arguments)
-        return state._replace(seal_torque=self.seal_torque)
+        state = state._replace(seal_torque=self.seal_torque, preload_actual=arguments[0])
+        return self._flagged(state, preload, difference) if warm else state
+
+    def preload_left(self, preload: Operand, difference: Operand) -> Any:
+        """(Actual preload over the preload)^(2/3) at a temperature difference [K], below 0: lost, by as much."""
+        force = np.asarray(preload, dtype=np.float64)
+        stretched = np.arcsinh(np.asarray(difference) * (math.sinh(STRETCH) / MOST_DIFFERENCE)) / STRETCH
+        force, t = np.broadcast_arrays(force, stretched)
+        (p, t_p), (q, t_q) = self.preload.place_array(force), self.difference.place_array(t)
+        w_p, w_q = (np.stack(cubic_weights(x), axis=-1) for x in (t_p, t_q))
+        p, q = p[..., None, None] + np.arange(4)[:, None], q[..., None, None] + np.arange(4)
+        shift = np.einsum("...a,...b,...ab->...", w_p, w_q, self.arrays["shift_coefficients"][p, q])
+        loaded = (force > 0.0) & (t != 0.0)
+        return np.where(loaded, 1.0 + shift / np.cbrt(np.where(loaded, force, 1.0)) ** 2, 1.0)
+
+    def actual_preload(self, preload: Operand, difference: Operand) -> Any:
+        """Preload [N] at a temperature difference of screw and nut [K], at most MOST_DIFFERENCE; 0: lost."""
+        left = np.maximum(self.preload_left(preload, difference), 0.0)
+        actual = np.asarray(preload) * left * np.sqrt(left)
+        return actual if actual.ndim else float(actual)
+
+    def _flagged(self, state: DoubleNutState, preload: Operand, difference: Operand) -> DoubleNutState:
+        """State with its range: a difference beyond the axis, a preload that it takes away."""
+        beyond = np.abs(difference) > MOST_DIFFERENCE
+        beyond |= (np.asarray(state.preload_actual) == 0.0) & (np.asarray(preload) > 0.0)
+        if not np.any(beyond):
+            return state
+        inside = np.asarray(state.in_range) & ~beyond
+        names = (*state.clamped, "temperature_difference")
+        return state._replace(in_range=inside if inside.ndim else bool(inside), clamped=names)
+
+    def point_at_difference(
+        self, point: Sequence[float], difference: float, seal_torque: float, refinement: Any = None
+    ) -> tuple[tuple[float, ...], DoubleNutState]:
+        """Arguments of evaluate_point() with the actual preload, and the state there: the step of the FMU."""
+        actual = self.actual_preload(point[0], difference) if difference else point[0]
+        at = (actual, *point[1:])
+        state = (
+            (refinement or self).evaluate_point(*at)._replace(seal_torque=seal_torque, preload_actual=actual)
+        )
+        return at, self._flagged(state, point[0], difference) if difference else state
 
     def checked_arguments(self, *arguments: Operand | None) -> list[Any]:
         """Arguments of evaluate() with defaults filled in: all numbers, or all arrays of one shape; else ValueError."""
@@ -274,15 +324,29 @@ class NutMap:
                 total += coulomb / (self.presliding_angle * force ** (1.0 / 3.0))
         return total
 
-    def range_margin(self, preload: float, speed: float, temperature: float, axial_load: float) -> float:
+    def range_margin(
+        self,
+        preload: float,
+        speed: float,
+        temperature: float,
+        axial_load: float,
+        temperature_difference: float = 0.0,
+    ) -> float:
         """Least distance from the limits of preload, speed, temperature, forces over their axes, < 0 outside."""
+        left = 1.0
+        if temperature_difference:
+            left = min(
+                float(self.preload_left(preload, temperature_difference)),
+                1.0 - abs(temperature_difference) / MOST_DIFFERENCE,
+            )
+            preload = self.actual_preload(preload, temperature_difference)
         highest, hottest, fastest = self.force.hi, self.temperature.hi, self.speed.hi
         held = preload or abs(axial_load)
         margin = min(
             min(held - self.preload.lo, highest - held) / (highest - self.preload.lo),
             min(temperature - self.temperature.lo, hottest - temperature) / (hottest - self.temperature.lo),
-            (fastest - abs(speed)) / fastest,
-        )
+            (fastest - abs(speed)) / fastest, left,
+        )  # fmt: skip
         if axial_load == 0.0:
             return margin
         relieved, loaded = self._forces_point(preload, axial_load)
@@ -320,10 +384,10 @@ class NutMap:
         ]
         columns: list[Any] = [
             np.concatenate(column).reshape(shape)
-            for column in zip(*(piece[:-2] for piece in pieces), strict=True)
+            for column in zip(*(piece[:-3] for piece in pieces), strict=True)
         ]
         names = tuple(name for name in POINT if any(name in piece.clamped for piece in pieces))
-        return DoubleNutState._make([*columns, names, 0.0])
+        return DoubleNutState._make([*columns, names, 0.0, 0.0])
 
     def _evaluate_piece(
         self, preload: Array, speed: Array, temperature: Array, axial_load: Array, *friction: Array

@@ -228,13 +228,14 @@ def friction_step(
     step: float | None,
     before: Elements | None,
     heat: float,
+    range_margin: float,
 ) -> tuple[dict[str, Any], CoulombFriction]:
     """Outputs and Coulomb friction at the end of a step [s], None: at an instant.
 
-    nut: state with the seals at the point (packed.POINT, then packed.DEFAULTS)
+    nut: state with the seals at the point (packed.POINT, the actual preload, then packed.DEFAULTS)
     before: elements at the start, None: of the simulation; heat: dissipated before it [J]
     """
-    preload, speed, temperature, axial_load, _, net, _, breakaway = point
+    preload, speed, _, axial_load, _, net, _, breakaway = point
 
     def stiffness_of_screw() -> float:
         present = nut_map.presliding_stiffness(preload, axial_load, net, breakaway)
@@ -242,7 +243,7 @@ def friction_step(
 
     coulomb = standstill_friction(nut.coulomb_torque, speed, step, before, law, stiffness_of_screw)
     outputs = friction_outputs(nut, speed, coulomb, loads_a=axial_load >= 0.0)
-    outputs["range_margin"] = nut_map.range_margin(preload, speed, temperature, axial_load)
+    outputs["range_margin"] = range_margin
     outputs["heat"] = heat + (step or 0.0) * outputs["power_loss"]
     return outputs, coulomb
 

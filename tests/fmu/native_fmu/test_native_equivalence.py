@@ -57,6 +57,7 @@ def loads(rng, n):
         "speed": 0.0 if n % 23 == 0 else rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-3.0, 2.7),
         "temperature": rng.uniform(279.0, 357.0),
         "axial_load": 0.0 if n % 3 == 0 else 2.0 * rng.normal() * preload,
+        "temperature_difference": 0.0 if n % 5 < 2 else rng.uniform(-24.0, 24.0),
     }
 
 
@@ -136,10 +137,13 @@ def test_the_elements_start_at_their_side_or_that_of_the_speed(nut_map):
 
 WIDTHS = {  # [unit] of a difference quotient; None: a share of the value
     FRICTION: dict.fromkeys(
-        ("preload", "speed", "temperature", "axial_load", "presliding_element_3", "net_sliding_coefficient",
+        ("preload", "speed", "temperature", "axial_load", "temperature_difference", "presliding_element_3",
+         "net_sliding_coefficient",
          "apparent_viscosity_ratio", "breakaway_factor", "presliding_stiffness", "presliding_damping", "seal_torque")
     ),
-    TRANSMISSION: dict.fromkeys(("speed", "preload", "temperature", "nut_stiffness", "contact_damping_time"))
+    TRANSMISSION: dict.fromkeys(
+        ("speed", "preload", "temperature", "temperature_difference", "nut_stiffness", "contact_damping_time")
+    )
     | {"angle": 1e-4 * WAY / RATIO, "position": 1e-4 * WAY, "velocity": 1e-7, "presliding_element_3": 1e-7},
     MONITOR: {
         "torque": 1e-4, "speed": 1e-3, "temperature": 1e-2, "axial_load": 0.1, "apparent_viscosity_ratio": 1e-4,

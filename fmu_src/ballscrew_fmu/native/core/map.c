@@ -48,7 +48,8 @@ static const char *head_from(Map *map, const double *numbers)
                         {"axis speed is invalid", &map->speed, true},
                         {"axis temperature is invalid", &map->temperature, false},
                         {"axis preload is invalid", &map->preload, true},
-                        {"axis share is invalid", &map->fraction, false}};
+                        {"axis share is invalid", &map->fraction, false},
+                        {"axis difference is invalid", &map->difference, false}};
 
     for (size_t i = 0; i < MAP_AXES; ++i) {
         if (!axis_from(axes[i].axis, numbers + 3 * i, axes[i].logarithmic)) {
@@ -77,7 +78,8 @@ static uint64_t coefficients_of(const Map *map)
     const uint64_t fraction = (uint64_t)axis_coefficients(&map->fraction);
 
     return force * (plane * (TORQUE_COLUMNS + FILM_COLUMNS) + CURVE_COLUMNS) + plane
-           + 2 * (uint64_t)axis_coefficients(&map->preload) * (1 + fraction);
+           + (uint64_t)axis_coefficients(&map->preload)
+                 * (2 * (1 + fraction) + (uint64_t)axis_coefficients(&map->difference));
 }
 
 /* Fills map from count numbers, which must last as long as it. NULL, or what is wrong with them. */
@@ -108,6 +110,8 @@ static const char *map_over(Map *map, const double *numbers, size_t count)
     }
     map->drag = map->curves + curves * CURVE_COLUMNS;
     map->separation = map->drag + plane;
+    map->shift = map->separation + 2 * (size_t)axis_coefficients(&map->preload)
+                                       * (1 + (size_t)axis_coefficients(&map->fraction));
     map->sharing = map->separation + 2 * (size_t)axis_coefficients(&map->preload);
     return NULL;
 }

@@ -34,7 +34,7 @@ typedef struct {
 typedef struct Map Map;
 struct Map {
     int law; /* THREE_PARAMETER_LAW or MECHANISTIC_LAW */
-    Axis force, speed, temperature, preload, fraction;
+    Axis force, speed, temperature, preload, fraction, difference;
     double defaults[MAP_DEFAULTS];
     double presliding_angle;  /* [rad] Coulomb torque over presliding stiffness at the lowest force */
     double seal_angle;        /* [rad] the same at the highest force */
@@ -45,6 +45,7 @@ struct Map {
     const double *drag;       /* (speed, temperature) of the oil between balls */
     const double *separation; /* (2, preload), axial load > 0 first */
     const double *sharing;    /* (2, preload, share) */
+    const double *shift;      /* (preload, difference) */
     MapIdentity identity;
     Map *next;           /* in the list of maps in use */
     unsigned long users; /* until map_free */

@@ -34,6 +34,7 @@ typedef struct {
     Number support;         /* [N/m] 0: rigid */
     Number guide_root;      /* [sqrt(N/m)] of the stiffness of the guide */
     Number guide_limit;     /* [m at 1 N/m] state at which it slides */
+    Number preload;           /* [N] at the temperature difference of screw and nut */
     Number contact, approach; /* k of a nut [N/m^1.5]; its approach without load [m] */
 } Mechanics;
 
@@ -58,7 +59,7 @@ static inline PreslidingLevel level_of(const Map *map, const Number at[], double
     return presliding_level(coulomb_magnitude(parts), stiffness, damping);
 }
 
-static inline void mechanics_of(const Number at[], Mechanics *out)
+static inline void mechanics_of(const Map *map, const Number at[], Mechanics *out)
 {
     const Number travel = greater(at[GUIDE_PRESLIDING_TRAVEL], constant(LEAST_TRAVEL));
     const Number square = multiply(at[SCREW_DIAMETER], at[SCREW_DIAMETER]);
@@ -85,7 +86,8 @@ static inline void mechanics_of(const Number at[], Mechanics *out)
     out->guide_root = root(divide(at[GUIDE_COULOMB], travel));
     out->guide_limit = root(multiply(at[GUIDE_COULOMB], travel));
     out->contact = contact_stiffness(at[NUT_STIFFNESS], at[STIFFNESS_PRELOAD]);
-    out->approach = preload_approach(out->contact, at[PRELOAD], at[AXIAL_PLAY]);
+    out->preload = actual_preload(map, at[PRELOAD], at[TEMPERATURE_DIFFERENCE]);
+    out->approach = preload_approach(out->contact, out->preload, at[AXIAL_PLAY]);
 }
 
 static inline bool is_supported(const Mechanics *mechanics) { return value_of(mechanics->support) > 0.0; }
@@ -106,7 +108,7 @@ static inline void point_locate(const Map *map, const Number at[], double fixed,
     Mechanics *mechanics = &point->mechanics;
     Number drift, deflection; /* rate and way by which the screw leads the nut */
 
-    mechanics_of(at, mechanics);
+    mechanics_of(map, at, mechanics);
     deflection = add(subtract(multiply(mechanics->lever[SHAFT], at[ANGLE]), at[POSITION]), at[SCREW_DISPLACEMENT]);
     drift = subtract(multiply(mechanics->lever[SHAFT], at[SPEED]), at[VELOCITY]);
     if (is_supported(mechanics)) {
@@ -184,6 +186,7 @@ static inline void axis_outputs(const Point *point, const Number at[], const Ste
     out[NUT_FORCE] = force;
     out[FORCE_NUT_A] = contacts->a.force;
     out[FORCE_NUT_B] = contacts->b.force;
+    out[PRELOAD_ACTUAL] = mechanics->preload;
     out[AXIAL_DEFLECTION] = subtract(multiply(mechanics->lever[SHAFT], at[ANGLE]), at[POSITION]);
     out[AXIAL_STIFFNESS] = stiffness;
     power = add(add(multiply(point->parts.viscous, absolute(speed)), elements.power),
@@ -216,7 +219,7 @@ static inline void axis_outputs(const Point *point, const Number at[], const Ste
 
 static inline Number point_margin(const Map *map, const Point *point, const Number at[])
 {
-    return contacts_margin(map, &point->contacts, at);
+    return contacts_margin(map, &point->contacts, point->mechanics.preload, at);
 }
 
 #endif

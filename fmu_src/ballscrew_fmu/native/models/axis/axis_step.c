@@ -42,7 +42,7 @@ static void plant_of(const Map *map, const double at[VARIABLE_COUNT], Plant *pla
 
     plant->map = map;
     plant->at = at;
-    mechanics_of(at, mechanics);
+    mechanics_of(map, at, mechanics);
     plant->freedoms = is_supported(mechanics) ? FREEDOMS : SCREW;
     for (int i = 0; i < FREEDOMS; ++i) {
         plant->inverse[i] = 1.0 / sqrt(mechanics->mass[i]);

@@ -124,7 +124,7 @@ unsigned model_clamped(Model *model)
 {
     const Point *point = locate(model);
 
-    return contacts_clamped(model->map, &point->contacts, &point->conditions, constant(model->latched[PRELOAD]));
+    return contacts_clamped(model->map, &point->contacts, &point->conditions, point->mechanics.preload, model->latched);
 }
 
 /* --- events --- */

@@ -149,7 +149,7 @@ static inline Number holding_force(const Contacts *contacts, Number preload)
 
 /* What is clamped, one bit per variable from the first input. */
 static inline unsigned contacts_clamped(const Map *map, const Contacts *contacts, const Conditions *conditions,
-                                        Number preload)
+                                        Number preload, const Number at[])
 {
     const double holding = value_of(holding_force(contacts, preload));
     const bool preload_inside = holding >= map->preload.lo && holding <= map->force.hi;
@@ -158,7 +158,10 @@ static inline unsigned contacts_clamped(const Map *map, const Contacts *contacts
     const double held = value_of(held_force(lesser(a, b), greater(a, b)));
     const unsigned apart = map->oversize && held < 0.0 ? 1U << (PRELOAD - INPUT_FIRST) : 0U;
 
-    return apart | (preload_inside ? 0U : 1U << (PRELOAD - INPUT_FIRST))
+    const bool warm = value_of(difference_margin(map, at[PRELOAD], at[TEMPERATURE_DIFFERENCE])) < 0.0;
+
+    return apart | (warm ? 1U << (TEMPERATURE_DIFFERENCE - INPUT_FIRST) : 0U)
+           | (preload_inside ? 0U : 1U << (PRELOAD - INPUT_FIRST))
            | (conditions->speed_clamped ? 1U << (SPEED - INPUT_FIRST) : 0U)
            | (conditions->temperature_clamped ? 1U << (TEMPERATURE - INPUT_FIRST) : 0U)
            | (value_of(force_left(map, contacts->a.force)) < 0.0 ? 1U << (FORCE_NUT_A - INPUT_FIRST) : 0U)
@@ -167,11 +170,12 @@ static inline unsigned contacts_clamped(const Map *map, const Contacts *contacts
 
 /* Least distance from the limits of preload, speed, temperature and force of the loaded nut, each as a share of the
    length of its axis. Negative outside. */
-static inline Number contacts_margin(const Map *map, const Contacts *contacts, const Number at[])
+static inline Number contacts_margin(const Map *map, const Contacts *contacts, Number preload, const Number at[])
 {
     const Number highest = greater(contacts->a.force, contacts->b.force);
-    const Number margin = lesser(nut_margin(map, holding_force(contacts, at[PRELOAD]), at[SPEED], at[TEMPERATURE]),
+    const Number inside = lesser(nut_margin(map, holding_force(contacts, preload), at[SPEED], at[TEMPERATURE]),
                                  over(force_left(map, highest), map->force.hi));
+    const Number margin = lesser(inside, difference_margin(map, at[PRELOAD], at[TEMPERATURE_DIFFERENCE]));
 
     if (!map->oversize) {
         return margin;

@@ -10,7 +10,8 @@
 
 typedef struct {
     bool kept;                /* contact and approach, valid while the numbers that they belong to do not change: */
-    double of[4];             /* preload, nut stiffness, its preload, play */
+    double of[5];             /* preload, temperature difference, nut stiffness, its preload, play */
+    Number preload;           /* [N] at the temperature difference of screw and nut */
     Number contact, approach; /* k [N/m^1.5]; without load [m] */
     Contacts contacts;
     Loads loads;
@@ -20,15 +21,16 @@ typedef struct {
 /* Contacts, loads and conditions at the end of a step [s] from this point; 0: an instant */
 static inline void point_locate(const Map *map, const Number at[], double step, Point *point)
 {
-    const double of[] = {value_of(at[PRELOAD]), value_of(at[NUT_STIFFNESS]), value_of(at[STIFFNESS_PRELOAD]),
-                         value_of(at[AXIAL_PLAY])};
+    const double of[] = {value_of(at[PRELOAD]), value_of(at[TEMPERATURE_DIFFERENCE]), value_of(at[NUT_STIFFNESS]),
+                         value_of(at[STIFFNESS_PRELOAD]), value_of(at[AXIAL_PLAY])};
     const Number ratio = screw_ratio(at);
     Number first, drift;
 
     if (!(point->kept && memcmp(point->of, of, sizeof of) == 0)) { /* a step seldom changes them */
         memcpy(point->of, of, sizeof of);
         point->contact = contact_stiffness(at[NUT_STIFFNESS], at[STIFFNESS_PRELOAD]);
-        point->approach = preload_approach(point->contact, at[PRELOAD], at[AXIAL_PLAY]);
+        point->preload = actual_preload(map, at[PRELOAD], at[TEMPERATURE_DIFFERENCE]);
+        point->approach = preload_approach(point->contact, point->preload, at[AXIAL_PLAY]);
         point->kept = true;
     }
     drift = subtract(multiply(ratio, at[SPEED]), at[VELOCITY]);
@@ -62,6 +64,7 @@ static inline void point_outputs(const Point *point, const Parts *both, const Pr
         mean_damping = over(multiply(at[CONTACT_DAMPING_TIME], subtract(elastic, before)), step);
         mean = add(mean_elastic_force(k, d_0, first, contacts->last), mean_damping);
     }
+    out[PRELOAD_ACTUAL] = point->preload;
     out[SCREW_TORQUE] = add(ideal, friction);
     out[NUT_FORCE] = force;
     out[FORCE_NUT_A] = a.force;
@@ -78,12 +81,12 @@ static inline void point_outputs(const Point *point, const Parts *both, const Pr
 
 static inline unsigned point_clamped(const Map *map, const Point *point, const Number at[])
 {
-    return contacts_clamped(map, &point->contacts, &point->conditions, at[PRELOAD]);
+    return contacts_clamped(map, &point->contacts, &point->conditions, point->preload, at);
 }
 
 static inline Number point_margin(const Map *map, const Point *point, const Number at[])
 {
-    return contacts_margin(map, &point->contacts, at);
+    return contacts_margin(map, &point->contacts, point->preload, at);
 }
 
 #endif
