@@ -57,13 +57,14 @@ def loads(rng, n):
         "speed": 0.0 if n % 23 == 0 else rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-3.0, 2.7),
         "temperature": rng.uniform(279.0, 357.0),
         "axial_load": 0.0 if n % 3 == 0 else 2.0 * rng.normal() * preload,
-        "temperature_difference": 0.0 if n % 5 < 2 else rng.uniform(-24.0, 24.0),
+        "temperature_difference": 0.0 if n % 5 < 2 else 24.0 * math.sin(7.0 * n),
     }
 
 
 def motion(rng, n):
     inputs = loads(rng, n)
     del inputs["axial_load"]
+    inputs["temperature_difference"] *= inputs["preload"] > 2000.0  # that of less may be lost: a kink
     angle = rng.normal() * 100.0
     return inputs | {
         "angle": angle,

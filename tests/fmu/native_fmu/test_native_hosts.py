@@ -100,11 +100,11 @@ def test_fmus_of_two_screws_fit_into_one_program(tmp_path):
     for name, nut_map in (("one", NUT_MAP), ("two", OTHER)):
         names = "Instantiate", "SetReal", "SetupExperiment", "EnterInitializationMode", "GetReal"
         make, put, set_up, enter, get = (both[f"{name}_fmi2{call}"] for call in names)
-        make.restype, zero, vr = c_void_p, c_double(0.0), (c_uint * 4)(1, 2, 3, 6)
+        make.restype, zero, vr = c_void_p, c_double(0.0), (c_uint * 4)(1, 2, 3, 7)
         handle = c_void_p(make(b"a", 1, name.encode(), None, None, 0, 0))
         assert put(handle, vr, c_size_t(3), doubles(2000.0, 10.0, 303.15)) == OK
         assert (set_up(handle, 0, zero, zero, 0, zero), enter(handle)) == (OK, OK)
-        assert get(handle, (c_uint * 1)(6), c_size_t(1), torque) == OK
+        assert get(handle, (c_uint * 1)(7), c_size_t(1), torque) == OK
         assert torque[0] == pytest.approx(nut_map.evaluate(2000.0, 10.0, 303.15).viscous_torque, rel=1e-12)
 
 

@@ -26,7 +26,7 @@ static void require(int good)
 
 static void *work(void *argument)
 {
-    static const fmi2ValueReference all[] = {1, 2, 3, 4, 5};
+    static const fmi2ValueReference all[] = {1, 2, 3, 4, 5, 6};
     Job *job = argument;
     fmi2Component fmu[2] = {NULL, NULL}; /* that live at the same time */
 
@@ -39,7 +39,7 @@ static void *work(void *argument)
         require(fmi2EnterInitializationMode(*one) == fmi2OK && fmi2ExitInitializationMode(*one) == fmi2OK);
         for (int n = 0; n < STEPS; ++n) {
             const double x = sin(1.0 + n + 0.7 * kind), y = cos(2.0 * n + kind);
-            const double input[INPUT_COUNT] = {4000.0 + 4000.0 * x, 250.0 * y, 318.0 + 32.0 * x * y, 6000.0 * (x - y)};
+            const double input[INPUT_COUNT] = {4000.0 + 4000.0 * x, 250.0 * y, 318.0 + 32.0 * x * y, 6000.0 * (x - y), 5.0 * y};
             double torque = 0.0;
             require(fmi2SetReal(*one, all, INPUT_COUNT, input) == fmi2OK);
             require(fmi2DoStep(*one, 1e-3 * n, 1e-3, fmi2True) == fmi2OK);
