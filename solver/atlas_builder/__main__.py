@@ -3,6 +3,8 @@
 python -m atlas_builder contacts --count 4250     solve contacts
 python -m atlas_builder points --count 1000       solve the points of the certificate, --fine: on the finer grid
 python -m atlas_builder atlas                     fit, certify; writes data/contact_atlas.npz and the VG 100 map
+python -m atlas_builder certificate               certify the atlas that is there anew, after a change of the law
+python -m atlas_builder packaged                  write the VG 100 map alone
 python -m atlas_builder published --count 1024    solve sliding contacts, write the packaged map of the published law
 """
 
@@ -11,7 +13,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 from concurrent.futures import Executor
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +34,15 @@ from ballscrew_tehl.refinement.processes import worker_pool
 
 from .certificate import SEED, certificate, solve_points
 from .contacts import atlas_contacts, journal_of, solve_contacts
-from .fit import BOUNDS_OF_ATLAS, FIRST, interpolant_of, lengths_and_noise, save_atlas, table_of
+from .fit import (
+    BOUNDS_OF_ATLAS,
+    FIRST,
+    certify_atlas,
+    interpolant_of,
+    lengths_and_noise,
+    save_atlas,
+    table_of,
+)
 from .journal import Journal
 from .published import SlidingFilms, published_map, solve_sliding
 
@@ -92,11 +102,8 @@ def run_published(args: argparse.Namespace) -> None:
 
 
 def run_atlas(args: argparse.Namespace) -> None:
-    with ExitStack() as stack:
-        solved, points = (
-            stack.enter_context(journal).entries
-            for journal in (journal_of(SOLVED / "contacts.jsonl"), points_journal())
-        )
+    with journal_of(SOLVED / "contacts.jsonl") as journal:
+        solved = journal.entries
     rows = sorted(map(int, solved))
     contacts = atlas_contacts(rows[-1] + 1)
     table = table_of([contacts[k] for k in rows], [solved[str(k)] for k in rows])
@@ -112,11 +119,20 @@ def run_atlas(args: argparse.Namespace) -> None:
         "certificate": {"what": "", "points": 0},
     }
     save_atlas(packaged_atlas(), table, lengths, interpolant, header)
-    # own processes, begun now: they read the atlas that was just written
-    with worker_pool(args.workers) as executor, progress_bar() as progress:
-        header["certificate"] = certificate(points, executor, progress)
-    save_atlas(packaged_atlas(), table, lengths, interpolant, header)
+    run_certificate(args)
+
+
+def run_certificate(args: argparse.Namespace) -> None:
     load_atlas.cache_clear()
+    # own processes, begun now: they read the atlas that is there
+    with worker_pool(args.workers) as executor, progress_bar() as progress, points_journal() as journal:
+        result = certificate(journal.entries, executor, progress)
+    certify_atlas(packaged_atlas(), result)
+    load_atlas.cache_clear()
+    write_packaged(args)
+
+
+def write_packaged(args: argparse.Namespace) -> None:
     save_map(packaged_map(VG100), build_map(load_screw(PACKAGED_VG100), map_grid(load_screw())))
 
 
@@ -126,7 +142,7 @@ def main() -> None:
     steps = parser.add_subparsers(required=True)
     for name, run, count in (
         ("contacts", run_contacts, 4250), ("points", run_points, 1000), ("published", run_published, 1024),
-        ("atlas", run_atlas, 0),
+        ("atlas", run_atlas, 0), ("certificate", run_certificate, 0), ("packaged", write_packaged, 0),
     ):  # fmt: skip
         step = steps.add_parser(name)
         step.set_defaults(run=run)

@@ -169,7 +169,19 @@ def save_atlas(
     }  # fmt: skip
     complete = {**header, "format": ATLAS_FORMAT, "version": __version__, "contacts": len(table.rows)}
     complete["hash"] = content_hash(arrays)
+    _write(path, complete, arrays)
+    return complete
+
+
+def certify_atlas(path: Path, certificate: Mapping[str, Any]) -> None:
+    """Give the atlas of a file another certificate."""
+    with np.load(path, allow_pickle=False) as file:
+        arrays = {name: file[name] for name in file.files}
+    header = json.loads(str(arrays.pop("header")))
+    _write(path, header | {"certificate": certificate}, arrays)
+
+
+def _write(path: Path, header: Mapping[str, Any], arrays: Mapping[str, Any]) -> None:
     # a name without .npz would be changed
     with whole_file(path) as temporary, temporary.open("wb") as stream:
-        np.savez_compressed(stream, header=np.array(json.dumps(complete, sort_keys=True)), **arrays)
-    return complete
+        np.savez_compressed(stream, header=np.array(json.dumps(header, sort_keys=True)), **arrays)

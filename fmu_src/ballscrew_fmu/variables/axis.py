@@ -214,7 +214,8 @@ LOCALS: tuple[Variable | Shared, ...] = (
     *(
         Variable(
             name, "local", f"Deflection of presliding element {i} times the root of its stiffness, a continuous state",
-            "sqrt(J)", initially_depends_on=(*_ELASTIC, *_LAW, "temperature", "preload"), nominal=1e-3,
+            "sqrt(J)", nominal=1e-3,
+            initially_depends_on=(*_ELASTIC, *_LAW, "temperature", "preload", "temperature_difference"),
         )
         for i, name in enumerate(_ELEMENTS, 1)
     ),
