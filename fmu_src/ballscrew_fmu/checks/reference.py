@@ -40,10 +40,10 @@ def reference_of(nut_map: NutMap, model: FmuModel = FRICTION) -> Reference:
         return Reference(STEP, rows, friction_results(nut_map, rows))
     inputs = rows
     if model is MONITOR:
-        rows = [row | {"temperature_difference": 0.0} for row in rows]
         torques = [row["friction_torque"] for row in friction_results(nut_map, rows, presliding=False)]
         inputs = [
-            {"torque": torque} | {name: row[name] for name in ("speed", "temperature", "axial_load")}
+            {"torque": torque}
+            | {name: row[name] for name in ("speed", "temperature", "axial_load", "temperature_difference")}
             for row, torque in zip(rows, torques, strict=True)
         ]
     with tempfile.TemporaryDirectory(prefix="ballscrew_reference_") as scratch:
@@ -118,7 +118,8 @@ def check_monitor(
         found += 1
         at = [row[name] for name in ("speed", "temperature", "axial_load")]
         preload, part = row["preload"], DIFFERENCE * row["preload"]
-        low, mid, high = (nut_map.evaluate(preload + x, *at) for x in (-part, 0.0, part))
+        difference = {"temperature_difference": row["temperature_difference"]}
+        low, mid, high = (nut_map.evaluate(preload + x, *at, **difference) for x in (-part, 0.0, part))
         slope = (high.friction_torque - low.friction_torque) / (2.0 * part)
         for name, value, allowed in (
             ("preload", preload, RECOVERY), ("lambda_ratio", mid.lambda_ratio, RECOVERY),

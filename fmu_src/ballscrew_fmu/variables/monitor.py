@@ -15,7 +15,7 @@ from ballscrew_fmu.variables.friction import (
 )
 from ballscrew_tehl.runtime.packed import DEFAULTS
 
-_ALL = ("torque", "speed", "temperature", "axial_load")
+_ALL = ("torque", "speed", "temperature", "axial_load", "temperature_difference")
 _FRICTION = (*DEFAULTS, "regularization_speed", "seal_torque")
 _PRELOAD = (*_FRICTION, "speed_min", "initial_preload")
 _INTERVAL = (*_PRELOAD, "torque_uncertainty", "law_uncertainty")
@@ -30,8 +30,10 @@ ROWS: tuple[Variable | Shared, ...] = (
     Shared("speed"),
     Shared("temperature"),
     Shared("axial_load"),
+    Shared("temperature_difference"),
     Variable(
-        "preload", "output", "Preload of the screw. Below speed_min: the last one that was in range",
+        "preload", "output",
+        "Preload with screw and nut at one temperature. Below speed_min: the last one that was in range",
         "N", minimum=0.0, nominal=1000.0, depends_on=_ALL, initially_depends_on=_PRELOAD,
     ),
     Variable(

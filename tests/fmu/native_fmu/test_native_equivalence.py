@@ -79,6 +79,7 @@ def measured(rng, n):
     axial_load = rng.normal() * 3000.0 * (n % 4 > 0)
     return {
         "torque": torque, "speed": speed, "temperature": rng.uniform(280.0, 356.0), "axial_load": axial_load,
+        "temperature_difference": 3.0 * math.sin(7.0 * n) * (n % 2),
     }  # fmt: skip
 
 
@@ -147,7 +148,8 @@ WIDTHS = {  # [unit] of a difference quotient; None: a share of the value
     )
     | {"angle": 1e-4 * WAY / RATIO, "position": 1e-4 * WAY, "velocity": 1e-7, "presliding_element_3": 1e-7},
     MONITOR: {
-        "torque": 1e-4, "speed": 1e-3, "temperature": 1e-2, "axial_load": 0.1, "apparent_viscosity_ratio": 1e-4,
+        "torque": 1e-4, "speed": 1e-3, "temperature": 1e-2, "axial_load": 0.1, "temperature_difference": 1e-3,
+        "apparent_viscosity_ratio": 1e-4,
         "net_sliding_coefficient": 1e-7, "roughness_height": 1e-12, "breakaway_factor": 1e-4,
         "regularization_speed": 1e-3, "speed_min": 1e-4, "torque_uncertainty": 1e-5, "initial_preload": 0.1,
         "law_uncertainty": 1e-5, "seal_torque": 1e-5,

@@ -42,9 +42,9 @@ def monitor(nut_map):
     return step
 
 
-def torque_of(nut_map, preload, speed, temperature=303.15, axial_load=0.0, friction=SETS[0]):
+def torque_of(nut_map, preload, speed, temperature=303.15, axial_load=0.0, friction=SETS[0], **others):
     """Friction torque as BallScrewFriction signs it; floats or arrays."""
-    state = nut_map.evaluate(preload, speed, temperature, axial_load, *friction)
+    state = nut_map.evaluate(preload, speed, temperature, axial_load, *friction, **others)
     coulomb = state.coulomb_torque
     return np.sign(speed) * (state.viscous_torque + np.tanh(np.abs(speed) / REGULARIZATION) * coulomb)
 
@@ -67,6 +67,17 @@ def parting(nut_map, axial_load):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if nut_map._forces_point(middle, axial_load)[0] == 0.0 else (low, middle)
     return high
+
+
+def test_the_preload_is_that_at_one_temperature_of_screw_and_nut(nut_map, monitor):
+    for difference in (-9.0, -2.0, 3.0, 8.0):
+        warm = {"temperature_difference": difference}
+        for axial in (0.0, 400.0):
+            torque = float(torque_of(nut_map, 1700.0, 60.0, axial_load=axial, **warm))
+            found = monitor(torque, 60.0, axial_load=axial, **warm)
+            assert (found["preload"], found["in_range"]) == (pytest.approx(1700.0, rel=1e-8), True)
+            assert monitor(torque, 60.0, axial_load=axial)["preload"] != pytest.approx(1700.0, rel=0.02)
+    assert not monitor(torque, 60.0, temperature_difference=21.0)["in_range"]
 
 
 @pytest.mark.slow

@@ -47,12 +47,18 @@ static unsigned clamped_inputs(const Estimate *result)
            | (result->axial_load_clamped ? bit_of(AXIAL_LOAD) : 0U);
 }
 
+/* Of a temperature difference beyond the map. */
+static unsigned clamped_difference(const Model *model)
+{
+    return fabs(model->latched[TEMPERATURE_DIFFERENCE]) > MOST_DIFFERENCE ? bit_of(TEMPERATURE_DIFFERENCE) : 0U;
+}
+
 static void estimate(Model *model, Estimate *result)
 {
     preload_of_torque(model->map, model->latched, motion(model), torque_along_motion(model), result);
     model->estimate = result->preload;
     model->elasticity = result->torque > 0.0 ? result->slope * result->preload / result->torque : 0.0;
-    model->clamped = clamped_inputs(result);
+    model->clamped = clamped_inputs(result) | clamped_difference(model);
     if (!result->converged || result->preload < model->map->preload.lo
         || !(model->elasticity >= LEAST_ELASTICITY)) {
         model->clamped |= bit_of(TORQUE);
@@ -86,7 +92,7 @@ static void compute(Model *model)
         out[PRELOAD] = model->has_stored ? model->stored : at[INITIAL_PRELOAD];
         torque_of_preload(model->map, at, motion(model), lesser(out[PRELOAD], model->map->force.hi), &result);
         if (!model->continuous) {
-            model->clamped = clamped_inputs(&result);
+            model->clamped = clamped_inputs(&result) | clamped_difference(model);
         }
     }
     slope = greater(result.slope, 0.0);
@@ -195,9 +201,10 @@ static double margin_of_estimate(const Model *model)
     margin = lesser(margin, lesser(temperature - map->temperature.lo, map->temperature.hi - temperature)
                              / (map->temperature.hi - map->temperature.lo));
     margin = lesser(margin, (map->speed.hi - motion(model)) / map->speed.hi);
+    margin = lesser(margin, 1.0 - fabs(at[TEMPERATURE_DIFFERENCE]) / MOST_DIFFERENCE);
     if (at[AXIAL_LOAD] != 0.0) {
         double force[2];
-        nut_forces(map, model->estimate, at[AXIAL_LOAD], force);
+        nut_forces(map, actual_preload(map, model->estimate, at[TEMPERATURE_DIFFERENCE]), at[AXIAL_LOAD], force);
         margin = lesser(margin, (map->force.hi - force[1]) / map->force.hi);
     }
     return margin;

@@ -46,11 +46,13 @@ static void begin_search(Search *search, const Map *map, const double at[], doub
 
 static void try_preload(Search *search, double preload, Estimate *out)
 {
+    const Number difference = constant(search->at[TEMPERATURE_DIFFERENCE]);
+    const Number actual = actual_preload(search->map, number(preload, 1.0), difference);
     Loads loads;
     Parts parts;
     Number torque;
 
-    nut_loads(search->map, number(preload, 1.0), constant(search->at[AXIAL_LOAD]), &loads);
+    nut_loads(search->map, actual, constant(search->at[AXIAL_LOAD]), &loads);
     nut_parts(search->map, &loads, &search->conditions, search->columns, &search->friction, &parts);
     torque = add(parts.viscous, times(search->sign, coulomb_magnitude(&parts)));
     out->preload = preload;
@@ -89,12 +91,33 @@ static double separation_preload(const Map *map, double axial_load)
     return preload < map->force.hi ? preload : map->force.hi;
 }
 
+/* Preload [N] without temperature difference at or below which at most this one is left; at most the end of the map. */
+static double preload_leaving(const Map *map, double actual, double difference)
+{
+    double low = 0.0, high = map->force.hi;
+
+    if (difference == 0.0) {
+        return actual;
+    }
+    for (int i = 0; i < MOST_ITERATIONS && high - low > ROUNDING * high; ++i) {
+        const double middle = 0.5 * (low + high);
+        if (value_of(actual_preload(map, constant(middle), constant(difference))) <= actual) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
 /* Newton's method for ln torque as a function of ln preload, safeguarded by bisection. True if the torque at
    out->preload is the target. */
 static bool solve(Search *search, double target, Estimate *out)
 {
     const double highest = search->map->force.hi;
-    double low = separation_preload(search->map, search->at[AXIAL_LOAD]), high = highest;
+    double low = preload_leaving(search->map, separation_preload(search->map, search->at[AXIAL_LOAD]),
+                                 search->at[TEMPERATURE_DIFFERENCE]);
+    double high = highest;
     double before = HUGE_VAL, preload;
     bool high_known = false;
 
@@ -158,6 +181,12 @@ static Dual dual_of(Number a)
     return out;
 }
 
+/* Preload at the temperature difference of screw and nut. */
+static Number actual_along(const Map *map, const double at[], const double direction[], Dual preload)
+{
+    return actual_preload(map, number_of(preload), variable_of(at, direction, TEMPERATURE_DIFFERENCE));
+}
+
 Dual torque_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
                   Dual speed,
                    Dual preload)
@@ -169,7 +198,7 @@ Dual torque_along(const Map *map, const double at[VARIABLE_COUNT], const double 
     Parts parts;
 
     nut_conditions(map, number_of(speed), variable_of(at, direction, TEMPERATURE), &conditions);
-    nut_loads(map, number_of(preload), variable_of(at, direction, AXIAL_LOAD), &loads);
+    nut_loads(map, actual_along(map, at, direction, preload), variable_of(at, direction, AXIAL_LOAD), &loads);
     nut_parts(map, &loads, &conditions, NULL, &friction, &parts);
     return dual_of(add(parts.viscous, multiply(sign, coulomb_magnitude(&parts))));
 }
@@ -190,7 +219,7 @@ Dual lambda_ratio_along(const Map *map, const double at[VARIABLE_COUNT],
     Films films;
 
     nut_conditions(map, variable_of(at, direction, SPEED), variable_of(at, direction, TEMPERATURE), &conditions);
-    nut_loads(map, number_of(preload), variable_of(at, direction, AXIAL_LOAD), &loads);
+    nut_loads(map, actual_along(map, at, direction, preload), variable_of(at, direction, AXIAL_LOAD), &loads);
     nut_films(map, &loads, &conditions, &films);
     return dual_of(lambda_ratio(films.minimum, variable_of(at, direction, ROUGHNESS_HEIGHT)));
 }
