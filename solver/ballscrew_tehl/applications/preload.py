@@ -81,17 +81,23 @@ def preload_interval(
     preload: float,
     speed: float,
     temperature: float,
+    difference: float = 0.0,
 ) -> PreloadInterval:
-    """Preloads [N] at which a measured torque [N.m] >= 0 is the high and low end of its interval, within the map."""
+    """Preloads [N] at which a measured torque [N.m] >= 0 is the high and low end of its interval, within the map.
+
+    difference: temperature of screw minus that of the nut [K]
+    """
     axes, at = nut_map.header["axes"], (speed, temperature)
     lowest, highest = axes["preload"][0], min(axes["force"][1], axes["preload"][1])
 
     def interval(preload: float) -> TorqueInterval:
-        return map_interval(parameters, axes, friction_set, preload, *at)
+        actual = nut_map.actual_preload(preload, difference) if difference else preload
+        return map_interval(parameters, axes, friction_set, actual, *at)
 
     def end(preload: float, which: int) -> float:
         seals = nut_map.seal_torque
-        balls = float(nut_map.evaluate(preload, *at).friction_torque) - seals
+        state = nut_map.evaluate(preload, *at, temperature_difference=difference)
+        balls = float(state.friction_torque) - seals
         return interval(preload).relative[which] * balls + seals
 
     low, high, at_edge = lowest, highest, []

@@ -33,10 +33,12 @@ class ScrewMap(NamedTuple):
     parameters: Parameters
     nut_map: NutMap
     friction_set: FrictionSet
+    difference: float = 0.0  # temperature of the screw minus that of the nut [K]
 
     def torque(self, preload: float, speed: Array | float, temperature: float) -> Array:
-        """[N.m]"""
-        return np.asarray(self.nut_map.evaluate(preload, speed, temperature).friction_torque)
+        """[N.m], preload: with screw and nut at one temperature."""
+        state = self.nut_map.evaluate(preload, speed, temperature, temperature_difference=self.difference)
+        return np.asarray(state.friction_torque)
 
     @property
     def preloads(self) -> tuple[float, float]:

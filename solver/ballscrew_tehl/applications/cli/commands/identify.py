@@ -162,7 +162,14 @@ def _axis(args: Namespace) -> _Axis:
         say("no --temperature-c: the lead of the screw is used, no preload is computed")
         return _Axis(args, own)
     return _Axis(
-        args, own, preload.ScrewMap(selection.parameters, selection.nut_map(args), selection.friction_set)
+        args,
+        own,
+        preload.ScrewMap(
+            selection.parameters,
+            selection.nut_map(args),
+            selection.friction_set,
+            args.temperature_difference_k or 0.0,
+        ),
     )
 
 

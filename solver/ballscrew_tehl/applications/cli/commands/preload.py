@@ -24,14 +24,14 @@ AT_EDGE = "preload_at_edge"
 
 def run_preload(args: Namespace) -> Answer:
     """Preload at which the map gives the measured torque."""
-    points = read_points(args, PRELOAD_POINT)
+    points, difference = read_points(args, PRELOAD_POINT), args.temperature_difference_k or 0.0
     selection = chosen_of(args)
     nut_map = selection.nut_map(args)
     further = {**selection.described, "map_hash": nut_map.header["file_hash"], "version": __version__}
     if other := carried_over(selection.friction_set, selection.parameters):
         say(other)
         further |= {"friction_note": other} if args.json else {}
-    results = [_result(selection, nut_map, point) | further for point in each(points, "points")]
+    results = [_result(selection, nut_map, point, difference) | further for point in each(points, "points")]
     if below := [result for result in results if result["clamped"] == ["preload"]]:
         say(
             f"in_range: false; {some_of(below, results)}torque_nm {below[0]['torque_nm']:.6g} at {_at(below[0])} is "
@@ -49,12 +49,12 @@ def _at(point: Mapping[str, Any]) -> str:
     return f"{point['speed_rpm']:g} r/min and {point['temperature_c']:g} C"
 
 
-def _result(chosen: Chosen, nut_map: NutMap, point: Mapping[str, float]) -> dict[str, Any]:
-    """Preload and interval behind a torque, not above those of the map."""
+def _result(chosen: Chosen, nut_map: NutMap, point: Mapping[str, float], difference: float) -> dict[str, Any]:
+    """Preload and interval behind a torque, not above those of the map; difference: of screw and nut [K]."""
     measured, at = point["torque_nm"], (point["speed_rpm"] * RPM, point["temperature_c"] + CELSIUS)
 
     def torque(preload: float) -> float:
-        return float(nut_map.evaluate(preload, *at).friction_torque)
+        return float(nut_map.evaluate(preload, *at, temperature_difference=difference).friction_torque)
 
     axes = nut_map.header["axes"]
     lowest = float(axes["preload"][0])
@@ -65,10 +65,14 @@ def _result(chosen: Chosen, nut_map: NutMap, point: Mapping[str, float]) -> dict
             f"(preload {lowest:g} to {highest:g} N); remedy: check its unit and sign, or a map to a higher preload"
         )
     preload = preload_from_torque(torque, measured, 0.0, highest)
-    state = nut_map.evaluate(preload, *at)
+    state = nut_map.evaluate(preload, *at, temperature_difference=difference)
     result: dict[str, Any] = {**point, "preload_n": preload}
+    if difference:
+        result |= {"temperature_difference_k": difference, "preload_actual_n": float(state.preload_actual)}
     if nut_map.law == Law.MECHANISTIC:
-        ends = preload_interval(chosen.parameters, nut_map, chosen.friction_set, measured, preload, *at)
+        ends = preload_interval(
+            chosen.parameters, nut_map, chosen.friction_set, measured, preload, *at, difference
+        )
         result |= {"preload_low_n": ends.low, "preload_high_n": ends.high, "preload_interval": ends.meaning}
         result |= {AT_EDGE: list(ends.at_edge)} if ends.at_edge else {}
     return result | {"in_range": bool(state.in_range), "clamped": list(state.clamped)}
