@@ -13,13 +13,14 @@ import numpy as np
 from ..friction.film_shear import nut_forces
 from ..parameters.file import FOUR_POINT, Parameters
 from ..physics.film import MIN_FILM, THICKEST_FILM
+from ..runtime.constants import HELD
 from ..runtime.evaluate import NutMap
 
 THICK = 3.0  # film ratio above which a film counts as thick
 #: steps of the differences, temperature [K] and ln speed, and smallest relative change that counts
 STEP_K, STEP_LN, MIN_CHANGE = 1.0, 0.02, 1e-4
-#: force of the relieved over that of the loaded set of flanks below which oversize balls begin to slip on it
-MIN_FORCE_RATIO = 0.12
+#: force of the relieved over that of the loaded flanks below which a map holds for free oversize balls, within 3 %
+FREE_FORCE_RATIO = 1e-3
 
 
 class Trend(NamedTuple):
@@ -71,18 +72,16 @@ def unphysical_trend(
 
 
 def unlike_flanks(parameters: Parameters, preload: float, axial_load: float, torque: float) -> str:
-    """One line if an axial load nearly frees oversize balls of two flanks, which a map follows in closed form; else "".
+    """One line if an axial load leaves oversize balls half held, out of the range of a map; else "".
 
-    The ball then slips on the relieved ones (runtime.nut_law.freed_shear). torque : [N m] by its motion. Ten example
-    screws over their maps: the map is off by 0.2 % from MIN_FORCE_RATIO on (2.6 % at most), below by 2 % in the mean,
-    9 % for 95 % of the points and 21 % at most; free of two flanks the friction of ball on ball is 1/cos(beta) too high
+    The ball then slips on the relieved flanks (runtime.nut_law.freed). torque : [N m] by its motion
     """
     if parameters.screw.preload_kind != FOUR_POINT or not preload >= 0.0 or axial_load == 0.0:
         return ""
     relieved, loaded = sorted(nut_forces(parameters, preload, axial_load))
-    if not relieved < MIN_FORCE_RATIO * loaded:
+    if not relieved < HELD * loaded:
         return ""
-    off = "within some 10 %" if relieved > 0.0 else "up to 1.4 times too high"
+    off = "up to 40 % off" if relieved > FREE_FORCE_RATIO * loaded else "within 3 %"
     return (
         f"oversize balls slip on one set of flanks ({relieved:.3g} N, the other {loaded:.3g} N): map {off}, "
         f"from the motion of the ball {torque:.4g} N m"

@@ -10,16 +10,16 @@ from ballscrew_tehl.parameters.units import CELSIUS, RPM, SHOWN
 from ballscrew_tehl.physics.film import MIN_FILM, THICKEST_FILM
 from ballscrew_tehl.physics.lubricant import ambient_density, eta0
 from ballscrew_tehl.physics.rating import dynamic_rating, nsk_torque, static_rating
+from ballscrew_tehl.runtime.constants import HELD
 
-from ..trend import MIN_FORCE_RATIO
 from .data import CATALOGUE_SPEED, OperatingPoint, ReportData
 from .page import Html, table
 
 #: how certain the torque of balls with four contacts is, by whether the law is the mechanistic one
 OVERSIZE_BALLS = {
     False: "the spin of the balls on their flanks is not included; the command torque gives an upper bound of it",
-    True: "torque and efficiency are some 10 % less certain where the smaller force of both sets of flanks is below "
-    f"{MIN_FORCE_RATIO:g} of the larger; the command torque marks such points (unlike_flanks)",
+    True: "torque and efficiency are up to 40 % off and out of the range of the map where the smaller force of both "
+    f"sets of flanks is below {HELD:g} of the larger; the command torque states the value from the motion of the ball",
 }
 
 
