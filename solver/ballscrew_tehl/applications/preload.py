@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
-from ..friction.interval import TorqueInterval
+from ..friction.interval import TorqueInterval, of_force
 from ..friction.sets import FrictionSet
 from ..numerics import rising_root
 from ..nut_map.interval import map_interval
@@ -83,6 +83,8 @@ def preload_interval(
     temperature: float,
 ) -> PreloadInterval:
     """Preloads [N] at which a measured torque [N.m] >= 0 is the high and low end of its interval, within the map."""
+    # what a torque measures is the force, unless a drag torque fixes both
+    parameters = parameters if friction_set.nominal else of_force(parameters)
     axes, at = nut_map.header["axes"], (speed, temperature)
     lowest, highest = axes["preload"][0], min(axes["force"][1], axes["preload"][1])
 

@@ -23,11 +23,14 @@ class BoundedConstant(NamedTuple):
     unit: str
     meaning: str
     source: str
+    factor: bool = False  # uniform in its logarithm
 
     def place(self, value: float) -> float:
         """Of a value between low and high, 0 to 1; that of a length without a longest one in 1/length."""
         if math.isinf(self.high):
             return 1.0 - self.low / value
+        if self.factor:
+            return math.log(value / self.low) / math.log(self.high / self.low)
         return (value - self.low) / (self.high - self.low)
 
 
@@ -75,6 +78,15 @@ BOUNDED: dict[str, BoundedConstant] = {
         "estimate, 0.17 to 0.68, from contact angles that run out by 0.5 deg",
     ),
 }  # fmt: skip
+
+#: no constant of the law and in no table: what becomes of a preload that is a name, see screw.preload_basis
+PRELOAD_FORCE = BoundedConstant(
+    1.0, 0.3, 1.1, "1", "true force behind a preload that is nominal, over that preload",
+    "makers set a preload by its drag torque (Rexroth: T_pr0 is the criterion for the preload [read]; ISO 3408-3 and JIS "
+    "B 1192 test it), so that the force is that at which a screw has the printed torque. With the friction of BOUNDED: "
+    "0.29 to 0.33 Rexroth's double nuts, 0.5 to 0.6 their single nuts, 0.3 to 0.9 JIS B 1192; 1 where a load cell or "
+    "the deflection sets it, within +-10 %. A factor: uniform in its logarithm", factor=True,
+)  # fmt: skip
 
 
 #: of a number that the friction law takes, not the films

@@ -1,0 +1,167 @@
+"""Friction and true preload of a delivered screw from the drag torque that its maker prints or that was measured.
+
+A maker sets a preload by its torque, so that the printed preload is a name: the torque fixes the product of friction and
+force. The deviation of the torque from the law is divided between both in proportion to their variances in ln(torque);
+friction.interval conditions all constants on it.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ballscrew_tehl.friction.interval import DEVIATIONS, OperatingPoint, effects_at, learned, names_of
+from ballscrew_tehl.friction.mechanistic import ContactValues, double_nut_parts
+from ballscrew_tehl.friction.sets import DRAG_TORQUE, PRELOAD, FrictionSet, default_friction_set
+from ballscrew_tehl.numerics import rising_root
+from ballscrew_tehl.parameters.file import Law, Parameters, graded_oil
+from ballscrew_tehl.parameters.friction import PRELOAD_FORCE
+from ballscrew_tehl.parameters.identity import parameters_hash
+from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.refinement.contacts import contacts_of
+
+#: viscosity index of the oil of a test
+TEST_INDEX = 95.0
+#: largest factor of a drag torque over that of the law, either way
+FARTHEST = 20.0
+
+
+class ImpliedPreload(NamedTuple):
+    """True preload that a drag torque implies, with its interval of about 80 % [N].
+
+    Attributes
+    ----------
+    preload, low, high : float
+        True preload and its interval [N].
+    """
+
+    preload: float
+    low: float
+    high: float
+
+    @property
+    def keys(self) -> dict[str, float]:
+        """Keys of an answer."""
+        return {f"preload_implied{name}_n": value for name, value in zip(("", "_low", "_high"), self, strict=True)}
+
+
+def implied_preload(friction_set: FrictionSet, preload: float) -> ImpliedPreload | None:
+    """True force of a nominal preload.
+
+    Parameters
+    ----------
+    friction_set : FrictionSet
+        Set of drag_torque_set.
+    preload : float
+        Nominal preload [N].
+
+    Returns
+    -------
+    ImpliedPreload or None
+        True preload with its interval [N]; None: no drag torque says it.
+    """
+    if not friction_set.nominal:
+        return None
+    result, (low, high) = friction_set.learned, (PRELOAD_FORCE.low, PRELOAD_FORCE.high)
+    place = list(result["mean"]).index(PRELOAD)
+    deviation = math.log(high / low) / math.sqrt(12.0)
+    middle = 0.5 * math.log(low * high) + deviation * result["mean"][PRELOAD]
+    wide = DEVIATIONS * deviation * math.sqrt(max(result["covariance"][PRELOAD][place], 0.0))
+    factor = friction_set.preload_factor
+    ends = min(math.exp(middle - wide), factor), max(math.exp(middle + wide), factor)
+    return ImpliedPreload(factor * preload, *(end * preload for end in ends))
+
+
+def tested_parameters(parameters: Parameters) -> Parameters:
+    """The screw in the oil of its drag torque; itself where that is its own grade of oil."""
+    drag, oil = parameters.screw.drag, parameters.lubricant
+    assert drag is not None
+    own = oil.iso_vg == drag.iso_vg and oil.nlgi is None
+    test = oil if own else graded_oil(drag.iso_vg, TEST_INDEX)
+    tolerance = {"temperature_tolerance": oil.temperature_tolerance}
+    return parameters.model_copy(update={"lubricant": test.model_copy(update=tolerance)})
+
+
+def drag_torque_set(
+    parameters: Parameters, contacts: Callable[[Parameters], ContactValues] = contacts_of
+) -> FrictionSet | None:
+    """Friction set with the drag torque that the screw file states.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Screw and oil.
+    contacts : callable, optional
+        Parameters -> contacts of the balls.
+
+    Returns
+    -------
+    FrictionSet or None
+        Numbers with which the law has the drag torque at its point, and what it says of the constants; None: the screw
+        file states none, or the law is another one.
+
+    Raises
+    ------
+    ValueError
+        The law cannot have the torque, or nothing is open that it could fix.
+
+    Notes
+    -----
+    The tolerance holds 80 % of the torque, as friction.interval takes it. Without seals.
+
+    Examples
+    --------
+    >>> from ballscrew_tehl import load_screw
+    >>> from ballscrew_tehl.parameters.file import changed
+    >>> printed = {"drag_torque": 0.4, "drag_torque_tolerance_percent": 25.0, "drag_torque_preload": 1300.0}
+    >>> found = drag_torque_set(changed(load_screw("gd4008_vg100.toml"), screw=printed | {"preload_basis": "nominal"}))
+    >>> found.preload_factor < 1.0
+    True
+    """
+    drag = parameters.screw.drag
+    if drag is None or parameters.friction.law is not Law.MECHANISTIC:
+        return None
+    tested = tested_parameters(parameters)
+    around, point = contacts(tested), OperatingPoint(drag.preload, drag.speed, drag.temperature)
+    entry = default_friction_set(tested)
+    entry = FrictionSet(
+        entry.law, entry.apparent_viscosity_ratio, entry.net_sliding_coefficient, loss=DRAG_TORQUE,
+        provenance=f"drag torque of the screw file, {drag.low:.4g} to {drag.high:.4g} N.m at {drag.preload:g} N, "
+        f"{drag.speed / RPM:.4g} r/min, {drag.temperature - CELSIUS:.4g} C, ISO VG {drag.iso_vg}",
+        screw=parameters.name, parameters_hash=parameters_hash(tested),
+        screw_hash=parameters_hash(tested, oil=False), nlgi=tested.lubricant.nlgi or "",
+    )  # fmt: skip
+    nominal = parameters.screw.preload_basis == "nominal"
+    effects = effects_at(tested, point, around, entry, names_of(tested, entry, True, nominal))
+    shares = np.array([float(effects.deviation.get(name, [0.0])[0]) ** 2 for name in (PRELOAD, "ball_thrust")])
+    shares *= [1.0, entry.net_sliding_coefficient > 0.0]
+    where = f"screw.drag_torque_Nm = {drag.torque:.4g} at {drag.preload:g} N"
+    if not shares.sum() > 0.0:
+        raise ValueError(
+            f"{where}; allowed: preload_basis = nominal, or no net_sliding_coefficient: it can fix neither force nor "
+            "friction"
+        )
+    to_preload, to_friction = shares / shares.sum()
+    middle = math.sqrt(PRELOAD_FORCE.low * PRELOAD_FORCE.high) if nominal else 1.0
+
+    def at(x: float) -> tuple[float, float]:
+        return middle * x**to_preload, entry.net_sliding_coefficient * x**to_friction
+
+    def torque(x: float) -> float:
+        factor, coefficient = at(x)
+        place = tested, point.forces(tested, factor), around, point.speed, point.temperature
+        return float(double_nut_parts(*place, entry.apparent_viscosity_ratio, coefficient).total)
+
+    least, largest = torque(1.0 / FARTHEST), torque(FARTHEST)
+    if not least < drag.torque < largest:
+        raise ValueError(f"{where}; allowed: {least:.3g} to {largest:.3g} N.m by the law: check unit and preload")
+    x, _ = rising_root(lambda x: torque(x) - drag.torque, 1.0 / FARTHEST, FARTHEST, 1e-12)
+    factor, coefficient = map(float, at(x))
+    entry = replace(entry, net_sliding_coefficient=coefficient, preload_factor=factor)
+    ends = np.log([[drag.low], [drag.high]]) - math.log(drag.torque)
+    known = learned(
+        tested, [point], np.zeros(1), np.ones(1), around, entry, tolerances=[ends], nominal=nominal
+    )
+    return replace(entry, learned=known)
