@@ -44,7 +44,9 @@ class ImpliedPreload(NamedTuple):
     @property
     def keys(self) -> dict[str, float]:
         """Keys of an answer."""
-        return {f"preload_implied{name}_n": value for name, value in zip(("", "_low", "_high"), self, strict=True)}
+        return {
+            f"preload_implied{name}_n": value for name, value in zip(("", "_low", "_high"), self, strict=True)
+        }
 
 
 def implied_preload(friction_set: FrictionSet, preload: float) -> ImpliedPreload | None:
@@ -135,7 +137,9 @@ def drag_torque_set(
     )  # fmt: skip
     nominal = parameters.screw.preload_basis == "nominal"
     effects = effects_at(tested, point, around, entry, names_of(tested, entry, True, nominal))
-    shares = np.array([float(effects.deviation.get(name, [0.0])[0]) ** 2 for name in (PRELOAD, "ball_thrust")])
+    shares = np.array(
+        [float(effects.deviation.get(name, [0.0])[0]) ** 2 for name in (PRELOAD, "ball_thrust")]
+    )
     shares *= [1.0, entry.net_sliding_coefficient > 0.0]
     where = f"screw.drag_torque_Nm = {drag.torque:.4g} at {drag.preload:g} N"
     if not shares.sum() > 0.0:
@@ -156,7 +160,9 @@ def drag_torque_set(
 
     least, largest = torque(1.0 / FARTHEST), torque(FARTHEST)
     if not least < drag.torque < largest:
-        raise ValueError(f"{where}; allowed: {least:.3g} to {largest:.3g} N.m by the law: check unit and preload")
+        raise ValueError(
+            f"{where}; allowed: {least:.3g} to {largest:.3g} N.m by the law: check unit and preload"
+        )
     x, _ = rising_root(lambda x: torque(x) - drag.torque, 1.0 / FARTHEST, FARTHEST, 1e-12)
     factor, coefficient = map(float, at(x))
     entry = replace(entry, net_sliding_coefficient=coefficient, preload_factor=factor)

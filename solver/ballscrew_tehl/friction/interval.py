@@ -168,7 +168,9 @@ class TorqueInterval(NamedTuple):
                 remedy = "torques measured around this point (calibrate MEASUREMENTS.csv)"
             elif not fitted and name in BY_ONE_TORQUE:
                 remedy = "one measured torque (calibrate --torque-nm)"
-                remedy = f"drag_torque_Nm in the screw file, or {remedy}" if PRELOAD in self.shares else remedy
+                remedy = (
+                    f"drag_torque_Nm in the screw file, or {remedy}" if PRELOAD in self.shares else remedy
+                )
             remedy = OF_OIL.get(name, remedy)
             parts[remedy] += fraction  # type: ignore[assignment]
         return "".join(f"{remedy}, {100.0 * part:.0f} %" for remedy, part in parts.most_common(1))
@@ -370,7 +372,6 @@ def interval_ends(
 
     Without axial load. All points side by side: a point by itself, as torque_interval, takes 50 times as long.
     """
-
 
     def points(factor: float) -> list[list[Nut]]:
         return [loaded_nuts(parameters, [factor * float(force)] * 2) for force in preloads]

@@ -169,7 +169,9 @@ class ScrewParameters(Table):
         in_map=False, default=0.0, ge=0, le=1e3,
     )  # fmt: skip
     preload_basis: Literal["nominal", "force"] = entry(
-        "what a preload is: nominal, set by its drag torque, or force, measured", in_map=False, default="nominal"
+        "what a preload is: nominal, set by its drag torque, or force, measured",
+        in_map=False,
+        default="nominal",
     )
     drag_torque: float | None = _drag("drag torque of the delivered screw, without seals", "torque", le=1e3)
     drag_torque_tolerance_percent: float | None = _drag("tolerance of drag_torque, +-", lt=100)
@@ -244,7 +246,10 @@ class ScrewParameters(Table):
         torque, low, high, preload, tolerance = (getattr(self, name) for name in parts)
         if not any(name.startswith("drag_torque") for name in self.model_fields_set):
             return
-        both, remedy = low is not None and high is not None, "a drag torque needs its tolerance, or minimum and maximum"
+        both, remedy = (
+            low is not None and high is not None,
+            "a drag torque needs its tolerance, or minimum and maximum",
+        )
         require(torque is not None or both, "drag_torque", "a value", remedy)
         require(both or low is high is None, parts[2] if high is None else parts[1], "a value", remedy)
         require(both or tolerance is not None, TOLERANCE, "a value", remedy)

@@ -11,7 +11,13 @@ import numpy as np
 
 from ballscrew_tehl._version import __version__
 from ballscrew_tehl.friction.film_shear import double_nut_torque, nut_forces
-from ballscrew_tehl.friction.interval import OperatingPoint, TorqueInterval, learned, of_force, torque_interval
+from ballscrew_tehl.friction.interval import (
+    OperatingPoint,
+    TorqueInterval,
+    learned,
+    of_force,
+    torque_interval,
+)
 from ballscrew_tehl.friction.mechanistic import ContactValues, double_nut_parts, mean_load
 from ballscrew_tehl.friction.sets import (
     CATALOGUE,
@@ -261,7 +267,9 @@ def with_learned(
 
     def points(side: float) -> list[OperatingPoint]:
         return [
-            OperatingPoint(m.preload * (1.0 + side * m.preload_tolerance), m.speed, m.temperature, m.axial_load)
+            OperatingPoint(
+                m.preload * (1.0 + side * m.preload_tolerance), m.speed, m.temperature, m.axial_load
+            )
             for m in measured
         ]
 
