@@ -1,7 +1,7 @@
 """Friction and true preload of a delivered screw from the drag torque that its maker prints or that was measured.
 
-A maker sets a preload by its torque, so that the printed preload is a name: the torque fixes the product of friction and
-force. The deviation of the torque from the law is divided between both in proportion to their variances in ln(torque);
+A maker sets a preload by its torque, so that the printed preload is a name: the torque fixes the product of friction
+and force. Its deviation from the law is divided between both in proportion to their variances in ln(torque);
 friction.interval conditions all constants on it.
 """
 
@@ -12,7 +12,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ballscrew_tehl.friction.interval import DEVIATIONS, OperatingPoint, effects_at, learned, names_of
+from ballscrew_tehl.friction.interval import (
+    DEVIATIONS,
+    OperatingPoint,
+    effects_at,
+    learned,
+    unknown_constants,
+)
 from ballscrew_tehl.friction.mechanistic import ContactValues, double_nut_parts
 from ballscrew_tehl.friction.sets import DRAG_TORQUE, PRELOAD, FrictionSet, default_friction_set
 from ballscrew_tehl.numerics import rising_root
@@ -76,7 +82,7 @@ def implied_preload(friction_set: FrictionSet, preload: float) -> ImpliedPreload
     return ImpliedPreload(factor * preload, *(end * preload for end in ends))
 
 
-def tested_parameters(parameters: Parameters) -> Parameters:
+def in_test_oil(parameters: Parameters) -> Parameters:
     """The screw in the oil of its drag torque; itself where that is its own grade of oil."""
     drag, oil = parameters.screw.drag, parameters.lubricant
     assert drag is not None
@@ -125,7 +131,7 @@ def drag_torque_set(
     drag = parameters.screw.drag
     if drag is None or parameters.friction.law is not Law.MECHANISTIC:
         return None
-    tested = tested_parameters(parameters)
+    tested = in_test_oil(parameters)
     around, point = contacts(tested), OperatingPoint(drag.preload, drag.speed, drag.temperature)
     entry = default_friction_set(tested)
     entry = FrictionSet(
@@ -136,13 +142,13 @@ def drag_torque_set(
         screw_hash=parameters_hash(tested, oil=False), nlgi=tested.lubricant.nlgi or "",
     )  # fmt: skip
     nominal = parameters.screw.preload_basis == "nominal"
-    effects = effects_at(tested, point, around, entry, names_of(tested, entry, True, nominal))
+    unknown = [name for name in unknown_constants(tested) if name in (PRELOAD, "ball_thrust")]
+    effects = effects_at(tested, point, around, entry, unknown).deviation
     shares = np.array(
-        [float(effects.deviation.get(name, [0.0])[0]) ** 2 for name in (PRELOAD, "ball_thrust")]
+        [float(effects[name][0]) ** 2 if name in unknown else 0.0 for name in (PRELOAD, "ball_thrust")]
     )
-    shares *= [1.0, entry.net_sliding_coefficient > 0.0]
     where = f"screw.drag_torque_Nm = {drag.torque:.4g} at {drag.preload:g} N"
-    if not shares.sum() > 0.0:
+    if not unknown:
         raise ValueError(
             f"{where}; allowed: preload_basis = nominal, or no net_sliding_coefficient: it can fix neither force nor "
             "friction"

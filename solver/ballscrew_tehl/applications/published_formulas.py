@@ -39,8 +39,8 @@ def rexroth_torque(screw: ScrewParameters, preload: float) -> float:
 
     Notes
     -----
-    0.004 d0 F of double nuts, 0.010 d0 F of single nuts with oversize balls; neither lead nor ball enters. The catalogue
-    prints torques, no formula. d0: nominal diameter, here from the pitch circle.
+    0.004 d0 F of double nuts, 0.010 d0 F of single nuts with oversize balls: the catalogue prints torques, no formula.
+    d0: nominal diameter, here from the pitch circle.
 
     Examples
     --------

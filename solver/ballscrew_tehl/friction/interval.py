@@ -79,11 +79,12 @@ BY_ONE_TORQUE = (FITTED_COEFFICIENT, "boundary_friction", "limiting_shear_coeffi
 At = tuple[Any, Any, ContactValues]
 #: nuts of each point, by the true force over the preload
 Points = Callable[[float], list[list[Nut]]]
-#: what the ends of an interval are, without and with a fit to the screw
-MEANING = "about 80 %, from bounded constants", "about 80 %, from measured torques and bounded constants"
-#: the same without a fit, of a nominal preload
-NOMINAL_MEANING = (
-    f"{MEANING[0]} and the force of a nominal preload, {PRELOAD_FORCE.low:g} to {PRELOAD_FORCE.high:g} of it"
+#: what the ends of an interval are, without and with a fit to the screw; without, of a nominal preload
+MEANING = (
+    "about 80 %, from bounded constants",
+    "about 80 %, from measured torques and bounded constants",
+    "about 80 %, from bounded constants and from what a nominal preload is, a force of "
+    f"{PRELOAD_FORCE.low:g} to {PRELOAD_FORCE.high:g} times it (preload_basis)",
 )
 
 
@@ -153,8 +154,7 @@ class TorqueInterval(NamedTuple):
         shares = ", ".join(
             f"{name} {100.0 * fraction:.0f} %" for name, fraction in list(self.shares.items())[:2]
         )
-        nominal = PRELOAD in self.shares and LEFT_OUT not in self.shares
-        what = NOMINAL_MEANING if nominal else MEANING[LEFT_OUT in self.shares]
+        what = meaning(LEFT_OUT in self.shares, PRELOAD in self.shares)
         return f"{what}: {shares}{self.advice and '; narrower by '}{self.advice}"
 
     @property
@@ -174,6 +174,11 @@ class TorqueInterval(NamedTuple):
             remedy = OF_OIL.get(name, remedy)
             parts[remedy] += fraction  # type: ignore[assignment]
         return "".join(f"{remedy}, {100.0 * part:.0f} %" for remedy, part in parts.most_common(1))
+
+
+def meaning(fitted: bool, nominal: bool) -> str:
+    """What the ends of an interval are; nominal: PRELOAD is one of the unknown."""
+    return MEANING[1 if fitted else 2 * nominal]
 
 
 def unknown_constants(parameters: Parameters) -> tuple[str, ...]:
@@ -228,8 +233,8 @@ def learned_of(
     if fitted:
         result = friction_set.learned
         known = list(result["mean"])
-        of_oil = STATE_OF_OIL if friction_set.loss == DRAG_TORQUE else CONSTANTS_OF_OIL
-        other = of_oil * of_other_oil(friction_set, parameters)
+        of_oil = set(STATE_OF_OIL if friction_set.loss == DRAG_TORQUE else CONSTANTS_OF_OIL)
+        other = of_oil if of_other_oil(friction_set, parameters) else set()
         of = [i for i, name in enumerate(names) if name in known and name not in other]
         place = [known.index(names[i]) for i in of]
         mean[of] = np.array(list(result["mean"].values()))[place]
@@ -274,7 +279,7 @@ def learned(
     tolerances : of each error that all points share, low and high end of ln(torque) there, (2, n)
     nominal : whether the true force of the preloads is one of the unknowns
     """
-    names = names_of(parameters, friction_set, True, nominal)
+    names = _names(parameters, friction_set, True, nominal)
     result = [effects_at(parameters, point, contacts, friction_set, names) for point in points]
     names = list(result[0].mean)
     D = np.array([[float(each.deviation[name][0]) for name in names] for each in result]).T
@@ -343,8 +348,8 @@ def torque_interval(
     if not any(force > 0.0 for force in point.forces(parameters)):
         return TorqueInterval(0.0, 0.0, 0.0, {}, {})
     fitted = is_fitted(friction_set, parameters)
-    names = names_of(parameters, friction_set, fitted)
-    effects = effects_at(parameters, point, contacts, friction_set, names)
+    unknown = _names(parameters, friction_set, fitted)
+    effects = effects_at(parameters, point, contacts, friction_set, unknown)
     torque = float(effects.torque[0])
     ends = {name: (float(low[0]), float(high[0])) for name, (low, high) in effects.ends.items()}
     known = learned_of(friction_set, parameters, fitted, list(ends))
@@ -377,12 +382,12 @@ def interval_ends(
         return [loaded_nuts(parameters, [factor * float(force)] * 2) for force in preloads]
 
     fitted = is_fitted(friction_set, parameters)
-    names = names_of(parameters, friction_set, fitted)
+    names = _names(parameters, friction_set, fitted)
     effects = _effects(parameters, points, (speeds[:, None], temperatures, contacts), friction_set, names)
     return _ends(effects, learned_of(friction_set, parameters, fitted, list(effects.mean)))
 
 
-def names_of(
+def _names(
     parameters: Parameters, friction_set: FrictionSet, fitted: bool, nominal: bool | None = None
 ) -> list[str]:
     """Constants that count, PRELOAD last; in a fit to measured forces also the coefficient that the screw file states.

@@ -82,10 +82,10 @@ BOUNDED: dict[str, BoundedConstant] = {
 #: no constant of the law and in no table: what becomes of a preload that is a name, see screw.preload_basis
 PRELOAD_FORCE = BoundedConstant(
     1.0, 0.3, 1.1, "1", "true force behind a preload that is nominal, over that preload",
-    "makers set a preload by its drag torque (Rexroth: T_pr0 is the criterion for the preload [read]; ISO 3408-3 and JIS "
-    "B 1192 test it), so that the force is that at which a screw has the printed torque. With the friction of BOUNDED: "
-    "0.29 to 0.33 Rexroth's double nuts, 0.5 to 0.6 their single nuts, 0.3 to 0.9 JIS B 1192; 1 where a load cell or "
-    "the deflection sets it, within +-10 %. A factor: uniform in its logarithm", factor=True,
+    "makers set a preload by its drag torque (Rexroth: T_pr0 is the criterion for the preload [read]), so that the "
+    "force is that at which a screw has the printed torque. With the friction of BOUNDED: 0.29 to 0.33 Rexroth's double "
+    "nuts, 0.5 to 0.6 their single nuts, 0.3 to 0.9 JIS B 1192; 1 where a load cell or the deflection sets it, within "
+    "+-10 % [assumption]. A factor: uniform in its logarithm", factor=True,
 )  # fmt: skip
 
 

@@ -165,9 +165,8 @@ class ScrewParameters(Table):
         default_factory=lambda screw: screw["nut_section_area"],
     )  # fmt: skip
     seal_torque: float = entry(
-        "drag of the seals of all nuts; two seals have about 2.4e-4 N.m times the square of the diameter in mm", "torque",
-        in_map=False, default=0.0, ge=0, le=1e3,
-    )  # fmt: skip
+        "drag of the seals of all nuts", "torque", in_map=False, default=0.0, ge=0, le=1e3
+    )
     preload_basis: Literal["nominal", "force"] = entry(
         "what a preload is: nominal, set by its drag torque, or force, measured",
         in_map=False,
