@@ -113,8 +113,8 @@ def test_interval_holds_the_measured_torques():
             ]
             counts.append(sum(i.low <= m.torque <= i.high for i, m in zip(found, points, strict=True)))
             widths.append(float(np.mean([i.high / i.low for i in found])))
-    assert counts == [9, 11, 11, 11, 10, 11]
-    assert widths == pytest.approx([2.4, 1.9, 2.4, 2.5, 1.2, 2.5], abs=0.1)
+    assert counts == [10, 11, 11, 11, 10, 11]
+    assert widths == pytest.approx([2.1, 1.9, 2.2, 2.2, 1.2, 2.2], abs=0.1)
 
 
 def test_stated_constants_are_known():

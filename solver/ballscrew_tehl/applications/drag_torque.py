@@ -35,13 +35,7 @@ FARTHEST = 20.0
 
 
 class ImpliedPreload(NamedTuple):
-    """True preload that a drag torque implies, with its interval of about 80 % [N].
-
-    Attributes
-    ----------
-    preload, low, high : float
-        True preload and its interval [N].
-    """
+    """True preload that a drag torque implies, and its interval of about 80 % [N]."""
 
     preload: float
     low: float
@@ -50,32 +44,17 @@ class ImpliedPreload(NamedTuple):
     @property
     def keys(self) -> dict[str, float]:
         """Keys of an answer."""
-        return {
-            f"preload_implied{name}_n": value for name, value in zip(("", "_low", "_high"), self, strict=True)
-        }
+        keys = "preload_implied_n", "preload_implied_low_n", "preload_implied_high_n"
+        return dict(zip(keys, self, strict=True))
 
 
 def implied_preload(friction_set: FrictionSet, preload: float) -> ImpliedPreload | None:
-    """True force of a nominal preload.
-
-    Parameters
-    ----------
-    friction_set : FrictionSet
-        Set of drag_torque_set.
-    preload : float
-        Nominal preload [N].
-
-    Returns
-    -------
-    ImpliedPreload or None
-        True preload with its interval [N]; None: no drag torque says it.
-    """
+    """True force of a nominal preload [N] with a set of drag_torque_set; None: no drag torque says it."""
     if not friction_set.nominal:
         return None
-    result, (low, high) = friction_set.learned, (PRELOAD_FORCE.low, PRELOAD_FORCE.high)
-    place = list(result["mean"]).index(PRELOAD)
-    deviation = math.log(high / low) / math.sqrt(12.0)
-    middle = 0.5 * math.log(low * high) + deviation * result["mean"][PRELOAD]
+    result, low, high = friction_set.learned, *np.log([PRELOAD_FORCE.low, PRELOAD_FORCE.high])
+    deviation, place = (high - low) / math.sqrt(12.0), list(result["mean"]).index(PRELOAD)
+    middle = 0.5 * (low + high) + deviation * result["mean"][PRELOAD]
     wide = DEVIATIONS * deviation * math.sqrt(max(result["covariance"][PRELOAD][place], 0.0))
     factor = friction_set.preload_factor
     ends = min(math.exp(middle - wide), factor), max(math.exp(middle + wide), factor)
@@ -85,48 +64,20 @@ def implied_preload(friction_set: FrictionSet, preload: float) -> ImpliedPreload
 def in_test_oil(parameters: Parameters) -> Parameters:
     """The screw in the oil of its drag torque; itself where that is its own grade of oil."""
     drag, oil = parameters.screw.drag, parameters.lubricant
-    assert drag is not None
-    own = oil.iso_vg == drag.iso_vg and oil.nlgi is None
-    test = oil if own else graded_oil(drag.iso_vg, TEST_INDEX)
+    if drag is None or (oil.iso_vg == drag.iso_vg and oil.nlgi is None):
+        return parameters
     tolerance = {"temperature_tolerance": oil.temperature_tolerance}
-    return parameters.model_copy(update={"lubricant": test.model_copy(update=tolerance)})
+    test = graded_oil(drag.iso_vg, TEST_INDEX).model_copy(update=tolerance)
+    return parameters.model_copy(update={"lubricant": test})
 
 
 def drag_torque_set(
     parameters: Parameters, contacts: Callable[[Parameters], ContactValues] = contacts_of
 ) -> FrictionSet | None:
-    """Friction set with the drag torque that the screw file states.
+    """Numbers with which the law has the drag torque of the screw file at its point, and what it says of the constants.
 
-    Parameters
-    ----------
-    parameters : Parameters
-        Screw and oil.
-    contacts : callable, optional
-        Parameters -> contacts of the balls.
-
-    Returns
-    -------
-    FrictionSet or None
-        Numbers with which the law has the drag torque at its point, and what it says of the constants; None: the screw
-        file states none, or the law is another one.
-
-    Raises
-    ------
-    ValueError
-        The law cannot have the torque, or nothing is open that it could fix.
-
-    Notes
-    -----
-    The tolerance holds 80 % of the torque, as friction.interval takes it. Without seals.
-
-    Examples
-    --------
-    >>> from ballscrew_tehl import load_screw
-    >>> from ballscrew_tehl.parameters.file import changed
-    >>> printed = {"drag_torque": 0.4, "drag_torque_tolerance_percent": 25.0, "drag_torque_preload": 1300.0}
-    >>> found = drag_torque_set(changed(load_screw("gd4008_vg100.toml"), screw=printed | {"preload_basis": "nominal"}))
-    >>> found.preload_factor < 1.0
-    True
+    None: the screw file states none, or the law is another one. ValueError: the law cannot have it, or the file leaves
+    nothing open that it could fix. The tolerance holds 80 % of the torque, as friction.interval takes it.
     """
     drag = parameters.screw.drag
     if drag is None or parameters.friction.law is not Law.MECHANISTIC:

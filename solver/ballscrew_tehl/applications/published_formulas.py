@@ -23,30 +23,9 @@ BELOW_CIRCLE = 0.27
 
 
 def rexroth_torque(screw: ScrewParameters, preload: float) -> float:
-    """Drag torque T_pr0, without seals, as Rexroth's catalogue prints it.
+    """T_pr0 [N.m] of Rexroth's catalogue at a preload [N], without seals.
 
-    Parameters
-    ----------
-    screw : ScrewParameters
-        Geometry, of a kind of REXROTH.
-    preload : float
-        Preload [N].
-
-    Returns
-    -------
-    float
-        Torque [N.m].
-
-    Notes
-    -----
-    0.004 d0 F of double nuts, 0.010 d0 F of single nuts with oversize balls: the catalogue prints torques, no formula.
-    d0: nominal diameter, here from the pitch circle.
-
-    Examples
-    --------
-    >>> from ballscrew_tehl import load_screw
-    >>> f"{rexroth_torque(load_screw().screw, 3500.0):.2f} N.m"
-    '0.54 N.m'
+    0.004 d0 F of double nuts, 0.010 d0 F of single nuts with oversize balls: it prints torques, no formula.
     """
     diameter = 2.0 * screw.nominal_radius - BELOW_CIRCLE * screw.ball_diameter
     return REXROTH[screw.preload_kind] * diameter * preload

@@ -34,21 +34,7 @@ TOLERANCE = "drag_torque_tolerance_percent"
 
 
 class DragTorque(NamedTuple):
-    """Drag torque of a delivered screw without seals, with the point and the oil of its test.
-
-    Attributes
-    ----------
-    low, torque, high : float
-        Torque and the ends of its tolerance [N.m].
-    preload : float
-        Preload, as preload_basis says [N].
-    speed : float
-        Speed of the screw [rad/s].
-    temperature : float
-        Oil temperature [K].
-    iso_vg : int
-        Viscosity grade of the oil.
-    """
+    """Drag torque of a delivered screw without seals [N.m], its point [N, rad/s, K] and grade of oil."""
 
     low: float
     torque: float
@@ -168,9 +154,7 @@ class ScrewParameters(Table):
         "drag of the seals of all nuts", "torque", in_map=False, default=0.0, ge=0, le=1e3
     )
     preload_basis: Literal["nominal", "force"] = entry(
-        "what a preload is: nominal, set by its drag torque, or force, measured",
-        in_map=False,
-        default="nominal",
+        "what a preload is: nominal (set by its drag torque), or a force", in_map=False, default="nominal"
     )
     drag_torque: float | None = _drag("drag torque of the delivered screw, without seals", "torque", le=1e3)
     drag_torque_tolerance_percent: float | None = _drag("tolerance of drag_torque, +-", lt=100)
@@ -245,10 +229,7 @@ class ScrewParameters(Table):
         torque, low, high, preload, tolerance = (getattr(self, name) for name in parts)
         if not any(name.startswith("drag_torque") for name in self.model_fields_set):
             return
-        both, remedy = (
-            low is not None and high is not None,
-            "a drag torque needs its tolerance, or minimum and maximum",
-        )
+        both, remedy = None not in (low, high), "a drag torque needs its tolerance, or minimum and maximum"
         require(torque is not None or both, "drag_torque", "a value", remedy)
         require(both or low is high is None, parts[2] if high is None else parts[1], "a value", remedy)
         require(both or tolerance is not None, TOLERANCE, "a value", remedy)

@@ -266,21 +266,13 @@ def with_learned(
     measured = basis.measurements
 
     def points(side: float) -> list[OperatingPoint]:
-        return [
-            OperatingPoint(
-                m.preload * (1.0 + side * m.preload_tolerance), m.speed, m.temperature, m.axial_load
-            )
-            for m in measured
-        ]
+        preloads = [m.preload * (1.0 + side * m.preload_tolerance) for m in measured]
+        others = [(m.speed, m.temperature, m.axial_load) for m in measured]
+        return [OperatingPoint(force, *at) for force, at in zip(preloads, others, strict=True)]
 
     def level(side: float) -> Array:
-        parts = [
-            double_nut_parts(
-                parameters, p.forces(parameters), contacts, p.speed, p.temperature, *entry.values[:2]
-            ).total
-            for p in points(side)
-        ]
-        return np.log(parts)
+        at = [(p.forces(parameters), contacts, p.speed, p.temperature) for p in points(side)]
+        return np.log([double_nut_parts(parameters, *each, *entry.values[:2]).total for each in at])
 
     ends = np.log([m.limits or (m.torque, m.torque) for m in measured]).T - np.log(basis.measured)
     tolerances = [ends] if np.any(ends) else []
