@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from command_line import answer
 from law_contacts import VG100, ClosedContacts
 
 from ballscrew_tehl import load_screw
@@ -21,7 +22,7 @@ from ballscrew_tehl.friction.interval import (
 )
 from ballscrew_tehl.friction.mechanistic import double_nut_parts
 from ballscrew_tehl.friction.sets import carried_over, default_friction_set, refuse_other_fit
-from ballscrew_tehl.parameters.file import ParameterError, changed, graded_oil
+from ballscrew_tehl.parameters.file import PACKAGED_VG100, ParameterError, changed, graded_oil
 from ballscrew_tehl.parameters.friction import BOUNDED, PRELOAD_FORCE, ball_ball_coefficient
 from ballscrew_tehl.parameters.identity import parameters_hash
 from ballscrew_tehl.parameters.template import example_parameters, screw_template
@@ -174,3 +175,29 @@ def test_rexroth_torques_are_those_of_its_rows():
     for kind, preload, printed in zip(REXROTH, (3500.0, 2500.0), (0.56, 1.0), strict=True):
         at = screw.model_copy(update={"preload_kind": kind})
         assert rexroth_torque(at, preload) == pytest.approx(printed, rel=0.01)
+
+
+def test_commands_answer_the_torque_at_its_point_and_the_true_preload(capsys, tmp_path):
+    """With the packaged map: of the same screw and oil."""
+    text = PACKAGED_VG100.read_text().replace('"force"', '"nominal"')
+    path, torque = tmp_path / "s.toml", 0.3
+    printed = f"drag_torque_Nm = {torque}\ndrag_torque_tolerance_percent = 25\ndrag_torque_preload_N = 1300"
+    path.write_text(text.replace("[screw]", f"[screw]\n{printed}"))
+    point = "--preload-n", 1300, "--speed-rpm", 100, "--temperature-c", 20
+    found, _ = answer(capsys, "torque", "--screw", path, *point)
+    # error of the map
+    assert found["friction_torque_nm"] == pytest.approx(torque, rel=0.01)
+    assert found["torque_high_nm"] / found["torque_low_nm"] == pytest.approx(1.7, abs=0.1)
+    assert (
+        found["preload_implied_low_n"] < found["preload_implied_n"] < found["preload_implied_high_n"] < 1300.0
+    )
+    screw, _ = answer(capsys, "screw", "--screw", path, "--preload-n", 1300)
+    implied = found["preload_implied_n"]
+    assert (screw["preload_implied_n"], screw["nut_force_a_n"]) == pytest.approx((implied, implied), rel=1e-9)
+    for each in (found, screw):
+        assert each["rexroth_torque_nm"] == pytest.approx(0.004 * (0.04 - 0.27 * 4.763e-3) * 1300.0, rel=1e-9)
+        assert each["catalogue_torque_nm"] == pytest.approx(0.2524e-3 * 1300.0, rel=1e-3)
+    back, _ = answer(
+        capsys, "preload", "--screw", path, "--torque-nm", found["friction_torque_nm"], *point[2:]
+    )
+    assert back["preload_n"] == pytest.approx(implied, rel=1e-3)
