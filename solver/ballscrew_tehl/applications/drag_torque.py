@@ -63,11 +63,11 @@ def implied_preload(friction_set: FrictionSet, preload: float) -> ImpliedPreload
 
 def in_test_oil(parameters: Parameters) -> Parameters:
     """The screw in the oil of its drag torque; itself where that is its own grade of oil."""
-    drag, oil = parameters.screw.drag, parameters.lubricant
-    if drag is None or (oil.iso_vg == drag.iso_vg and oil.nlgi is None):
+    grade, oil = parameters.screw.drag_torque_oil, parameters.lubricant
+    if oil.iso_vg == grade and oil.nlgi is None:
         return parameters
     tolerance = {"temperature_tolerance": oil.temperature_tolerance}
-    test = graded_oil(drag.iso_vg, TEST_INDEX).model_copy(update=tolerance)
+    test = graded_oil(grade, TEST_INDEX).model_copy(update=tolerance)
     return parameters.model_copy(update={"lubricant": test})
 
 
@@ -79,52 +79,46 @@ def drag_torque_set(
     None: the screw file states none, or the law is another one. ValueError: the law cannot have it, or the file leaves
     nothing open that it could fix. The tolerance holds 80 % of the torque, as friction.interval takes it.
     """
-    drag = parameters.screw.drag
-    if drag is None or parameters.friction.law is not Law.MECHANISTIC:
+    screw = parameters.screw
+    torque, preload = screw.drag_torque, screw.drag_torque_preload
+    if torque is None or preload is None or parameters.friction.law is not Law.MECHANISTIC:
         return None
     tested = in_test_oil(parameters)
-    around, point = contacts(tested), OperatingPoint(drag.preload, drag.speed, drag.temperature)
-    entry = default_friction_set(tested)
+    point = OperatingPoint(preload, screw.drag_torque_speed, screw.drag_torque_temperature)
+    around, usual = contacts(tested), default_friction_set(tested)
     entry = FrictionSet(
-        entry.law, entry.apparent_viscosity_ratio, entry.net_sliding_coefficient, loss=DRAG_TORQUE,
-        provenance=f"drag torque of the screw file, {drag.low:.4g} to {drag.high:.4g} N.m at {drag.preload:g} N, "
-        f"{drag.speed / RPM:.4g} r/min, {drag.temperature - CELSIUS:.4g} C, ISO VG {drag.iso_vg}",
+        usual.law, usual.apparent_viscosity_ratio, usual.net_sliding_coefficient, loss=DRAG_TORQUE,
+        provenance=f"drag torque of the screw file, {torque:.4g} N.m at {preload:g} N, {point.speed / RPM:.4g} r/min, "
+        f"{point.temperature - CELSIUS:.4g} C, ISO VG {screw.drag_torque_oil}",
         screw=parameters.name, parameters_hash=parameters_hash(tested),
         screw_hash=parameters_hash(tested, oil=False), nlgi=tested.lubricant.nlgi or "",
     )  # fmt: skip
-    nominal = parameters.screw.preload_basis == "nominal"
-    unknown = [name for name in unknown_constants(tested) if name in (PRELOAD, "ball_thrust")]
-    effects = effects_at(tested, point, around, entry, unknown).deviation
-    shares = np.array(
-        [float(effects[name][0]) ** 2 if name in unknown else 0.0 for name in (PRELOAD, "ball_thrust")]
-    )
-    where = f"screw.drag_torque_Nm = {drag.torque:.4g} at {drag.preload:g} N"
-    if not unknown:
+    unknown = unknown_constants(tested)
+    where = f"screw.drag_torque_Nm = {torque:.4g} at {preload:g} N"
+    if not {PRELOAD, "ball_thrust"} & {*unknown}:
         raise ValueError(
-            f"{where}; allowed: preload_basis = nominal, or no net_sliding_coefficient: it can fix neither force nor "
-            "friction"
+            f"{where}; allowed: preload_basis = nominal, or no coefficient: it can fix neither force nor friction"
         )
-    to_preload, to_friction = shares / shares.sum()
-    middle = math.sqrt(PRELOAD_FORCE.low * PRELOAD_FORCE.high) if nominal else 1.0
+    deviation = effects_at(tested, point, around, entry, unknown).deviation
+    variance = {name: float(one[0]) ** 2 for name, one in deviation.items()}
+    # between the force and all that is friction
+    to_preload = variance.get(PRELOAD, 0.0) / sum(variance.values()) if "ball_thrust" in unknown else 1.0
+    middle = math.sqrt(PRELOAD_FORCE.low * PRELOAD_FORCE.high) if PRELOAD in unknown else 1.0
 
-    def at(x: float) -> tuple[float, float]:
-        return middle * x**to_preload, entry.net_sliding_coefficient * x**to_friction
+    def at(x: float) -> FrictionSet:
+        coefficient, factor = entry.net_sliding_coefficient * x ** (1.0 - to_preload), middle * x**to_preload
+        return replace(entry, net_sliding_coefficient=coefficient, preload_factor=factor)
 
-    def torque(x: float) -> float:
-        factor, coefficient = at(x)
-        place = tested, point.forces(tested, factor), around, point.speed, point.temperature
-        return float(double_nut_parts(*place, entry.apparent_viscosity_ratio, coefficient).total)
+    def excess(x: float) -> float:
+        own = at(x)
+        place = tested, point.forces(tested, own.preload_factor), around, *point[1:3]
+        return float(double_nut_parts(*place, *own.values[:2]).total) - torque
 
-    least, largest = torque(1.0 / FARTHEST), torque(FARTHEST)
-    if not least < drag.torque < largest:
-        raise ValueError(
-            f"{where}; allowed: {least:.3g} to {largest:.3g} N.m by the law: check unit and preload"
-        )
-    x, _ = rising_root(lambda x: torque(x) - drag.torque, 1.0 / FARTHEST, FARTHEST, 1e-12)
-    factor, coefficient = map(float, at(x))
-    entry = replace(entry, net_sliding_coefficient=coefficient, preload_factor=factor)
-    ends = np.log([[drag.low], [drag.high]]) - math.log(drag.torque)
-    known = learned(
-        tested, [point], np.zeros(1), np.ones(1), around, entry, tolerances=[ends], nominal=nominal
-    )
+    least, largest = excess(1.0 / FARTHEST), excess(FARTHEST)
+    if not least < 0.0 < largest:
+        allowed = f"{torque + least:.3g} to {torque + largest:.3g} N.m by the law"
+        raise ValueError(f"{where}; allowed: {allowed}: check unit and preload")
+    entry = at(rising_root(excess, 1.0 / FARTHEST, FARTHEST, 1e-12)[0])
+    ends = np.log(np.array([[screw.drag_torque_min], [screw.drag_torque_max]], float) / torque)
+    known = learned(tested, [point], np.zeros(1), np.ones(1), around, entry, tolerances=[ends])
     return replace(entry, learned=known)

@@ -276,16 +276,14 @@ def learned(
     friction_set: FrictionSet,
     own: Array | float = 0.0,
     tolerances: Sequence[Array] = (),
-    nominal: bool = False,
 ) -> dict[str, dict[str, Any]]:
     """Entry `learned` of a friction set: mean of the standardised constants and rows of their covariance, by constant.
 
     errors : ln(measured/computed) with the set;  weights : over which the error of a torque is larger
     own : stated standard errors of ln(torque), independent
     tolerances : of each error that all points share, low and high end of ln(torque) there, (2, n)
-    nominal : whether the true force of the preloads is one of the unknowns
     """
-    names = _names(parameters, friction_set, True, nominal)
+    names = _names(parameters, friction_set, True)
     result = [effects_at(parameters, point, contacts, friction_set, names) for point in points]
     names = list(result[0].mean)
     D = np.array([[float(each.deviation[name][0]) for name in names] for each in result]).T
@@ -393,20 +391,13 @@ def interval_ends(
     return _ends(effects, learned_of(friction_set, parameters, fitted, list(effects.mean)))
 
 
-def _names(
-    parameters: Parameters, friction_set: FrictionSet, fitted: bool, nominal: bool | None = None
-) -> list[str]:
-    """Constants that count, PRELOAD last; in a fit to measured forces also the coefficient that the screw file states.
-
-    nominal: whether PRELOAD counts in a fit, None: as in that of the set
-    """
-    nominal = friction_set.nominal if nominal is None else nominal
-    of_forces = fitted and not nominal
-    unknown = unknown_constants(parameters)
-    names = [name for name in unknown if name != PRELOAD]
-    names += ["ball_thrust"] * (of_forces and "ball_thrust" not in names)
-    names += [SUPPLY] * (friction_set.supply_length is not None and SUPPLY not in names)
-    return names + [PRELOAD] * (PRELOAD in unknown and not of_forces)
+def _names(parameters: Parameters, friction_set: FrictionSet, fitted: bool) -> list[str]:
+    """Constants that count; in a fit to measured forces not PRELOAD, but the coefficient that the screw file states."""
+    names = list(unknown_constants(parameters))
+    if fitted and not (PRELOAD in names and friction_set.loss == DRAG_TORQUE):
+        names = [name for name in names if name != PRELOAD]
+        names += ["ball_thrust"] * ("ball_thrust" not in names)
+    return names + [SUPPLY] * (friction_set.supply_length is not None and SUPPLY not in names)
 
 
 def effects_at(
@@ -427,6 +418,7 @@ def effects_at(
 def _effects(
     parameters: Parameters, points: Points, at: At, friction_set: FrictionSet, names: Sequence[str]
 ) -> Effects:
+    """Of the nuts of each point."""
     friction, coefficient = parameters.friction, friction_set.net_sliding_coefficient
     names, nominal = [name for name in names if name != PRELOAD], PRELOAD in names
     values = [{}, *({name: end} for name in names for end in (BOUNDED[name].low, BOUNDED[name].high))]

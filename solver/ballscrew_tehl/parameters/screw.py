@@ -6,7 +6,7 @@ Int J Adv Manuf Technol 124 (2023) 4231, Table 1; values that it does not print 
 """
 
 import math
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, Literal, Self
 
 from pydantic import model_validator
 
@@ -29,25 +29,18 @@ THIN_BALLS = 22.0
 #: torque of both seals over the square of the diameter [N/m] (Bosch Rexroth, 2.4e-4 N.m/mm2; its rows from 12 mm on are
 #: 0.8 to 1.43 of that); reinforced ones have twice as much
 SEALS = 240.0
-#: name of the tolerance of a drag torque
-TOLERANCE = "drag_torque_tolerance_percent"
-
-
-class DragTorque(NamedTuple):
-    """Drag torque of a delivered screw without seals [N.m], its point [N, rad/s, K] and grade of oil."""
-
-    low: float
-    torque: float
-    high: float
-    preload: float
-    speed: float
-    temperature: float
-    iso_vg: int
 
 
 def _drag(description: str, dimension: str | None = None, **rules: Any) -> Any:
-    """An optional field of the drag torque."""
-    return entry(description, dimension, in_map=False, default=None, gt=0, **rules)
+    """A field of the drag torque, None if nothing else is its default."""
+    default = {} if "default_factory" in rules else {"default": None}
+    return entry(description, dimension, in_map=False, **default | {"gt": 0} | rules)
+
+
+def _end(screw: dict[str, Any], side: float) -> float | None:
+    """End of the tolerance of the drag torque."""
+    torque, percent = screw["drag_torque"], screw["drag_torque_tolerance_percent"]
+    return None if None in (torque, percent) else torque * (1.0 + 0.01 * side * percent)
 
 
 def _loaded_balls(screw: dict[str, Any]) -> int:
@@ -158,32 +151,20 @@ class ScrewParameters(Table):
     )
     drag_torque: float | None = _drag("drag torque of the delivered screw, without seals", "torque", le=1e3)
     drag_torque_tolerance_percent: float | None = _drag("tolerance of drag_torque, +-", lt=100)
-    drag_torque_min: float | None = _drag("low end of it, in place of a tolerance", "torque", le=1e3)
-    drag_torque_max: float | None = _drag("high end likewise", "torque", le=1e3)
+    drag_torque_min: float | None = _drag(
+        "low end of it, in place of a tolerance", "torque", le=1e3, default_factory=lambda d: _end(d, -1.0)
+    )
+    drag_torque_max: float | None = _drag(
+        "high end likewise", "torque", le=2e3, default_factory=lambda d: _end(d, 1.0)
+    )
     drag_torque_preload: float | None = _drag("preload that it is printed for", "force", le=1e8)
     drag_torque_oil: int = entry(
         "ISO VG of its oil; default: that of ISO 3408-3 (JIS B 1192: 68)", in_map=False, default=100
     )
-    drag_torque_speed: float = entry(
-        "speed of its test", "angular_velocity", in_map=False, default=100.0 * RPM, gt=0, le=1e5
+    drag_torque_speed: float = _drag("speed of its test", "angular_velocity", default=100.0 * RPM, le=1e5)
+    drag_torque_temperature: float = _drag(
+        "oil temperature of its test", "temperature", default=20.0 + CELSIUS, ge=250, le=400
     )
-    drag_torque_temperature: float = entry(
-        "oil temperature of its test", "temperature", in_map=False, default=20.0 + CELSIUS, ge=250, le=400
-    )
-
-    @property
-    def drag(self) -> DragTorque | None:
-        """Drag torque of the delivered screw, None: not stated."""
-        low, torque, high = self.drag_torque_min, self.drag_torque, self.drag_torque_max
-        if self.drag_torque_preload is None:
-            return None
-        if (tolerance := self.drag_torque_tolerance_percent) is not None and torque is not None:
-            low, high = ((1.0 + 0.01 * side * tolerance) * torque for side in (-1.0, 1.0))
-        assert low is not None
-        assert high is not None
-        torque = math.sqrt(low * high) if torque is None else torque
-        at = self.drag_torque_preload, self.drag_torque_speed, self.drag_torque_temperature
-        return DragTorque(low, torque, high, *at, self.drag_torque_oil)
 
     @property
     def signed_lead(self) -> float:
@@ -224,21 +205,20 @@ class ScrewParameters(Table):
         return self
 
     def _drag_is_whole(self) -> None:
-        """Raise FieldError for a drag torque without its tolerance or preload, or with both ways of a tolerance."""
-        parts = "drag_torque", "drag_torque_min", "drag_torque_max", "drag_torque_preload", TOLERANCE
-        torque, low, high, preload, tolerance = (getattr(self, name) for name in parts)
-        if not any(name.startswith("drag_torque") for name in self.model_fields_set):
-            return
-        both, remedy = None not in (low, high), "a drag torque needs its tolerance, or minimum and maximum"
-        require(torque is not None or both, "drag_torque", "a value", remedy)
-        require(both or low is high is None, parts[2] if high is None else parts[1], "a value", remedy)
-        require(both or tolerance is not None, TOLERANCE, "a value", remedy)
-        require(not both or tolerance is None, TOLERANCE, "no entry", "minimum and maximum state it")
-        if both:
-            require(low < high, parts[2], "more than drag_torque_min", "check both ends")
-            inside = torque is None or low <= torque <= high
-            require(inside, "drag_torque", "between drag_torque_min and drag_torque_max", "check all three")
-        require(preload is not None, parts[3], "a value", "a drag torque is that of a preload")
+        """Raise FieldError for a drag torque without preload or tolerance, or with two kinds of a tolerance."""
+        given = {name for name in self.model_fields_set if name.startswith("drag_torque")}
+        tolerance, ends = "drag_torque_tolerance_percent", ("drag_torque_min", "drag_torque_max")
+        for name in ("drag_torque", "drag_torque_preload") if given else ():
+            require(getattr(self, name) is not None, name, "a value", "a drag torque is that of a preload")
+        stated = given & {*ends}
+        one = self.drag_torque_tolerance_percent is None or not stated
+        require(one, tolerance, "no entry", "minimum and maximum state it")
+        for name in ends if given else ():
+            missing = name if stated else tolerance
+            require(getattr(self, name) is not None, missing, "a value", "it needs a tolerance, or both ends")
+        if (torque := self.drag_torque) is not None:
+            inside = self.drag_torque_min <= torque <= self.drag_torque_max  # type: ignore[operator]
+            require(inside, "drag_torque", "drag_torque_min to drag_torque_max", "check all three")
         grades = ", ".join(map(str, ISO_GRADES))
         require(self.drag_torque_oil in ISO_GRADES, "drag_torque_oil", grades, "it is an ISO viscosity grade")
 

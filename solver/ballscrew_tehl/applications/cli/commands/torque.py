@@ -121,14 +121,13 @@ def _by_map(
     chosen: Chosen, nut_map: NutMap, preload: float, speed: float, temperature: float, axial_load: float
 ) -> State:
     """State by a map at a preload [N], speed [rad/s], temperature [K] and axial load [N]."""
-    at, interval, unlike = (preload, speed, temperature, axial_load), None, ""
-    if (preload > 0.0 or (preload == 0.0 and axial_load)) and nut_map.law == Law.MECHANISTIC:
-        interval = map_interval(chosen.parameters, nut_map.header["axes"], chosen.friction_set, *at)
-        unlike = unlike_flanks(chosen.parameters, preload, axial_load, interval.torque)
+    at, interval, unlike = (speed, temperature, axial_load), None, ""
     # a map is over the true force
     true = chosen.friction_set.preload_factor * preload
-    state = nut_map.evaluate(true, *at[1:])
-    return state, interval, (unphysical_trend(nut_map, *at).text, unlike)
+    if (preload > 0.0 or (preload == 0.0 and axial_load)) and nut_map.law == Law.MECHANISTIC:
+        interval = map_interval(chosen.parameters, nut_map.header["axes"], chosen.friction_set, preload, *at)
+        unlike = unlike_flanks(chosen.parameters, true, axial_load, interval.torque)
+    return nut_map.evaluate(true, *at), interval, (unphysical_trend(nut_map, true, *at).text, unlike)
 
 
 def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:

@@ -100,7 +100,7 @@ def chosen_of(args: Namespace) -> Chosen:
     parameters = screw_of(args, PACKAGED_VG100 if only_law else None)
     of_file = friction_set_of_file(name, parameters)
     refuse_other_fit(of_file, parameters)
-    if parameters.screw.drag is not None:
+    if parameters.screw.drag_torque is not None:
         say(f"drag_torque_Nm of the screw file: not used, for {name} has measured torques")
     return Chosen(with_supply(without_overrides(parameters, of_file.name), of_file), of_file, of_file)
 
