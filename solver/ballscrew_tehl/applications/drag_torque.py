@@ -8,7 +8,6 @@ friction.interval conditions all constants on it.
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -34,31 +33,21 @@ TEST_INDEX = 95.0
 FARTHEST = 20.0
 
 
-class ImpliedPreload(NamedTuple):
-    """True preload that a drag torque implies, and its interval of about 80 % [N]."""
-
-    preload: float
-    low: float
-    high: float
-
-    @property
-    def keys(self) -> dict[str, float]:
-        """Keys of an answer."""
-        keys = "preload_implied_n", "preload_implied_low_n", "preload_implied_high_n"
-        return dict(zip(keys, self, strict=True))
+#: keys of an answer: true preload that a drag torque implies, and its interval of about 80 %
+IMPLIED = "preload_implied_n", "preload_implied_low_n", "preload_implied_high_n"
 
 
-def implied_preload(friction_set: FrictionSet, preload: float) -> ImpliedPreload | None:
-    """True force of a nominal preload [N] with a set of drag_torque_set; None: no drag torque says it."""
+def implied_preload(friction_set: FrictionSet, preload: float) -> dict[str, float]:
+    """True force [N] of a nominal preload with a set of drag_torque_set, under IMPLIED; {}: no drag torque says it."""
     if not friction_set.nominal:
-        return None
-    result, low, high = friction_set.learned, *np.log([PRELOAD_FORCE.low, PRELOAD_FORCE.high])
+        return {}
+    result, low, high = friction_set.learned, math.log(PRELOAD_FORCE.low), math.log(PRELOAD_FORCE.high)
     deviation, place = (high - low) / math.sqrt(12.0), list(result["mean"]).index(PRELOAD)
     middle = 0.5 * (low + high) + deviation * result["mean"][PRELOAD]
     wide = DEVIATIONS * deviation * math.sqrt(max(result["covariance"][PRELOAD][place], 0.0))
     factor = friction_set.preload_factor
     ends = min(math.exp(middle - wide), factor), max(math.exp(middle + wide), factor)
-    return ImpliedPreload(factor * preload, *(end * preload for end in ends))
+    return {name: value * preload for name, value in zip(IMPLIED, (factor, *ends), strict=True)}
 
 
 def in_test_oil(parameters: Parameters) -> Parameters:

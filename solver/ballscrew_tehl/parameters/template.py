@@ -112,7 +112,7 @@ def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str
         notes = NOTES.get("grease" if graded and values.nlgi is not None else table, ())
         lines += ["", f"[{table}]", *(f"# {note}" for note in notes)]
         if isinstance(values, ScrewParameters):
-            seals = 1e-3 * round(1e3 * SEALS * (2.0 * values.nominal_radius) ** 2)
+            seals = SEALS * (2.0 * values.nominal_radius) ** 2
             lines.append(
                 f"# Two seals: about {seals:.3g} N.m, 2.4e-4 times the square of the diameter in mm; none if omitted."
             )

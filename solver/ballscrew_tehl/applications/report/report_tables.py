@@ -37,10 +37,9 @@ def key_numbers(data: ReportData) -> list[tuple[str, str]]:
     computed = f"{float(slow.friction_torque):#.3g} N m" if slow.in_range else "outside the map"
     shown = []
     if implied := implied_preload(data.friction_set, point.preload):
-        between = f"{implied.low:.0f} to {implied.high:.0f} N"
-        shown = [
-            (f"{implied.preload:.0f} N", f"true preload that the printed drag torque implies, {between}")
-        ]
+        text = "true preload that the drag torque of the screw file implies, {:.0f} to {:.0f} N"
+        true, *ends = implied.values()
+        shown = [(f"{true:.0f} N", text.format(*ends))]
     torque, seals, low_high = float(state.friction_torque), data.nut_map.seal_torque, ""
     if interval is not None:
         low_high = ", interval {:#.3g} to {:#.3g}".format(

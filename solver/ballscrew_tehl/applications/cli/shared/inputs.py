@@ -78,11 +78,11 @@ class Chosen(NamedTuple):
 
     def printed(self, preload: float) -> dict[str, float]:
         """Keys of what catalogues print for a preload [N], and of the true one that a drag torque implies."""
-        screw, implied = self.parameters.screw, implied_preload(self.friction_set, preload)
+        screw = self.parameters.screw
         formulas = {"catalogue_torque_nm": float(nsk_torque(screw, preload))}
         if screw.preload_kind in REXROTH:
             formulas["rexroth_torque_nm"] = rexroth_torque(screw, preload)
-        return formulas | ({} if implied is None else implied.keys)
+        return formulas | implied_preload(self.friction_set, preload)
 
 
 def chosen_of(args: Namespace) -> Chosen:
