@@ -83,8 +83,7 @@ def preload_interval(
     temperature: float,
 ) -> PreloadInterval:
     """Preloads [N] at which a measured torque [N.m] >= 0 is the high and low end of its interval, within the map."""
-    # what a torque measures is the force, unless a drag torque fixes both
-    parameters = parameters if friction_set.nominal else of_force(parameters)
+    parameters = of_force(parameters, friction_set)
     axes, at = nut_map.header["axes"], (speed, temperature)
     lowest, highest = axes["preload"][0], min(axes["force"][1], axes["preload"][1])
 

@@ -205,8 +205,10 @@ def unknown_constants(parameters: Parameters) -> tuple[str, ...]:
     return (*names, PRELOAD) if parameters.screw.preload_basis == "nominal" else names
 
 
-def of_force(parameters: Parameters) -> Parameters:
-    """The same screw, whose preloads are forces: of a preload that a torque measures."""
+def of_force(parameters: Parameters, friction_set: FrictionSet) -> Parameters:
+    """The screw for a preload that a torque measures: it is a force, unless the set has the drag torque of both."""
+    if friction_set.nominal:
+        return parameters
     screw = parameters.screw.model_copy(update={"preload_basis": "force"})
     return parameters.model_copy(update={"screw": screw})
 

@@ -299,7 +299,7 @@ def _typical_law(file: MeasurementFile, parameters: Parameters, film: Any, outsi
     if name is Law.MECHANISTIC:
         unfitted = FrictionSet(name, 1.0, ball_ball_coefficient(own.friction, own.friction.ball_thrust))
         point = OperatingPoint(m.preload, m.speed, m.temperature, m.axial_load)
-        law = torque_interval(of_force(own), point, film, unfitted)
+        law = torque_interval(of_force(own, unfitted), point, film, unfitted)
     else:
         at = m.preload, m.speed, m.temperature, m.axial_load
         torque = double_nut_torque(own, default_friction_set(own), film, *at).total
