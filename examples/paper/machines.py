@@ -31,7 +31,7 @@ from scipy.optimize import brentq
 
 from ballscrew_tehl import bearing
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
-from ballscrew_tehl.friction.interval import torque_interval
+from ballscrew_tehl.friction.interval import OperatingPoint, torque_interval
 from ballscrew_tehl.friction.mechanistic import nuts_powers
 from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.parameters.file import graded_oil
@@ -104,8 +104,8 @@ def screw_points(oils: Iterable[int] = RIG_OILS) -> pd.DataFrame:
         parameters = rig_screw(diameter, ball, iso_vg)
         contacts, entry = BallContacts(parameters), default_friction_set(parameters)
         for celsius in RIG_TEMPERATURES:
-            point = RIG_SPEED * RPM, celsius + CELSIUS
-            torque = torque_interval(parameters, [RIG_PRELOAD] * 2, contacts, *point, entry)
+            point = OperatingPoint(RIG_PRELOAD, RIG_SPEED * RPM, celsius + CELSIUS)
+            torque = torque_interval(parameters, point, contacts, entry)
             result.append((diameter, ball, iso_vg, celsius, torque.torque, torque.low, torque.high))
     return pd.DataFrame(
         result, columns=["diameter_mm", "ball_mm", "iso_vg", "celsius", "torque", "low", "high"]

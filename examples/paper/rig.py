@@ -28,7 +28,7 @@ def rig_screw(diameter: float, ball: float, iso_vg: int) -> Parameters:
     """A double nut of a nominal diameter with balls of a diameter [mm] and the grooves and angle of the GD4008-3."""
     like, d = load_screw(PACKAGED_VG100), 1e-3 * ball
     screw = like.screw.model_dump(
-        include={"preload_kind", "contact_angle", "youngs_modulus", "poisson_ratio"}
+        include={"preload_kind", "preload_basis", "contact_angle", "youngs_modulus", "poisson_ratio"}
     )
     screw |= {
         "nominal_radius": 0.5e-3 * diameter,

@@ -269,7 +269,22 @@ def test_contacts_of_the_examples(results):
             assert abs(np.interp(rpm, found["rpm"], row) / measured - 1.0) < 0.05
 
 
+def test_printed_torques_lie_in_the_interval_of_a_nominal_preload():
+    """At least 70 % of each maker; 14 double nuts of Rexroth have the trend of the law, and a level of their own."""
+    found = importlib.import_module("printed_torques").main()
+    for maker, count in (("Rexroth", 22), ("JIS", 20), ("THK", 13)):
+        group = [each for name, each in found.items() if name.startswith(maker)]
+        assert sum(each.count for each in group) == count
+        assert sum(each.inside for each in group) >= 0.7 * count
+    for name in ("GD4008-3, measured", "XJTU, measured"):
+        assert found[name].inside == found[name].count
+    assert max(each.width for each in found.values()) <= 4.0
+    double = found["Rexroth, double nut"]
+    assert (double.level, double.scatter) == pytest.approx((0.37, 1.05), abs=0.03)
+    assert max(abs(double.of_diameter), abs(double.of_lead)) <= 0.2
+
+
 def test_intervals_of_the_screws_are_those_of_the_documents():
     ratio, least, largest = np.array(list(importlib.import_module("interval_of_screws").main().values())).T
-    assert [least.min(), largest.max()] == pytest.approx([1.8, 3.3], abs=0.05)
+    assert [least.min(), largest.max()] == pytest.approx([2.2, 3.9], abs=0.05)
     assert [ratio.min(), ratio.max()] == pytest.approx([1.1, 3.0], abs=0.05)

@@ -15,6 +15,7 @@ from ballscrew_tehl.atlas.ball_contacts import BallContacts
 from ballscrew_tehl.friction.interval import (
     DEVIATIONS,
     KNOWN_ERROR,
+    OperatingPoint,
     is_fitted,
     learned,
     torque_interval,
@@ -31,13 +32,11 @@ from ballscrew_tehl.parameters.units import CELSIUS, RPM
 
 LAW = load_screw(PACKAGED_DATA / "gd4008_vg100.toml")
 FREE = default_friction_set(changed(LAW, friction={"ball_thrust": BOUNDED["ball_thrust"].value}))
-#: forces of the nuts [N], speed [rad/s], temperature [K]
-SLOW, FAST = ([1000.0, 1000.0], 100.0 * RPM, 303.0), ([6000.0, 6000.0], 2500.0 * RPM, 303.0)
+SLOW, FAST = OperatingPoint(1000.0, 100.0 * RPM, 303.0), OperatingPoint(6000.0, 2500.0 * RPM, 303.0)
 
 
 def interval(point, friction_set=FREE):
-    forces, *at = point
-    return torque_interval(LAW, forces, ClosedContacts(), *at, friction_set)
+    return torque_interval(LAW, point, ClosedContacts(), friction_set)
 
 
 def test_moments_are_those_of_the_parabola():
@@ -57,7 +56,7 @@ def test_ends_of_the_thrust_are_torques_of_screws_that_state_it():
     for torque, kappa in zip(interval(SLOW).ends["ball_thrust"], (bound.low, bound.high), strict=True):
         other = changed(LAW, friction={"ball_thrust": kappa})
         coefficient = default_friction_set(other).net_sliding_coefficient
-        parts = double_nut_parts(other, SLOW[0], ClosedContacts(), *SLOW[1:], 1.0, coefficient)
+        parts = double_nut_parts(other, SLOW.forces(other), ClosedContacts(), *SLOW[1:3], 1.0, coefficient)
         assert torque == pytest.approx(parts.total, rel=1e-12)
 
 
@@ -65,7 +64,7 @@ def test_ends_of_the_thrust_are_torques_of_screws_that_state_it():
 def test_interval_holds_about_80_percent_of_a_latin_hypercube():
     """Found 78 and 80 %: effects of two constants on each other are neglected; 120 points of a hypercube."""
     for point in [SLOW, FAST]:
-        forces, *at = point
+        forces, at = point.forces(LAW), point[1:3]
         found, names = interval(point), list(BOUNDED)
 
         def torque(values, forces=forces, at=at):
@@ -109,13 +108,13 @@ def test_interval_holds_the_measured_torques():
         left_out = [fitted_without(i, basis, contacts) for i in range(11 * (celsius in (20.0, 30.0)))]
         for entries in filter(None, ([FREE] * 11, left_out)):
             found = [
-                torque_interval(LAW, [m.preload] * 2, contacts, m.speed, m.temperature, entry)
+                torque_interval(LAW, OperatingPoint(m.preload, m.speed, m.temperature), contacts, entry)
                 for m, entry in zip(points, entries, strict=True)
             ]
             counts.append(sum(i.low <= m.torque <= i.high for i, m in zip(found, points, strict=True)))
             widths.append(float(np.mean([i.high / i.low for i in found])))
-    assert counts == [9, 11, 11, 11, 10, 11]
-    assert widths == pytest.approx([2.4, 1.9, 2.4, 2.5, 1.2, 2.5], abs=0.1)
+    assert counts == [10, 11, 11, 11, 10, 11]
+    assert widths == pytest.approx([2.1, 1.9, 2.2, 2.2, 1.2, 2.2], abs=0.1)
 
 
 def test_stated_constants_are_known():
@@ -137,7 +136,7 @@ def test_measured_torques_condition_a_constant_as_the_normal_distribution_has_it
     entry = dataclasses.replace(
         FREE, parameters_hash=parameters_hash(known), errors={"leave_one_out_mean": 0.03}
     )
-    prior = torque_interval(known, SLOW[0], ClosedContacts(), *SLOW[1:], entry)
+    prior = torque_interval(known, SLOW, ClosedContacts(), entry)
     assert list(prior.ends) == ["ball_thrust"]
     middle = 0.5 * math.log(prior.low * prior.high / prior.torque**2)
     variance = (math.log(prior.high / prior.low) / 2.0 / DEVIATIONS) ** 2
@@ -157,7 +156,7 @@ def test_measured_torques_condition_a_constant_as_the_normal_distribution_has_it
             [1.0 - gain + gain**2 * shared / variance], rel=1e-5
         )
         fit = dataclasses.replace(entry, learned=say)
-        found = torque_interval(known, SLOW[0], ClosedContacts(), *SLOW[1:], fit)
+        found = torque_interval(known, SLOW, ClosedContacts(), fit)
         left = variance * (1.0 - gain) + gain**2 * shared
         wide = DEVIATIONS * math.sqrt(left + 0.5 * math.pi * 0.03**2)
         expected = middle + gain * (0.05 + shift - middle) + np.array([-wide, wide])

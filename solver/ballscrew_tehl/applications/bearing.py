@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from ..friction.interval import torque_interval
+from ..friction.interval import OperatingPoint, torque_interval
 from ..friction.mechanistic import ContactValues, double_nut_parts
 from ..friction.sets import FrictionSet
 from ..parameters.file import (
@@ -126,9 +126,12 @@ class Bearing(NamedTuple):
         warm, allowed = low <= temperature <= high, f"{low:g} to {high:g}"
         _needs(warm, "temperature", temperature, "K", allowed, "is it in kelvin?")
         at = self.parameters, [float(axial_load)], self.contacts, float(speed), float(temperature)
-        parts, interval = double_nut_parts(*at, *CAGED.values[:2]), torque_interval(*at, CAGED)
+        parts, point = double_nut_parts(*at, *CAGED.values[:2]), OperatingPoint(at[1][0], *at[3:])
         rolling, hysteresis, sliding = map(float, parts)
-        return BearingTorque(rolling, sliding, hysteresis, parts.total, interval.low, interval.high)
+        # two such bearings have the same relative interval
+        ends = torque_interval(self.parameters, point, self.contacts, CAGED).relative
+        low, high = (end * parts.total for end in ends)
+        return BearingTorque(rolling, sliding, hysteresis, parts.total, low, high)
 
 
 def bearing(
@@ -208,7 +211,7 @@ def bearing(
         nominal_radius=0.5 * D, ball_diameter=d, contact_angle=0.25 * math.pi, lead=2.0 * d, turns=1.0,
         screw_raceway_radius=inner_conformity * d, nut_raceway_radius=outer_conformity * d, ball_count=int(balls),
         screw_section_area=SECTION * d**2, nut_section_area=SECTION * d**2,
-        youngs_modulus=MODULUS, poisson_ratio=POISSON,
+        youngs_modulus=MODULUS, poisson_ratio=POISSON, preload_basis="force",
     )  # fmt: skip
     # beyond the contact angles of a screw file
     screw = screw.model_copy(update={"contact_angle": min(float(contact_angle), STEEPEST)})

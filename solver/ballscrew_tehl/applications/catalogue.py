@@ -8,14 +8,15 @@ from pydantic import ValidationError
 from ..parameters.file import Parameters, ScrewParameters
 from ..parameters.screw import ROOT_OF_BALL
 from ..physics.rating import computed_dynamic_rating, computed_static_rating
+from .published_formulas import BELOW_CIRCLE
 from .tables.headings import FORCE, INCH
 
 #: diameters of balls that are made [mm]
 BALLS = (
     0.8, 1.0, 1.2, 1.588, 2.0, 2.381, 2.778, 3.175, 3.969, 4.763, 5.556, 6.35, 7.144, 7.938, 9.525, 12.7, 15.875, 19.05,
 )  # fmt: skip
-#: ball over lead of one start and over nominal diameter, pitch circle beyond the latter over ball
-BALL_OF_LEAD, BALL_OF_DIAMETER, BEYOND = 0.635, 0.2, 0.27
+#: ball over lead of one start and over nominal diameter
+BALL_OF_LEAD, BALL_OF_DIAMETER = 0.635, 0.2
 #: nominal diameter minus root diameter, over ball; weight of BALL_OF_LEAD where the root diameter is stated
 ROOT_DEPTH, LEAD_WEIGHT = 0.82, 0.3
 #: weight of BALL_OF_LEAD where ratings choose the ball: of twelve catalogue screws 7 right, 5 one size off; without: 6
@@ -135,7 +136,7 @@ def _screw(
 ) -> tuple[ScrewParameters, set[str]]:
     """The screw with a ball [mm], and its fields that are stated."""
     root, circle = sizes.root_mm, sizes.circle_mm
-    usual = sizes.diameter_mm + BEYOND * ball if root is None else root + ROOT_OF_BALL * ball
+    usual = sizes.diameter_mm + BELOW_CIRCLE * ball if root is None else root + ROOT_OF_BALL * ball
     assumed = {
         "preload_kind": "double_nut", "turns": USUAL_TURNS if sizes.starts == 1 else TURNS_OF_A_START,
         "nominal_radius": 0.5e-3 * usual, "ball_diameter": 1e-3 * ball, "contact_angle": math.radians(45.0),

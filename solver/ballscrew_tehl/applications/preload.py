@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
-from ..friction.interval import TorqueInterval
+from ..friction.interval import TorqueInterval, of_force
 from ..friction.sets import FrictionSet
 from ..numerics import rising_root
 from ..nut_map.interval import map_interval
@@ -87,6 +87,7 @@ def preload_interval(
 
     difference: temperature of screw minus that of the nut [K]
     """
+    parameters = of_force(parameters, friction_set)
     axes, at = nut_map.header["axes"], (speed, temperature)
     lowest, highest = axes["preload"][0], min(axes["force"][1], axes["preload"][1])
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ..parameters.file import Parameters, ScrewParameters
+from ..parameters.file import FOUR_POINT, Parameters, ScrewParameters
 from ..parameters.units import CELSIUS
 from ..physics.hertz import E_prime
 from ..physics.lubricant import ambient_density, eta0
@@ -16,6 +16,19 @@ ZHOU_COEFFICIENT = 0.0065
 JUNGNICKEL_FACTOR, JUNGNICKEL_SPEED, JUNGNICKEL_LOAD = 9.16, 0.512, -0.516
 #: exponent of the material group G; pressure coefficient [1/Pa] of a mineral oil of 1 m2/s at 40 C, and its exponent
 JUNGNICKEL_MATERIAL, JUNGNICKEL_ALPHA, JUNGNICKEL_ALPHA_EXPONENT = -0.2, 1.29e-7, 0.204
+#: torque over preload and nominal diameter that Rexroth prints, by kind of preload (R310RU 3301, pages 106 to 109: 207
+#: rows within rounding); nominal diameter below the pitch circle, over ball
+REXROTH = {"double_nut": 0.004, FOUR_POINT: 0.010}
+BELOW_CIRCLE = 0.27
+
+
+def rexroth_torque(screw: ScrewParameters, preload: float) -> float:
+    """T_pr0 [N.m] of Rexroth's catalogue at a preload [N], without seals.
+
+    0.004 d0 F of double nuts, 0.010 d0 F of single nuts with oversize balls: it prints torques, no formula.
+    """
+    diameter = 2.0 * screw.nominal_radius - BELOW_CIRCLE * screw.ball_diameter
+    return REXROTH[screw.preload_kind] * diameter * preload
 
 
 def zhou_torque(screw: ScrewParameters, preload: Any) -> np.ndarray:

@@ -27,6 +27,12 @@ Of 99 sheets of random screws (tolerance 5 to 50 %, oil 5 K off) it holds 81 % o
 at other speeds and preloads, 79 and 81 % in another oil; 100 % at the point if truths are uniform over the tolerance.
 In another oil of the same screw, the constants that are of the oil count as before any fit.
 
+A preload that is nominal (preload_basis) is a name: the true force is preload_force times it, one more unknown, uniform
+in its logarithm (parameters.friction.PRELOAD_FORCE). It counts where nothing is measured, and together with the
+constants where the drag torque of the screw file conditions both (applications.drag_torque); the preloads of measured
+torques are forces. Of 200 random screws with a drag torque of +-25 % the interval holds 83 % of the torques at other
+speeds and temperatures, most in another oil, and 80 % of the true preloads.
+
 A constant that the screw file states counts as known. The supply of the oil counts by the length of its inlet, from 3
 half-widths to flooded, uniform in 1/length. The temperature of the oil counts with the tolerance of the screw file, its
 viscosity with that of an ISO grade, +-10 % (ISO 3448), where the file names the grade: as the temperature at which the
@@ -37,20 +43,21 @@ Source: conditioning of a normal distribution: Rasmussen & Williams, Gaussian Pr
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..numerics import Array
 from ..parameters.file import Parameters
-from ..parameters.friction import BOUNDED, ball_ball_coefficient
+from ..parameters.friction import BOUNDED, PRELOAD_FORCE, ball_ball_coefficient
 from ..parameters.identity import parameters_hash
 from ..parameters.mineral_oil import GRADE_TOLERANCE
 from ..parameters.units import COLDEST, HOTTEST
 from ..physics.lubricant import eta0
+from .film_shear import nut_forces
 from .mechanistic import ContactValues, Nut, law_constants, loaded_nuts, powers_of_nuts, torque_line
-from .sets import SUPPLY, FrictionSet, load_friction_sets, of_other_oil
+from .sets import DRAG_TORQUE, PRELOAD, SUPPLY, FrictionSet, load_friction_sets, of_other_oil
 
 #: standard deviations of a normal quantity to the ends of the interval that holds 80 % of it
 DEVIATIONS = 1.2816
@@ -63,19 +70,53 @@ KNOWN_ERROR = 0.02
 FITTED_COEFFICIENT, LEFT_OUT = "net_sliding_coefficient", "leave_one_out"
 #: the oil: its temperature, its viscosity over that of its grade
 OIL_TEMPERATURE, OIL_VISCOSITY = "oil_temperature", "oil_viscosity"
+#: what a drag torque in the oil of its test says nothing of: the limits of shear are taken as those of mineral oils
+STATE_OF_OIL = (OIL_TEMPERATURE, OIL_VISCOSITY)
 #: what belongs to the oil: a fit with another one says nothing of it
-CONSTANTS_OF_OIL = ("eyring_stress", "limiting_shear_coefficient", OIL_TEMPERATURE, OIL_VISCOSITY)
+CONSTANTS_OF_OIL = ("eyring_stress", "limiting_shear_coefficient", *STATE_OF_OIL)
 #: what makes them known
 OF_OIL = {
     OIL_TEMPERATURE: "a known oil temperature (temperature_tolerance)",
     OIL_VISCOSITY: "the viscosity of the oil in place of its grade",
 }
 #: constants that act through the level of the torque, which a measured one fixes
-BY_ONE_TORQUE = (FITTED_COEFFICIENT, "boundary_friction", "limiting_shear_coefficient")
+BY_ONE_TORQUE = (FITTED_COEFFICIENT, "boundary_friction", "limiting_shear_coefficient", PRELOAD)
 #: speed, temperature, contacts, as powers_of_nuts takes them
 At = tuple[Any, Any, ContactValues]
-#: what the ends of an interval are, without and with a fit to the screw
-MEANING = "about 80 %, from bounded constants", "about 80 %, from measured torques and bounded constants"
+#: nuts of each point, by the true force over the preload
+Points = Callable[[float], list[list[Nut]]]
+#: what the ends of an interval are, without and with a fit to the screw; without, of a nominal preload
+MEANING = (
+    "about 80 %, from bounded constants",
+    "about 80 %, from measured torques and bounded constants",
+    "about 80 %, from bounded constants and from what a nominal preload is, a force of "
+    f"{PRELOAD_FORCE.low:g} to {PRELOAD_FORCE.high:g} times it (preload_basis)",
+)
+
+
+class OperatingPoint(NamedTuple):
+    """Point of a torque, as NutMap.evaluate takes it.
+
+    Attributes
+    ----------
+    preload : float
+        Preload, as preload_basis of the screw file says [N].
+    speed : float
+        Speed of the screw [rad/s], > 0.
+    temperature : float
+        Oil temperature [K].
+    axial_load : float
+        Axial load [N].
+    """
+
+    preload: float
+    speed: float
+    temperature: float
+    axial_load: float = 0.0
+
+    def forces(self, parameters: Parameters, factor: float = 1.0) -> Sequence[float]:
+        """Forces of both nuts [N] where the true force is this factor times the preload."""
+        return nut_forces(parameters, factor * self.preload, self.axial_load)
 
 
 class Effects(NamedTuple):
@@ -119,7 +160,8 @@ class TorqueInterval(NamedTuple):
         shares = ", ".join(
             f"{name} {100.0 * fraction:.0f} %" for name, fraction in list(self.shares.items())[:2]
         )
-        return f"{MEANING[LEFT_OUT in self.shares]}: {shares}{self.advice and '; narrower by '}{self.advice}"
+        what = meaning(LEFT_OUT in self.shares, PRELOAD in self.shares)
+        return f"{what}: {shares}{self.advice and '; narrower by '}{self.advice}"
 
     @property
     def advice(self) -> str:
@@ -128,17 +170,28 @@ class TorqueInterval(NamedTuple):
         fitted = LEFT_OUT in self.shares
         for name, fraction in self.shares.items():
             remedy = f"{'raceway_rq and ball_rq' if name == 'roughness_height' else name} in the screw file"
-            if fitted and name in (LEFT_OUT, FITTED_COEFFICIENT):
+            if fitted and name in (LEFT_OUT, FITTED_COEFFICIENT, PRELOAD):
                 remedy = "torques measured around this point (calibrate MEASUREMENTS.csv)"
             elif not fitted and name in BY_ONE_TORQUE:
                 remedy = "one measured torque (calibrate --torque-nm)"
+                remedy = (
+                    f"drag_torque_Nm in the screw file, or {remedy}" if PRELOAD in self.shares else remedy
+                )
             remedy = OF_OIL.get(name, remedy)
             parts[remedy] += fraction  # type: ignore[assignment]
         return "".join(f"{remedy}, {100.0 * part:.0f} %" for remedy, part in parts.most_common(1))
 
 
+def meaning(fitted: bool, nominal: bool) -> str:
+    """What the ends of an interval are; nominal: PRELOAD is one of the unknown."""
+    return MEANING[1 if fitted else 2 * nominal]
+
+
 def unknown_constants(parameters: Parameters) -> tuple[str, ...]:
-    """Names of the bounded constants that the screw file does not state; kappa does not count where it states k."""
+    """Names of the bounded constants that the screw file does not state; kappa does not count where it states k.
+
+    PRELOAD is among them where the preload is nominal.
+    """
     friction = parameters.friction
     known = (friction.model_fields_set - {"roughness_height"}) | parameters.lubricant.model_fields_set
     spaced = parameters.screw.spacer_balls
@@ -148,7 +201,16 @@ def unknown_constants(parameters: Parameters) -> tuple[str, ...]:
         "ball_thrust": spaced or friction.net_sliding_coefficient is not None,
     }
     known |= {name for name, follows in implied.items() if follows}
-    return tuple(name for name in BOUNDED if name not in known)
+    names = tuple(name for name in BOUNDED if name not in known)
+    return (*names, PRELOAD) if parameters.screw.preload_basis == "nominal" else names
+
+
+def of_force(parameters: Parameters, friction_set: FrictionSet) -> Parameters:
+    """The screw for a preload that a torque measures: it is a force, unless the set has the drag torque of both."""
+    if friction_set.nominal:
+        return parameters
+    screw = parameters.screw.model_copy(update={"preload_basis": "force"})
+    return parameters.model_copy(update={"screw": screw})
 
 
 def oil_shifts(parameters: Parameters, temperature: Any) -> dict[str, list[Any]]:
@@ -179,7 +241,8 @@ def learned_of(
     if fitted:
         result = friction_set.learned
         known = list(result["mean"])
-        other = CONSTANTS_OF_OIL * of_other_oil(friction_set, parameters)
+        of_oil = set(STATE_OF_OIL if friction_set.loss == DRAG_TORQUE else CONSTANTS_OF_OIL)
+        other = of_oil if of_other_oil(friction_set, parameters) else set()
         of = [i for i, name in enumerate(names) if name in known and name not in other]
         place = [known.index(names[i]) for i in of]
         mean[of] = np.array(list(result["mean"].values()))[place]
@@ -208,7 +271,7 @@ def _constants(parameters: Parameters) -> dict[str, float]:
 
 def learned(
     parameters: Parameters,
-    points: Sequence[tuple[Sequence[float], float, float]],
+    points: Sequence[OperatingPoint],
     errors: Array,
     weights: Array,
     contacts: ContactValues,
@@ -218,16 +281,12 @@ def learned(
 ) -> dict[str, dict[str, Any]]:
     """Entry `learned` of a friction set: mean of the standardised constants and rows of their covariance, by constant.
 
-    points : forces of the nuts [N], speed [rad/s], temperature [K];  errors : ln(measured/computed) with the set;
-    weights : over which the error of a torque is larger;  own : stated standard errors of ln(torque), independent
+    errors : ln(measured/computed) with the set;  weights : over which the error of a torque is larger
+    own : stated standard errors of ln(torque), independent
     tolerances : of each error that all points share, low and high end of ln(torque) there, (2, n)
     """
-    result = [
-        _effects(
-            parameters, [loaded_nuts(parameters, forces)], (speed, temperature, contacts), friction_set, True
-        )
-        for forces, speed, temperature in points
-    ]
+    names = _names(parameters, friction_set, True)
+    result = [effects_at(parameters, point, contacts, friction_set, names) for point in points]
     names = list(result[0].mean)
     D = np.array([[float(each.deviation[name][0]) for name in names] for each in result]).T
     shifts = [0.5 * (low + high) for low, high in tolerances]
@@ -250,29 +309,20 @@ def implied_thrust(coefficient: float, parameters: Parameters) -> float:
 
 
 def torque_interval(
-    parameters: Parameters,
-    forces: Sequence[float],
-    contacts: ContactValues,
-    speed: float,
-    temperature: float,
-    friction_set: FrictionSet,
+    parameters: Parameters, point: OperatingPoint, contacts: ContactValues, friction_set: FrictionSet
 ) -> TorqueInterval:
-    """Torque of all nuts under their forces, with its interval.
+    """Torque of all nuts at an operating point, with its interval.
 
     Parameters
     ----------
     parameters : Parameters
         Screw and oil.
-    forces : sequence of float
-        Axial force of each nut [N].
+    point : OperatingPoint
+        Preload, speed, temperature and axial load.
     contacts : ContactValues
         Contacts of the balls.
-    speed : float
-        Speed of the screw [rad/s], > 0.
-    temperature : float
-        Oil temperature [K].
     friction_set : FrictionSet
-        Fitted number of the law.
+        Fitted number of the law, and the force of a nominal preload.
 
     Returns
     -------
@@ -287,7 +337,8 @@ def torque_interval(
     Notes
     -----
     The coefficient of the friction set is that of the constants in the parameters. It varies with them unless it was
-    fitted to this screw or the screw file states it.
+    fitted to this screw or the screw file states it. The force of a nominal preload counts without a fit and with the
+    drag torque of the screw file; the preloads of measured torques are forces.
 
     Examples
     --------
@@ -295,16 +346,16 @@ def torque_interval(
     >>> from ballscrew_tehl.atlas.ball_contacts import BallContacts
     >>> from ballscrew_tehl.friction.sets import default_friction_set
     >>> screw = load_screw("example_25x10.toml")
-    >>> at = BallContacts(screw), 104.7, 313.15, default_friction_set(screw)
-    >>> interval = torque_interval(screw, [800.0, 800.0], *at)
+    >>> point = OperatingPoint(preload=800.0, speed=104.7, temperature=313.15)
+    >>> interval = torque_interval(screw, point, BallContacts(screw), default_friction_set(screw))
     >>> interval.low < interval.torque < interval.high
     True
     """
-    nuts = loaded_nuts(parameters, forces)
-    if not nuts:
+    if not any(force > 0.0 for force in point.forces(parameters)):
         return TorqueInterval(0.0, 0.0, 0.0, {}, {})
     fitted = is_fitted(friction_set, parameters)
-    effects = _effects(parameters, [nuts], (speed, temperature, contacts), friction_set, fitted)
+    unknown = _names(parameters, friction_set, fitted)
+    effects = effects_at(parameters, point, contacts, friction_set, unknown)
     torque = float(effects.torque[0])
     ends = {name: (float(low[0]), float(high[0])) for name, (low, high) in effects.ends.items()}
     known = learned_of(friction_set, parameters, fitted, list(ends))
@@ -332,41 +383,70 @@ def interval_ends(
 
     Without axial load. All points side by side: a point by itself, as torque_interval, takes 50 times as long.
     """
-    points = [loaded_nuts(parameters, [float(force)] * 2) for force in preloads]
+
+    def points(factor: float) -> list[list[Nut]]:
+        return [loaded_nuts(parameters, [factor * float(force)] * 2) for force in preloads]
+
     fitted = is_fitted(friction_set, parameters)
-    effects = _effects(parameters, points, (speeds[:, None], temperatures, contacts), friction_set, fitted)
+    names = _names(parameters, friction_set, fitted)
+    effects = _effects(parameters, points, (speeds[:, None], temperatures, contacts), friction_set, names)
     return _ends(effects, learned_of(friction_set, parameters, fitted, list(effects.mean)))
 
 
-def _effects(
-    parameters: Parameters, points: Sequence[Sequence[Nut]], at: At, friction_set: FrictionSet, fitted: bool
-) -> Effects:
-    """Of the nuts of each point; fitted: what the screw file states of the coefficient does not count."""
-    friction, coefficient = parameters.friction, friction_set.net_sliding_coefficient
+def _names(parameters: Parameters, friction_set: FrictionSet, fitted: bool) -> list[str]:
+    """Constants that count; in a fit to measured forces not PRELOAD, but the coefficient that the screw file states."""
     names = list(unknown_constants(parameters))
-    names += ["ball_thrust"] * (fitted and "ball_thrust" not in names)
-    names += [SUPPLY] * (friction_set.supply_length is not None and SUPPLY not in names)
+    if fitted and not (PRELOAD in names and friction_set.loss == DRAG_TORQUE):
+        names = [name for name in names if name != PRELOAD]
+        names += ["ball_thrust"] * ("ball_thrust" not in names)
+    return names + [SUPPLY] * (friction_set.supply_length is not None and SUPPLY not in names)
+
+
+def effects_at(
+    parameters: Parameters,
+    point: OperatingPoint,
+    contacts: ContactValues,
+    friction_set: FrictionSet,
+    names: Sequence[str],
+) -> Effects:
+    """Effects of these constants at one point, (1,) each."""
+
+    def points(factor: float) -> list[list[Nut]]:
+        return [loaded_nuts(parameters, point.forces(parameters, factor))]
+
+    return _effects(parameters, points, (point.speed, point.temperature, contacts), friction_set, names)
+
+
+def _effects(
+    parameters: Parameters, points: Points, at: At, friction_set: FrictionSet, names: Sequence[str]
+) -> Effects:
+    """Of the nuts of each point."""
+    friction, coefficient = parameters.friction, friction_set.net_sliding_coefficient
+    names, nominal = [name for name in names if name != PRELOAD], PRELOAD in names
     values = [{}, *({name: end} for name in names for end in (BOUNDED[name].low, BOUNDED[name].high))]
     variants = [with_constants(parameters, value) for value in values]
     kappa, ratio = implied_thrust(coefficient, parameters), friction_set.apparent_viscosity_ratio
     coefficients = [coefficient] * len(variants)
-    if fitted or friction.net_sliding_coefficient is None:
+    if "ball_thrust" in names or friction.net_sliding_coefficient is None:
         coefficients = [
             ball_ball_coefficient(changed.friction, value.get("ball_thrust", kappa))
             for changed, value in zip(variants, values, strict=True)
         ]
-    lines = _lines(variants, points, at, ratio)
-    lines += _oil_lines(parameters, points, at, ratio, lines[0][0].shape)
+    nuts = points(friction_set.preload_factor)
+    lines = _lines(variants, nuts, at, ratio)
+    lines += _oil_lines(parameters, nuts, at, ratio, lines[0][0].shape)
+    for factor in (PRELOAD_FORCE.low, PRELOAD_FORCE.high) if nominal else ():
+        lines += _lines([parameters], points(factor), at, ratio)
     coefficients += [coefficient] * (len(lines) - len(coefficients))
     middle, *of_ends = (
         remainder + k * slope for (remainder, slope), k in zip(lines, coefficients, strict=True)
     )
-    names += oil_shifts(parameters, at[1])
+    names += [*oil_shifts(parameters, at[1]), *[PRELOAD] * nominal]
     ends = dict(zip(names, zip(of_ends[::2], of_ends[1::2], strict=True), strict=True))
-    own = {"ball_thrust": kappa, SUPPLY: friction.supply_length}
+    own = {"ball_thrust": kappa, SUPPLY: friction.supply_length, PRELOAD: friction_set.preload_factor}
     result = Effects(middle, ends, {}, {})
     for name, (low, high) in ends.items():
-        known = BOUNDED.get(name)
+        known = PRELOAD_FORCE if name == PRELOAD else BOUNDED.get(name)
         place = known.place(own.get(name, known.value)) if known else 0.5
         mean, variance = uniform_moments(np.log(low / middle), np.log(high / middle), place)
         result.mean[name], result.deviation[name] = mean, np.copysign(np.sqrt(variance), high - low)

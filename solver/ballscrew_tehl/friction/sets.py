@@ -26,8 +26,10 @@ SETS: dict[str, tuple[str, ...]] = {
     Law.THREE_PARAMETER: FITTED,
     Law.MECHANISTIC: FITTED[1:2],
 }
-#: length of the oil supply
-SUPPLY = "supply_length"
+#: length of the oil supply; true force of a nominal preload
+SUPPLY, PRELOAD = "supply_length", "preload_force"
+#: FrictionSet.loss of a set that has the drag torque of the screw file
+DRAG_TORQUE = "drag torque"
 #: names of the keys of the file that carry a unit
 KEYS = {"roughness_height": "roughness_height_m"}
 PACKAGED_SETS = PACKAGED_DATA / "friction_sets.toml"
@@ -86,6 +88,8 @@ class FrictionSet:
         Mechanistic: fitted length of the oil supply [b], in place of that of the screw file; None: not fitted.
     learned : mapping
         Mechanistic: what the torques say of the bounded constants, of friction.interval.learned.
+    preload_factor : float
+        True force of a preload over the nominal preload, by the drag torque of the screw file [1].
     """
 
     law: Law
@@ -105,6 +109,7 @@ class FrictionSet:
     nlgi: str = ""
     supply_length: float | None = None
     learned: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    preload_factor: float = 1.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "law", Law(self.law))
@@ -124,6 +129,8 @@ class FrictionSet:
             )
         length = self.supply_length
         checks.append((length is None or length >= 2.0, SUPPLY, length, ">= 2"))
+        factor = self.preload_factor
+        checks.append((0.0 < factor < math.inf, "preload_factor", factor, "finite and > 0"))
         for good, what, value, allowed in checks:
             if not good:
                 raise ValueError(f"friction set {self.name}: {what} = {value}; allowed: {allowed}")
@@ -137,6 +144,11 @@ class FrictionSet:
     def name(self) -> str:
         """Name of the law."""
         return self.law.value
+
+    @property
+    def nominal(self) -> bool:
+        """Whether a drag torque fixes friction and the force of a nominal preload together."""
+        return PRELOAD in self.learned.get("mean", {})
 
     @property
     def entries(self) -> dict[str, Any]:
@@ -282,6 +294,8 @@ def carried_over(friction_set: FrictionSet, parameters: Parameters) -> str:
         stated.add("net_sliding_coefficient")
     if parameters.screw.spacer_balls and friction_set.name == Law.MECHANISTIC:
         return ""  # its number, of balls that rub, is 0
+    if friction_set.loss == DRAG_TORQUE:
+        return ""  # of this screw, in the oil of its test
     other = of_other_oil(friction_set, parameters)
     ours = friction_set.parameters_hash in ("", parameters_hash(parameters)) and not other
     if ours or stated >= set(SETS[friction_set.name]):

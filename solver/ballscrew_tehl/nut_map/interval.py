@@ -7,8 +7,14 @@ from typing import Any
 import numpy as np
 
 from ..atlas.ball_contacts import BallContacts
-from ..friction.film_shear import nut_forces
-from ..friction.interval import TorqueInterval, interval_ends, is_fitted, torque_interval, unknown_constants
+from ..friction.interval import (
+    OperatingPoint,
+    TorqueInterval,
+    interval_ends,
+    is_fitted,
+    torque_interval,
+    unknown_constants,
+)
 from ..friction.mechanistic import law_constants
 from ..friction.sets import FrictionSet
 from ..numerics import Array
@@ -68,15 +74,9 @@ def map_interval(
     >>> f"{interval.low:.2f} to {interval.high:.2f} N.m"
     '1.04 to 1.22 N.m'
     """
-    forces = nut_forces(parameters, nearest(axes, "force", preload), axial_load)
-    return torque_interval(
-        parameters,
-        [nearest(axes, "force", force) if force > 0.0 else 0.0 for force in forces],
-        BallContacts(parameters),
-        nearest(axes, "speed", abs(speed)),
-        nearest(axes, "temperature", temperature),
-        friction_set,
-    )
+    at = nearest(axes, "speed", abs(speed)), nearest(axes, "temperature", temperature), axial_load
+    point = OperatingPoint(nearest(axes, "force", preload), *at)
+    return torque_interval(parameters, point, BallContacts(parameters), friction_set)
 
 
 def interval_table(parameters: Parameters, axes: Mapping[str, Any], friction_set: FrictionSet) -> Array:

@@ -10,8 +10,9 @@ from typing import Any, Literal, Self
 
 from pydantic import model_validator
 
+from .mineral_oil import ISO_GRADES
 from .toml import Table, entry, require
-from .units import turns_of
+from .units import CELSIUS, RPM, turns_of
 
 #: preload kind whose balls touch four flanks
 FOUR_POINT = "single_nut_oversize_ball"
@@ -24,6 +25,22 @@ SMALLEST, MAY_BE_INCHES = 0.75e-3, 3e-3
 #: largest radius of the ball centre circle over the ball diameter (125 x 5 with balls of 3.175 mm: 20): beyond, a digit
 #: has slipped
 THIN_BALLS = 22.0
+
+#: torque of both seals over the square of the diameter [N/m] (Bosch Rexroth, 2.4e-4 N.m/mm2; its rows from 12 mm on are
+#: 0.8 to 1.43 of that); reinforced ones have twice as much
+SEALS = 240.0
+
+
+def _drag(description: str, dimension: str | None = None, **rules: Any) -> Any:
+    """A field of the drag torque, None if nothing else is its default."""
+    default = {} if "default_factory" in rules else {"default": None}
+    return entry(description, dimension, in_map=False, **default | {"gt": 0} | rules)
+
+
+def _end(screw: dict[str, Any], side: float) -> float | None:
+    """End of the tolerance of the drag torque."""
+    torque, percent = screw["drag_torque"], screw["drag_torque_tolerance_percent"]
+    return None if None in (torque, percent) else torque * (1.0 + 0.01 * side * percent)
 
 
 def _loaded_balls(screw: dict[str, Any]) -> int:
@@ -136,6 +153,25 @@ class ScrewParameters(Table):
     seal_torque: float = entry(
         "drag of the seals of all nuts", "torque", in_map=False, default=0.0, ge=0, le=1e3
     )
+    preload_basis: Literal["nominal", "force"] = entry(
+        "what a preload is: nominal (set by its drag torque), or a force", in_map=False, default="nominal"
+    )
+    drag_torque: float | None = _drag("drag torque of the delivered screw, without seals", "torque", le=1e3)
+    drag_torque_tolerance_percent: float | None = _drag("tolerance of drag_torque, +-", lt=100)
+    drag_torque_min: float | None = _drag(
+        "low end of it, in place of a tolerance", "torque", le=1e3, default_factory=lambda d: _end(d, -1.0)
+    )
+    drag_torque_max: float | None = _drag(
+        "high end likewise", "torque", le=2e3, default_factory=lambda d: _end(d, 1.0)
+    )
+    drag_torque_preload: float | None = _drag("preload that it is printed for", "force", le=1e8)
+    drag_torque_oil: int = entry(
+        "ISO VG of its oil; default: that of ISO 3408-3 (JIS B 1192: 68)", in_map=False, default=100
+    )
+    drag_torque_speed: float = _drag("speed of its test", "angular_velocity", default=100.0 * RPM, le=1e5)
+    drag_torque_temperature: float = _drag(
+        "oil temperature of its test", "temperature", default=20.0 + CELSIUS, ge=250, le=400
+    )
 
     @property
     def signed_lead(self) -> float:
@@ -172,7 +208,26 @@ class ScrewParameters(Table):
         fits = abs(math.tan(self.lead_angle) / tangent - 1.0) <= 0.02
         require(fits, "lead_angle", allowed, "check all three")
         self._balls_fit()
+        self._drag_is_whole()
         return self
+
+    def _drag_is_whole(self) -> None:
+        """Raise FieldError for a drag torque without preload or tolerance, or with two kinds of a tolerance."""
+        given = {name for name in self.model_fields_set if name.startswith("drag_torque")}
+        tolerance, ends = "drag_torque_tolerance_percent", ("drag_torque_min", "drag_torque_max")
+        for name in ("drag_torque", "drag_torque_preload") if given else ():
+            require(getattr(self, name) is not None, name, "a value", "a drag torque is that of a preload")
+        stated = given & {*ends}
+        one = self.drag_torque_tolerance_percent is None or not stated
+        require(one, tolerance, "no entry", "minimum and maximum state it")
+        for name in ends if given else ():
+            missing = name if stated else tolerance
+            require(getattr(self, name) is not None, missing, "a value", "it needs a tolerance, or both ends")
+        if (torque := self.drag_torque) is not None:
+            inside = self.drag_torque_min <= torque <= self.drag_torque_max  # type: ignore[operator]
+            require(inside, "drag_torque", "drag_torque_min to drag_torque_max", "check all three")
+        grades = ", ".join(map(str, ISO_GRADES))
+        require(self.drag_torque_oil in ISO_GRADES, "drag_torque_oil", grades, "it is an ISO viscosity grade")
 
     def _can_be_made(self) -> None:
         """Raise FieldError for grooves that meet, a shaft thinner than its balls, a root that is of another ball."""

@@ -6,6 +6,7 @@ from enum import EnumType
 from typing import Any, Literal, get_args, get_origin
 
 from .file import PACKAGED_DATA, TABLES, LubricantParameters, Parameters, graded_oil, load_screw
+from .screw import SEALS, ScrewParameters
 from .toml import entry_text
 from .units import UNITS
 
@@ -110,6 +111,11 @@ def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str
         graded = isinstance(values, LubricantParameters) and values.iso_vg is not None
         notes = NOTES.get("grease" if graded and values.nlgi is not None else table, ())
         lines += ["", f"[{table}]", *(f"# {note}" for note in notes)]
+        if isinstance(values, ScrewParameters):
+            seals = SEALS * (2.0 * values.nominal_radius) ** 2
+            lines.append(
+                f"# Two seals: about {seals:.3g} N.m, 2.4e-4 times the square of the diameter in mm; none if omitted."
+            )
         for field, entry in values.entries().items():
             if graded and field.startswith(FROM_GRADE) and field != "viscosity_index":
                 continue

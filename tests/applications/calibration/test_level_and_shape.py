@@ -16,7 +16,7 @@ from ballscrew_tehl.applications.calibration.fit import (
     torque_basis,
 )
 from ballscrew_tehl.applications.calibration.measurements import Measurement
-from ballscrew_tehl.friction.interval import torque_interval
+from ballscrew_tehl.friction.interval import OperatingPoint, torque_interval
 from ballscrew_tehl.friction.sets import FITTED, friction_set_of_file, with_supply
 from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, changed
@@ -94,7 +94,7 @@ def test_file_carries_the_length_to_torque_map_and_interval(capsys, tmp_path):
     m = basis.measurements[-1]
     torque = load_map(None, VG100, entry).evaluate(m.preload, m.speed, m.temperature).friction_torque
     assert torque == pytest.approx(m.torque, rel=5e-3)
-    place = [m.preload] * 2, contacts_of(VG100), m.speed, m.temperature
+    place = OperatingPoint(m.preload, m.speed, m.temperature), contacts_of(VG100)
     found = torque_interval(with_supply(VG100, entry), *place, entry)
     bare = torque_interval(VG100, *place, replace(entry, supply_length=None, learned={}))
     assert found.torque == pytest.approx(m.torque, rel=1e-3)

@@ -11,7 +11,13 @@ import numpy as np
 
 from ballscrew_tehl._version import __version__
 from ballscrew_tehl.friction.film_shear import double_nut_torque, nut_forces
-from ballscrew_tehl.friction.interval import TorqueInterval, learned, torque_interval
+from ballscrew_tehl.friction.interval import (
+    OperatingPoint,
+    TorqueInterval,
+    learned,
+    of_force,
+    torque_interval,
+)
 from ballscrew_tehl.friction.mechanistic import ContactValues, double_nut_parts, mean_load
 from ballscrew_tehl.friction.sets import (
     CATALOGUE,
@@ -259,17 +265,14 @@ def with_learned(
     parameters = with_supply(parameters, entry)
     measured = basis.measurements
 
-    def points(side: float) -> list[tuple[Sequence[float], float, float]]:
+    def points(side: float) -> list[OperatingPoint]:
         preloads = [m.preload * (1.0 + side * m.preload_tolerance) for m in measured]
-        forces = [
-            nut_forces(parameters, *at) for at in zip(preloads, (m.axial_load for m in measured), strict=True)
-        ]
-        return [(each, m.speed, m.temperature) for each, m in zip(forces, measured, strict=True)]
+        others = [(m.speed, m.temperature, m.axial_load) for m in measured]
+        return [OperatingPoint(force, *at) for force, at in zip(preloads, others, strict=True)]
 
     def level(side: float) -> Array:
-        values = entry.values[:2]
-        parts = [double_nut_parts(parameters, f, contacts, n, t, *values).total for f, n, t in points(side)]
-        return np.log(parts)
+        at = [(p.forces(parameters), contacts, p.speed, p.temperature) for p in points(side)]
+        return np.log([double_nut_parts(parameters, *each, *entry.values[:2]).total for each in at])
 
     ends = np.log([m.limits or (m.torque, m.torque) for m in measured]).T - np.log(basis.measured)
     tolerances = [ends] if np.any(ends) else []
@@ -295,8 +298,8 @@ def _typical_law(file: MeasurementFile, parameters: Parameters, film: Any, outsi
     m = inside[(len(inside) - 1) // 2]
     if name is Law.MECHANISTIC:
         unfitted = FrictionSet(name, 1.0, ball_ball_coefficient(own.friction, own.friction.ball_thrust))
-        forces = nut_forces(own, m.preload, m.axial_load)
-        law = torque_interval(own, forces, film, m.speed, m.temperature, unfitted)
+        point = OperatingPoint(m.preload, m.speed, m.temperature, m.axial_load)
+        law = torque_interval(of_force(own, unfitted), point, film, unfitted)
     else:
         at = m.preload, m.speed, m.temperature, m.axial_load
         torque = double_nut_torque(own, default_friction_set(own), film, *at).total

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from ballscrew_tehl.friction.interval import of_force
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.numerics import Array
 from ballscrew_tehl.parameters.file import Parameters
@@ -254,9 +255,8 @@ def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: ScrewMap) ->
     if law.nut_map.law == Law.MECHANISTIC:
         friction, result, temperature = now
         point = result.preload_n, _typical_speed(_inside(friction, law)), temperature
-        for factor in map_interval(
-            law.parameters, law.nut_map.header["axes"], law.friction_set, *point
-        ).relative:
+        of_law = of_force(law.parameters, law.friction_set), law.nut_map.header["axes"], law.friction_set
+        for factor in map_interval(*of_law, *point).relative:
             ends = [_fitted(_inside(part, law), law, kelvin, factor) for part, _, kelvin in (now, before)]
             if all(map(law.holds, ends)):
                 moved.append(math.log(ends[0] / ends[1] / ratio))

@@ -158,7 +158,7 @@ class ReportData:
     def cases(self) -> tuple[LoadCase, ...]:
         """The nut under axial loads."""
         screw, cases = self.parameters.screw, []
-        nut = screw, screw_constants(screw), self.point.preload
+        nut = screw, screw_constants(screw), self.friction_set.preload_factor * self.point.preload
         separation = loaded_screw(*nut, 0.0).separation_load
         for load in (ratio * separation for ratio in LOAD_RATIOS):
             state = self.nut_map.evaluate(*self.point, load)

@@ -12,6 +12,7 @@ from ballscrew_tehl.physics.lubricant import ambient_density, eta0
 from ballscrew_tehl.physics.rating import dynamic_rating, nsk_torque, static_rating
 from ballscrew_tehl.runtime.constants import HELD
 
+from ..drag_torque import implied_preload
 from .data import CATALOGUE_SPEED, OperatingPoint, ReportData
 from .page import Html, table
 
@@ -34,6 +35,11 @@ def key_numbers(data: ReportData) -> list[tuple[str, str]]:
     state = data.nut_map.evaluate(*point)
     slow = data.nut_map.evaluate(*point._replace(speed=CATALOGUE_SPEED))
     computed = f"{float(slow.friction_torque):#.3g} N m" if slow.in_range else "outside the map"
+    shown = []
+    if implied := implied_preload(data.friction_set, point.preload):
+        text = "true preload that the drag torque of the screw file implies, {:.0f} to {:.0f} N"
+        true, *ends = implied.values()
+        shown = [(f"{true:.0f} N", text.format(*ends))]
     torque, seals, low_high = float(state.friction_torque), data.nut_map.seal_torque, ""
     if interval is not None:
         low_high = ", interval {:#.3g} to {:#.3g}".format(
@@ -41,9 +47,10 @@ def key_numbers(data: ReportData) -> list[tuple[str, str]]:
         )
     return [
         (f"{torque:#.3g} N m", f"friction torque at {point.text}{low_high}"),
-        (f"{case.catalogue_torque:#.3g} N m",
+        (f"{float(nsk_torque(data.parameters.screw, point.preload)):#.3g} N m",
          f"catalogue torque at {point.preload:.0f} N (JIS B 1192: 100 r/min, oil ISO VG 68, no seals); "
          f"computed at 100 r/min and {point.temperature - CELSIUS:.1f} C: {computed}"),
+        *shown,
         (f"{float(state.lambda_ratio):.2f}", "lambda, least film over roughness, at the same point"),
         (f"{1e-6 * case.axial_stiffness:.0f} N/um", "axial stiffness of the contacts, bodies rigid, at this preload"),
         (f"{case.separation_load:.0f} N", f"axial load that unloads one {data.words.side} (elastic bodies)"),

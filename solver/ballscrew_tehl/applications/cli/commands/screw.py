@@ -47,8 +47,10 @@ def run_screw(args: Namespace) -> Answer:
     _say_ratings(screw)
     results: list[dict[str, Any]] = []
     for point in points:
-        loaded = loaded_screw(screw, constants, *point.values())
+        preload, axial_load = point.values()
+        loaded = loaded_screw(screw, constants, selection.friction_set.preload_factor * preload, axial_load)
         values = {key_of(name): value for name, value in loaded._asdict().items()}
+        values |= selection.printed(preload)
         results.append({**point, **values, "conditions": CONDITIONS, **selection.described})
     if crushed := [result for result in results if result["pressure_over_static"] > 1.0]:
         pressure = 1e-9 * crushed[0]["contact_pressure_max_pa"]
@@ -78,7 +80,8 @@ def _add_efficiency(results: list[dict[str, Any]], chosen: Chosen, args: Namespa
     axes = nut_map.header["axes"]
     for result in results:
         preload, axial_load = result["preload_n"], result["axial_load_n"]
-        state = nut_map.evaluate(preload, abs(speed) * RPM, temperature + CELSIUS, axial_load)
+        true = chosen.friction_set.preload_factor * preload
+        state = nut_map.evaluate(true, abs(speed) * RPM, temperature + CELSIUS, axial_load)
         torque = float(state.friction_torque)
         result |= {"speed_rpm": speed, "temperature_c": temperature, "friction_torque_nm": torque}
         if preload > axes["preload"][1]:

@@ -8,14 +8,14 @@ from typing import Any
 
 from ballscrew_tehl._version import __version__
 from ballscrew_tehl.applications.trend import too_thick, too_thin, unlike_flanks, unphysical_trend
-from ballscrew_tehl.friction.film_shear import double_nut_torque, nut_forces
-from ballscrew_tehl.friction.interval import TorqueInterval, torque_interval
+from ballscrew_tehl.friction.film_shear import double_nut_torque
+from ballscrew_tehl.friction.interval import OperatingPoint, TorqueInterval, torque_interval
 from ballscrew_tehl.friction.mechanistic import double_nut_parts, roughness_of
 from ballscrew_tehl.friction.sets import carried_over
 from ballscrew_tehl.nut_map.interval import map_interval
 from ballscrew_tehl.parameters.file import Parameters, ScrewParameters
+from ballscrew_tehl.parameters.screw import SEALS
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
-from ballscrew_tehl.physics.rating import nsk_torque
 from ballscrew_tehl.physics.thermal_preload import preload_at_temperature_difference
 from ballscrew_tehl.runtime.constants import LAMBDA_RATIO_MAX, SMOOTH
 from ballscrew_tehl.runtime.evaluate import NutMap
@@ -43,9 +43,8 @@ BREAKAWAY = "breakaway_torque_nm"
 #: a film beyond lubrication theory, a torque that goes the wrong way, oversize balls that slip
 OUT_OF_RANGE = ("too_thick_film", "unphysical_trend", "unlike_flanks")
 RESERVATIONS = ("too_thin_film", *OUT_OF_RANGE)
-#: torque of both seals over the square of the diameter [N/m] (Bosch Rexroth, 2.4e-4 N.m/mm2; its rows from 12 mm on are
-#: 0.8 to 1.43 of that); reinforced ones have twice as much
-SEALS, MAX_SEALS = 240.0, 3.0
+#: torque of seals over that of usual ones, above which a line says so
+MAX_SEALS = 3.0
 
 
 def run_torque(args: Namespace) -> Answer:
@@ -89,7 +88,7 @@ def run_torque(args: Namespace) -> Answer:
         result |= provenance
         if result["preload_n"] <= axes["preload"][1]:
             # else the torque is that of the edge of the map: another preload
-            result["catalogue_torque_nm"] = float(nsk_torque(screw, result["preload_n"]))
+            result |= selection.printed(result["preload_n"])
             result |= selection.catalogue_note(result["axial_load_n"])
             result |= {} if screw.preload_kind == "double_nut" else {"preload_kind": screw.preload_kind}
         result |= selection.described | ({"friction_note": other} if other and args.json else {})
@@ -140,11 +139,13 @@ def _by_map(
     chosen: Chosen, nut_map: NutMap, preload: float, speed: float, temperature: float, axial_load: float
 ) -> State:
     """State by a map at a preload [N], speed [rad/s], temperature [K] and axial load [N]."""
-    at, interval, unlike = (preload, speed, temperature, axial_load), None, ""
+    at, interval, unlike = (speed, temperature, axial_load), None, ""
+    # a map is over the true force
+    true = chosen.friction_set.preload_factor * preload
     if (preload > 0.0 or (preload == 0.0 and axial_load)) and nut_map.law == Law.MECHANISTIC:
-        interval = map_interval(chosen.parameters, nut_map.header["axes"], chosen.friction_set, *at)
-        unlike = unlike_flanks(chosen.parameters, preload, axial_load, interval.torque)
-    return nut_map.evaluate(*at), interval, (unphysical_trend(nut_map, *at).text, unlike)
+        interval = map_interval(chosen.parameters, nut_map.header["axes"], chosen.friction_set, preload, *at)
+        unlike = unlike_flanks(chosen.parameters, true, axial_load, interval.torque)
+    return nut_map.evaluate(true, *at), interval, (unphysical_trend(nut_map, true, *at).text, unlike)
 
 
 def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
@@ -165,6 +166,7 @@ def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
     rolling = rolling_parameters(parameters)
     contacts = DirectContacts(parameters)
     film_model = DirectFilm(parameters)
+    factor = friction_set.preload_factor
     provenance: Values = {}
     if mechanistic:
         # errors of the grid of these solves, against a finer one
@@ -174,14 +176,15 @@ def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
 
     def state_at(preload: float, speed: float, temperature: float, axial_load: float) -> State:
         if mechanistic:
-            forces = nut_forces(parameters, preload, axial_load)
+            point = OperatingPoint(preload, abs(speed), temperature, axial_load)
+            forces = point.forces(parameters, factor)
             place = parameters, forces, contacts, abs(speed), temperature
             parts = double_nut_parts(*place, *friction_set.values[:2])
-            interval = torque_interval(parameters, forces, around, *place[3:], friction_set)
+            interval = torque_interval(parameters, point, around, friction_set)
         else:
             at = preload, speed, temperature, axial_load
             parts, interval = double_nut_torque(parameters, friction_set, film_model, *at), None
-        extremes = direct_extremes(rolling, preload, axial_load, abs(speed), temperature)
+        extremes = direct_extremes(rolling, factor * preload, axial_load, abs(speed), temperature)
         ratio = min(extremes["film_thickness_min"] / max(height, SMOOTH), LAMBDA_RATIO_MAX)
         # the shares of the relieved nut are not known
         state = DoubleNutState(*parts, **extremes, lambda_ratio=ratio, relieved_viscous_torque=math.nan,

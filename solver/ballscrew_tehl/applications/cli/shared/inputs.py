@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ballscrew_tehl.applications.drag_torque import drag_torque_set, implied_preload
+from ballscrew_tehl.applications.published_formulas import REXROTH, rexroth_torque
 from ballscrew_tehl.applications.tables.csv_file import open_table, read_columns
 from ballscrew_tehl.applications.tables.headings import MEASURED, Kind
 from ballscrew_tehl.friction.sets import (
@@ -22,6 +24,7 @@ from ballscrew_tehl.friction.sets import (
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, Parameters, changed, load_screw
 from ballscrew_tehl.parameters.friction import Law
 from ballscrew_tehl.parameters.units import SHOWN
+from ballscrew_tehl.physics.rating import nsk_torque
 from ballscrew_tehl.runtime.evaluate import NutMap
 
 from .output import QUIET, check_output, progress_bar, say
@@ -43,7 +46,7 @@ def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
 
 
 class Chosen(NamedTuple):
-    """Screw and friction set of the options; of_file: the set is that of a file, None = a packaged one."""
+    """Screw and friction set of the options; of_file: the set is that of a file or a drag torque, None = packaged."""
 
     parameters: Parameters
     friction_set: FrictionSet
@@ -73,6 +76,14 @@ class Chosen(NamedTuple):
         )
         return {"catalogue_note": "; ".join(notes)} if notes else {}
 
+    def printed(self, preload: float) -> dict[str, float]:
+        """Keys of what catalogues print for a preload [N], and of the true one that a drag torque implies."""
+        screw = self.parameters.screw
+        formulas = {"catalogue_torque_nm": float(nsk_torque(screw, preload))}
+        if screw.preload_kind in REXROTH:
+            formulas["rexroth_torque_nm"] = rexroth_torque(screw, preload)
+        return formulas | implied_preload(self.friction_set, preload)
+
 
 def chosen_of(args: Namespace) -> Chosen:
     """Screw and friction set selected by --screw, --map and --friction."""
@@ -80,7 +91,8 @@ def chosen_of(args: Namespace) -> Chosen:
     if name is None or name in packaged:
         parameters = screw_of(args, PACKAGED_VG100 if name == Law.MECHANISTIC else None)
         parameters = parameters if name is None else with_law(parameters, name)
-        return Chosen(parameters, default_friction_set(parameters), None)
+        delivered = drag_torque_set(parameters)
+        return Chosen(parameters, delivered or default_friction_set(parameters), delivered)
     if not Path(name).is_file():
         raise ValueError(f"--friction = {name}; allowed: {', '.join(packaged)}, or a file of calibrate")
     sets = load_friction_sets(name, "give a file that ballscrew calibrate --output has written")
@@ -88,6 +100,8 @@ def chosen_of(args: Namespace) -> Chosen:
     parameters = screw_of(args, PACKAGED_VG100 if only_law else None)
     of_file = friction_set_of_file(name, parameters)
     refuse_other_fit(of_file, parameters)
+    if parameters.screw.drag_torque is not None:
+        say(f"drag_torque_Nm of the screw file: not used, for {name} has measured torques")
     return Chosen(with_supply(without_overrides(parameters, of_file.name), of_file), of_file, of_file)
 
 
