@@ -16,7 +16,7 @@ from ballscrew_tehl.runtime.packed import AXES, Law, sealed
 AXIS = {
     "force": (50.0, 12000.0, 7), "speed": (0.5, 320.0, 8), "temperature": (283.15, 353.15, 5),
     "preload": (50.0, 12000.0, 6), "share": (0.0, 1.0, 5),
-    "difference": (-1.0, 1.0, 9),
+    "difference": (-20.0, 20.0, 9),
 }  # fmt: skip
 DEFAULTS = {
     "apparent_viscosity_ratio": 7.6, "net_sliding_coefficient": 0.0051, "roughness_height": 24e-9,
@@ -119,7 +119,7 @@ def make_map(
     values[..., :2] *= viscous_scale * (force[:, None, None, None] / 1000.0) ** force_exponent
     arrays = map_arrays(
         values, force_curves(force, free), gap_drag(speed[:, None], temperature), separation_ratio(preload),
-        relieved_share(preload[:, None], share[None, :]), shift(preload[:, None], difference),
+        relieved_share(preload[:, None], share[None, :]), shift(preload[:, None], difference / 20.0),
     )  # fmt: skip
     header = {
         "axes": {name: list(AXIS[name]) for name in AXES}, "parameters_json": "{}",

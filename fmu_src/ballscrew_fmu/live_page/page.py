@@ -31,6 +31,7 @@ from ballscrew_tehl.nut_map.interval import TABLE_NODES
 from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters, load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.film import MIN_FILM, THICKEST_FILM
+from ballscrew_tehl.runtime.constants import HELD
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import SURFACES, Law, map_hash
 
@@ -87,7 +88,7 @@ def live_page(
         "loaded": "nut loaded as by preload alone",
         "cautions": _cautions(parameters),
         "trend": (trend.THICK, trend.STEP_K, trend.STEP_LN, trend.MIN_CHANGE, _TRENDS),
-        "slip": trend.MIN_FORCE_RATIO if law == Law.MECHANISTIC and kind == FOUR_POINT else 0.0,
+        "slip": HELD if law == Law.MECHANISTIC and kind == FOUR_POINT else 0.0,
         "nodes": None if ends is None else TABLE_NODES,
         "meaning": meaning(band["fitted"], PRELOAD in band["numbers"]["unknown"])
         if ends is not None

@@ -58,7 +58,7 @@ def hash_in(data: bytes) -> str:
 
 
 def map_numbers(nut_map: NutMap) -> NDArray[np.float64]:
-    """Axes, defaults, law, presliding angle and coefficients of a map, in this order, flat.
+    """Axes, defaults, law, presliding angle, preload factor and coefficients of a map, in this order, flat.
 
     The surfaces needed for a torque are stored apart from the others, speed first and force last: an evaluation reads
     sixteen contiguous rows (native/core/nut_law.h).
@@ -67,7 +67,7 @@ def map_numbers(nut_map: NutMap) -> NDArray[np.float64]:
     numbers = [float(x) for name in AXES for x in header["axes"][name]]
     numbers += [float(header["defaults"][name]) for name in DEFAULTS]
     numbers.append(float(tuple(SURFACES).index(nut_map.law)))
-    numbers.append(nut_map.presliding_angle)
+    numbers += [nut_map.presliding_angle, nut_map.preload_factor]
     surfaces = arrays["coefficients"].transpose(1, 2, 0, 3)
     parts = [
         np.array(numbers),

@@ -105,7 +105,7 @@ def arrays_of(numbers: NDArray[np.float64], counts: list[int]) -> dict[str, NDAr
         (*plane, TORQUE_SURFACES), (*plane, films), (force, len(FORCE_CURVES)), plane[:2], (2, preload),
         (2, preload, fraction), (preload, difference),
     )  # fmt: skip
-    ends = np.cumsum([3 * len(AXES) + len(DEFAULTS) + 2, *map(math.prod, shapes)])
+    ends = np.cumsum([3 * len(AXES) + len(DEFAULTS) + 3, *map(math.prod, shapes)])
     parts = [part.reshape(shape) for part, shape in zip(np.split(numbers, ends)[1:-1], shapes, strict=True)]
     return {
         "coefficients": np.concatenate(parts[:2], axis=-1).transpose(2, 0, 1, 3),

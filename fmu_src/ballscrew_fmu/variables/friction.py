@@ -169,9 +169,9 @@ def lead_text(header: Header) -> str:
 
 
 def band_half_width(header: Header) -> float:
-    """Half-width of the same interval over the torque [1]; 0 without one."""
+    """Half-width of the interval over the torque where the preload is a force [1]; 0 without one."""
     band = header.get("mechanistic_interval")
-    return 0.0 if band is None else 0.5 * float(band["high"] - band["low"])
+    return 0.0 if band is None else 0.5 * float(band["force_high"] - band["force_low"])
 
 
 def origin_text(header: Header, band: str | None = None) -> str:

@@ -29,7 +29,7 @@ In another oil of the same screw, the constants that are of the oil count as bef
 
 A preload that is nominal (preload_basis) is a name: the true force is preload_force times it, one more unknown, uniform
 in its logarithm (parameters.friction.PRELOAD_FORCE). It counts where nothing is measured, and together with the
-constants where the drag torque of the screw file conditions both (applications.drag_torque); the preloads of measured
+constants where the drag torque of the screw file conditions both (friction.drag_torque); the preloads of measured
 torques are forces. Of 200 random screws with a drag torque of +-25 % the interval holds 83 % of the torques at other
 speeds and temperatures, most in another oil, and 80 % of the true preloads.
 

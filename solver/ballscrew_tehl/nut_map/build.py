@@ -106,7 +106,10 @@ def map_header(parameters: Parameters, grid: MapGrid) -> dict[str, Any]:
     axes = {name: list(getattr(grid, name)) for name in ("force", "speed", "temperature", "preload")}
     return {
         "axes": axes
-        | {"share": [0.0, 1.0, grid.share_nodes], "difference": [-1.0, 1.0, grid.difference_nodes]},
+        | {
+            "share": [0.0, 1.0, grid.share_nodes],
+            "difference": [-MOST_DIFFERENCE, MOST_DIFFERENCE, grid.difference_nodes],
+        },
         "law": parameters.friction.law,
         "version": __version__,
     }

@@ -12,6 +12,7 @@ from ..friction.interval import (
     TorqueInterval,
     interval_ends,
     is_fitted,
+    of_force,
     torque_interval,
     unknown_constants,
 )
@@ -84,7 +85,9 @@ def interval_table(parameters: Parameters, axes: Mapping[str, Any], friction_set
     (light, heavy), (slow, fast), (cold, hot) = (axes[name][:2] for name in ("force", "speed", "temperature"))
     forces, speeds = np.geomspace(light, heavy, TABLE_NODES[0]), np.geomspace(slow, fast, TABLE_NODES[1])
     temperatures = np.linspace(cold, hot, TABLE_NODES[2])
-    result = relative_intervals(parameters, axes, friction_set, forces, speeds, temperatures)
+    # over true forces
+    preloads = forces / friction_set.preload_factor
+    result = relative_intervals(parameters, axes, friction_set, preloads, speeds, temperatures)
     return coefficients_of(np.log(result), (0, 1, 2))
 
 
@@ -140,6 +143,8 @@ def band(parameters: Parameters, axes: Mapping[str, Any], friction_set: Friction
     """Entry mechanistic_interval of a header: point (SI), ends over the torque, and what they depend on."""
     point, fitted = band_point(axes, parameters.screw), is_fitted(friction_set, parameters)
     low, high = map_interval(parameters, axes, friction_set, *point).relative
+    # of a preload that the torque itself measures
+    force = map_interval(of_force(parameters, friction_set), axes, friction_set, *point).relative
     numbers = {
         "constants": law_constants(parameters),
         "unknown": list(unknown_constants(parameters)),
@@ -148,4 +153,5 @@ def band(parameters: Parameters, axes: Mapping[str, Any], friction_set: Friction
         "fit": friction_set.learned if fitted else None,
     }
     at = dict(zip(POINT, point, strict=False))
-    return {**at, "low": low, "high": high, "numbers": numbers, "fitted": fitted}
+    ends = {"low": low, "high": high, "force_low": force[0], "force_high": force[1]}
+    return {**at, **ends, "numbers": numbers, "fitted": fitted}

@@ -4,8 +4,9 @@ import math
 from pathlib import Path
 from typing import Any
 
+from ..friction.drag_torque import screw_friction_set
 from ..friction.mechanistic import breakaway_factor, law_constants, roughness_of
-from ..friction.sets import FrictionSet, carried_over, default_friction_set, refuse_other_fit, with_supply
+from ..friction.sets import FrictionSet, carried_over, refuse_other_fit, with_supply
 from ..numerics import Array
 from ..parameters import identity
 from ..parameters.file import Parameters, load_screw
@@ -74,7 +75,7 @@ def load_map(
         Screw and oil, with which those of a map file are compared; None: those of the file, and without a file the
         packaged GD4008-3.
     friction_set : FrictionSet, optional
-        None: the packaged set that the parameters select, with their overrides.
+        None: by the drag torque of the screw file, else the packaged set of its law, with its overrides.
     progress : callable, optional
         Called while a map is made.
 
@@ -119,7 +120,7 @@ def load_map(
     header[identity.SCREW_FILE] = identity.screw_file_json(parameters)
     if friction_set is not None:
         refuse_other_fit(friction_set, parameters)
-    numbers = friction_set or default_friction_set(parameters)
+    numbers = friction_set or screw_friction_set(parameters)
     return _with_friction(header, arrays, parameters, numbers, progress)
 
 
@@ -134,7 +135,7 @@ def packaged_map_of(parameters: Parameters) -> tuple[dict[str, Any], dict[str, A
 def nut_map_of(built: BuiltMap) -> NutMap:
     """A map that was built, with the default friction parameters of its screw, without a file."""
     return _with_friction(
-        header_of(built), dict(built.arrays), built.parameters, default_friction_set(built.parameters)
+        header_of(built), dict(built.arrays), built.parameters, screw_friction_set(built.parameters)
     )
 
 
@@ -159,6 +160,7 @@ def _with_friction(
         "defaults": dict(zip(DEFAULTS, defaults, strict=True)),
         "friction": _provenance(friction, parameters, preload),
         "presliding_angle": presliding_angle(parameters.screw, 1.0),
+        "preload_factor": friction.preload_factor,
         "screw": screw_numbers(parameters.screw, preload),
     }
     return NutMap(sealed(header, arrays), arrays)

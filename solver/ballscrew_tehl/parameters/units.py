@@ -94,6 +94,7 @@ SHOWN = {
     "force": Shown("N"),
     "preload": Shown("N"),
     "share": Shown("of the separation load"),
+    "difference": Shown("K"),
     "speed": Shown("r/min", RPM),
     "temperature": Shown("C", zero=CELSIUS),
     "axial_load": Shown("N"),

@@ -34,9 +34,9 @@ loads of nuts that are pulled together are those of nuts pushed apart: screw and
 import math
 from collections.abc import Callable
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ..numerics import Array, rising_root
 from ..parameters.file import FOUR_POINT, ScrewParameters
@@ -195,9 +195,11 @@ def _two_nuts(screw: ScrewParameters, preload: float, strain: float, ball_count:
 def preload_shifts(screw: ScrewParameters, preloads: Array, differences: Array, ball_count: int) -> Array:
     """preload_shift (p, d) of many preloads [N], rising, and temperature differences [K], of two nuts by splines.
 
-    The approach over F^(2/3) follows from SHIFT_FORCES forces at each difference: within 1e-4 of
+    The approach over F^(2/3) follows from SHIFT_FORCES forces at each difference: within 1e-3 of
     preload_shift.
     """
+    from scipy.interpolate import CubicSpline  # imports much
+
     # a screw with so flat contacts that the warmest turns them into the radial direction
     steepest = 0.9 * (1.0 - math.cos(screw.contact_angle)) * groove_distance(screw) / screw.nominal_radius
     strains = np.minimum(screw.thermal_expansion * differences, steepest)
@@ -213,7 +215,7 @@ def preload_shifts(screw: ScrewParameters, preloads: Array, differences: Array, 
         nuts = _closure(screw, float(strain), ball_count)
         spline = CubicSpline(np.log(at), [nuts.approach(float(power)) for power in at])
 
-        def approach(power: float, nuts: _TwoNuts = nuts, spline: CubicSpline = spline) -> float:
+        def approach(power: float, nuts: _TwoNuts = nuts, spline: Any = spline) -> float:
             return float(spline(math.log(power))) if power <= highest else nuts.approach(power)
 
         for i, preload in enumerate(preloads):

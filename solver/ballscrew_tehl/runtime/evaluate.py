@@ -82,6 +82,7 @@ class NutMap:
         self.law: str = header["law"]
         self.arrays = arrays
         self.presliding_angle = float(header["presliding_angle"])
+        self.preload_factor = float(header.get("preload_factor", 1.0))  # true force over the preload
         self.seal_torque = float(header.get("screw", {}).get("seal_torque", 0.0))  # [N.m]
         self.defaults = FrictionParameters(*(float(header["defaults"][name]) for name in DEFAULTS))
         axes = header["axes"]
@@ -122,7 +123,7 @@ class NutMap:
         Parameters
         ----------
         preload : float or array
-            Preload with screw and nut at one temperature [N].
+            Preload with screw and nut at one temperature, as preload_basis of the screw file says [N].
         speed : float or array
             Speed of the screw against the nut [rad/s], either sign.
         temperature : float or array
@@ -159,8 +160,8 @@ class NutMap:
         difference = np.asarray(temperature_difference, dtype=np.float64)
         if not np.isfinite(difference).all():
             raise ValueError(f"temperature_difference = {difference}; needs a finite number")
-        warm = bool(np.any(difference != 0.0))
-        actual = self.actual_preload(preload, difference) if warm else preload
+        moved = self.preload_factor != 1.0 or bool(np.any(difference != 0.0))
+        actual = self.actual_preload(preload, difference) if moved else preload
         arguments = self.checked_arguments(actual, speed, temperature, axial_load, *given)
         coldest = float(np.min(arguments[2], initial=math.inf))
         if coldest < self.temperature.lo <= coldest + 273.15 <= self.temperature.hi:
@@ -168,12 +169,14 @@ class NutMap:
         point = isinstance(arguments[0], float)
         state = self.evaluate_point(*arguments) if point else self._evaluate_array(*arguments)
         state = state._replace(seal_torque=self.seal_torque, preload_actual=arguments[0])
-        return self._flagged(state, preload, difference) if warm else state
+        return self._flagged(state, preload, difference) if moved else state
 
     def preload_left(self, preload: Operand, difference: Operand) -> Any:
-        """(Actual preload over the preload)^(2/3) at a temperature difference [K], below 0: lost, by as much."""
+        """(Actual over true preload)^(2/3) at a temperature difference [K], below 0: lost, by as much."""
         force = np.asarray(preload, dtype=np.float64)
-        stretched = np.arcsinh(np.asarray(difference) * (math.sinh(STRETCH) / MOST_DIFFERENCE)) / STRETCH
+        stretched = np.arcsinh(np.asarray(difference) * (math.sinh(STRETCH) / MOST_DIFFERENCE)) * (
+            MOST_DIFFERENCE / STRETCH
+        )
         force, t = np.broadcast_arrays(force, stretched)
         (p, t_p), (q, t_q) = self.preload.place_array(force), self.difference.place_array(t)
         w_p, w_q = (np.stack(cubic_weights(x), axis=-1) for x in (t_p, t_q))
@@ -183,9 +186,10 @@ class NutMap:
         return np.where(loaded, 1.0 + shift / np.cbrt(np.where(loaded, force, 1.0)) ** 2, 1.0)
 
     def actual_preload(self, preload: Operand, difference: Operand) -> Any:
-        """Preload [N] at a temperature difference of screw and nut [K], at most MOST_DIFFERENCE; 0: lost."""
-        left = np.maximum(self.preload_left(preload, difference), 0.0)
-        actual = np.asarray(preload) * left * np.sqrt(left)
+        """True preload [N] at a temperature difference of screw and nut [K], at most MOST_DIFFERENCE; 0: lost."""
+        force = self.preload_factor * np.asarray(preload, dtype=np.float64)
+        left = np.maximum(self.preload_left(force, difference), 0.0)
+        actual = force * left * np.sqrt(left)
         return actual if actual.ndim else float(actual)
 
     def _flagged(self, state: DoubleNutState, preload: Operand, difference: Operand) -> DoubleNutState:
@@ -202,7 +206,8 @@ class NutMap:
         self, point: Sequence[float], difference: float, seal_torque: float, refinement: Any = None
     ) -> tuple[tuple[float, ...], DoubleNutState]:
         """Arguments of evaluate_point() with the actual preload, and the state there: the step of the FMU."""
-        actual = self.actual_preload(point[0], difference) if difference else point[0]
+        moved = difference != 0.0 or self.preload_factor != 1.0
+        actual = self.actual_preload(point[0], difference) if moved else point[0]
         at = (actual, *point[1:])
         state = (
             (refinement or self).evaluate_point(*at)._replace(seal_torque=seal_torque, preload_actual=actual)
@@ -336,9 +341,10 @@ class NutMap:
         left = 1.0
         if temperature_difference:
             left = min(
-                float(self.preload_left(preload, temperature_difference)),
+                float(self.preload_left(self.preload_factor * preload, temperature_difference)),
                 1.0 - abs(temperature_difference) / MOST_DIFFERENCE,
             )
+        if temperature_difference or self.preload_factor != 1.0:
             preload = self.actual_preload(preload, temperature_difference)
         highest, hottest, fastest = self.force.hi, self.temperature.hi, self.speed.hi
         held = preload or abs(axial_load)

@@ -75,7 +75,7 @@ class DoubleNutState(NamedTuple):
     seal_torque : float
         Constant drag of the seals [N.m], not a part of the balls.
     preload_actual : float or array
-        Preload at the temperature difference of screw and nut [N], >= 0.
+        True preload at the temperature difference of screw and nut [N], >= 0.
     """
 
     viscous_torque: Any

@@ -65,7 +65,7 @@ FORCE_CURVES = (  # logarithms over ln force of one nut
     "ball_load_max",  # [N]
 )
 TORQUE_SURFACES, TORQUE_CURVES = 4, 7  # columns that a torque needs; they come first
-#: [N], [rad/s], [K], [N], 1, 1 of asinh(K); each lo, hi, nodes
+#: [N], [rad/s], [K], [N], 1, stretched [K]; each lo, hi, nodes
 AXES = ("force", "speed", "temperature", "preload", "share", "difference")
 POINT = ("preload", "speed", "temperature", "axial_load")  # [N], [rad/s], [K], [N]; of a certificate
 _EPOCH = (1980, 1, 1, 0, 0, 0)

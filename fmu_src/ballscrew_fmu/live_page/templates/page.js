@@ -139,7 +139,7 @@ function cautions(at) {
   return [
     ...(odd ? [`Caution: ${odd}.`] : []),
     ...found.map(([name, label, , , words]) => `Caution: ${label} ${format(1e6 * v[name], 2)} \u00b5m, ${words}.`),
-    ...(slip ? ["Caution: oversize balls slip on one set of flanks, the torque of the map is within some 10 %."] : []),
+    ...(slip ? ["Caution: oversize balls slip on one set of flanks: outside the map, the torque is up to 40 % off."] : []),
   ];
 }
 

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define NUMBERS (3 * MAP_AXES + MAP_DEFAULTS + 2) /* before the coefficients */
+#define NUMBERS (3 * MAP_AXES + MAP_DEFAULTS + 3) /* before the coefficients */
 #define MOST_NODES 4096
 
 /* Name of a friction law. */
@@ -57,13 +57,17 @@ static const char *head_from(Map *map, const double *numbers)
         }
     }
     memcpy(map->defaults, numbers + 3 * MAP_AXES, sizeof map->defaults);
-    map->presliding_angle = numbers[NUMBERS - 1] * pow(map->force.lo, 1.0 / 3.0); /* that at 1 N is in the file */
-    map->seal_angle = numbers[NUMBERS - 1] * pow(map->force.hi, 1.0 / 3.0);
+    map->presliding_angle = numbers[NUMBERS - 2] * pow(map->force.lo, 1.0 / 3.0); /* that at 1 N is in the file */
+    map->seal_angle = numbers[NUMBERS - 2] * pow(map->force.hi, 1.0 / 3.0);
     if (!(map->presliding_angle > 0.0 && isfinite(map->presliding_angle))) {
         return "presliding angle is invalid";
     }
+    map->preload_factor = numbers[NUMBERS - 1];
+    if (!(map->preload_factor > 0.0 && isfinite(map->preload_factor))) {
+        return "preload factor is invalid";
+    }
     for (map->law = 0; map->law < LAWS; ++map->law) {
-        if (numbers[NUMBERS - 2] == map->law) {
+        if (numbers[NUMBERS - 3] == map->law) {
             return NULL;
         }
     }

@@ -38,6 +38,7 @@ struct Map {
     double defaults[MAP_DEFAULTS];
     double presliding_angle;  /* [rad] Coulomb torque over presliding stiffness at the lowest force */
     double seal_angle;        /* [rad] the same at the highest force */
+    double preload_factor;    /* true force divided by the preload */
     bool oversize;            /* balls between four flanks */
     const double *torque;     /* (speed, temperature, force, TORQUE_COLUMNS) */
     const double *films;      /* (speed, temperature, force, FILM_COLUMNS) */

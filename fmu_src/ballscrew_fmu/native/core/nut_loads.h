@@ -209,11 +209,11 @@ static inline Number held_force(Number relieved, Number loaded)
 
 /* --- from inputs to positions in the map ------------------------------------------------------------------------- */
 
-/* (Actual preload divided by the preload)^(2/3) at a temperature difference [K], below 0: lost, by as much. */
+/* (Actual divided by true preload)^(2/3) at a temperature difference [K], below 0: lost, by as much. */
 static inline Number preload_left(const Map *map, Number preload, Number difference)
 {
     const double steep = 0.5 * (exp(STRETCH) - exp(-STRETCH)) / MOST_DIFFERENCE, x = steep * value_of(difference);
-    const double root_of = sqrt(1.0 + x * x), stretched = copysign(log(fabs(x) + root_of), x) / STRETCH; /* asinh */
+    const double root_of = sqrt(1.0 + x * x), unit = MOST_DIFFERENCE / STRETCH;
     const ptrdiff_t n_q = axis_coefficients(&map->difference);
     Number w_p[4], w_q[4], shift = constant(0.0), third;
     int p, q;
@@ -223,7 +223,8 @@ static inline Number preload_left(const Map *map, Number preload, Number differe
     }
     spline_weights(axis_position(&map->preload, clamped(preload, map->preload.lo, map->preload.hi), &p), w_p);
     spline_weights(axis_position(&map->difference,
-                                 function(difference, stretched, steep / STRETCH / root_of), &q),
+                                 function(difference, unit * copysign(log(fabs(x) + root_of), x), unit * steep / root_of),
+                                 &q), /* asinh */
                    w_q);
     for (int a = 0; a < 4; ++a) {
         shift = add(shift, multiply(w_p[a], weighted(w_q, map->shift + (p + a) * n_q + q, 1)));
@@ -232,18 +233,18 @@ static inline Number preload_left(const Map *map, Number preload, Number differe
     return add(constant(1.0), divide(shift, multiply(third, third)));
 }
 
-/* Preload [N] at a temperature difference of screw and nut [K]; 0: lost. */
+/* True preload [N] at a temperature difference of screw and nut [K]; 0: lost. */
 static inline Number actual_preload(const Map *map, Number preload, Number difference)
 {
-    const Number left = preload_left(map, preload, difference);
+    const Number force = times(map->preload_factor, preload), left = preload_left(map, force, difference);
 
-    return value_of(left) > 0.0 ? multiply(preload, multiply(left, root(left))) : constant(0.0);
+    return value_of(left) > 0.0 ? multiply(force, multiply(left, root(left))) : constant(0.0);
 }
 
 /* Distance from a temperature difference that is beyond the map or takes the preload away, 0 to 1; negative there. */
 static inline Number difference_margin(const Map *map, Number preload, Number difference)
 {
-    return lesser(preload_left(map, preload, difference),
+    return lesser(preload_left(map, times(map->preload_factor, preload), difference),
                   subtract(constant(1.0), over(absolute(difference), MOST_DIFFERENCE)));
 }
 

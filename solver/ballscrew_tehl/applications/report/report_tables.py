@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from ballscrew_tehl.friction.drag_torque import implied_preload
 from ballscrew_tehl.friction.sets import FITTED, SETS, carried_over, catalogue_differs
 from ballscrew_tehl.parameters.file import FOUR_POINT
 from ballscrew_tehl.parameters.units import CELSIUS, RPM, SHOWN
@@ -12,7 +13,6 @@ from ballscrew_tehl.physics.lubricant import ambient_density, eta0
 from ballscrew_tehl.physics.rating import dynamic_rating, nsk_torque, static_rating
 from ballscrew_tehl.runtime.constants import HELD
 
-from ..drag_torque import implied_preload
 from .data import CATALOGUE_SPEED, OperatingPoint, ReportData
 from .page import Html, table
 

@@ -97,7 +97,8 @@ static double preload_leaving(const Map *map, double actual, double difference)
     double low = 0.0, high = map->force.hi;
 
     if (difference == 0.0) {
-        return actual;
+        low = actual / map->preload_factor;
+        return low < high ? low : high;
     }
     for (int i = 0; i < MOST_ITERATIONS && high - low > ROUNDING * high; ++i) {
         const double middle = 0.5 * (low + high);

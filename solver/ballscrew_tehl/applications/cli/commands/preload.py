@@ -67,8 +67,9 @@ def _result(chosen: Chosen, nut_map: NutMap, point: Mapping[str, float], differe
     preload = preload_from_torque(torque, measured, 0.0, highest)
     state = nut_map.evaluate(preload, *at, temperature_difference=difference)
     result: dict[str, Any] = {**point, "preload_n": preload}
-    if difference:
-        result |= {"temperature_difference_k": difference, "preload_actual_n": float(state.preload_actual)}
+    if difference or nut_map.preload_factor != 1.0:
+        result |= {"temperature_difference_k": difference} if difference else {}
+        result["preload_actual_n"] = float(state.preload_actual)
     if nut_map.law == Law.MECHANISTIC:
         ends = preload_interval(
             chosen.parameters, nut_map, chosen.friction_set, measured, preload, *at, difference

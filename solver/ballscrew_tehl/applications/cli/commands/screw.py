@@ -80,8 +80,7 @@ def _add_efficiency(results: list[dict[str, Any]], chosen: Chosen, args: Namespa
     axes = nut_map.header["axes"]
     for result in results:
         preload, axial_load = result["preload_n"], result["axial_load_n"]
-        true = chosen.friction_set.preload_factor * preload
-        state = nut_map.evaluate(true, abs(speed) * RPM, temperature + CELSIUS, axial_load)
+        state = nut_map.evaluate(preload, abs(speed) * RPM, temperature + CELSIUS, axial_load)
         torque = float(state.friction_torque)
         result |= {"speed_rpm": speed, "temperature_c": temperature, "friction_torque_nm": torque}
         if preload > axes["preload"][1]:

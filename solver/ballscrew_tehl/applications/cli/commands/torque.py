@@ -51,7 +51,8 @@ def run_torque(args: Namespace) -> Answer:
     """Friction torque, films and contact extremes at one or many operating points."""
     points, difference = read_points(args, TORQUE_POINT), args.temperature_difference_k
     selection = chosen_of(args)
-    points = [_warmed(selection.parameters, point, difference) for point in points]
+    factor = selection.friction_set.preload_factor
+    points = [_warmed(selection.parameters, point, factor, difference) for point in points]
     screw = selection.parameters.screw
     if args.direct:
         if any(point["speed_rpm"] == 0.0 or point["preload_n"] == 0.0 for point in points):
@@ -65,7 +66,7 @@ def run_torque(args: Namespace) -> Answer:
         header, work = nut_map.header, each(points, "points")
         axes, state_at = header["axes"], functools.partial(_by_map, selection, nut_map)
         provenance = {"map_hash": header["file_hash"]}
-    results = [_result(screw, point, state_at) for point in work]
+    results = [_result(screw, point, factor, state_at) for point in work]
     say_outside(results, axes)
     usual = SEALS * (2.0 * screw.nominal_radius) ** 2
     if screw.seal_torque > MAX_SEALS * usual:
@@ -97,21 +98,26 @@ def run_torque(args: Namespace) -> Answer:
     return Answer(results, bool(args.points), columns=columns, output=args.output)
 
 
-def _warmed(parameters: Parameters, point: dict[str, float], difference: float | None) -> dict[str, float]:
-    """A point with the preload at a temperature difference of screw and nut [K], if there is one."""
+def _warmed(
+    parameters: Parameters, point: dict[str, float], factor: float, difference: float | None
+) -> dict[str, float]:
+    """A point with the true preload at a temperature difference of screw and nut [K], if there is one."""
     if not difference:
         return point
-    of_nut = parameters.screw, point["preload_n"], difference, parameters.summed_balls
+    of_nut = parameters.screw, factor * point["preload_n"], difference, parameters.summed_balls
     return point | {
         "temperature_difference_k": difference,
         ACTUAL: preload_at_temperature_difference(*of_nut),
     }
 
 
-def _result(screw: ScrewParameters, point: Mapping[str, float], state_at: Callable[..., State]) -> Values:
-    """Keys of an answer; torques oppose the motion: sign of the speed, 0 at rest."""
+def _result(
+    screw: ScrewParameters, point: Mapping[str, float], factor: float, state_at: Callable[..., State]
+) -> Values:
+    """Keys of an answer; torques oppose the motion: sign of the speed, 0 at rest. factor: true force over preload."""
     preload, rpm, celsius, axial_load = (point[quantity.name] for quantity in TORQUE_POINT)
-    state, interval, notes = state_at(point.get(ACTUAL, preload), rpm * RPM, celsius + CELSIUS, axial_load)
+    preload = point[ACTUAL] / factor if ACTUAL in point else preload
+    state, interval, notes = state_at(preload, rpm * RPM, celsius + CELSIUS, axial_load)
     sign = math.copysign(1.0, rpm) if rpm else 0.0
     magnitudes = state.viscous_torque, state.hysteresis_torque, state.sliding_torque
     parts = [sign * float(part) for part in magnitudes]
@@ -140,12 +146,11 @@ def _by_map(
 ) -> State:
     """State by a map at a preload [N], speed [rad/s], temperature [K] and axial load [N]."""
     at, interval, unlike = (speed, temperature, axial_load), None, ""
-    # a map is over the true force
     true = chosen.friction_set.preload_factor * preload
     if (preload > 0.0 or (preload == 0.0 and axial_load)) and nut_map.law == Law.MECHANISTIC:
         interval = map_interval(chosen.parameters, nut_map.header["axes"], chosen.friction_set, preload, *at)
         unlike = unlike_flanks(chosen.parameters, true, axial_load, interval.torque)
-    return nut_map.evaluate(true, *at), interval, (unphysical_trend(nut_map, true, *at).text, unlike)
+    return nut_map.evaluate(preload, *at), interval, (unphysical_trend(nut_map, preload, *at).text, unlike)
 
 
 def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ballscrew_tehl.applications.drag_torque import drag_torque_set, implied_preload
 from ballscrew_tehl.applications.published_formulas import REXROTH, rexroth_torque
 from ballscrew_tehl.applications.tables.csv_file import open_table, read_columns
 from ballscrew_tehl.applications.tables.headings import MEASURED, Kind
+from ballscrew_tehl.friction.drag_torque import drag_torque_set, implied_preload
 from ballscrew_tehl.friction.sets import (
     FrictionSet,
     catalogue_differs,
@@ -25,6 +25,7 @@ from ballscrew_tehl.parameters.file import PACKAGED_VG100, Parameters, changed, 
 from ballscrew_tehl.parameters.friction import Law
 from ballscrew_tehl.parameters.units import SHOWN
 from ballscrew_tehl.physics.rating import nsk_torque
+from ballscrew_tehl.refinement.contacts import contacts_of
 from ballscrew_tehl.runtime.evaluate import NutMap
 
 from .output import QUIET, check_output, progress_bar, say
@@ -91,7 +92,7 @@ def chosen_of(args: Namespace) -> Chosen:
     if name is None or name in packaged:
         parameters = screw_of(args, PACKAGED_VG100 if name == Law.MECHANISTIC else None)
         parameters = parameters if name is None else with_law(parameters, name)
-        delivered = drag_torque_set(parameters)
+        delivered = drag_torque_set(parameters, contacts_of)
         return Chosen(parameters, delivered or default_friction_set(parameters), delivered)
     if not Path(name).is_file():
         raise ValueError(f"--friction = {name}; allowed: {', '.join(packaged)}, or a file of calibrate")
@@ -171,6 +172,8 @@ def say_outside(results: Sequence[dict[str, Any]], axes: Mapping[str, Any]) -> N
     if not (outside := [result for result in results if result["clamped"]]):
         return
     first, keys = outside[0], {quantity.axis: quantity.name for quantity in TORQUE_POINT}
+    if "preload_actual_n" in first:
+        keys["preload"] = "preload_actual_n"
     clamped = [keys.get(name, name) for name in first["clamped"]]
     values = ", ".join(f"{key} {first[key]:g}" if key in keys.values() else key for key in clamped)
     # below its lowest preload a map continues by power laws

@@ -11,8 +11,8 @@ from ballscrew_tehl import load_screw
 from ballscrew_tehl.applications.calibration.measured import calibrate_point
 from ballscrew_tehl.applications.calibration.measurements import Measurement
 from ballscrew_tehl.applications.catalogue import CatalogueSizes, catalogue_parameters
-from ballscrew_tehl.applications.drag_torque import drag_torque_set, implied_preload, in_test_oil
 from ballscrew_tehl.applications.published_formulas import REXROTH, rexroth_torque
+from ballscrew_tehl.friction.drag_torque import drag_torque_set, implied_preload, in_test_oil
 from ballscrew_tehl.friction.interval import (
     DEVIATIONS,
     OperatingPoint,
@@ -195,4 +195,4 @@ def test_commands_answer_the_torque_at_its_point_and_the_true_preload(capsys, tm
     back, _ = answer(
         capsys, "preload", "--screw", path, "--torque-nm", found["friction_torque_nm"], *point[2:]
     )
-    assert back["preload_n"] == pytest.approx(implied, rel=1e-3)
+    assert (back["preload_n"], back["preload_actual_n"]) == pytest.approx((1300.0, implied), rel=1e-3)

@@ -11,21 +11,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ballscrew_tehl.friction.interval import (
-    DEVIATIONS,
-    OperatingPoint,
-    effects_at,
-    learned,
-    unknown_constants,
-)
-from ballscrew_tehl.friction.mechanistic import ContactValues, double_nut_parts
-from ballscrew_tehl.friction.sets import DRAG_TORQUE, PRELOAD, FrictionSet, default_friction_set
-from ballscrew_tehl.numerics import rising_root
-from ballscrew_tehl.parameters.file import Law, Parameters, graded_oil
-from ballscrew_tehl.parameters.friction import PRELOAD_FORCE
-from ballscrew_tehl.parameters.identity import parameters_hash
-from ballscrew_tehl.parameters.units import CELSIUS, RPM
-from ballscrew_tehl.refinement.contacts import contacts_of
+from ..atlas.ball_contacts import BallContacts
+from ..numerics import rising_root
+from ..parameters.file import Law, Parameters, graded_oil
+from ..parameters.friction import PRELOAD_FORCE
+from ..parameters.identity import parameters_hash
+from ..parameters.units import CELSIUS, RPM
+from .interval import DEVIATIONS, OperatingPoint, effects_at, learned, unknown_constants
+from .mechanistic import ContactValues, double_nut_parts
+from .sets import DRAG_TORQUE, PRELOAD, FrictionSet, default_friction_set
 
 #: viscosity index of the oil of a test
 TEST_INDEX = 95.0
@@ -61,7 +55,7 @@ def in_test_oil(parameters: Parameters) -> Parameters:
 
 
 def drag_torque_set(
-    parameters: Parameters, contacts: Callable[[Parameters], ContactValues] = contacts_of
+    parameters: Parameters, contacts: Callable[[Parameters], ContactValues] = BallContacts
 ) -> FrictionSet | None:
     """Numbers with which the law has the drag torque of the screw file at its point, and what it says of the constants.
 
@@ -111,3 +105,8 @@ def drag_torque_set(
     ends = np.log(np.array([[screw.drag_torque_min], [screw.drag_torque_max]], float) / torque)
     known = learned(tested, [point], np.zeros(1), np.ones(1), around, entry, tolerances=[ends])
     return replace(entry, learned=known)
+
+
+def screw_friction_set(parameters: Parameters) -> FrictionSet:
+    """Numbers of a screw by its drag torque, else those of default_friction_set."""
+    return drag_torque_set(parameters) or default_friction_set(parameters)
