@@ -82,12 +82,12 @@ def test_a_temperature_difference_acts_by_the_preload_that_it_leaves(nut_map):
         assert state.preload_actual == pytest.approx(power**1.5, rel=1e-9)
         assert state[:10] == nut_map.evaluate(state.preload_actual, 47.0, T, 300.0)[:10]
         assert state.in_range == (difference > -20.0)
-        assert (nut_map.range_margin(1700.0, 47.0, T, 300.0, difference) >= 0.0) == state.in_range
+        assert (nut_map.range_margin((1700.0, 47.0, T, 300.0), difference) >= 0.0) == state.in_range
     lost = nut_map.evaluate(60.0, 47.0, T, np.array([0.0, 900.0]), temperature_difference=18.0)
     assert (lost.preload_actual == 0.0).all()
     assert not lost.in_range.any()
     assert lost.clamped == ("preload", "temperature_difference")
-    assert nut_map.range_margin(60.0, 47.0, T, 900.0, 18.0) < 0.0
+    assert nut_map.range_margin((60.0, 47.0, T, 900.0), 18.0) < 0.0
     same = nut_map.evaluate(1700.0, 47.0, T, 300.0, temperature_difference=0.0)
     assert same == nut_map.evaluate(1700.0, 47.0, T, 300.0)
     with pytest.raises(ValueError, match="temperature_difference = nan"):
@@ -168,7 +168,7 @@ def test_range_margin_is_the_least_distance_from_the_limits(nut_map):
         ]  # fmt: skip
         if axial_load:
             expected.append(1.0 - (forces(preload, axial_load)[1] if preload else held) / highest)
-        margin = nut_map.range_margin(preload, speed, temperature, axial_load)
+        margin = nut_map.range_margin((preload, speed, temperature, axial_load))
         assert margin == pytest.approx(min(expected), rel=2e-3, abs=1e-6)  # splines of the forces
         assert (margin >= 0.0) == nut_map.evaluate(preload, speed, temperature, axial_load).in_range
         signs.add(margin >= 0.0)
@@ -267,7 +267,7 @@ def test_an_axial_load_that_leaves_oversize_balls_half_held_is_out_of_range():
     for load in (held[-1], held[-1] + 60.0, 9000.0, 0.0):
         state = OVERSIZE.evaluate(1700.0, 47.0, T, load)
         many = OVERSIZE.evaluate(1700.0, 47.0, T, np.array([load]))
-        margin = OVERSIZE.range_margin(1700.0, 47.0, T, load)
+        margin = OVERSIZE.range_margin((1700.0, 47.0, T, load))
         assert state.in_range == many.in_range[0] == (margin >= 0.0)
         assert state.clamped == (() if state.in_range else ("axial_load",))
     assert MAPS[Law.MECHANISTIC].evaluate(1700.0, 47.0, T, 9000.0).in_range

@@ -85,7 +85,7 @@ def friction_step(
     difference = given["temperature_difference"]
     actual, nut = nut_map.point_at_difference(point, difference, given["seal_torque"])
     law = StandstillLaw(*(given[name] for name in StandstillLaw._fields))  # type: ignore[arg-type]
-    margin = nut_map.range_margin(*point[:4], difference)
+    margin = nut_map.range_margin(point[:4], difference)
     result, coulomb = standstill.friction_step(nut_map, nut, actual, law, step, before, heat, margin)
     return result, coulomb.elements
 

@@ -50,10 +50,8 @@ class BallScrewFrictionBase(MapSlave):
         at = point, difference, seal_torque
         refined = self._refined(tolerance, at) if refine else None
         actual, nut = refined or self._map.point_at_difference(*at)
-        before, margin = (
-            None if step is None else self._elements,
-            self._map.range_margin(*point[:4], difference),
-        )
+        margin = self._map.range_margin(point[:4], difference)
+        before = None if step is None else self._elements
         outputs, coulomb = friction_step(self._map, nut, actual, law, step, before, self._heat, margin)
         self._elements, self._heat = coulomb.elements, outputs["heat"]
         # rotor and elements that both step with the values of the last step: stable in the elastic range for

@@ -104,12 +104,12 @@ def build_map(
 def map_header(parameters: Parameters, grid: MapGrid) -> dict[str, Any]:
     """Axes, law and version of a map."""
     axes = {name: list(getattr(grid, name)) for name in ("force", "speed", "temperature", "preload")}
+    axes |= {
+        "share": [0.0, 1.0, grid.share_nodes],
+        "difference": [-MOST_DIFFERENCE, MOST_DIFFERENCE, grid.difference_nodes],
+    }
     return {
-        "axes": axes
-        | {
-            "share": [0.0, 1.0, grid.share_nodes],
-            "difference": [-MOST_DIFFERENCE, MOST_DIFFERENCE, grid.difference_nodes],
-        },
+        "axes": axes,
         "law": parameters.friction.law,
         "version": __version__,
     }
@@ -173,7 +173,7 @@ def mechanistic_values(
             two = [nut._replace(opposed=np.zeros_like(nut.loads)) for nut in some]
             (free,) = powers_of_nuts([parameters], two, at[0], temperatures[SPARSE], contacts)
             ratios += [
-                (_mean(one.shear / p.shear[:, SPARSE]), _mean(one.sliding / p.sliding[:, SPARSE]))
+                (_mean(one.shear / p.shear[:, SPARSE]), _mean(one.sliding / np.asarray(p.sliding)[:, SPARSE]))
                 for one, p in zip(free, result, strict=True)
             ]
     # in thick films oversize balls turn slower than by rolling: that is in the factor

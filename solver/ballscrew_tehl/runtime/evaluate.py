@@ -174,10 +174,8 @@ class NutMap:
     def preload_left(self, preload: Operand, difference: Operand) -> Any:
         """(Actual over true preload)^(2/3) at a temperature difference [K], below 0: lost, by as much."""
         force = np.asarray(preload, dtype=np.float64)
-        stretched = np.arcsinh(np.asarray(difference) * (math.sinh(STRETCH) / MOST_DIFFERENCE)) * (
-            MOST_DIFFERENCE / STRETCH
-        )
-        force, t = np.broadcast_arrays(force, stretched)
+        steep = np.asarray(difference) * (math.sinh(STRETCH) / MOST_DIFFERENCE)
+        force, t = np.broadcast_arrays(force, MOST_DIFFERENCE / STRETCH * np.arcsinh(steep))
         (p, t_p), (q, t_q) = self.preload.place_array(force), self.difference.place_array(t)
         w_p, w_q = (np.stack(cubic_weights(x), axis=-1) for x in (t_p, t_q))
         p, q = p[..., None, None] + np.arange(4)[:, None], q[..., None, None] + np.arange(4)
@@ -329,15 +327,9 @@ class NutMap:
                 total += coulomb / (self.presliding_angle * force ** (1.0 / 3.0))
         return total
 
-    def range_margin(
-        self,
-        preload: float,
-        speed: float,
-        temperature: float,
-        axial_load: float,
-        temperature_difference: float = 0.0,
-    ) -> float:
-        """Least distance from the limits of preload, speed, temperature, forces over their axes, < 0 outside."""
+    def range_margin(self, point: Sequence[float], temperature_difference: float = 0.0) -> float:
+        """Least distance of a point, packed.POINT, and its forces from the limits over their axes, < 0 outside."""
+        preload, speed, temperature, axial_load = point
         left = 1.0
         if temperature_difference:
             left = min(
