@@ -8,6 +8,7 @@ of one table predicted by the fit to the other, and at a twelfth point that noth
 of the paper. Closed formulas are the bar that a solved contact has to clear.
 """
 
+import itertools
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -41,6 +42,9 @@ TWELFTH_LEAST = 3.50
 TABLES = ("table2", "table4")
 #: oil temperatures [C] that a screw may have after ten minutes of idling, as section 4.1 has it
 OIL_TEMPERATURES = (20.0, 25.0, 30.0, 35.0)
+#: thermal resistance [K/W] from the nut to its surroundings of the rows with self-heating: an assumption, as of a nut of
+#: 40 mm in a housing; 0: one temperature for all points
+RESISTANCES = (0.0, 0.05)
 #: the law, without oil between the balls, and with the replenishment of an oil bath on top
 VARIANTS: tuple[dict[str, float], ...] = ({}, {"neighbour_oil": 0.0}, {"replenishment_constant": 3e-8})
 
@@ -119,19 +123,25 @@ def set_row(entry: FrictionSet, evaluate: Evaluate) -> LawRow:
 
 
 def temperature_rows() -> list[list[str]]:
-    """Mean and largest deviation by oil temperature, which is not printed, one number of each law fitted anew."""
+    """Mean and largest deviation by oil temperature, which is not printed, one number of each law fitted anew.
+
+    With RESISTANCES the oil of each point is warmer by the resistance times its measured friction power.
+    """
     variants, rows = (
         [changed(load_screw(PACKAGED_VG100), friction={SUPPLY: 6.0} | other) for other in VARIANTS],
         [],
     )
-    for celsius in OIL_TEMPERATURES:
-        points = [replace(m, temperature=celsius + CELSIUS) for m in law_points()]
+    for celsius, resistance in itertools.product(OIL_TEMPERATURES, RESISTANCES):
+        points = [
+            replace(m, temperature=celsius + CELSIUS + resistance * m.torque * m.speed) for m in law_points()
+        ]
         bases = [torque_basis(each, BallContacts(each), points) for each in variants]
         law, *others = (fitted_row("{0:.4g}", b.sliding[:, None], b.torque((1.0, 0.0, 0.0))) for b in bases)
         J = np.array([jungnickel_torque(variants[0], m.preload, m.speed, m.temperature) for m in points])
         F = 1e-3 * np.array([[m.preload] for m in points])
         laws = law, *(fitted_row("{0:.3g}", F, fixed) for fixed in (J, np.zeros(len(F)))), *others
-        rows.append([f"{celsius:g} C", *(cell for row in laws for cell in (row.name, *row.cells()[2:4]))])
+        at = f"{celsius:g} C" + f", {resistance:g} K/W" * (resistance > 0.0)
+        rows.append([at, *(cell for row in laws for cell in (row.name, *row.cells()[2:4]))])
     return rows
 
 
