@@ -42,8 +42,8 @@ TWELFTH_LEAST = 3.50
 TABLES = ("table2", "table4")
 #: oil temperatures [C] that a screw may have after ten minutes of idling, as section 4.1 has it
 OIL_TEMPERATURES = (20.0, 25.0, 30.0, 35.0)
-#: thermal resistance [K/W] from the nut to its surroundings of the rows with self-heating: an assumption, as of a nut of
-#: 40 mm in a housing; 0: one temperature for all points
+#: thermal resistance [K/W] from the nut to its surroundings, of the rows with self-heating: an assumption, as of a nut
+#: of 40 mm in a housing; 0: one temperature for all points
 RESISTANCES = (0.0, 0.05)
 #: the law, without oil between the balls, and with the replenishment of an oil bath on top
 VARIANTS: tuple[dict[str, float], ...] = ({}, {"neighbour_oil": 0.0}, {"replenishment_constant": 3e-8})

@@ -237,7 +237,7 @@ def certificate(
         return {
             "what": f"random screws (seed {SEED})", "grid": grid,
             "points_not_solved": sum(key.endswith(grid) and isinstance(of, str) for key, of in entries.items()),
-            "points_out_of_range": int(np.isnan(table[:, 0]).sum()),
+            "points_without_torque": int(np.isnan(table[:, 0]).sum()),
             "largest_at": number_of(keys[int(np.nanargmax(table[:, 0]))]),
             **error_totals(ERRORS, table),
             "regions": {

@@ -130,8 +130,9 @@ class Bearing(NamedTuple):
         rolling, hysteresis, sliding = map(float, parts)
         # two such bearings have the same relative interval
         ends = torque_interval(self.parameters, point, self.contacts, CAGED).relative
-        low, high = (end * parts.total for end in ends)
-        return BearingTorque(rolling, sliding, hysteresis, parts.total, low, high)
+        total = float(parts.total)
+        low, high = (end * total for end in ends)
+        return BearingTorque(rolling, sliding, hysteresis, total, low, high)
 
 
 def bearing(

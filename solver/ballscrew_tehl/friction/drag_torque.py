@@ -23,8 +23,9 @@ from .sets import DRAG_TORQUE, PRELOAD, FrictionSet, default_friction_set
 
 #: viscosity index of the oil of a test
 TEST_INDEX = 95.0
-#: largest factor of a drag torque over that of the law, either way
-FARTHEST = 20.0
+#: largest factor of a drag torque over that of the law at the middle of what is not known, either way: kgf.cm for N.m
+#: are a factor of 10
+FARTHEST = 4.0
 
 
 #: keys of an answer: true preload that a drag torque implies, and its interval of about 80 %
@@ -100,7 +101,9 @@ def drag_torque_set(
     least, largest = excess(1.0 / FARTHEST), excess(FARTHEST)
     if not least < 0.0 < largest:
         allowed = f"{torque + least:.3g} to {torque + largest:.3g} N.m by the law"
-        raise ValueError(f"{where}; allowed: {allowed}: check unit and preload")
+        raise ValueError(
+            f"{where}; allowed: {allowed}: check unit, preload and the test: oil, speed, temperature"
+        )
     entry = at(rising_root(excess, 1.0 / FARTHEST, FARTHEST, 1e-12)[0])
     ends = np.log(np.array([[screw.drag_torque_min], [screw.drag_torque_max]], float) / torque)
     known = learned(tested, [point], np.zeros(1), np.ones(1), around, entry, tolerances=[ends])

@@ -56,6 +56,10 @@ def _touching_balls(screw: dict[str, Any]) -> int:
     return screw["starts"] * (int(helix / screw["ball_diameter"]) // (2 if screw["spacer_balls"] else 1))
 
 
+#: highest over lowest drag torque of a tolerance: +-50 % is a factor of 3, stock inspected by its end alone up to 10
+WIDEST_TOLERANCE = 20.0
+
+
 class ScrewParameters(Table):
     """Geometry and elasticity; section areas and spacer are not printed in Table 1: marked defaults.
 
@@ -225,7 +229,11 @@ class ScrewParameters(Table):
             require(getattr(self, name) is not None, missing, "a value", "it needs a tolerance, or both ends")
         if (torque := self.drag_torque) is not None:
             inside = self.drag_torque_min <= torque <= self.drag_torque_max  # type: ignore[operator]
-            require(inside, "drag_torque", "drag_torque_min to drag_torque_max", "check all three")
+            allowed = f"drag_torque_min to drag_torque_max, {self.drag_torque_min:g} to {self.drag_torque_max:g} N.m"
+            require(inside, "drag_torque", allowed, "check all three")
+            most = WIDEST_TOLERANCE * self.drag_torque_min  # type: ignore[operator]
+            sharp = self.drag_torque_max <= most  # type: ignore[operator]
+            require(sharp, "drag_torque_max", f"at most {most:.4g} N.m", "so wide a tolerance says nothing")
         grades = ", ".join(map(str, ISO_GRADES))
         require(self.drag_torque_oil in ISO_GRADES, "drag_torque_oil", grades, "it is an ISO viscosity grade")
 

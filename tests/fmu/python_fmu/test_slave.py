@@ -95,6 +95,7 @@ def test_friction_numbers_of_another_screw_are_reported_once(tmp_path):
     friction = {"set": "mechanistic", "loss": "", "provenance": "of A", "errors": {}, "limits": {}}
     friction |= {"not_identified": None, "carried_over": says, "catalogue": catalogue}
     band = {"preload": 2000.0, "speed": 10.0, "temperature": 303.15, "low": 0.7, "high": 1.6, "fitted": False}
+    band |= {"force_low": 0.8, "force_high": 1.5}
     header = {**made.header, "friction": friction, "mechanistic_interval": band}
     text = origin_text(header)
     assert text.startswith(says + "; catalogue torque 0.505 N.m at 2000 N; torque 0.70 to 1.60 times")

@@ -1,6 +1,7 @@
 """What the commands read: screw, map and friction set of the options, operating points of options or a CSV file."""
 
 import math
+import re
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -22,14 +23,14 @@ from ballscrew_tehl.friction.sets import (
     without_overrides,
 )
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, Parameters, changed, load_screw
-from ballscrew_tehl.parameters.friction import Law
+from ballscrew_tehl.parameters.friction import PRELOAD_FORCE, Law
 from ballscrew_tehl.parameters.units import SHOWN
 from ballscrew_tehl.physics.rating import nsk_torque
 from ballscrew_tehl.refinement.contacts import contacts_of
 from ballscrew_tehl.runtime.evaluate import NutMap
 
 from .output import QUIET, check_output, progress_bar, say
-from .quantities import TOLERANCE, TORQUE_POINT, Quantity
+from .quantities import DIFFERENCE, TOLERANCE, TORQUE_POINT, Quantity
 
 
 def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
@@ -93,6 +94,11 @@ def chosen_of(args: Namespace) -> Chosen:
         parameters = screw_of(args, PACKAGED_VG100 if name == Law.MECHANISTIC else None)
         parameters = parameters if name is None else with_law(parameters, name)
         delivered = drag_torque_set(parameters, contacts_of)
+        if delivered and not PRELOAD_FORCE.low <= delivered.preload_factor <= PRELOAD_FORCE.high:
+            say(
+                f"drag_torque_Nm of the screw file: the true preload is {delivered.preload_factor:.2g} times the "
+                f"nominal one, usual are {PRELOAD_FORCE.low:g} to {PRELOAD_FORCE.high:g}: check unit, preload and test"
+            )
         return Chosen(parameters, delivered or default_friction_set(parameters), delivered)
     if not Path(name).is_file():
         raise ValueError(f"--friction = {name}; allowed: {', '.join(packaged)}, or a file of calibrate")
@@ -135,6 +141,11 @@ def _rows(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[str, str
     table = open_table(args.points, kind)
     used = table.single_columns([q.axis for q in quantities if getattr(args, q.name) is not None])
     rows, fields = read_columns(table, used, kind), {}
+    if any(re.match(r"\s*temperature_difference", text) for text in table.headings):
+        option = DIFFERENCE.option
+        raise ValueError(
+            f"{args.points}: a column of temperature_difference; allowed: {option}, for all rows"
+        )
     for note in (table.unused(used), *rows.notes):
         if note:
             say(f"{args.points}: {note}")

@@ -6,6 +6,7 @@ from argparse import ArgumentTypeError
 from typing import NamedTuple
 
 from ballscrew_tehl.parameters.units import CELSIUS, turns_of
+from ballscrew_tehl.runtime.constants import MOST_DIFFERENCE
 
 
 class RefusedError(ArgumentTypeError, ValueError):
@@ -85,8 +86,8 @@ AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", -MAX_FORCE, MAX
 DIFFERENCE = Quantity(
     "temperature_difference_k",
     "of the screw over the nut: changes the preload; default: 0 [K]",
-    -100.0,
-    100.0,
+    -MOST_DIFFERENCE,
+    MOST_DIFFERENCE,
 )
 TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", 0.0)
 TOLERANCES = tuple(
