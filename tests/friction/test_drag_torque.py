@@ -26,6 +26,7 @@ from ballscrew_tehl.friction.sets import carried_over, default_friction_set, ref
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, ParameterError, changed, graded_oil
 from ballscrew_tehl.parameters.friction import BOUNDED, PRELOAD_FORCE, ball_ball_coefficient
 from ballscrew_tehl.parameters.identity import parameters_hash
+from ballscrew_tehl.parameters.screw import tolerance_of_class
 from ballscrew_tehl.parameters.template import example_parameters, screw_template
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 
@@ -196,3 +197,17 @@ def test_commands_answer_the_torque_at_its_point_and_the_true_preload(capsys, tm
         capsys, "preload", "--screw", path, "--torque-nm", found["friction_torque_nm"], *point[2:]
     )
     assert (back["preload_n"], back["preload_actual_n"]) == pytest.approx((1300.0, implied), rel=1e-3)
+
+
+def test_tolerance_by_class_and_slenderness_is_that_of_the_standards():
+    """Cells read in the catalogues; beyond the table the tolerance is asked for."""
+    for grade, slenderness, torque, expected in (
+        ("T5", 30.0, 0.56, 40.0), ("T5", 50.0, 0.56, 45.0), ("C0", 40.0, 0.3, 35.0), ("C5", 60.0, 8.0, 25.0),
+        ("T7", 20.0, 0.5, None), ("C1", 20.0, 8.0, None), ("T3", 20.0, 0.1, None), ("T3", 20.0, 11.0, None),
+    ):  # fmt: skip
+        assert tolerance_of_class(grade, slenderness, torque) == expected
+    stated = {"drag_torque": 0.56, "drag_torque_preload": 3500.0, "drag_torque_class": "T5"}
+    screw = changed(VG100, screw=stated).screw
+    assert (screw.drag_torque_min, screw.drag_torque_max) == pytest.approx((0.336, 0.784))
+    with pytest.raises(ValueError, match="drag_torque_tolerance_percent"):
+        changed(VG100, screw=stated | {"drag_torque": 0.1})

@@ -5,7 +5,10 @@ Attributes are SI, kelvin, radians. A field that a file leaves out takes the def
 Int J Adv Manuf Technol 124 (2023) 4231, Table 1; values that it does not print are marked as defaults.
 """
 
+import csv
 import math
+from functools import lru_cache
+from pathlib import Path
 from typing import Any, Literal, Self
 
 from pydantic import model_validator
@@ -37,6 +40,35 @@ def _drag(description: str, dimension: str | None = None, **rules: Any) -> Any:
     return entry(description, dimension, in_map=False, **default | {"gt": 0} | rules)
 
 
+@lru_cache(maxsize=1)
+def _class_tolerances() -> list[dict[str, str]]:
+    """Rows of the table of the standards."""
+    lines = (Path(__file__).parents[1] / "data" / "drag_torque_tolerance.csv").read_text("utf-8").splitlines()
+    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
+def tolerance_of_class(grade: str, slenderness: float, torque: float) -> float | None:
+    """Tolerance [+-%] of a drag torque [N.m] by accuracy class and thread length over diameter; None: not in the table.
+
+    JIS B 1192-1997 (C0 to C5) and DIN ISO 3408-3 (T0 to T7), as two catalogues print them, for screws up to 4 m.
+    """
+    for row in _class_tolerances():
+        if row["class"] == grade and slenderness <= float(row["slenderness"]):
+            highest = [name for name in row if name[0].isdigit() and torque <= float(name)]
+            inside = torque > LEAST_OF_CLASS and highest and row[highest[0]]
+            return float(row[highest[0]]) if inside else None
+    return None
+
+
+def _by_class(screw: dict[str, Any]) -> float | None:
+    grade, torque = screw["drag_torque_class"], screw["drag_torque"]
+    return (
+        None
+        if None in (grade, torque)
+        else tolerance_of_class(grade, screw["drag_torque_slenderness"], torque)
+    )
+
+
 def _end(screw: dict[str, Any], side: float) -> float | None:
     """End of the tolerance of the drag torque."""
     torque, percent = screw["drag_torque"], screw["drag_torque_tolerance_percent"]
@@ -58,6 +90,8 @@ def _touching_balls(screw: dict[str, Any]) -> int:
 
 #: highest over lowest drag torque of a tolerance: +-50 % is a factor of 3, stock inspected by its end alone up to 10
 WIDEST_TOLERANCE = 20.0
+#: below this drag torque [N.m] the standards have no tolerance
+LEAST_OF_CLASS = 0.2
 
 
 class ScrewParameters(Table):
@@ -161,7 +195,17 @@ class ScrewParameters(Table):
         "what a preload is: nominal (set by its drag torque), or a force", in_map=False, default="nominal"
     )
     drag_torque: float | None = _drag("drag torque of the delivered screw, without seals", "torque", le=1e3)
-    drag_torque_tolerance_percent: float | None = _drag("tolerance of drag_torque, +-", lt=100)
+    drag_torque_class: (
+        Literal["C0", "C1", "C2", "C3", "C5", "T0", "T1", "T2", "T3", "T4", "T5", "T7"] | None
+    ) = entry(
+        "accuracy class of the screw, which gives the tolerance by JIS B 1192 or ISO 3408-3",
+        in_map=False,
+        default=None,
+    )
+    drag_torque_slenderness: float = _drag("thread length over diameter, for the class", default=40.0, le=60)
+    drag_torque_tolerance_percent: float | None = _drag(
+        "tolerance of drag_torque, +-; default: by its class", lt=100, default_factory=_by_class
+    )
     drag_torque_min: float | None = _drag(
         "low end of it, in place of a tolerance", "torque", le=1e3, default_factory=lambda d: _end(d, -1.0)
     )
@@ -226,7 +270,12 @@ class ScrewParameters(Table):
         require(one, tolerance, "no entry", "minimum and maximum state it")
         for name in ends if given else ():
             missing = name if stated else tolerance
-            require(getattr(self, name) is not None, missing, "a value", "it needs a tolerance, or both ends")
+            require(
+                getattr(self, name) is not None,
+                missing,
+                "a value",
+                "it needs a tolerance, a class, or both ends",
+            )
         if (torque := self.drag_torque) is not None:
             inside = self.drag_torque_min <= torque <= self.drag_torque_max  # type: ignore[operator]
             allowed = f"drag_torque_min to drag_torque_max, {self.drag_torque_min:g} to {self.drag_torque_max:g} N.m"
