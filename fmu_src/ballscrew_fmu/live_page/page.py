@@ -26,7 +26,7 @@ from ballscrew_tehl.applications.cli.shared.quantities import TORQUE_POINT
 from ballscrew_tehl.applications.report.data import PRELOAD_WORDS, OperatingPoint
 from ballscrew_tehl.applications.report.page import Html, environment
 from ballscrew_tehl.applications.tables.headings import MEASURED, MEASURED_EXAMPLE
-from ballscrew_tehl.friction.interval import PRELOAD, meaning
+from ballscrew_tehl.friction.interval import meaning
 from ballscrew_tehl.nut_map.interval import TABLE_NODES
 from ballscrew_tehl.parameters.file import FOUR_POINT, Parameters, load_screw
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
@@ -90,7 +90,7 @@ def live_page(
         "trend": (trend.THICK, trend.STEP_K, trend.STEP_LN, trend.MIN_CHANGE, _TRENDS),
         "slip": HELD if law == Law.MECHANISTIC and kind == FOUR_POINT else 0.0,
         "nodes": None if ends is None else TABLE_NODES,
-        "meaning": meaning(band["fitted"], PRELOAD in band["numbers"]["unknown"])
+        "meaning": meaning(band["fitted"], band["nominal"])
         if ends is not None
         else f"no interval for this friction set{fitted}",
         "units": {name: {"names": q.names, "units": q.units} for name, q in MEASURED.items()},

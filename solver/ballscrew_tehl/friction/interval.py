@@ -85,12 +85,13 @@ BY_ONE_TORQUE = (FITTED_COEFFICIENT, "boundary_friction", "limiting_shear_coeffi
 At = tuple[Any, Any, ContactValues]
 #: nuts of each point, by the true force over the preload
 Points = Callable[[float], list[list[Nut]]]
-#: what the ends of an interval are, without and with a fit to the screw; without, of a nominal preload
+#: what the ends of an interval are, without and with a fit to the screw; the same of a nominal preload
 MEANING = (
     "about 80 %, from bounded constants",
     "about 80 %, from measured torques and bounded constants",
     "about 80 %, from bounded constants and from what a nominal preload is, a force of "
     f"{PRELOAD_FORCE.low:g} to {PRELOAD_FORCE.high:g} times it (preload_basis)",
+    "about 80 %, from the drag torque of the screw file and bounded constants",
 )
 
 
@@ -184,7 +185,7 @@ class TorqueInterval(NamedTuple):
 
 def meaning(fitted: bool, nominal: bool) -> str:
     """What the ends of an interval are; nominal: PRELOAD is one of the unknown."""
-    return MEANING[1 if fitted else 2 * nominal]
+    return MEANING[fitted + 2 * nominal]
 
 
 def unknown_constants(parameters: Parameters) -> tuple[str, ...]:

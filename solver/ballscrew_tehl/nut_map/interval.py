@@ -17,7 +17,7 @@ from ..friction.interval import (
     unknown_constants,
 )
 from ..friction.mechanistic import law_constants
-from ..friction.sets import FrictionSet
+from ..friction.sets import PRELOAD, FrictionSet
 from ..numerics import Array
 from ..parameters.file import Parameters, ScrewParameters
 from ..physics.rating import catalogue_preload
@@ -142,7 +142,8 @@ def band_point(axes: Mapping[str, Any], screw: ScrewParameters) -> tuple[float, 
 def band(parameters: Parameters, axes: Mapping[str, Any], friction_set: FrictionSet) -> dict[str, Any]:
     """Entry mechanistic_interval of a header: point (SI), ends over the torque, and what they depend on."""
     point, fitted = band_point(axes, parameters.screw), is_fitted(friction_set, parameters)
-    low, high = map_interval(parameters, axes, friction_set, *point).relative
+    interval = map_interval(parameters, axes, friction_set, *point)
+    low, high = interval.relative
     # of a preload that the torque itself measures
     force = map_interval(of_force(parameters, friction_set), axes, friction_set, *point).relative
     numbers = {
@@ -154,4 +155,4 @@ def band(parameters: Parameters, axes: Mapping[str, Any], friction_set: Friction
     }
     at = dict(zip(POINT, point, strict=False))
     ends = {"low": low, "high": high, "force_low": force[0], "force_high": force[1]}
-    return {**at, **ends, "numbers": numbers, "fitted": fitted}
+    return {**at, **ends, "numbers": numbers, "fitted": fitted, "nominal": PRELOAD in interval.shares}
