@@ -34,7 +34,7 @@ import numpy as np
 
 from ..numerics import Array
 from ..parameters.file import FOUR_POINT, FrictionTable, Parameters, ScrewParameters
-from ..parameters.friction import BOUNDED
+from ..parameters.friction import BOUNDED, ball_ball_coefficient
 from ..parameters.units import RPM
 from ..physics.ball_law import contact_angle_at_ball_load
 from ..physics.film import FLOODED, asperity_share, neighbour_drag_power, replenishment_factor, supply_factor
@@ -312,18 +312,16 @@ def _shear(
     raceways, *parts = zip(*(nut.motion for nut in nuts), strict=True)
     motion = ContactMotion(raceways[0], *(np.repeat(part, speeds, axis=0) for part in parts))
     each, near, before = np.tile(speed[:, 0], len(balls)), None, None
-    power, sliding = np.empty((2, len(each), temperatures))
+    power = np.empty((len(each), temperatures))
+    rolling = [float(neighbour_sliding(screw, rolling_motion(nut.motion))) for nut in nuts]
+    sliding = np.full_like(power, np.repeat(rolling, speeds)[:, None])
     for t in range(temperatures):
         result = ball_equilibrium(motion, each, axes[:, t], traction.take(np.s_[:, t]), near)
         power[:, t] = result.power[:, ::count].sum(axis=1)
-        sliding[:, t] = neighbour_sliding(screw, result.motion / each[:, None])
+        if count > 1:
+            sliding[:, t] = neighbour_sliding(screw, result.motion / each[:, None])
         near, before = result.motion if before is None else 2.0 * result.motion - before, result.motion
-    power, sliding = (part.reshape(len(balls), speeds, temperatures) for part in (power, sliding))
-    if count == 1:
-        sliding = np.array(
-            [np.full_like(power[0], neighbour_sliding(screw, rolling_motion(nut.motion))) for nut in nuts]
-        )
-    return list(zip(power, sliding, strict=True))
+    return list(zip(*(part.reshape(-1, speeds, temperatures) for part in (power, sliding)), strict=True))
 
 
 def _torques(
@@ -371,9 +369,9 @@ def drag_limit(friction: FrictionTable) -> float:
     A ball turns by the traction of its contacts, at most Lambda Q each; both neighbours drag on it with twice the force
     of a gap. Friction on neighbours takes mu_b kappa of it (ball_thrust, or its value in BOUNDED).
     """
-    kappa = BOUNDED["ball_thrust"].value if friction.ball_thrust is None else friction.ball_thrust
-    taken = min(friction.boundary_friction * kappa, 1.0)
-    return 2.0 * friction.limiting_shear_coefficient * (1.0 - taken)
+    return max(
+        2.0 * friction.limiting_shear_coefficient - ball_ball_coefficient(friction, friction.ball_thrust), 0.0
+    )
 
 
 def gap_drag(parameters: Parameters, balls: int, speed: Array, temperature: Array) -> Array:

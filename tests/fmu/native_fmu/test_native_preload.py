@@ -9,7 +9,8 @@ from synthetic_map import LAWS, Law, closed_form
 
 from ballscrew_fmu.models import MONITOR
 from ballscrew_tehl.runtime.constants import LEAST_ELASTICITY
-from ballscrew_tehl.runtime.packed import FrictionParameters
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.packed import FrictionParameters, sealed
 
 REGULARIZATION = 0.1
 SETS = tuple(
@@ -78,6 +79,20 @@ def test_the_preload_is_that_at_one_temperature_of_screw_and_nut(nut_map, monito
             assert (found["preload"], found["in_range"]) == (pytest.approx(1700.0, rel=1e-8), True)
             assert monitor(torque, 60.0, axial_load=axial)["preload"] != pytest.approx(1700.0, rel=0.02)
     assert not monitor(torque, 60.0, temperature_difference=21.0)["in_range"]
+
+
+def test_the_range_of_a_nominal_preload_is_that_of_its_true_force(nut_map):
+    """A drag torque that implies half of the preload: the map begins at 50 N of force."""
+    half = NutMap(sealed({**nut_map.header, "preload_factor": 0.5}, nut_map.arrays), nut_map.arrays)
+    model = NativeModel(half, model=MONITOR)
+    friction = SETS[0]._asdict() | {"regularization_speed": REGULARIZATION, "speed_min": 0.0}
+    for preload, inside in ((1700.0, True), (120.0, True), (90.0, False)):
+        torque = float(torque_of(half, preload, 60.0))
+        assert torque == pytest.approx(float(torque_of(nut_map, 0.5 * preload, 60.0)), rel=1e-12)
+        model.reset()
+        model.step(1e-3, torque=torque, speed=60.0, temperature=303.15, axial_load=0.0, **friction)
+        assert model.get("preload") == pytest.approx(preload, rel=1e-8)
+        assert (model.get("in_range"), half.evaluate(preload, 60.0, 303.15).in_range) == (inside, inside)
 
 
 @pytest.mark.slow

@@ -53,13 +53,19 @@ static unsigned clamped_difference(const Model *model)
     return fabs(model->latched[TEMPERATURE_DIFFERENCE]) > MOST_DIFFERENCE ? bit_of(TEMPERATURE_DIFFERENCE) : 0U;
 }
 
+/* True force of the estimate, over which the map is. */
+static double true_estimate(const Model *model)
+{
+    return actual_preload(model->map, model->estimate, model->latched[TEMPERATURE_DIFFERENCE]);
+}
+
 static void estimate(Model *model, Estimate *result)
 {
     preload_of_torque(model->map, model->latched, motion(model), torque_along_motion(model), result);
     model->estimate = result->preload;
     model->elasticity = result->torque > 0.0 ? result->slope * result->preload / result->torque : 0.0;
     model->clamped = clamped_inputs(result) | clamped_difference(model);
-    if (!result->converged || result->preload < model->map->preload.lo
+    if (!result->converged || true_estimate(model) < model->map->preload.lo
         || !(model->elasticity >= LEAST_ELASTICITY)) {
         model->clamped |= bit_of(TORQUE);
     }
@@ -196,7 +202,7 @@ static double margin_of_estimate(const Model *model)
 
     torque_of_preload(map, at, motion(model), map->force.hi, &end);
     margin = lesser((end.torque - torque_along_motion(model)) / greater(end.torque, SMOOTH),
-                   (model->estimate - map->preload.lo) / map->force.hi);
+                   (true_estimate(model) - map->preload.lo) / map->force.hi);
     margin = lesser(margin, model->elasticity - LEAST_ELASTICITY); /* 0 where the nuts separate */
     margin = lesser(margin, lesser(temperature - map->temperature.lo, map->temperature.hi - temperature)
                              / (map->temperature.hi - map->temperature.lo));
@@ -204,7 +210,7 @@ static double margin_of_estimate(const Model *model)
     margin = lesser(margin, 1.0 - fabs(at[TEMPERATURE_DIFFERENCE]) / MOST_DIFFERENCE);
     if (at[AXIAL_LOAD] != 0.0) {
         double force[2];
-        nut_forces(map, actual_preload(map, model->estimate, at[TEMPERATURE_DIFFERENCE]), at[AXIAL_LOAD], force);
+        nut_forces(map, true_estimate(model), at[AXIAL_LOAD], force);
         margin = lesser(margin, (map->force.hi - force[1]) / map->force.hi);
     }
     return margin;
