@@ -9,6 +9,14 @@ from typing import Any, Self
 
 from pydantic import Field, ValidationError, model_validator
 
+from .axis import (
+    AXIS_TABLES,
+    AxisParameters,
+    GuideParameters,
+    MotorParameters,
+    SupportBearingParameters,
+    WiperParameters,
+)
 from .friction import FrictionTable, Law
 from .oil import LubricantParameters
 from .screw import FOUR_POINT, NITRIDE, ScrewParameters, SolidParameters
@@ -86,6 +94,8 @@ class Parameters(Table):
         Surface speeds of the law of the paper.
     map : MapParameters
         Range of the map, where it is stated.
+    support_bearings, guide, wipers, motor, axis : table or None
+        What stands around the screw in its axis, where it is stated: module parameters.axis.
 
     Examples
     --------
@@ -104,6 +114,11 @@ class Parameters(Table):
     friction: FrictionTable = FrictionTable()
     published_speeds: PublishedSpeeds | None = None
     map: MapParameters = MapParameters()
+    support_bearings: SupportBearingParameters | None = None
+    guide: GuideParameters | None = None
+    wipers: WiperParameters | None = None
+    motor: MotorParameters | None = None
+    axis: AxisParameters | None = None
 
     @property
     def summed_balls(self) -> int:
@@ -121,6 +136,12 @@ class Parameters(Table):
         known = self.friction.law is Law.MECHANISTIC or self.published_speeds is not None
         allowed = f"{Law.MECHANISTIC}, or a table published_speeds"
         require(known, "friction.law", allowed, "the paper prints one screw only")
+        once = self.wipers is None or self.screw.seal_torque == 0.0
+        require(
+            once, "screw.seal_torque", "no entry with a table wipers", "both are the drag of the nut's seals"
+        )
+        massive = self.guide is None or self.axis is not None
+        require(massive, "axis.moved_mass", "a value", "the friction of a guide needs its load")
         return self
 
 
@@ -132,6 +153,7 @@ TABLES: dict[str, type[Table]] = {
     "friction": FrictionTable,
     "published_speeds": PublishedSpeeds,
     "map": MapParameters,
+    **AXIS_TABLES,
 }
 #: keys of earlier versions, and what is to be done
 GONE = {
@@ -140,7 +162,8 @@ GONE = {
     "friction.sliding_coefficient": "remove it, it had no effect",
 }
 #: what pydantic expects of an entry, by the type of its error
-KINDS = {"int_type": "a whole number", "float_type": "a number", "finite_number": "a finite number"}
+KINDS = {"int_type": "a whole number", "float_type": "a number", "finite_number": "a finite number",
+         "tuple_type": "a number, or [low, high]"}  # fmt: skip
 
 
 def _message(where: str, key: str, value: Any, allowed: str, remedy: str) -> ParameterError:
@@ -220,8 +243,9 @@ def _build(where: str, content: dict[str, Any]) -> Parameters:
     except ValidationError as err:
         cause = err.errors()[0].get("ctx", {}).get("error")
         if isinstance(cause, FieldError):
-            law = values["friction"].law.value if "friction" in values else None
-            raise _message(where, cause.field, law, cause.allowed, cause.remedy) from None
+            table, _, field = cause.field.partition(".")
+            given = getattr(values.get(table), field, None)
+            raise _message(where, cause.field, given, cause.allowed, cause.remedy) from None
         raise _message(where, "name", content.get("name"), "a text", "name the screw") from None
 
 

@@ -6,15 +6,16 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from .axis import AXIS_TABLES
 from .file import TABLES, Law, ParameterError, Parameters
 from .toml import entry_text
 
-#: fields that are no part of the identity, by table: the range of a map is in its header, and what only the friction
-#: law takes is in the header as well, from which a map is summed anew where it differs
+#: fields that are no part of the identity, by table: the range of a map is in its header, what only the friction law
+#: takes is there as well, from which a map is summed anew where it differs, and the axis around a screw changes no map
 NOT_IN_MAP: dict[str, Any] = {
     table: {name for name, entry in model.entries().items() if not entry.in_map}
     for table, model in TABLES.items()
-} | {"map": True}
+} | dict.fromkeys(("map", *AXIS_TABLES), True)
 #: fields of a screw that are part of the identity where they are not the default
 UNLESS_DEFAULT = ("preload_sense", "thermal_expansion")
 #: key of the header of a map

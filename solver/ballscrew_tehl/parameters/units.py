@@ -28,6 +28,10 @@ UNITS: dict[str, dict[str, tuple[float, float, float]]] = {
     "specific_heat": {"J_kgK": (1, 1, 0), "kJ_kgK": (1e3, 1, 0)},
     "thermal_conductivity": {"W_mK": (1, 1, 0)},
     "velocity": {"m_s": (1, 1, 0), "mm_s": (1, 1e3, 0)},
+    "stiffness": {"N_um": (1e6, 1, 0), "N_m": (1, 1, 0)},
+    "damping": {"Ns_m": (1, 1, 0)},
+    "inertia": {"kgm2": (1, 1, 0), "kgcm2": (1, 1e4, 0)},
+    "mass": {"kg": (1, 1, 0)},
     "angular_velocity": {"rpm": (math.pi, 30, 0), "rad_s": (1, 1, 0)},
 }
 
