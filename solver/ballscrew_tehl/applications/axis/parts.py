@@ -52,7 +52,8 @@ def spread(ends: Range) -> tuple[float, float]:
 def guide_force(parameters: Parameters) -> tuple[float, float, float]:
     """Coulomb friction of the guide [N] with its 80 % interval: seals and cover + mu (weight + preload)."""
     guide, axis = parameters.guide, parameters.axis
-    assert guide is not None and axis is not None
+    assert guide is not None
+    assert axis is not None
     load = axis.moved_mass * STANDARD_GRAVITY * math.cos(axis.inclination) + guide.carriages * guide.preload
     parts = (
         (guide.seal_resistance, float(guide.carriages)), (guide.cover_force, 1.0), (guide.friction_coefficient, load),

@@ -1,0 +1,1 @@
+"""Friction torque of a pair of support bearings."""
