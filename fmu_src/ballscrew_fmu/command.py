@@ -67,7 +67,7 @@ BALLSCREW = Command(
     },
     groups={
         "your screw": ("init", "screw", "oil", "map"),
-        "torque and preload": ("torque", "preload"),
+        "torque and preload": ("torque", "preload", "axis"),
         "measurements": ("identify", "calibrate"),
         "tables and pages": ("export", "report", "page"),
         "FMUs": ("build", "check", "info", "examples"),

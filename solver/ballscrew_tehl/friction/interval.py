@@ -379,14 +379,16 @@ def interval_ends(
     speeds: Array,
     temperatures: Array,
     friction_set: FrictionSet,
+    axial_load: float = 0.0,
 ) -> tuple[Array, Array]:
     """Ends of the interval over the torque (p, s, t) at preloads [N], speeds [rad/s] > 0 and temperatures [K].
 
-    Without axial load. All points side by side: a point by itself, as torque_interval, takes 50 times as long.
+    All points side by side: a point by itself, as torque_interval, takes 50 times as long.
     """
 
     def points(factor: float) -> list[list[Nut]]:
-        return [loaded_nuts(parameters, [factor * float(force)] * 2) for force in preloads]
+        forces = (nut_forces(parameters, factor * float(preload), axial_load) for preload in preloads)
+        return [loaded_nuts(parameters, both) for both in forces]
 
     fitted = is_fitted(friction_set, parameters)
     names = _names(parameters, friction_set, fitted)

@@ -98,9 +98,10 @@ def relative_intervals(
     preloads: Array,
     speeds: Array,
     temperatures: Array,
+    axial_load: float = 0.0,
 ) -> Array:
-    """Ends of the interval over the torque (p, s, t, 2) without axial load, on a grid [N, rad/s, K] within a map."""
-    at = speeds, temperatures, friction_set
+    """Ends of the interval over the torque (p, s, t, 2) on a grid [N, rad/s, K] within a map, at an axial load [N]."""
+    at = speeds, temperatures, friction_set, axial_load
     return np.stack(interval_ends(parameters, preloads, BallContacts(parameters), *at), axis=-1)
 
 

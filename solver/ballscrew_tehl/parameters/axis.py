@@ -125,7 +125,7 @@ class AxisParameters(Table):
     """Mass, place and length of the axis."""
 
     drive: Literal["rotating_screw"] = entry(
-        "the motor turns the screw; not modelled: rotating nut, belt or rack, gantry with two screws",
+        "what turns; a rotating nut, a belt, a rack and a gantry of two screws are not modelled",
         default="rotating_screw",
     )
     moved_mass: float = entry("table with its load", "mass", gt=0, le=1e6)

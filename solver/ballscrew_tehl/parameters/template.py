@@ -5,9 +5,17 @@ from collections.abc import Collection
 from enum import EnumType
 from typing import Any, Literal, get_args, get_origin
 
+from .axis import (
+    AXIS_TABLES,
+    AxisParameters,
+    GuideParameters,
+    MotorParameters,
+    SupportBearingParameters,
+    WiperParameters,
+)
 from .file import PACKAGED_DATA, TABLES, LubricantParameters, Parameters, graded_oil, load_screw
 from .screw import SEALS, ScrewParameters
-from .toml import entry_text
+from .toml import Entry, Table, entry_text
 from .units import UNITS
 
 EXAMPLE = "example_25x10.toml"
@@ -39,6 +47,23 @@ NOTES = {
 }
 #: fields that an oil given by its grade must not have
 FROM_GRADE = ("viscosity_law", "viscosity", "temperature_viscosity", "astm_")
+#: values of a template of the axis: a bearing 30TAC62B, carriages HSR35, an axis of 300 kg
+AXIS_EXAMPLE = {
+    "support_bearings": SupportBearingParameters(
+        bore=30e-3, outer_diameter=62e-3, dynamic_rating=29.2e3, axial_stiffness=1.03e9, preload=3350.0,
+        friction_torque=(0.24, 0.24),
+    ),
+    "guide": GuideParameters(seal_resistance=(11.8, 11.8), preload=2200.0),
+    "wipers": WiperParameters(friction_torque=(0.2, 0.2)),
+    "motor": MotorParameters(friction_torque=(0.1, 0.2), inertia=3e-3),
+    "axis": AxisParameters(moved_mass=300.0, stroke=0.5, free_length=0.1),
+}  # fmt: skip
+#: above the tables of an axis that are not stated
+AXIS_NOTE = """
+# What stands around the screw, for the friction of the whole axis (ballscrew axis, identify, the axis FMU). All values
+# below are of an example: remove the # in front of a table and its keys, and enter the numbers of your catalogues. A
+# friction is one number, which is taken to be met within a factor of 1.5, or [low, high]. What no catalogue prints may
+# be left out."""
 _HEAD = """\
 # Screw file: replace the values by those of your screw and oil; those below are of {name}.
 # Every key ends with its unit, one of
@@ -82,7 +107,7 @@ def example_parameters(oil: str = "viscosities", lubricant: str = "oil", iso_vg:
     return example.model_copy(update={"lubricant": graded_oil(grade, index)}) if oil == "iso_vg" else example
 
 
-def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str:
+def screw_template(parameters: Parameters, assumed: Collection[str] = (), axis: bool = False) -> str:
     """Text of a commented screw file with given values.
 
     Parameters
@@ -91,6 +116,8 @@ def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str
         Values; a file with the text gives them again, to 12 digits.
     assumed : collection of str, optional
         Fields of the table screw that are marked as assumed.
+    axis : bool, optional
+        With tables of the axis that the parameters do not have, as comments.
 
     Returns
     -------
@@ -119,14 +146,29 @@ def screw_template(parameters: Parameters, assumed: Collection[str] = ()) -> str
         for field, entry in values.entries().items():
             if graded and field.startswith(FROM_GRADE) and field != "viscosity_index":
                 continue
-            value = getattr(values, field)
-            text = entry_text(entry, value, "", 12)
-            if field not in values.model_fields_set:
-                text = f"# {text}"
             mark = "assumed: " if table == "screw" and field in assumed else ""
-            allowed = ", ".join(entry.bounds(entry.key) + _choices(entry.info.annotation))
-            lines.append(f"{text:<43} # {mark}{entry.info.description}{allowed and f'; {allowed}'}")
+            lines.append(_line(values, field, entry, mark))
+    stated = {table for table in AXIS_TABLES if getattr(parameters, table) is not None}
+    if axis and stated != {*AXIS_TABLES}:
+        lines.append(AXIS_NOTE)
+        for table in (name for name in AXIS_TABLES if name not in stated):
+            values = AXIS_EXAMPLE[table]
+            lines += ["", f"# [{table}]", *(f"# {note}" for note in NOTES.get(table, ()))]
+            entries = values.entries().items()
+            lines += [f"# {_line(values, field, entry).removeprefix('# ')}" for field, entry in entries]
     return "\n".join(lines) + "\n"
+
+
+def _line(values: Table, field: str, entry: Entry, mark: str = "") -> str:
+    """An entry with its meaning and range; as a comment where it has its default."""
+    value = getattr(values, field)
+    if isinstance(values, tuple(AXIS_TABLES.values())) and isinstance(value, tuple) and value[0] == value[1]:
+        value = value[0]
+    text = entry_text(entry, value, "", 12)
+    if field not in values.model_fields_set:
+        text = f"# {text}"
+    allowed = ", ".join(entry.bounds(entry.key) + _choices(entry.info.annotation))
+    return f"{text:<43} # {mark}{entry.info.description}{allowed and f'; {allowed}'}"
 
 
 def _choices(annotation: Any) -> list[str]:

@@ -29,6 +29,7 @@ class PartTorque(NamedTuple):
     torque: Array  # (n,) [N.m]
     low: Array
     high: Array
+    notes: tuple[str, ...] = ()  # why a law may not hold here
 
 
 def weight_along_axis(parameters: Parameters) -> float:

@@ -115,6 +115,7 @@ COMMANDS = {
         *numbers(q.TURNS, type=q.turns, metavar="N"),
         option("--nut-kind", "how it is preloaded", choices=NUT_KINDS),
         option("--hand", "hand of the thread", choices=("right", "left")),
+        switch("--axis", "with tables of bearings, guide, wipers, motor, as comments with example values"),
     ), (JSON,), "my.toml --diameter-mm 32 --lead-mm 10",
         "With diameter and lead a file of that screw, in which what is not given is marked as assumed. Ball and pitch "
         "circle follow from the root diameter, the grooves (without a root also the ball) from C_a and turns."),
@@ -136,6 +137,14 @@ COMMANDS = {
     "preload": Command("preload behind a measured friction torque", f"{RUN}.preload:run_preload",
         numbers(*q.PRELOAD_POINT, q.DIFFERENCE), (*ROWS, *OF_MAP),
         "--torque-nm 0.8 --speed-rpm 100 --temperature-c 30 --map my_map.npz"),
+    "axis": Command("friction of the whole axis by part: nut, bearings, guide, wipers, motor", f"{RUN}.axis:run_axis", (
+        option("screw", "screw file with tables of the axis, also as --screw", "FILE.toml", nargs="?",
+               default=argparse.SUPPRESS),
+        *numbers(*q.AXIS_POINT, q.DIFFERENCE), PLOT,
+    ), OF_MAP, "my.toml --preload-n 2000 --speed-rpm 1000 --temperature-c 30",
+        "Tables support_bearings, guide, wipers, motor, axis of the screw file, with numbers of catalogues: ballscrew "
+        "init --axis. Torques are at the screw. Default of the point: 5 % of the dynamic rating (oversize balls 2.5 "
+        "%), 1000 r/min, reference temperature of the oil."),
     "identify": Command("inertia, offset, friction and preload from a log of a drive", f"{RUN}.identify:run_identify", (
         option("log", "log of an axis that moves both ways", "LOG.csv"),
         option("--column", "a column by heading: \"current=Iq_act [A]\" (repeat it)", "NAME=HEADING",

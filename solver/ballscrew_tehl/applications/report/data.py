@@ -12,6 +12,7 @@ from ballscrew_tehl.friction.mechanistic import roughness_of
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.numerics import Array
 from ballscrew_tehl.nut_map.interval import TorqueInterval, map_interval, nearest, relative_intervals
+from ballscrew_tehl.parameters.axis import AXIS_TABLES
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM, SHOWN
 from ballscrew_tehl.physics.rating import catalogue_preload
@@ -19,6 +20,7 @@ from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.nut_law import DoubleNutState
 from ballscrew_tehl.runtime.packed import Law
 
+from ..axis.budget import AxisBudget, axis_budget
 from ..mechanics import Efficiency, LoadedScrew, efficiency, loaded_screw, screw_constants
 from ..trend import unphysical_trend
 
@@ -126,6 +128,14 @@ class ReportData:
     def interval(self) -> TorqueInterval | None:
         """Of the point."""
         return map_interval(*self._law, *self.point) if self.mechanistic else None
+
+    @cached_property
+    def budget(self) -> AxisBudget | None:
+        """Of the axis at the point, over interval_speeds; None: no table of the screw file is of an axis."""
+        if not any(getattr(self.parameters, table) is not None for table in AXIS_TABLES):
+            return None
+        at = self.point.preload, self.interval_speeds, self.point.temperature
+        return axis_budget(self.parameters, self.nut_map, self.friction_set, *at)
 
     @property
     def at_temperature(self) -> Array:

@@ -16,6 +16,7 @@ from ballscrew_tehl.numerics import Array
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.rating import nsk_torque
 
+from ..axis.plot import draw_budget
 from ..trend import THICK
 from .data import CATALOGUE_SPEED, Lines, ReportData
 
@@ -121,6 +122,16 @@ def torque_parts(figure: Figure, axes: Axes, data: ReportData) -> None:
     axes.stackplot(data.line_speeds / RPM, parts, labels=labels, colors=PARTS)
     axes.set_ylabel("friction torque [N m]")
     over_speed(figure, axes, f"preload {kilonewton(point.preload)}, oil at {celsius(point.temperature)}")
+
+
+@drawn
+def axis_parts(figure: Figure, axes: Axes, data: ReportData) -> None:
+    """Friction of the axis by part over speed, stacked, with the interval of the sum."""
+    assert data.budget is not None
+    draw_budget(axes, data.budget)
+    over_speed(
+        figure, axes, f"preload {kilonewton(data.point.preload)}, oil at {celsius(data.point.temperature)}"
+    )
 
 
 @drawn

@@ -82,6 +82,7 @@ def report_page(data: ReportData, live: Html | None = None) -> str:
         ("screw", "Screw", "The screw and its oil", MACROS.screw(data, tables)),
         ("torque", "Torque", "Torque over speed, temperature and preload", MACROS.torque(data, tables, figures)),
         ("film", "Film", "Film thickness and lambda", MACROS.film(data, tables, figures)),
+        *([("axis", "Axis", "The whole axis", MACROS.axis(data, tables, figures))] if data.budget else []),
         ("limits", "Limits", "What is not included, range and accuracy", MACROS.limits(data, tables, certificate)),
     ):  # fmt: skip
         sections.append((name, link, section(name, title, content)))

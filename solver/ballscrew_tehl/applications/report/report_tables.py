@@ -13,6 +13,7 @@ from ballscrew_tehl.physics.lubricant import ambient_density, eta0
 from ballscrew_tehl.physics.rating import dynamic_rating, nsk_torque, static_rating
 from ballscrew_tehl.runtime.constants import HELD
 
+from ..axis.budget import PART_NAMES
 from .data import CATALOGUE_SPEED, OperatingPoint, ReportData
 from .page import Html, table
 
@@ -126,6 +127,21 @@ def torques(data: ReportData) -> Html:
     )
 
 
+def axis(data: ReportData) -> Html:
+    """Friction of the axis by part, with its interval, at the speeds of the tables."""
+    budget = data.budget
+    assert budget is not None
+    shown = np.isin(data.interval_speeds, data.speeds)
+    parts = {PART_NAMES[name]: part[:3] for name, part in budget.parts.items()}
+    parts["sum"] = budget.torque, budget.low, budget.high
+    rows = [
+        [name, *("{:#.3g} ({:#.3g} to {:#.3g})".format(*values) for values in np.transpose(ends)[shown])]
+        for name, ends in parts.items()
+    ]
+    head = ["", *(f"{speed / RPM:.0f} r/min" for speed in data.speeds)]
+    return table("axis_parts", "Friction torque at the screw (interval) [N m], by part", head, rows)
+
+
 def notes(data: ReportData) -> dict[str, str]:
     """What the intervals are, why the catalogue torque differs, and that numbers are of another screw; "": not so."""
     texts = {
@@ -175,9 +191,10 @@ def limits(data: ReportData) -> Html:
     for name in OperatingPoint._fields:
         unit, (low, high, *_) = SHOWN[name], header["axes"][name]
         ranges.append(f"{name} {unit.of(low):.6g} to {unit.of(high):.6g} {unit.unit}")
-    seals = "" if data.nut_map.seal_torque else "seals and wipers, "
+    seals = "" if data.nut_map.seal_torque or data.parameters.wipers else "seals and wipers, "
+    bearings = "" if data.budget is not None else ", support bearings, guide, motor"
     rows = [
-        ("not included", seals + "churning of grease, returns, misalignment, support bearings, running-in"),
+        ("not included", seals + "churning of grease, returns, misalignment, running-in" + bearings),
         ("range of the map", ", ".join(ranges)),
         ("outside the range", "values at the edge of the map, marked as out of range (in_range false)"),
         *((name, f"{100.0 * float(np.mean(where)):.0f} % of the lines") for name, where in partial.items()

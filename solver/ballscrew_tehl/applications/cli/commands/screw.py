@@ -119,7 +119,7 @@ def run_init(args: Namespace) -> Answer:
         if (rating := sizes.get("rating_n")) and has_inches(sizes["lead_mm"]):
             turns = rating_of_inches(rating, sizes["lead_mm"])
             say(f"--rating-n {rating:g}: where it is for a million inches of travel, give {turns:.5g}")
-    content = screw_template(parameters, assumed)
+    content = screw_template(parameters, assumed, args.axis)
     write_text("FILE.toml", path, content)
     text = f"{path}: enter the values of your screw and oil; the first lines explain the next steps"
     if assumed:

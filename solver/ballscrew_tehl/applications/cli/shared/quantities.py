@@ -106,6 +106,12 @@ TORQUE_POINT = (PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD)
 PRELOAD_POINT = (TORQUE, SPEED._replace(not_zero=True), TEMPERATURE)
 CALIBRATION_POINT = (*(number._replace(not_zero=True) for number in (TORQUE, PRELOAD, SPEED)), TEMPERATURE)
 REPORT_POINT = (PRELOAD, SPEED, TEMPERATURE)
+AXIS_POINT = (
+    PRELOAD,
+    SPEED._replace(not_zero=True),
+    TEMPERATURE,
+    AXIAL_LOAD._replace(help="force of the process along the axis; the weight is added [N]"),
+)
 CONTACT_POINT = (
     Quantity("load_n", "load [N]"),
     Quantity("radius_x_m", "reduced radius along rolling [m]"),
