@@ -21,6 +21,8 @@ from ballscrew_fmu.native_fmu.resource_files import map_bytes
 from ballscrew_fmu.variables.friction import law_name, origin_text, start_preload
 from ballscrew_tehl import __version__
 from ballscrew_tehl.applications import trend
+from ballscrew_tehl.applications.axis.budget import PART_NAMES
+from ballscrew_tehl.applications.axis.parts import other_parts
 from ballscrew_tehl.applications.calibration.measured_screw import ASSUMED_TEMPERATURE, packaged_measurements
 from ballscrew_tehl.applications.cli.shared.quantities import TORQUE_POINT
 from ballscrew_tehl.applications.report.data import PRELOAD_WORDS, OperatingPoint
@@ -36,6 +38,8 @@ from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import SURFACES, Law, map_hash
 
 _TRENDS = ["", *(trend.Trend(*at).text for at in ((True, False), (False, True), (True, True)))]
+#: speeds and temperatures at which the page has the friction of bearings and other parts of an axis
+AXIS_NODES = 13, 6
 _START_SPEED, _START_TEMPERATURE = 1000.0, 303.15  # [r/min], [K]
 
 
@@ -95,6 +99,7 @@ def live_page(
         else f"no interval for this friction set{fitted}",
         "units": {name: {"names": q.names, "units": q.units} for name, q in MEASURED.items()},
         "published": published,
+        "axis": _around(parameters, header["axes"]),
     }
     return _TEMPLATES.get_template("page.html").render(
         name=parameters.name,
@@ -106,6 +111,7 @@ def live_page(
         roughness=f"{1e9 * header['defaults']['roughness_height']:.3g} nm",
         inputs=[(name, entry["label"], entry["unit"]) for name, entry in about["inputs"].items()],
         published=bool(published),
+        axis=about["axis"] is not None,
         example=MEASURED_EXAMPLE,
         map_hash=map_hash(header),
         version=__version__,
@@ -156,6 +162,27 @@ def _inputs(header: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         allowed = [x if math.isfinite(x) else None for x in (q.min_, q.max_)]
         inputs[name] = dict(zip(names, (*row, *allowed), strict=True))
     return inputs
+
+
+def _around(parameters: Parameters, axes: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Friction at the screw of what stands around the nut: label, [temperature][speed] of value, low, high [N.m].
+
+    Without force of the process. None: the screw file has no such table.
+    """
+    speeds = np.geomspace(*axes["speed"][:2], AXIS_NODES[0])
+    temperatures = np.linspace(*axes["temperature"][:2], AXIS_NODES[1])
+    at = [other_parts(parameters, speeds, float(temperature)) for temperature in temperatures]
+    if not at[0]:
+        return None
+    parts = [
+        (PART_NAMES[name], np.array([[part[name][end] for part in at] for end in range(3)]).round(6).tolist())
+        for name in at[0]
+    ]
+    return {
+        "speeds": (speeds / RPM).tolist(),
+        "temperatures": (temperatures - CELSIUS).tolist(),
+        "parts": parts,
+    }
 
 
 def _cautions(parameters: Parameters) -> list[tuple[str, str, float, float | None, str]]:

@@ -28,14 +28,23 @@ NUMBERS = {
 ENDS = {f"torque_{end}": f"torque_{end}_nm" for end in ("low", "high")}
 COMPUTED = "points.map((at) => ({ ...live.model(at) }))"
 #: the page without a browser: its elements are objects with the texts of its scripts
-IN_NODE = f"""
-const page = require("fs").readFileSync(process.argv[1], "utf8"), points = JSON.parse(process.argv[2]), texts = {{}};
+IN_NODE = """
+const page = require("fs").readFileSync(process.argv[1], "utf8"), points = JSON.parse(process.argv[2]), texts = {};
 for (const [, id, text] of page.matchAll(/<script type="[^"]*" id="(\\w+)">([^]*?)<\\/script>/g)) texts[id] = text;
 globalThis.window = globalThis;
-globalThis.document = {{ getElementById: (id) => ({{ textContent: texts[id] }}) }};
+globalThis.document = { getElementById: (id) => ({ textContent: texts[id] }) };
 (0, eval)(page.slice(page.lastIndexOf("<script>") + 8, page.lastIndexOf("</script>")));
-const wait = () => (globalThis.live ? console.log(JSON.stringify({COMPUTED})) : setTimeout(wait, 10));
+const wait = () => (globalThis.live ? console.log(JSON.stringify(eval(process.argv[3]))) : setTimeout(wait, 10));
 wait();
+"""
+AXIS = """
+[guide]
+seal_resistance_N = [8.0, 12.0]
+viscous_Ns_m = 50
+[motor]
+friction_torque_Nm = 0.1
+[axis]
+moved_mass_kg = 200
 """
 GOOD = "preload [kN]; speed [1/min]; temperature [K]; torque [N mm]\n1,0; 1000; 303,15; 627,1\n2;100;303,15;1e3\n"
 
@@ -45,7 +54,8 @@ def options(tmp_path_factory):
     """Options of each page: packaged sets, and another screw, with seals."""
     sealed = tmp_path_factory.mktemp("screw") / "sealed.toml"
     assert run_init(["init", str(sealed), "--diameter-mm", "32", "--lead-mm", "10"]) == 0
-    sealed.write_text(re.sub(r"(?m)^#? *seal_torque_Nm.*$", "seal_torque_Nm = 0.08", sealed.read_text()))
+    text = re.sub(r"(?m)^#? *seal_torque_Nm.*$", "seal_torque_Nm = 0.08", sealed.read_text())
+    sealed.write_text(text + AXIS)
     assert "seal_torque_Nm = 0.08" in sealed.read_text()
     own = {name: ["--friction", name] for name in ("three_parameter", "mechanistic")}
     return own | {"sealed": ["--screw", str(sealed)]}
@@ -116,7 +126,7 @@ def test_numbers_are_those_of_the_command_torque(
     elif shutil.which("node") is None:
         pytest.skip("needs Node")
     else:
-        found = json.loads(output("-e", IN_NODE, pages[name], json.dumps(points), program="node"))
+        found = json.loads(output("-e", IN_NODE, pages[name], json.dumps(points), COMPUTED, program="node"))
     file = tmp_path / "points.csv"
     rows = [",".join(map(str, point.values())) for point in points]
     file.write_text("\n".join(["preload_n,speed_rpm,temperature_c,axial_load_n", *rows]))
@@ -131,6 +141,24 @@ def test_numbers_are_those_of_the_command_torque(
     assert [f["clamped"] == 0.0 for f in found] == [w["clamped"] == [] for w in wanted]
     if name == "mechanistic":  # from a table
         assert np.max(np.abs(ratios(ENDS) - 1.0)) <= 0.02
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="needs Node")
+def test_friction_of_the_whole_axis_is_that_of_the_command_axis(pages, options, capsys):
+    at = {"preload": 1500.0, "speed": -700.0, "temperature": 33.0, "axial_load": 0.0}
+    parts = "Object.assign(live.state, points[0]) && live.axisParts(live.model(points[0]))"
+    found = json.loads(output("-e", IN_NODE, pages["sealed"], json.dumps([at]), f"({parts})", program="node"))
+    point = "--preload-n", "1500", "--speed-rpm", "700", "--temperature-c", "33"
+    wanted, _ = answer(capsys, "axis", *options["sealed"], *point)
+    own = wanted["parts"]
+    assert [label for label, *_ in found] == ["nut", "guide", "motor", "sum"]
+    values = np.array([own["nut"] + own["wipers"], own["guide"], own["motor"], wanted["friction_torque_nm"]])
+    # viscous friction is bilinear between nodes over ln speed
+    assert np.max(np.abs([row[1] / value - 1.0 for row, value in zip(found, values, strict=True)])) <= 0.02
+    assert found[1][2:] == pytest.approx(
+        [wanted["parts_low"]["guide"], wanted["parts_high"]["guide"]], rel=0.02
+    )
+    assert found[-1][2] < found[-1][1] < found[-1][3]
 
 
 @pytest.mark.parametrize("width", [390, 1280])

@@ -169,6 +169,27 @@ function headline(v) {
   return [torque, `interval ${format(ends[0], 3)} to ${format(ends[1], 3)} N m, ${about.meaning}${state.axial_load ? "; approximate under an axial load" : ""}`];
 }
 
+// Friction at the screw by part: label, value, low, high; bilinear in ln speed and temperature, then the sum.
+function axisParts(v) {
+  const { speeds, temperatures, parts } = about.axis, sign = state.speed < 0 ? -1 : 1;
+  const cell = (nodes, x) => {
+    const at = Math.min(Math.max(x, nodes[0]), nodes.at(-1)), n = Math.max(nodes.findIndex((one) => one >= at), 1);
+    return [n, (at - nodes[n - 1]) / (nodes[n] - nodes[n - 1])];
+  };
+  const [i, s] = cell(speeds.map(Math.log), Math.log(Math.abs(state.speed))), [j, t] = cell(temperatures, state.temperature);
+  const inside = (rows) => [[j - 1, 1 - t], [j, t]].reduce((sum, [k, w]) => sum + w * ((1 - s) * rows[k][i - 1] + s * rows[k][i]), 0);
+  const ends = [v.torque_low, v.torque_high].map((x) => (interval && x ? sign * x : NaN)).sort((a, b) => a - b);
+  const all = [["nut", sign * v.friction_torque, ...ends], ...parts.map(([label, values]) => [label, ...values.map(inside)])];
+  const [sum, below, above] = [([, x]) => x, ([, x, low]) => (x - low) ** 2, ([, x, , high]) => (high - x) ** 2].map((f) => all.reduce((total, row) => total + f(row), 0));
+  return [...all, ["sum", sum, sum - Math.sqrt(below), sum + Math.sqrt(above)]];
+}
+
+function axisTable(v) {
+  if (!about.axis) return;
+  const shown = ([label, x, low, high]) => [{ heads: label }, withUnit(x, "N m"), Number.isFinite(low) ? `${format(low, 3)} to ${format(high, 3)}` : ""];
+  table("axis", [], state.speed ? axisParts(v).map(shown) : [[{ heads: "at rest" }, "friction balances the drive"]]);
+}
+
 // Fills the results. Returns a sentence about them.
 function results() {
   const cares = cautions(state), v = model(state), stale = Object.values(wrong).join(" "), [torque, words] = headline(v);
@@ -178,6 +199,7 @@ function results() {
   table("results", [], RESULTS.map(([label, value, unit, loaded]) => [
     { heads: loaded && state.axial_load ? `${label} (${loaded})` : label }, withUnit(value(v), unit),
   ]));
+  axisTable(v);
   const text = [outside(v.clamped), ...cares].join(" ").trim();
   if (element("outside").textContent !== text) element("outside").textContent = text;
   element("outside").hidden = !text;
@@ -360,7 +382,7 @@ function listen() {
 (async () => {
   try {
     model = await openModel();
-    window.live = { model, state, change }; // for the console: live.model({ ...live.state, speed: 100 }).friction_torque
+    window.live = { model, state, change, axisParts }; // for the console: live.model({ ...live.state, speed: 100 }).friction_torque
     element("desk").hidden = false;
     Object.assign(state, ofAddress(location.hash));
     makePlots();
