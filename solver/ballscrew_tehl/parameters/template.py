@@ -61,9 +61,8 @@ AXIS_EXAMPLE = {
 #: above the tables of an axis that are not stated
 AXIS_NOTE = """
 # What stands around the screw, for the friction of the whole axis (ballscrew axis, identify, the axis FMU). All values
-# below are of an example: remove the # in front of a table and its keys, and enter the numbers of your catalogues. A
-# friction is one number, which is taken to be met within a factor of 1.5, or [low, high]. What no catalogue prints may
-# be left out."""
+# below are of an example: remove the # of #[table] and #key, and enter the numbers of your catalogues. A friction is one
+# number, which is taken to be met within a factor of 1.5, or [low, high]. What no catalogue prints may be left out."""
 _HEAD = """\
 # Screw file: replace the values by those of your screw and oil; those below are of {name}.
 # Every key ends with its unit, one of
@@ -153,9 +152,9 @@ def screw_template(parameters: Parameters, assumed: Collection[str] = (), axis: 
         lines.append(AXIS_NOTE)
         for table in (name for name in AXIS_TABLES if name not in stated):
             values = AXIS_EXAMPLE[table]
-            lines += ["", f"# [{table}]", *(f"# {note}" for note in NOTES.get(table, ()))]
-            entries = values.entries().items()
-            lines += [f"# {_line(values, field, entry).removeprefix('# ')}" for field, entry in entries]
+            lines += ["", f"#[{table}]", *(f"# {note}" for note in NOTES.get(table, ()))]
+            rows = (_line(values, field, entry) for field, entry in values.entries().items())
+            lines += [row if row.startswith("#") else f"#{row}" for row in rows]
     return "\n".join(lines) + "\n"
 
 
