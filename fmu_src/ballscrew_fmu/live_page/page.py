@@ -169,8 +169,8 @@ def _around(parameters: Parameters, axes: Mapping[str, Any]) -> dict[str, Any] |
 
     Without force of the process. None: the screw file has no such table.
     """
-    speeds = np.geomspace(*axes["speed"][:2], AXIS_NODES[0])
-    temperatures = np.linspace(*axes["temperature"][:2], AXIS_NODES[1])
+    (slow, fast), (cold, hot) = (axes[name][:2] for name in ("speed", "temperature"))
+    speeds, temperatures = np.geomspace(slow, fast, AXIS_NODES[0]), np.linspace(cold, hot, AXIS_NODES[1])
     at = [other_parts(parameters, speeds, float(temperature)) for temperature in temperatures]
     if not at[0]:
         return None

@@ -4,6 +4,7 @@ Keys in a file carry their unit (`ball_diameter_mm`), attributes do not (`ball_d
 """
 
 import difflib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -20,7 +21,7 @@ from .axis import (
 from .friction import FrictionTable, Law
 from .oil import LubricantParameters
 from .screw import FOUR_POINT, NITRIDE, ScrewParameters, SolidParameters
-from .toml import Entry, FieldError, ParameterError, Table, entry, read_toml, require
+from .toml import Entry, FieldError, ParameterError, Problem, Table, entry, read_toml, require
 from .units import COLDEST, HOTTEST, RPM, to_si
 
 __all__ = [
@@ -166,10 +167,10 @@ KINDS = {"int_type": "a whole number", "float_type": "a number", "finite_number"
          "tuple_type": "a number, or [low, high]"}  # fmt: skip
 
 
-def _message(where: str, key: str, value: Any, allowed: str, remedy: str) -> ParameterError:
-    """The one line of every error in a file."""
-    shown = "(missing)" if value is None else repr(value)
-    return ParameterError(f"{where}: {key} = {shown}; allowed: {allowed}; {remedy}")
+def _refused(where: str, problems: Sequence[Problem]) -> ParameterError:
+    """The one line of every error in a file: its first problem, and the entries of the others."""
+    others = ", ".join(dict.fromkeys(problem.entry for problem in problems[1:]))
+    return ParameterError(f"{where}: {problems[0]}{others and f'; also wrong: {others}'}", problems)
 
 
 def _nearest(word: str, known: list[str]) -> str:
@@ -177,76 +178,85 @@ def _nearest(word: str, known: list[str]) -> str:
     return f"nearest: {', '.join(difflib.get_close_matches(word, known, n=1, cutoff=0.0))}"
 
 
-def _explain(where: str, table: str, raw: dict[str, Any], error: dict[str, Any]) -> ParameterError:
-    """The first error of pydantic as one line about the file, bounds in the unit of the file."""
+def _explained(table: str, raw: dict[str, Any], error: dict[str, Any]) -> Problem:
+    """An error of pydantic, bounds in the unit of the file."""
     cause = error.get("ctx", {}).get("error")
     entry = TABLES[table].entries()[cause.field if isinstance(cause, FieldError) else str(error["loc"][0])]
     key = next((key for key in entry.keys if key in raw), entry.keys[0])
     if isinstance(cause, FieldError):
-        return _message(where, f"{table}.{key}", raw.get(key), cause.allowed, cause.remedy)
+        return Problem(f"{table}.{key}", raw.get(key), cause.allowed, cause.remedy)
     if error["type"] == "missing":
         allowed = f"one of {', '.join(entry.keys)}"
     else:
         bounds = [f"{bound} {entry.unit_of(key)}".rstrip() for bound in entry.bounds(key)]
         kind = [KINDS[error["type"]]] if error["type"] in KINDS else []
         allowed = ", ".join(kind + bounds) or str(error["msg"]).removeprefix("Input should be ")
-    remedy = f"it stands for: {entry.info.description}"
-    return _message(where, f"{table}.{key}", raw.get(key), allowed, remedy)
+    return Problem(f"{table}.{key}", raw.get(key), allowed, f"it stands for: {entry.info.description}")
 
 
-def _unknown_key(where: str, table: str, key: str, value: Any) -> ParameterError:
+def _unknown_key(table: str, key: str, value: Any) -> Problem:
     """An unknown key of a table, or a known one without its unit."""
     if (gone := GONE.get(f"{table}.{key}")) is not None:
-        return _message(where, f"{table}.{key}", value, "no entry", gone)
+        return Problem(f"{table}.{key}", value, "no entry", gone)
     entries = TABLES[table].entries().values()
     allowed, remedy = "a known key", _nearest(key, [name for known in entries for name in known.keys])
     for known in sorted(entries, key=lambda known: len(known.field)):
         if known.dimension and (key == known.field or key.startswith(f"{known.field}_")):
             allowed, remedy = ", ".join(known.keys), "bad unit: end the key with one of these"
-    return _message(where, f"{table}.{key}", value, allowed, remedy)
+    return Problem(f"{table}.{key}", value, allowed, remedy)
 
 
-def _build_table(where: str, table: str, raw: dict[str, Any]) -> Table:
-    """A table of a file, whose keys carry their unit, checked and in SI."""
+def _build_table(table: str, raw: dict[str, Any]) -> tuple[Table | None, list[Problem]]:
+    """A table of a file, whose keys carry their unit, checked and in SI; what is wrong with it."""
     entries: dict[str, Entry] = {
         key: entry for entry in TABLES[table].entries().values() for key in entry.keys
     }
     values: dict[str, Any] = {}
+    problems = []
     for key, value in raw.items():
         if (entry := entries.get(key)) is None:
-            raise _unknown_key(where, table, key, value)
-        if entry.field in values:
-            raise _message(where, f"{table}.{key}", value, "one entry", f"{entry.field} is given twice")
-        values[entry.field] = to_si(value, entry.dimension, entry.unit_of(key))
+            problems.append(_unknown_key(table, key, value))
+        elif entry.field in values:
+            problems.append(Problem(f"{table}.{key}", value, "one entry", f"{entry.field} is given twice"))
+        else:
+            values[entry.field] = to_si(value, entry.dimension, entry.unit_of(key))
     try:
-        return TABLES[table](**values)
+        return TABLES[table](**values), problems
     except ValidationError as err:
-        raise _explain(where, table, raw, dict(err.errors()[0])) from None
+        # an entry that is missing may be the one with an unknown key
+        named = [_explained(table, raw, dict(error)) for error in err.errors()]
+        return None, problems + [one for one in named if not (problems and one.value is None)]
 
 
 def _build(where: str, content: dict[str, Any]) -> Parameters:
-    known = [*TABLES, "name"]
+    known, problems = [*TABLES, "name"], []
     for name, value in content.items():
         if name not in known:
             key, shown = (f"[{name}]", "a table") if isinstance(value, dict) else (name, value)
-            raise _message(where, key, shown, "a known table", _nearest(name, known))
+            problems.append(Problem(key, shown, "a known table", _nearest(name, known)))
     values: dict[str, Any] = {"name": content.get("name")}
     for table in TABLES:
         raw = content.get(table)
-        if raw is None and not Parameters.model_fields[table].is_required():
+        if raw is None and (problems or not Parameters.model_fields[table].is_required()):
             continue
         if not isinstance(raw, dict):
-            raise _message(where, f"[{table}]", raw, "a table", "add it: see the packaged " + PACKAGED)
-        values[table] = _build_table(where, table, raw)
+            problems.append(Problem(f"[{table}]", raw, "a table", f"add it: see the packaged {PACKAGED}"))
+            continue
+        values[table], of_table = _build_table(table, raw)
+        problems += of_table
+    if problems:
+        raise _refused(where, problems)
     try:
         return Parameters(**values)
     except ValidationError as err:
         cause = err.errors()[0].get("ctx", {}).get("error")
+        problem = Problem("name", content.get("name"), "a text", "name the screw")
         if isinstance(cause, FieldError):
             table, _, field = cause.field.partition(".")
-            given = getattr(values.get(table), field, None)
-            raise _message(where, cause.field, given, cause.allowed, cause.remedy) from None
-        raise _message(where, "name", content.get("name"), "a text", "name the screw") from None
+            problem = Problem(
+                cause.field, getattr(values.get(table), field, None), cause.allowed, cause.remedy
+            )
+        raise _refused(where, [problem]) from None
 
 
 def load_screw(path: Path | str | None = None) -> Parameters:
@@ -315,7 +325,9 @@ def graded_oil(iso_vg: int, viscosity_index: float, density_15c: float | None = 
     raw["name"] = f"mineral oil ISO VG {iso_vg}, viscosity index {viscosity_index:g}"
     if density_15c is not None:
         raw["density_15c_kg_m3"] = density_15c
-    result = _build_table("oil", "lubricant", raw)
+    result, problems = _build_table("lubricant", raw)
+    if problems:
+        raise _refused("oil", problems)
     assert isinstance(result, LubricantParameters)
     return result
 

@@ -60,8 +60,8 @@ AXIS_EXAMPLE = {
 }  # fmt: skip
 #: above the tables of an axis that are not stated
 AXIS_NOTE = """
-# What stands around the screw, for the friction of the whole axis (ballscrew axis, identify, the axis FMU). All values
-# below are of an example: remove the # of #[table] and #key, and enter the numbers of your catalogues. A friction is one
+# What stands around the screw, for the friction of the whole axis (ballscrew axis, identify, the axis FMU). The values
+# are of an example: remove the # of #[table] and #key, and enter the numbers of your catalogues. A friction is one
 # number, which is taken to be met within a factor of 1.5, or [low, high]. What no catalogue prints may be left out."""
 _HEAD = """\
 # Screw file: replace the values by those of your screw and oil; those below are of {name}.

@@ -1,6 +1,7 @@
 """Tables of a screw file as checked models, each entry of the file stated once; content of a TOML file."""
 
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,8 +25,35 @@ def require(good: bool, field: str, allowed: str, remedy: str) -> None:
         raise FieldError(field, allowed, remedy)
 
 
+class Problem(NamedTuple):
+    """What is wrong with one entry of a screw file.
+
+    Attributes
+    ----------
+    entry : str
+        Table and key, as "screw.lead_mm".
+    value : object
+        Value in the file, None: missing.
+    allowed, remedy : str
+        What is allowed, what to do.
+    """
+
+    entry: str
+    value: Any
+    allowed: str
+    remedy: str
+
+    def __str__(self) -> str:
+        shown = "(missing)" if self.value is None else repr(self.value)
+        return f"{self.entry} = {shown}; allowed: {self.allowed}; {self.remedy}"
+
+
 class ParameterError(ValueError):
-    """One line: file, key, value, what is allowed, remedy."""
+    """One line: file, key, value, what is allowed, remedy; problems: all that is wrong, the first is in the line."""
+
+    def __init__(self, text: str, problems: Sequence[Problem] = ()) -> None:
+        super().__init__(text)
+        self.problems = tuple(problems)
 
 
 class Entry(NamedTuple):

@@ -4,6 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...friction.sets import FrictionSet
 from ...numerics import Array
@@ -41,7 +42,7 @@ class AxisBudget(NamedTuple):
     speed: Array
     parts: dict[str, PartTorque]
     axial_load: float
-    in_range: Array
+    in_range: NDArray[np.bool_]
     notes: tuple[str, ...]
 
     @property
