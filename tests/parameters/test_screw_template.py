@@ -79,7 +79,7 @@ def test_init_fills_in_a_catalogue_screw(tmp_path, capsys):
     )
     for line in text.splitlines():
         if line.startswith(("lead_mm", "turns", "ball_diameter", "contact_angle", "screw_raceway")):
-            assert ("# assumed: " in line) == (not line.startswith(("lead_mm", "turns"))), line
+            assert ("# assumed, " in line) == (not line.startswith(("lead_mm", "turns"))), line
     # two starts of lead 20: the grooves are as far apart as those of one start of lead 10
     two = ["--diameter-mm", "63", "--lead-mm", "20", "--starts", "2"]
     assert cli.main(["init", str(tmp_path / "two.toml"), *two]) == 0

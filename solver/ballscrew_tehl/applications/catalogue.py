@@ -71,7 +71,7 @@ class CatalogueSizes(NamedTuple):
     hand: str | None = None
 
 
-def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Parameters, frozenset[str]]:
+def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Parameters, dict[str, str]]:
     """Screw of the sizes of a catalogue page, the rest as of another screw.
 
     Parameters
@@ -85,8 +85,8 @@ def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Param
     -------
     parameters : Parameters
         The screw.
-    assumed : frozenset of str
-        Names of its fields that are assumed.
+    assumed : dict of str to str
+        Names of its fields that are assumed, each with what it follows from.
 
     Raises
     ------
@@ -111,7 +111,9 @@ def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Param
         screw, stated = _screw(sizes, like, ball)
         if not abs(2e3 * screw.nominal_radius - sizes.diameter_mm) <= 0.5 * ball:
             raise ValueError("pitch circle or root diameter belong to another nominal diameter or ball")
-        if sizes.turns and (ratios := rating_ratios(screw)):
+        grooves_by_ratings = bool(sizes.turns and rating_ratios(screw))
+        if grooves_by_ratings:
+            ratios = rating_ratios(screw)
             # least squares of the logarithms where both are stated
             excess = sum(OPENNESS[name] * math.log(ratio) for name, ratio in ratios.items())
             excess /= sum(OPENNESS[name] ** 2 for name in ratios)
@@ -127,8 +129,26 @@ def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Param
             )
         raise ValueError(f"no screw has {shown}: {error}") from error
     name = f"screw {sizes.diameter_mm:g}x{abs(sizes.lead_mm):g}"
-    others = frozenset(screw.model_fields_set - stated - {"hand"})
-    return like.model_copy(update={"name": name, "screw": screw}), others
+    reasons = _reasons(sizes, grooves_by_ratings)
+    assumed = {name: reasons[name] for name in reasons if name in screw.model_fields_set - stated}
+    return like.model_copy(update={"name": name, "screw": screw}), assumed
+
+
+def _reasons(sizes: CatalogueSizes, grooves_by_ratings: bool) -> dict[str, str]:
+    """What each field follows from that a page does not state."""
+    ball = f"{BALL_OF_LEAD} of the lead of one start, up to {BALL_OF_DIAMETER} of the diameter; nearest that is made"
+    if sizes.root_mm is not None:
+        ball = f"from the root and the {'diameter and lead' if sizes.circle_mm is None else 'pitch circle'}"
+    elif grooves_by_ratings:
+        ball = "nearest to ratings, lead and diameter"
+    groove = "from ratings and turns" if grooves_by_ratings else f"{USUAL_CONFORMITY} of the ball, usual"
+    circle = "diameter" if sizes.root_mm is None else "root"
+    return {
+        "preload_kind": "usual", "turns": "usual, of one start",
+        "nominal_radius": f"from {circle} and ball", "ball_diameter": ball,
+        "contact_angle": "usual", "screw_raceway_radius": groove, "nut_raceway_radius": groove,
+        "youngs_modulus": "bearing steel", "poisson_ratio": "bearing steel",
+    }  # fmt: skip
 
 
 def _screw(

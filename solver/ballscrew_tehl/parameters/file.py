@@ -4,7 +4,7 @@ Keys in a file carry their unit (`ball_diameter_mm`), attributes do not (`ball_d
 """
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Self
 
@@ -21,12 +21,12 @@ from .axis import (
 from .friction import FrictionTable, Law
 from .oil import LubricantParameters
 from .screw import FOUR_POINT, NITRIDE, ScrewParameters, SolidParameters
-from .toml import Entry, FieldError, ParameterError, Problem, Table, entry, read_toml, require
+from .toml import Entry, FieldError, ParameterError, Problem, Table, entry, parsed_toml, read_toml, require
 from .units import COLDEST, HOTTEST, RPM, to_si
 
 __all__ = [
     "FOUR_POINT", "FrictionTable", "Law", "LubricantParameters", "ParameterError", "Parameters", "PublishedSpeeds",
-    "ScrewParameters", "SolidParameters", "changed", "graded_oil", "load_screw",
+    "ScrewParameters", "SolidParameters", "changed", "graded_oil", "load_screw", "screw_of",
 ]  # fmt: skip
 
 #: folder of the packaged data: the screw of the paper, its measurements, fitted sets and maps
@@ -287,6 +287,37 @@ def load_screw(path: Path | str | None = None) -> Parameters:
     packaged = PACKAGED_DATA / path.name
     by_name = path.parent == Path() and not path.exists() and packaged.is_file()
     return _build(str(path), read_toml(packaged if by_name else path))
+
+
+def screw_of(content: str | Mapping[str, Any], name: str = "screw") -> Parameters:
+    """Screw of the content of a screw file.
+
+    Parameters
+    ----------
+    content : str or mapping
+        TOML text, or its tables, keys with their units as in a file.
+    name : str, optional
+        What messages call it.
+
+    Returns
+    -------
+    Parameters
+        Checked parameters, in SI units.
+
+    Raises
+    ------
+    ParameterError
+        (A ValueError.) One line; attribute problems: each entry that is wrong, with value, what is allowed, remedy.
+
+    Examples
+    --------
+    >>> try:
+    ...     screw_of({"name": "my screw", "screw": {"turns": 0.0, "lead": 8.0}})
+    ... except ParameterError as error:
+    ...     [problem.entry for problem in error.problems][:2]
+    ['screw.lead', 'screw.turns']
+    """
+    return _build(name, parsed_toml(content, name) if isinstance(content, str) else dict(content))
 
 
 def graded_oil(iso_vg: int, viscosity_index: float, density_15c: float | None = None) -> LubricantParameters:

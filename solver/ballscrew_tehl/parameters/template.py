@@ -1,9 +1,7 @@
 """A screw file to fill in: every key with its unit, meaning and range, values of the packaged example."""
 
 import textwrap
-from collections.abc import Collection
-from enum import EnumType
-from typing import Any, Literal, get_args, get_origin
+from collections.abc import Mapping
 
 from .axis import (
     AXIS_TABLES,
@@ -13,6 +11,7 @@ from .axis import (
     SupportBearingParameters,
     WiperParameters,
 )
+from .entries import choices_of
 from .file import PACKAGED_DATA, TABLES, LubricantParameters, Parameters, graded_oil, load_screw
 from .screw import SEALS, ScrewParameters
 from .toml import Entry, Table, entry_text
@@ -106,15 +105,17 @@ def example_parameters(oil: str = "viscosities", lubricant: str = "oil", iso_vg:
     return example.model_copy(update={"lubricant": graded_oil(grade, index)}) if oil == "iso_vg" else example
 
 
-def screw_template(parameters: Parameters, assumed: Collection[str] = (), axis: bool = False) -> str:
+def screw_template(
+    parameters: Parameters, assumed: Mapping[str, str] | None = None, axis: bool = False
+) -> str:
     """Text of a commented screw file with given values.
 
     Parameters
     ----------
     parameters : Parameters
         Values; a file with the text gives them again, to 12 digits.
-    assumed : collection of str, optional
-        Fields of the table screw that are marked as assumed.
+    assumed : dict of str to str, optional
+        Fields of the table screw that are marked as assumed, with what each follows from.
     axis : bool, optional
         With tables of the axis that the parameters do not have, as comments.
 
@@ -145,7 +146,8 @@ def screw_template(parameters: Parameters, assumed: Collection[str] = (), axis: 
         for field, entry in values.entries().items():
             if graded and field.startswith(FROM_GRADE) and field != "viscosity_index":
                 continue
-            mark = "assumed: " if table == "screw" and field in assumed else ""
+            reason = (assumed or {}).get(field, "") if table == "screw" else ""
+            mark = f"assumed, {reason}: " if reason else ""
             lines.append(_line(values, field, entry, mark))
     stated = {table for table in AXIS_TABLES if getattr(parameters, table) is not None}
     if axis and stated != {*AXIS_TABLES}:
@@ -166,14 +168,6 @@ def _line(values: Table, field: str, entry: Entry, mark: str = "") -> str:
     text = entry_text(entry, value, "", 12)
     if field not in values.model_fields_set:
         text = f"# {text}"
-    allowed = ", ".join(entry.bounds(entry.key) + _choices(entry.info.annotation))
+    words = " | ".join(choices_of(entry.info.annotation))
+    allowed = ", ".join([*entry.bounds(entry.key), words] if words else entry.bounds(entry.key))
     return f"{text:<43} # {mark}{entry.info.description}{allowed and f'; {allowed}'}"
-
-
-def _choices(annotation: Any) -> list[str]:
-    """Allowed words or numbers of an annotation, joined by |; empty if it allows any."""
-    if isinstance(annotation, EnumType):
-        return [" | ".join(annotation)]
-    if get_origin(annotation) is Literal:
-        return [" | ".join(map(str, get_args(annotation)))]
-    return next((result for part in get_args(annotation) if (result := _choices(part))), [])

@@ -120,13 +120,20 @@ class Table(BaseModel):
 def read_toml(path: Path, remedy: str = "give the path of a screw file") -> dict[str, Any]:
     """Content of a TOML file; ParameterError: it cannot be read or parsed."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
     except OSError as err:
         raise ParameterError(f"{path}: cannot be read ({err.strerror}); {remedy}") from err
     except UnicodeDecodeError as err:
         raise ParameterError(f"{path}: is no text in UTF-8; {remedy}") from err
-    except tomllib.TOMLDecodeError as err:
-        raise ParameterError(f"{path}: no valid TOML ({err}); correct the file there") from err
+    return parsed_toml(text, str(path))
+
+
+def parsed_toml(text: str, where: str) -> dict[str, Any]:
+    """Content of TOML; ParameterError: it cannot be parsed."""
+    try:
+        return tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as err:
+        raise ParameterError(f"{where}: no valid TOML ({err}); correct the file there") from err
 
 
 def entry_text(entry: Entry, value: Any, none: str = "none", digits: int = 6) -> str:

@@ -103,7 +103,7 @@ def run_init(args: Namespace) -> Answer:
     if path.exists():
         raise ValueError(f"{path}: exists already; allowed: a new file; choose another name")
     parameters = example_parameters(args.oil, args.lubricant, args.oil_grade or 0)
-    assumed, ratios = frozenset[str](), dict[str, float]()
+    assumed, ratios = dict[str, str](), dict[str, float]()
     sizes = {name: value for name in CatalogueSizes._fields if (value := getattr(args, name)) is not None}
     for name in ("diameter", "lead"):
         if (inches := getattr(args, f"{name}_in")) is not None:
@@ -123,7 +123,7 @@ def run_init(args: Namespace) -> Answer:
     write_text("FILE.toml", path, content)
     text = f"{path}: enter the values of your screw and oil; the first lines explain the next steps"
     if assumed:
-        entries = [line.partition("#")[0].strip() for line in content.splitlines() if "# assumed: " in line]
+        entries = [line.partition("#")[0].strip() for line in content.splitlines() if "# assumed, " in line]
         text = f"{path}: check the oil, and what is assumed: {'; '.join(entries)}"
     if ratios:
         shown = (f"{name} {ratio:.2f}" for name, ratio in ratios.items())
