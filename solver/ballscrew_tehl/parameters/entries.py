@@ -22,6 +22,10 @@ GROUPS = {
 }  # fmt: skip
 
 
+#: column of the comments of a template
+COMMENT = 44
+
+
 class ScrewEntry(NamedTuple):
     """An entry of a screw file.
 
@@ -147,7 +151,7 @@ def changed_text(text: str, table: str, key: str, value: Any) -> str:
     --------
     >>> print(changed_text("[screw]\\nlead_mm = 8.0  # axial travel", "screw", "lead_mm", 10.0))
     [screw]
-    lead_mm = 10.0  # axial travel
+    lead_mm = 10.0 # axial travel
     """
     before = _parsed(text)
     lines = text.splitlines()
@@ -204,7 +208,7 @@ def _write(lines: list[str], table: str, key: str, value: Any) -> None:
     else:
         start, end = -1, heads[0] if heads else len(lines)
     value_there = r"""(\"[^\"]*\"|'[^']*'|\[[^\]]*\]|[^#]*?)"""
-    pattern = rf"\s*(?P<off>#\s*)?{re.escape(key)}\s*=\s*{value_there}(?P<rest>\s*(#.*)?)$"
+    pattern = rf"\s*(?P<off>#\s*)?{re.escape(key)}\s*=\s*{value_there}\s*(?P<rest>#.*)?$"
     found = [(n, match) for n in range(start + 1, end) if (match := re.match(pattern, lines[n]))]
     active = [(n, match) for n, match in found if not match["off"]]
     if value is None:
@@ -212,9 +216,10 @@ def _write(lines: list[str], table: str, key: str, value: Any) -> None:
             lines[n] = f"# {lines[n].lstrip()}"
     elif found:
         n, match = (active or found)[0]
-        lines[n] = (
-            f"{key} = {_toml(value)}".ljust(match.start("rest") - len(match["off"] or "")) + match["rest"]
-        )
+        # a stated value is no longer an assumed one
+        comment = re.sub(r"# assumed, [^:]*: ", "# ", match["rest"] or "")
+        place = match.start("rest") if match["off"] is None else COMMENT
+        lines[n] = f"{f'{key} = {_toml(value)}':<{place}}{comment}".rstrip()
     else:
         while end > start + 1 and not lines[end - 1].strip():
             end -= 1
