@@ -218,7 +218,7 @@ def _write(lines: list[str], table: str, key: str, value: Any) -> None:
         n, match = (active or found)[0]
         # a stated value is no longer an assumed one
         comment = re.sub(r"# assumed, [^:]*: ", "# ", match["rest"] or "")
-        place = match.start("rest") if match["off"] is None else COMMENT
+        place = match.start("rest") if match["rest"] and not match["off"] else COMMENT
         lines[n] = f"{f'{key} = {_toml(value)}':<{place}}{comment}".rstrip()
     else:
         while end > start + 1 and not lines[end - 1].strip():
