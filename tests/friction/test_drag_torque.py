@@ -16,7 +16,7 @@ from ballscrew_tehl.friction.drag_torque import drag_torque_set, implied_preload
 from ballscrew_tehl.friction.interval import (
     DEVIATIONS,
     OperatingPoint,
-    interval_ends,
+    torque_and_ends,
     torque_interval,
     uniform_moments,
     with_constants,
@@ -117,7 +117,7 @@ def test_nominal_preload_widens_the_interval_and_arrays_have_the_same():
     assert "nominal preload" in wide.meaning
     assert "nominal" not in narrow.meaning
     preload, speed, temperature = (np.array([value]) for value in TEST[:3])
-    ends = interval_ends(NOMINAL, preload, CONTACTS, speed, temperature, entry)
+    _, *ends = torque_and_ends(NOMINAL, preload, CONTACTS, speed, temperature, entry)
     assert np.ravel(ends) == pytest.approx(wide.relative, rel=1e-9)
 
 

@@ -372,7 +372,7 @@ def torque_interval(
     return TorqueInterval(torque, low, high, ends, {name: variances[name] / whole for name in ordered})
 
 
-def interval_ends(
+def torque_and_ends(
     parameters: Parameters,
     preloads: Array,
     contacts: ContactValues,
@@ -380,8 +380,9 @@ def interval_ends(
     temperatures: Array,
     friction_set: FrictionSet,
     axial_load: float = 0.0,
-) -> tuple[Array, Array]:
-    """Ends of the interval over the torque (p, s, t) at preloads [N], speeds [rad/s] > 0 and temperatures [K].
+) -> tuple[Array, Array, Array]:
+    """Torque [N.m] and the ends of its interval over it (p, s, t), at preloads [N], speeds [rad/s] > 0 and
+    temperatures [K].
 
     All points side by side: a point by itself, as torque_interval, takes 50 times as long.
     """
@@ -393,7 +394,7 @@ def interval_ends(
     fitted = is_fitted(friction_set, parameters)
     names = _names(parameters, friction_set, fitted)
     effects = _effects(parameters, points, (speeds[:, None], temperatures, contacts), friction_set, names)
-    return _ends(effects, learned_of(friction_set, parameters, fitted, list(effects.mean)))
+    return effects.torque, *_ends(effects, learned_of(friction_set, parameters, fitted, list(effects.mean)))
 
 
 def _names(parameters: Parameters, friction_set: FrictionSet, fitted: bool) -> list[str]:

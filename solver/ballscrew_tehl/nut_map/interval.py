@@ -10,9 +10,9 @@ from ..atlas.ball_contacts import BallContacts
 from ..friction.interval import (
     OperatingPoint,
     TorqueInterval,
-    interval_ends,
     is_fitted,
     of_force,
+    torque_and_ends,
     torque_interval,
     unknown_constants,
 )
@@ -102,7 +102,7 @@ def relative_intervals(
 ) -> Array:
     """Ends of the interval over the torque (p, s, t, 2) on a grid [N, rad/s, K] within a map, at an axial load [N]."""
     at = speeds, temperatures, friction_set, axial_load
-    return np.stack(interval_ends(parameters, preloads, BallContacts(parameters), *at), axis=-1)
+    return np.stack(torque_and_ends(parameters, preloads, BallContacts(parameters), *at)[1:], axis=-1)
 
 
 def nearest(axes: Mapping[str, Any], axis: str, value: float) -> float:

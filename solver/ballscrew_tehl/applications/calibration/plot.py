@@ -10,7 +10,7 @@ from matplotlib.ticker import LogFormatter
 
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
 from ballscrew_tehl.friction.film_shear import nut_forces
-from ballscrew_tehl.friction.interval import interval_ends
+from ballscrew_tehl.friction.interval import torque_and_ends
 from ballscrew_tehl.friction.mechanistic import nuts_powers, torque_line
 from ballscrew_tehl.friction.sets import with_supply
 from ballscrew_tehl.numerics import Array
@@ -83,7 +83,7 @@ def _curve(result: Calibration, rows: list[int], speed: Array) -> list[Array]:
     torque = np.ravel(remainder + entry.net_sliding_coefficient * slope)
     ends: Any = 1.0, 1.0  # under axial load there is none
     if m.axial_load == 0.0:
-        ends = interval_ends(parameters, np.array([m.preload]), film, at, temperature, entry)
+        _, *ends = torque_and_ends(parameters, np.array([m.preload]), film, at, temperature, entry)
     return [speeds, torque, *(torque * np.ravel(end) for end in ends)]
 
 
