@@ -9,9 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
 from ballscrew_tehl.atlas.ball_contacts import BallContacts
-from ballscrew_tehl.friction.film_shear import nut_forces
 from ballscrew_tehl.friction.interval import torque_and_ends
-from ballscrew_tehl.friction.mechanistic import nuts_powers, torque_line
 from ballscrew_tehl.friction.sets import with_supply
 from ballscrew_tehl.numerics import Array
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
@@ -78,13 +76,9 @@ def _curve(result: Calibration, rows: list[int], speed: Array) -> list[Array]:
     around = AROUND if np.ptp(speed) == 0.0 else 1.0
     speeds = np.geomspace(speed.min() / around, speed.max() * around, 40)
     at, temperature = speeds * RPM, np.array([m.temperature])
-    forces = nut_forces(parameters, m.preload, m.axial_load)
-    remainder, slope = torque_line(nuts_powers(parameters, forces, film, at[:, None], temperature))
-    torque = np.ravel(remainder + entry.net_sliding_coefficient * slope)
-    ends: Any = 1.0, 1.0  # under axial load there is none
-    if m.axial_load == 0.0:
-        _, *ends = torque_and_ends(parameters, np.array([m.preload]), film, at, temperature, entry)
-    return [speeds, torque, *(torque * np.ravel(end) for end in ends)]
+    point = np.array([m.preload]), film, at, temperature, entry, m.axial_load
+    torque, low, high = map(np.ravel, torque_and_ends(parameters, *point))
+    return [speeds, torque, torque * low, torque * high]
 
 
 def save_figure(figure: Figure, path: Path) -> None:
