@@ -224,7 +224,8 @@ def _build_table(table: str, raw: dict[str, Any]) -> tuple[Table | None, list[Pr
         return TABLES[table](**values), problems
     except ValidationError as err:
         # an entry that is missing may be the one with an unknown key
-        named = [_explained(table, raw, dict(error)) for error in err.errors()]
+        found = [dict(error) for error in err.errors() if error["type"] != "default_factory_not_called"]
+        named = [_explained(table, raw, error) for error in found]
         return None, problems + [one for one in named if not (problems and one.value is None)]
 
 
