@@ -9,7 +9,17 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ballscrew_tehl.applications.cli import main as cli
-from ballscrew_tehl.applications.cli.parser import COMMANDS, INPUTS, JSON, OUTPUT, Command, option, switch
+from ballscrew_tehl.applications.cli.parser import (
+    COMMANDS,
+    INPUTS,
+    JSON,
+    OUTPUT,
+    Command,
+    numbers,
+    option,
+    switch,
+)
+from ballscrew_tehl.applications.cli.shared.quantities import Quantity
 
 RUNS = "ballscrew_fmu.runs"
 #: documentation of a clone, and as a wheel puts it (pyproject.toml)
@@ -48,6 +58,13 @@ FMU_COMMANDS = {
         "from a CSV file over them. It contains the C code of the FMU as WebAssembly, and the map; no network. "
         "The FMUs of friction have it as documentation/live.html."),
 }
+APP = Command("a page on this machine: a form for a screw, its torque, files to take away", f"{RUNS}:run_app", (
+    option("screw_file", "screw file to begin with", "FILE.toml", nargs="?"),
+    *numbers(Quantity("port", "port of the address; default: a free one", 1024, 65535, whole=True), metavar="N"),
+    switch("--no-browser", "print the address only"),
+), (JSON,), "my_screw.toml",
+    "Prints its address, opens it in the browser and runs until Ctrl+C. The address has a secret: only who has it gets "
+    "an answer, from this machine alone. The page sends nothing elsewhere and writes nothing but what is saved.")
 EXAMPLES = Command("the example scripts: list them, or copy them into a folder", f"{RUNS}:run_examples", (
     option("--copy", "new folder for the scripts; default: they are listed", "FOLDER"),
 ), (JSON,), "--copy examples",
@@ -63,10 +80,10 @@ BALLSCREW = Command(
     actions={
         **COMMANDS, **FMU_COMMANDS,
         "report": COMMANDS["report"]._replace(run=f"{RUNS}:run_report"),
-        "examples": EXAMPLES,
+        "examples": EXAMPLES, "app": APP,
     },
     groups={
-        "your screw": ("init", "screw", "oil", "map"),
+        "your screw": ("app", "init", "screw", "oil", "map"),
         "torque and preload": ("torque", "preload", "axis"),
         "measurements": ("identify", "calibrate"),
         "tables and pages": ("export", "report", "page"),

@@ -160,6 +160,33 @@ def run_report(args: Namespace) -> Answer:
     return run_report(args, live)
 
 
+def run_app(args: Namespace) -> Answer:
+    """Serve the page of the app until it is interrupted."""
+    import webbrowser
+
+    from ballscrew_fmu.app.page import app_of
+
+    text = ""
+    if args.screw_file:
+        file = Path(args.screw_file)
+        try:
+            text = file.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise ValueError(f"{file}: cannot be read ({error}); give the path of a screw file") from error
+    try:
+        server = app_of(text, int(args.port or 0))
+    except OSError as error:
+        raise ValueError(
+            f"--port = {args.port}: {error.strerror}; allowed: a free port, 1024 to 65535"
+        ) from error
+    print(server.address, flush=True)
+    if not args.no_browser:
+        webbrowser.open(server.address)
+    with server, contextlib.suppress(KeyboardInterrupt):
+        server.serve_forever()
+    return Answer([{"address": server.address}], text="")
+
+
 def run_examples(args: Namespace) -> Answer:
     """List or copy the example scripts."""
     try:

@@ -48,12 +48,14 @@ def test_films_that_are_none_and_nearly_free_flanks_are_named():
     assert too_thin(2.7e-12).startswith("minimum film 0.0027 nm, below 1 nm: oil is no continuum there")
     four = changed(GD4008, screw={"preload_kind": FOUR_POINT})
     for screw, load in ((GD4008, 2500.0), (four, 0.0), (four, 800.0)):
-        assert unlike_flanks(screw, 1000.0, load, 0.5) == ""
-    free = unlike_flanks(four, 1000.0, 5000.0, 0.5)
+        assert unlike_flanks(screw, 1000.0, load, 0.5, 0.5) == ""
+    assert unlike_flanks(four, 1000.0, 800.0, 0.5, 0.509) == ""
+    assert "map 10 % off, from the motion" in unlike_flanks(four, 1000.0, 800.0, 0.5, 0.55)
+    free = unlike_flanks(four, 1000.0, 5000.0, 0.5, 0.5)
     assert "(0 N, the other 5e+03 N): map within 3 %" in free
     for load in (2200.0, -2200.0):
         relieved, loaded = sorted(nut_forces(four, 1000.0, load))
         assert 0.0 < relieved < 0.4 * loaded
-        said = unlike_flanks(four, 1000.0, load, 0.5)
+        said = unlike_flanks(four, 1000.0, load, 0.5, 0.5)
         assert f"flanks ({relieved:.3g} N, the other {loaded:.3g} N)" in said
         assert said.endswith("of the ball 0.5 N m")

@@ -149,8 +149,11 @@ def _by_map(
     true = chosen.friction_set.preload_factor * preload
     if (preload > 0.0 or (preload == 0.0 and axial_load)) and nut_map.law == Law.MECHANISTIC:
         interval = map_interval(chosen.parameters, nut_map.header["axes"], chosen.friction_set, preload, *at)
-        unlike = unlike_flanks(chosen.parameters, true, axial_load, interval.torque)
-    return nut_map.evaluate(preload, *at), interval, (unphysical_trend(nut_map, preload, *at).text, unlike)
+    state = nut_map.evaluate(preload, *at)
+    if interval is not None:
+        by_map = float(state.friction_torque) - nut_map.seal_torque
+        unlike = unlike_flanks(chosen.parameters, true, axial_load, interval.torque, by_map)
+    return state, interval, (unphysical_trend(nut_map, preload, *at).text, unlike)
 
 
 def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:

@@ -1,0 +1,511 @@
+"""What the page of the app asks: each answer follows from the content of its request alone.
+
+A request holds the screw: numbers of a catalogue (as the options of `init`) or the text of a file, and the entries that
+were changed on the page; and the operating point. The text of the screw file is composed anew each time.
+"""
+
+import base64
+import io
+import math
+import re
+import tempfile
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from pkgutil import resolve_name
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ballscrew_fmu import build
+from ballscrew_fmu.archive import BuildError
+from ballscrew_fmu.checks.replay import CheckError
+from ballscrew_tehl._version import __version__
+from ballscrew_tehl.applications.axis.budget import PART_NAMES, axis_budget, budget_rows
+from ballscrew_tehl.applications.calibration.written_sets import write_friction_sets
+from ballscrew_tehl.applications.catalogue import CatalogueSizes, catalogue_parameters, rating_ratios
+from ballscrew_tehl.applications.cli.parser import COMMANDS, SOLVER, build_parser
+from ballscrew_tehl.applications.cli.shared.output import Answer, to_builtin
+from ballscrew_tehl.applications.cli.shared.quantities import DIFFERENCE, TORQUE_POINT, Quantity
+from ballscrew_tehl.applications.report.data import OperatingPoint
+from ballscrew_tehl.applications.torque_curve import torque_over_speed
+from ballscrew_tehl.friction.drag_torque import implied_preload, screw_friction_set
+from ballscrew_tehl.friction.sets import FrictionSet, friction_set_of_file, with_supply, without_overrides
+from ballscrew_tehl.nut_map.interval import map_interval
+from ballscrew_tehl.nut_map.load import load_map
+from ballscrew_tehl.parameters.axis import AXIS_TABLES
+from ballscrew_tehl.parameters.entries import ScrewEntry, changed_text, screw_entries
+from ballscrew_tehl.parameters.file import Parameters, screw_of
+from ballscrew_tehl.parameters.friction import Law
+from ballscrew_tehl.parameters.template import example_parameters, screw_template
+from ballscrew_tehl.parameters.toml import ParameterError, Problem, entry_text
+from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.physics.rating import catalogue_preload
+from ballscrew_tehl.runtime.evaluate import NutMap
+
+Content = Mapping[str, Any]
+Report = Callable[[int, int, str], None]
+#: options of init that are no numbers of a catalogue
+NOT_OF_CATALOGUE = ("file", "--axis", "--diameter-in", "--lead-in", "--oil")
+ENTRIES = {(entry.table, entry.key): entry for entry in screw_entries()}
+POINT = (*TORQUE_POINT, DIFFERENCE)
+#: of the curve
+POINTS, SLOWEST, DEFAULT_RPM = 25, 1.0, 1000.0
+#: ends of the names of tables by format; options of identify that a log may need
+TABLE_FILES = {"twincat": "lis", "csv": "csv", "modelica": "txt", "matlab": "m", "json": "json"}
+QUESTIONS = (
+    "torque_constant_nm_a", "gain_n_v", "ratio", "temperature_c", "inertia_kgm2", "mass_kg", "guide_force_n",
+    "seal_torque_nm",
+)  # fmt: skip
+FAILURES = (ValueError, ArithmeticError, OSError, BuildError, CheckError)
+
+
+class Screw(NamedTuple):
+    """Screw of a request: text of its file, parameters, what is assumed of it, numbers of its friction law."""
+
+    text: str
+    parameters: Parameters
+    assumed: dict[str, str]
+    friction_set: FrictionSet
+    fitted: FrictionSet | None  # from measured torques of the page
+
+    def nut_map(self, report: Report) -> NutMap:
+        """Its map, kept or made now."""
+        return load_map(None, self.parameters, self.fitted, report)
+
+
+def refused(entry: str, value: Any, allowed: str, remedy: str) -> ParameterError:
+    """A problem of one field."""
+    problem = Problem(entry, value, allowed, remedy)
+    return ParameterError(str(problem), [problem])
+
+
+def decimal(text: str, where: str, allowed: str) -> float:
+    """A number as people write it; one that two readings have is refused."""
+    text = text.strip().replace("\u2212", "-")
+    if re.fullmatch(r"[+-]?[1-9]\d{0,2}[,.]\d{3}", text) and "," in text:
+        both = f"{text.replace(',', '')} or {text.replace(',', '.')}"
+        raise refused(where, text, allowed, f"write {both}")
+    try:
+        number = float(text.replace(",", ".", 1))
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise refused(where, text, allowed, "needs a number")
+    return number
+
+
+def entry_value(entry: ScrewEntry, text: str) -> Any:
+    """Value of an entry from the text of its field; None of an empty one."""
+    where, allowed = f"{entry.table}.{entry.key}", allowed_text(entry)
+    if not (text := text.strip()):
+        return None
+    if entry.kind in ("choice", "text"):
+        whole = entry.kind == "choice" and text.isdigit()
+        return int(text) if whole else text
+    if entry.kind == "switch":
+        return text == "true"
+    if entry.key == "turns" and re.search("[xX*\u00d7]", text):
+        return text
+    if entry.kind == "range":
+        parts = [part for part in re.split(r"\s*(?:;|\bto\b|\.\.\.|, )\s*", text.strip("[]")) if part]
+        numbers = [decimal(part, where, "a number, or two as 8 to 12") for part in parts]
+        return numbers if len(numbers) == 2 else numbers[0]
+    if text.lower() in ("inf", "flooded"):
+        return math.inf
+    number = decimal(text, where, allowed)
+    return int(number) if entry.kind == "whole" and number == int(number) else number
+
+
+def allowed_text(entry: ScrewEntry) -> str:
+    """What an entry may be, in words."""
+    unit = entry.unit.replace("_", "/")
+    if entry.choices:
+        return ", ".join(entry.choices)
+    low, high = entry.minimum, entry.maximum
+    parts = [] if low is None else [f"{'more than' if entry.exclusive else 'at least'} {low:g}"]
+    parts += [] if high is None else [f"up to {high:g}"]
+    return ", ".join(parts) + (f" {unit}" if unit and parts else "")
+
+
+def form(content: Content, report: Report) -> dict[str, Any]:
+    """Fields of the page: numbers of a catalogue, operating point, entries of the file by group."""
+    sizes = []
+    for flag, settings in COMMANDS["init"].options:
+        kind = settings.get("type")
+        if flag in NOT_OF_CATALOGUE:
+            continue
+        name = flag.removeprefix("--").replace("-", "_")
+        unit = {"mm": "mm", "n": "N"}.get(name.rpartition("_")[2], "")
+        allowed = kind.allowed if isinstance(kind, Quantity) else ", ".join(settings.get("choices") or ())
+        sizes.append(
+            {
+                "name": name,
+                "label": name.removesuffix(f"_{unit.lower()}").replace("_", " "),
+                "unit": unit,
+                "meaning": settings["help"],
+                "allowed": allowed,
+                "choices": list(settings.get("choices") or ()),
+            }
+        )
+    groups: dict[str, dict[str, Any]] = {}
+    for entry in ENTRIES.values():
+        group = groups.setdefault(entry.table, {"title": entry.group, "table": entry.table, "entries": []})
+        label = entry.key.removesuffix(f"_{entry.unit}" if entry.unit else "").replace("_", " ")
+        group["entries"].append(
+            {"name": f"{entry.table}.{entry.key}", "label": label, "unit": entry.unit.replace("_", "/"),
+             "kind": entry.kind, "choices": list(entry.choices), "meaning": entry.meaning,
+             "allowed": allowed_text(entry), "default": entry.default}
+        )  # fmt: skip
+    point = [
+        {"name": one.name, "label": one.axis.replace("_", " "), "unit": one.help.rpartition("[")[2].strip("]"),
+         "meaning": one.help, "allowed": one.allowed}
+        for one in POINT
+    ]  # fmt: skip
+    return {"sizes": sizes, "groups": list(groups.values()), "point": point, "version": __version__}
+
+
+def screw(content: Content) -> Screw:
+    """The screw of a request."""
+    text, assumed = str(content.get("text") or ""), dict[str, str]()
+    if not text:
+        text, assumed = catalogue_text(dict(content.get("sizes") or {}))
+    problems: list[Problem] = []
+    for name, value in dict(content.get("changes") or {}).items():
+        table, _, key = name.partition(".")
+        if (table, key) not in ENTRIES and name != "name":
+            raise refused(name, value, "an entry of a screw file", "reload the page")
+        try:
+            new = entry_value(ENTRIES[table, key], str(value)) if key else str(value)
+            text = changed_text(text, table if key else "", key or "name", new)
+            field = key.removesuffix(
+                f"_{ENTRIES[table, key].unit}" if key and ENTRIES[table, key].unit else ""
+            )
+            assumed.pop(field, None)
+        except ParameterError as error:
+            problems += error.problems
+    if problems:
+        raise ParameterError(str(problems[0]), problems)
+    parameters = screw_of(text)
+    fitted = fitted_set(content, parameters)
+    if fitted is not None:
+        parameters = with_supply(without_overrides(parameters, fitted.name), fitted)
+    return Screw(text, parameters, assumed, fitted or screw_friction_set(parameters), fitted)
+
+
+def catalogue_text(stated: dict[str, Any]) -> tuple[str, dict[str, str]]:
+    """Screw file by numbers of a catalogue; fields that are assumed, with what they follow from."""
+    values: dict[str, Any] = {}
+    problems: list[Problem] = []
+    for flag, settings in COMMANDS["init"].options:
+        name, kind = flag.removeprefix("--").replace("-", "_"), settings.get("type")
+        text = str(stated.pop(name, None) or "").strip()
+        if not text or flag in NOT_OF_CATALOGUE:
+            continue
+        try:
+            values[name] = kind(_plain(text, name, kind)) if kind else text
+            if (words := settings.get("choices")) and text not in words:
+                raise refused(name, text, ", ".join(words), "choose one")
+        except ParameterError as error:
+            problems += error.problems
+        except ValueError as error:
+            problems.append(
+                Problem(name, text, str(error).partition("allowed: ")[2] or str(error), "check it")
+            )
+    problems += [
+        Problem(name, value, "a number of a catalogue", "reload the page") for name, value in stated.items()
+    ]
+    for name in ("diameter_mm", "lead_mm"):
+        if name not in values and not any(problem.entry == name for problem in problems):
+            problems.append(Problem(name, None, "a number", "a screw needs its diameter and lead"))
+    if problems:
+        raise ParameterError(str(problems[0]), problems)
+    like = example_parameters("viscosities", values.pop("lubricant", "oil"), int(values.pop("oil_grade", 0)))
+    parameters, assumed = catalogue_parameters(CatalogueSizes(**values), like)
+    return screw_template(parameters, assumed, axis=True), assumed
+
+
+def _plain(text: str, name: str, kind: Any) -> str:
+    """Text of a number with a decimal point; turns may be a product."""
+    if not isinstance(kind, Quantity):
+        return text
+    number = decimal(text, name, kind.allowed)
+    return str(int(number)) if number == int(number) else repr(number)
+
+
+def fitted_set(content: Content, parameters: Parameters) -> FrictionSet | None:
+    """Friction set that a calibration on the page has written."""
+    if not (text := content.get("fitted")):
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "fitted.toml")
+        path.write_text(str(text), encoding="utf-8")
+        return friction_set_of_file(str(path), parameters)
+
+
+def point_of(content: Content, parameters: Parameters) -> dict[str, float]:
+    """Operating point by name, in the units of the options; an empty field has its default."""
+    defaults = {
+        "preload_n": catalogue_preload(parameters.screw), "speed_rpm": DEFAULT_RPM,
+        "temperature_c": parameters.lubricant.reference_temperature - CELSIUS, "axial_load_n": 0.0,
+        "temperature_difference_k": 0.0,
+    }  # fmt: skip
+    stated, point = dict(content.get("point") or {}), {}
+    for one in POINT:
+        text = str(stated.get(one.name) or "").strip()
+        number = decimal(text, one.name, one.allowed) if text else float(f"{defaults[one.name]:.4g}")
+        if not one.min_ <= number <= one.max_ or (one.name in ("preload_n", "speed_rpm") and not number):
+            raise refused(one.name, text, one.allowed, "check number and unit")
+        point[one.name] = number
+    return point
+
+
+def torque(content: Content, report: Report) -> dict[str, Any]:
+    """Values of all fields, torque over speed with its interval, without a map."""
+    one = screw(content)
+    point = point_of(content, one.parameters)
+    highest = max(abs(point["speed_rpm"]), 3000.0)
+    speeds = np.unique([*np.geomspace(SLOWEST, highest, POINTS), abs(point["speed_rpm"])])
+    at = point["preload_n"], speeds * RPM, point["temperature_c"] + CELSIUS
+    loads = point["axial_load_n"], point["temperature_difference_k"]
+    curve = torque_over_speed(one.parameters, *at, *loads, one.friction_set)
+    k = int(np.searchsorted(speeds, abs(point["speed_rpm"])))
+    return to_builtin({
+        "text": one.text, "name": one.parameters.name, "oil": one.parameters.lubricant.name, "point": point,
+        "values": shown_values(one), "speed_rpm": speeds, "torque": curve.torque, "low": curve.low, "high": curve.high,
+        "at": [curve.torque[k], curve.low[k], curve.high[k]], "meaning": curve.meaning,
+        "ratings": rating_ratios(one.parameters.screw),
+        "implied": implied_preload(one.friction_set, point["preload_n"]),
+    })  # fmt: skip
+
+
+def shown_values(one: Screw) -> dict[str, dict[str, Any]]:
+    """Text of the value of each entry, whether the file states it, and what an assumed one follows from."""
+    values = {}
+    for (table, key), entry in ENTRIES.items():
+        of_table = getattr(one.parameters, table)
+        if of_table is None:
+            continue
+        field = next(name for name, known in type(of_table).entries().items() if known.key == key)
+        text = entry_text(type(of_table).entries()[field], getattr(of_table, field), "", 8).partition(" = ")[
+            2
+        ]
+        values[f"{table}.{entry.key}"] = {
+            "value": text.strip('"'), "stated": field in of_table.model_fields_set,
+            "assumed": one.assumed.get(field, "") if table == "screw" else "",
+        }  # fmt: skip
+    return values
+
+
+def page(content: Content, report: Report) -> dict[str, Any]:
+    """The live page, and the numbers of the command torque at the point, by the map."""
+    one = screw(content)
+    point = point_of(content, one.parameters)
+    nut_map = one.nut_map(report)
+    report(1, 3, "intervals")
+    inputs = build.Inputs(one.parameters, nut_map, one.friction_set)
+    start = OperatingPoint(
+        point["preload_n"], abs(point["speed_rpm"]) * RPM, point["temperature_c"] + CELSIUS
+    )
+    text = inputs.live_page(start)
+    report(2, 3, "budget")
+    answer = {"html": text, "at": at_point(one, nut_map, point), "budget": budget(one, nut_map, point)}
+    report(3, 3, "live page")
+    return to_builtin(answer)
+
+
+def at_point(one: Screw, nut_map: NutMap, point: Mapping[str, float]) -> list[float]:
+    """Torque and ends of its interval, as the command torque prints them."""
+    speed, temperature, load = (
+        point["speed_rpm"] * RPM,
+        point["temperature_c"] + CELSIUS,
+        point["axial_load_n"],
+    )
+    difference = point["temperature_difference_k"]
+    state = nut_map.evaluate(point["preload_n"], speed, temperature, load, temperature_difference=difference)
+    torque, seals = float(state.friction_torque), nut_map.seal_torque
+    if nut_map.law != Law.MECHANISTIC:
+        return [torque, math.nan, math.nan]
+    preload = float(state.preload_actual) / one.friction_set.preload_factor
+    axes = nut_map.header["axes"]
+    ends = map_interval(one.parameters, axes, one.friction_set, preload, speed, temperature, load).relative
+    return [torque, *((torque - seals) * end + seals for end in ends)]
+
+
+def budget(one: Screw, nut_map: NutMap, point: Mapping[str, float]) -> dict[str, Any] | None:
+    """Budget of the axis at the point, where the file has a table of one."""
+    if all(getattr(one.parameters, table) is None for table in AXIS_TABLES):
+        return None
+    at = point["preload_n"], abs(point["speed_rpm"]) * RPM, point["temperature_c"] + CELSIUS
+    loads = point["axial_load_n"], point["temperature_difference_k"]
+    found = axis_budget(one.parameters, nut_map, one.friction_set, *at, *loads)
+    return budget_rows(found, one.parameters.screw)[0] | {"names": PART_NAMES, "notes": found.notes}
+
+
+def fmus(content: Content, report: Report) -> dict[str, Any]:
+    """All FMUs, checked, in an archive."""
+    one = screw(content)
+    inputs = build.Inputs(one.parameters, one.nut_map(report), one.friction_set)
+    selected = build.kinds()
+    total, done = 2 * len(selected) + 1, 0
+
+    def advance(what: str, steps: int) -> None:
+        nonlocal done
+        done += steps
+        report(min(done, total), total, what)
+
+    packed = io.BytesIO()
+    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(packed, "w") as archive:
+        built, note = build.build(inputs, Path(folder), selected, advance)
+        archive.writestr("screw.toml", one.text)
+        for path in built:
+            archive.write(path, path.name)
+    lines = [f"{path.name}: {line}" for path, (_, line) in built.items()]
+    return file_answer(one, "fmus.zip", packed.getvalue()) | {"lines": [*lines, *([note] if note else [])]}
+
+
+def report_page(content: Content, report: Report) -> dict[str, Any]:
+    """The report, to be shown, printed or kept."""
+    from ballscrew_tehl.applications.report.data import report_data
+    from ballscrew_tehl.applications.report.page import report_page as page_of
+
+    one = screw(content)
+    nut_map = one.nut_map(report)
+    point = point_of(content, one.parameters)
+    at = {"preload": point["preload_n"], "speed": abs(point["speed_rpm"]) * RPM,
+          "temperature": point["temperature_c"] + CELSIUS}  # fmt: skip
+    report(0, 1, "report")
+    text = page_of(report_data(one.parameters, one.friction_set, nut_map, at))
+    return file_answer(one, "report.html", text.encode()) | {"html": text}
+
+
+def file_answer(one: Screw, name: str, content: bytes) -> dict[str, Any]:
+    """A file to take away, named by the screw."""
+    stem = re.sub(r"[^\w.-]+", "_", one.parameters.name, flags=re.ASCII).strip("._") or "screw"
+    return {"file": f"{stem}_{name}", "base64": base64.b64encode(content).decode()}
+
+
+def uploaded(content: Content, folder: str) -> Path:
+    """The dropped file, in a folder that goes with the answer; its own name becomes no path."""
+    try:
+        data = base64.b64decode(str(content.get("data") or ""), validate=True)
+    except ValueError:
+        raise refused("file", "", "its content", "drop the file again") from None
+    path = Path(folder, "dropped.csv")
+    path.write_bytes(data)
+    return path
+
+
+def answer_of(command: str, *arguments: str) -> Answer:
+    """What a command returns for these arguments, its file names in a temporary folder."""
+    args = build_parser("ballscrew", SOLVER).parse_args([command, *arguments])
+    answer: Answer = resolve_name(args.run)(args)
+    return answer
+
+
+def table(content: Content, report: Report) -> dict[str, Any]:
+    """Friction of the screw over speed for a controller or a tool, as the command export writes it."""
+    one = screw(content)
+    name = str(content.get("format"))
+    if name not in TABLE_FILES:
+        raise refused("format", name, ", ".join(TABLE_FILES), "choose one")
+    point = point_of(content, one.parameters)
+    one.nut_map(report)  # is kept: with progress here
+    with tempfile.TemporaryDirectory() as folder:
+        output = Path(folder, f"friction.{TABLE_FILES[name]}")
+        options = {"format": name, "output": str(output), "preload-n": repr(point["preload_n"]),
+                   "temperature-c": repr(point["temperature_c"])}  # fmt: skip
+        constant = str(content.get("torque_constant_nm_a") or "").strip()
+        if name == "twincat":
+            if not constant:
+                raise refused(
+                    "torque_constant_nm_a", None, "N.m/A", "the list is a motor current: enter it above"
+                )
+            number = decimal(constant, "torque_constant_nm_a", "N.m/A, more than 0")
+            options |= {"torque-constant-nm-a": repr(number)}
+        answer_of("export", *files_of(one, folder), *(f"--{key}={text}" for key, text in options.items()))
+        return file_answer(one, output.name, output.read_bytes())
+
+
+def files_of(one: Screw, folder: str) -> list[str]:
+    """Options with the files of a screw."""
+    file = Path(folder, "screw.toml")
+    file.write_text(one.text, encoding="utf-8")
+    options = ["--screw", str(file)]
+    if one.fitted is not None:
+        fitted = Path(folder, "fitted.toml")
+        write_friction_sets(str(fitted), [one.fitted], "Fitted by ballscrew app")
+        options += ["--friction", str(fitted)]
+    return options
+
+
+def questions(content: Content, report: Report) -> dict[str, Any]:
+    """What a log may need, as fields."""
+    known = dict(COMMANDS["identify"].options)
+    found = []
+    for name in QUESTIONS:
+        kind = known[f"--{name.replace('_', '-')}"]
+        unit = re.findall(r"\[([^]]*)\]", kind["help"])
+        label = name.rpartition("_")[0] if name != "ratio" else name
+        found.append({"name": name, "label": (label or name).replace("_", " "), "meaning": kind["help"],
+                      "unit": unit[-1] if unit else ""})  # fmt: skip
+    return {"questions": found}
+
+
+def identification(content: Content, report: Report) -> dict[str, Any]:
+    """What a log of the drive says: as the command identify, with its picture."""
+    one = screw(content)
+    one.nut_map(report)
+    report(0, 1, "fit of the log")
+    with tempfile.TemporaryDirectory() as folder:
+        log, picture = uploaded(content, folder), Path(folder, "log.png")
+        options = [*files_of(one, folder), "--plot", str(picture)]
+        for name, text in dict(content.get("answers") or {}).items():
+            if name not in QUESTIONS:
+                raise refused(name, text, ", ".join(QUESTIONS), "reload the page")
+            if str(text).strip():
+                options.append(f"--{name.replace('_', '-')}={text}")
+        answer = answer_of("identify", str(log), *options)
+        image = base64.b64encode(picture.read_bytes()).decode()
+    return to_builtin({"text": answer.text, "picture": image, "answer": answer.rows[0]})
+
+
+def calibration(content: Content, report: Report) -> dict[str, Any]:
+    """Fit to measured torques: points, curve before and after, friction set as a file."""
+    from ballscrew_tehl.applications.calibration.measured import calibrate
+    from ballscrew_tehl.applications.calibration.plot import calibration_figure
+    from ballscrew_tehl.applications.calibration.result import calibration_data
+
+    one = screw({**content, "fitted": ""})
+    percent = str(content.get("torque_tolerance_percent") or "")
+    tolerance = 0.01 * decimal(percent, "torque_tolerance_percent", "0 to 95 %") if percent else 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        path = uploaded(content, folder)
+        result = calibrate(path, one.parameters, torque_tolerance=tolerance, progress=report)
+        written = Path(folder, "fitted.toml")
+        write_friction_sets(str(written), [result.friction_set], "Fitted by ballscrew app")
+        text = written.read_text(encoding="utf-8")
+    data = calibration_data(result)
+    picture = io.BytesIO()
+    calibration_figure(result).savefig(picture, format="png", dpi=110, metadata={"Software": None})
+    points = [
+        {
+            name: row[name]
+            for name in ("preload_n", "speed_rpm", "measured_nm", "computed_nm", "deviation", "outlier")
+        }
+        for row in data["points"]
+    ]
+    answer = {
+        "fitted": text,
+        "points": points,
+        "notes": data["notes"],
+        "picture": base64.b64encode(picture.getvalue()).decode(),
+    }
+    return to_builtin(answer | file_answer(one, "friction.toml", text.encode()))
+
+
+#: what the page asks, by name
+RUNS = {
+    "form": form, "torque": torque, "page": page, "fmus": fmus, "report": report_page, "table": table,
+    "calibrate": calibration, "questions": questions, "identify": identification,
+}  # fmt: skip
