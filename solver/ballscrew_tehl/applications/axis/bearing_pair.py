@@ -67,8 +67,8 @@ SEAL_SPREAD = 2.0
 FASTEST = 300.0 * RPM
 #: replenishment below which the rolling part falls with speed: SKF's goes as x^0.6 exp(-k x), x = viscosity times speed
 STARVED = math.exp(-0.6)
-#: speeds between which the ends of an interval over its torque are straight lines in logarithms: 5 to 3000 r/min, 1 %
-NODES = 9
+#: speeds between which ends of intervals are interpolated: 5 to 3000 r/min, 0.6 % of them
+NODES = 13
 _SI = {"length": " m", "force": " N", "stiffness": " N/m", "torque": " N.m", "angle": " rad"}
 
 
@@ -161,7 +161,7 @@ class BearingPair(NamedTuple):
         )  # fmt: skip
         parts = found.viscous, found.sliding, found.hysteresis + 0.0 * rows, rows, *ends
         columns = [np.reshape(of, -1) for of in (*parts, total, total - below, total + above)]
-        shown = [of[0].item() for of in columns] if np.ndim(speed) == 0 else columns
+        shown: list[Any] = [of[0].item() for of in columns] if np.ndim(speed) == 0 else columns
         why = self._why(load, float(speeds.max()), float(temperature))
         shown[6:6] = [self.seals]
         return BearingPairTorque._make([*shown, not why, why])
@@ -173,12 +173,14 @@ class BearingPair(NamedTuple):
 
     def _over_speed(self, load: float, speeds: Array, temperatures: Array) -> tuple[Array, Array]:
         """Ends of the interval over the torque of the rows (s, 1), between NODES of many speeds."""
+        from scipy.interpolate import CubicSpline
+
         if speeds.size <= NODES:
             return self._ends(load, speeds, temperatures)
         nodes = np.geomspace(speeds.min(), speeds.max(), NODES)[:, None]
         low, high = (np.log(end).ravel() for end in self._ends(load, nodes, temperatures))
-        at = np.log(speeds), np.log(nodes).ravel()
-        return np.exp(np.interp(*at, low)), np.exp(np.interp(*at, high))
+        place, at = np.log(nodes).ravel(), np.log(speeds)
+        return np.exp(CubicSpline(place, low)(at)), np.exp(CubicSpline(place, high)(at))
 
     def _ends(self, *place: Any) -> tuple[Array, Array]:
         """The same at each speed, as friction.interval has it."""
