@@ -45,6 +45,7 @@ from ...physics.rating import STATIC_PRESSURE, ball_pressure
 from ..bearing import CAGED, SLOWEST, TEMPERATURES, needs
 from .bearing_row import (
     BOUNDARY,
+    FILLED,
     TEST_SPEED,
     TEST_TEMPERATURE,
     UNKNOWN,
@@ -62,9 +63,8 @@ CATALOGUE = 1.75
 #: contact seals have the torque of the rows at TEST_SPEED where nothing is printed, within this factor (assumed). INA
 #: prints 2RS as twice 2Z: of a printed torque they have half
 SEAL_SPREAD = 2.0
-#: highest speed times pitch diameter [rad/s m]: catalogues allow about 200 000 mm r/min with grease, 300 000 with oil
-#: [memory]
-FASTEST = 300.0 * RPM
+#: highest speed times pitch diameter [mm r/min]: catalogues allow about 200 000 with grease, 300 000 with oil [memory]
+FASTEST = 3e5
 #: replenishment below which the rolling part falls with speed: SKF's goes as x^0.6 exp(-k x), x = viscosity times speed
 STARVED = math.exp(-0.6)
 #: speeds between which ends of intervals are interpolated: 5 to 3000 r/min, 0.6 % of them
@@ -114,8 +114,9 @@ class BearingPair(NamedTuple):
         One of two equal rows, with its preload.
     unknown : tuple of (BoundedConstant, Row, Row)
         What of UNKNOWN is not printed, and the row at both ends.
-    torque_deviation : float or None
-        Standard deviation of ln(torque) of a printed torque; None: none is printed.
+    printed : (float, float) or None
+        ln(printed torque/torque of the rows) there, 0 unless the boundary friction is at an end of its bounds, and the
+        standard deviation of the former; None: no torque is printed.
     seals : (float, float, float)
         Torque of contact seals, value, low and high end [N.m].
     notes : tuple of str
@@ -124,7 +125,7 @@ class BearingPair(NamedTuple):
 
     row: Row
     unknown: tuple[tuple[BoundedConstant, Row, Row], ...]
-    torque_deviation: float | None
+    printed: tuple[float, float] | None
     seals: tuple[float, float, float]
     notes: tuple[str, ...]
 
@@ -184,7 +185,7 @@ class BearingPair(NamedTuple):
 
     def _ends(self, *place: Any) -> tuple[Array, Array]:
         """The same at each speed, as friction.interval has it."""
-        row, rows, printed = self.row, self.row.parts(*place).total, self.torque_deviation
+        row, rows, printed = self.row, self.row.parts(*place).total, self.printed
         names = [*unknown_constants(row.parameters), *[BOUNDARY] * (printed is not None)]
 
         def effects(load: float, speeds: Any, temperatures: Any) -> Effects:
@@ -202,10 +203,8 @@ class BearingPair(NamedTuple):
             moments.append((0.0, (math.log(CATALOGUE) / DEVIATIONS) ** 2))
         else:
             test = effects(0.0, TEST_SPEED, TEST_TEMPERATURE)
-            slope, at_test = (
-                np.log(of.ends[BOUNDARY][1][0] / of.ends[BOUNDARY][0][0]) for of in (here, test)
-            )
-            moments.append((0.0, (printed * slope / at_test) ** 2))
+            effect, there = (np.log(np.divide(*of.ends[BOUNDARY])[0]) for of in (here, test))
+            moments.append((printed[0] * effect / there, (printed[1] * effect / there) ** 2))
         mean, variance = (sum(of) for of in zip(*moments, strict=True))
         wide = DEVIATIONS * np.sqrt(variance)
         return np.minimum(np.exp(mean - wide), 1.0), np.maximum(np.exp(mean + wide), 1.0)
@@ -217,7 +216,7 @@ class BearingPair(NamedTuple):
         force = row_forces(screw, self.row.preload, axial_load)[1]
         supply = float(np.min(replenished(parameters, np.array(speed), np.array([temperature]))))
         numbers = (
-            ("speed times pitch diameter", 2.0 * screw.nominal_radius * speed, 0.0, FASTEST, "rad/s m"),
+            ("speed times diameter", 2e3 * screw.nominal_radius * speed / RPM, 0.0, FASTEST, "mm r/min"),
             ("viscosity", float(eta0(oil, temperature)), THINNEST_OIL, THICKEST_OIL, "Pa s"),
             ("replenishment", supply, STARVED, 1.0, "of a flooded row, or its torque falls with speed"),
             ("pressure of a ball", ball_pressure(screw, force / screw.loaded_ball_count), 0.0, STATIC_PRESSURE, "Pa"),
@@ -244,14 +243,8 @@ def _checked(axial_load: float, speeds: Any, temperatures: Any) -> tuple[float, 
     good, slow = np.all((n >= SLOWEST) & np.isfinite(n)), "below it the torque no longer depends on speed"
     needs(bool(good) and n.size > 0, "speed", speeds, "rad/s", f"finite, >= {SLOWEST:g}", slow)
     good = np.all((low <= T) & (high >= T))
-    needs(
-        bool(good) and T.size > 0,
-        "temperature",
-        temperatures,
-        "K",
-        f"{low:g} to {high:g}",
-        "is it in kelvin?",
-    )
+    allowed = f"{low:g} to {high:g}"
+    needs(bool(good) and T.size > 0, "temperature", temperatures, "K", allowed, "is it in kelvin?")
     return float(axial_load), n, T
 
 
@@ -259,54 +252,44 @@ def _pair(table: SupportBearingParameters, law: Mapping[str, Any]) -> BearingPai
     """The pair of a table of the screw file; law: keywords of bearing."""
     supply, given = "replenishment_constant", law.get("friction") or {}
     row, names, notes = row_of(table, law), ["groove", *[supply] * (supply not in given)], []
-    ball, balls, by = balls_of(table, UNKNOWN["fill"].value)
-    if None in (table.ball_diameter, table.balls):
-        how = f"a row filled to {100.0 * UNKNOWN['fill'].value:g} %" if by else "other numbers of its balls"
-        stiff = not by and table.ball_diameter is table.balls
-        how = "the stiffness at the preload" if stiff else how
+    ball, balls, how = balls_of(table, UNKNOWN["fill"].value)
+    if how:
         notes.append(f"{balls} balls of {1e3 * ball:.3g} mm by C_a and {how}")
-        names += [by] * bool(by)
+        names += ["fill"] * (how == FILLED)
     stiffness, printed = pair_stiffness(row.parameters.screw, balls, row.preload), table.axial_stiffness
+    known = UNKNOWN["stiffness"]
     if table.preload is None:
         names.append("stiffness")
         notes.append(f"preload {row.preload:.4g} N by the stiffness")
-    elif (
-        printed is not None
-        and not UNKNOWN["stiffness"].low <= printed / stiffness <= UNKNOWN["stiffness"].high
-    ):
+    elif printed is not None and not known.low <= printed / stiffness <= known.high:
         both = f"{1e-6 * printed:.4g} N/um printed, {1e-6 * stiffness:.4g} N/um by the balls at the preload"
         notes.append(f"axial_stiffness: {both}: one of the numbers is of another bearing")
-    constants = {name: UNKNOWN[name] for name in names}
-    unknown = tuple(
-        (of, row_of(table, law, **{name: of.low}), row_of(table, law, **{name: of.high}))
-        for name, of in constants.items()
-    )
-    free = BearingPair(row, unknown, None, (0.0, 0.0, 0.0), tuple(notes))
+    unknown = []
+    for name in names:
+        low, high = (row_of(table, law, **{name: end}) for end in (UNKNOWN[name].low, UNKNOWN[name].high))
+        unknown.append((UNKNOWN[name], low, high))
+    pair, contact = BearingPair(row, tuple(unknown), None, (0.0, 0.0, 0.0), ()), table.seals == "contact"
     if table.friction_torque is None:
-        if table.seals == "none":
-            return free
-        notes.append(
-            f"contact seals: as the rows at 5 r/min, within a factor of {SEAL_SPREAD:g}: nothing is printed"
-        )
-        value = row.at_test
-        return free._replace(seals=(value, value / SEAL_SPREAD, value * SEAL_SPREAD), notes=tuple(notes))
-    share = 0.5 if table.seals == "contact" else 1.0
-    torque, (low, high) = share * middle(table.friction_torque), spread(table.friction_torque)
-    at_test = free.torque(0.0, TEST_SPEED, TEST_TEMPERATURE)
-    where = f"friction_torque: {torque:.3g} N.m of the rows printed, {at_test.rows:.3g} N.m by the law"
-    if not at_test.low <= torque <= at_test.high:
-        notes.append(
-            f"{where}, interval {at_test.low:.3g} to {at_test.high:.3g}: the printed numbers do not fit"
-        )
+        if contact:
+            torque, how = row.at_test, f"as the rows at 5 r/min, within a factor of {SEAL_SPREAD:g}"
+            pair = pair._replace(seals=(torque, torque / SEAL_SPREAD, torque * SEAL_SPREAD))
+            notes.append(f"contact seals: {how}: nothing is printed")
+        return pair._replace(notes=tuple(notes))
+    share = 0.5 if contact else 1.0
+    torque, (least, most) = share * middle(table.friction_torque), spread(table.friction_torque)
+    law_torque, *ends = pair.torque(0.0, TEST_SPEED, TEST_TEMPERATURE)[3:6]
+    where = f"friction_torque: {torque:.3g} N.m of the rows printed, {law_torque:.3g} N.m by the law"
+    if not ends[0] <= torque <= ends[1]:
+        notes.append(f"{where}, interval {ends[0]:.3g} to {ends[1]:.3g}: the printed numbers do not fit")
     row = row.with_torque(torque)
-    friction = row.parameters.friction.boundary_friction
+    left, friction = math.log(torque / row.at_test), row.parameters.friction.boundary_friction
     if friction in (BOUNDED[BOUNDARY].low, BOUNDED[BOUNDARY].high):
         notes.append(f"{where}: boundary friction ends at {friction:g}, which gives {row.at_test:.3g}")
     return BearingPair(
         row,
-        tuple((of, *(end.with_torque(torque) for end in ends)) for of, *ends in unknown),  # type: ignore[misc]
-        0.5 * math.log(high / low) / DEVIATIONS,
-        (torque, share * low, share * high) if table.seals == "contact" else (0.0, 0.0, 0.0),
+        tuple((of, low.with_torque(torque), high.with_torque(torque)) for of, low, high in unknown),
+        (left, 0.5 * math.log(most / least) / DEVIATIONS),
+        (torque, share * least, share * most) if contact else (0.0, 0.0, 0.0),
         tuple(notes),
     )
 

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...atlas.ball_contacts import BallContacts
+from ...atlas.contact_atlas import OutsideAtlasError
 from ...friction.film_shear import TorqueParts
 from ...friction.interval import with_constants
 from ...friction.mechanistic import ContactValues, double_nut_parts, loaded_nuts, powers_of_nuts
@@ -35,7 +36,7 @@ from ...physics.stiffness import (
     forces_of_displacement,
     nut_stiffness_constant,
 )
-from ..bearing import CAGED, bearing, needs, rings, without_lead
+from ..bearing import CAGED, bearing_parameters, needs, rings, without_lead
 
 #: what catalogues of bearings do not print, within bounds
 UNKNOWN = {
@@ -57,6 +58,7 @@ UNKNOWN = {
 }  # fmt: skip
 #: ball over half of outer diameter less bore, and filled share, that can be
 SIZES, FILLS = (0.05, 0.95), (0.4, 1.0)
+FILLED = f"a row filled to {100.0 * UNKNOWN['fill'].value:g} %"
 #: at which a printed torque is taken [rad/s, K]
 TEST_SPEED, TEST_TEMPERATURE = 5.0 * RPM, 25.0 + CELSIUS
 BOUNDARY = "boundary_friction"
@@ -125,7 +127,7 @@ def _rings(table: SupportBearingParameters, ball: float, balls: int, groove: flo
 
 
 def balls_of(table: SupportBearingParameters, fill: float) -> tuple[float, int, str]:
-    """Diameter [m] and number of the balls of a row; what of UNKNOWN they follow from, "" or "fill"."""
+    """Diameter [m] and number of the balls of a row; what gives them with C_a, "": they are printed."""
     rating, stiffness, preload = table.dynamic_rating, table.axial_stiffness, table.preload
     ball, number = table.ball_diameter, table.balls
     if ball is not None and number is not None:
@@ -150,22 +152,23 @@ def balls_of(table: SupportBearingParameters, fill: float) -> tuple[float, int, 
         needs(found[0] < 0.0 < found[1], "dynamic_rating", rating, "N", allowed, remedy)
         return rising_root(rising, ends[0], ends[1], 1e-9)[0]
 
-    by = ""
+    how = "what is printed of them"
     if number is None:
         if ball is not None:
             share = rated(ball) * ball / circle
         elif stiffness is not None and preload is not None:
+            how = "the stiffness at the preload"
             size = root(lambda size: stiffness - pair_stiffness(screw(size), rated(size), preload))
             share = rated(size) * size / circle
         else:
-            by, share = "fill", fill
+            how, share = FILLED, fill
             size = root(lambda size: fill * circle / size - rated(size))
         allowed = f"that of balls that fill {FILLS[0]:g} to {FILLS[1]:g} of their circle, not {share:.2f}"
         remedy = "C_a is of one row: check it, or omit axial_stiffness"
         needs(FILLS[0] <= share <= FILLS[1], "dynamic_rating", rating, "N", allowed, remedy)
         number = max(round(rated(size if ball is None else ball)), 2)
     whole = number
-    return ball or root(lambda size: whole - rated(size)), whole, by
+    return ball or root(lambda size: whole - rated(size)), whole, how
 
 
 def row_of(table: SupportBearingParameters, law: Mapping[str, Any], **unknown: float) -> Row:
@@ -182,7 +185,10 @@ def row_of(table: SupportBearingParameters, law: Mapping[str, Any], **unknown: f
         preload = math.exp(rising_root(excess, 0.0, math.log(1e8), 1e-9)[0])
     supply = "replenishment_constant"
     law = {**law, "friction": {supply: at[supply], **(law.get("friction") or {})}}
-    built = bearing(_pitch(table), ball, balls, table.contact_angle, at["groove"], at["groove"], **law)
-    # those that the atlas does not hold are not solved: OutsideAtlasError
-    contacts = built.contacts if isinstance(built.contacts, BallContacts) else BallContacts(built.parameters)
-    return Row(built.parameters, contacts, preload)
+    groove = at["groove"]
+    parameters = bearing_parameters((_pitch(table), ball, balls, table.contact_angle, groove, groove), **law)
+    try:
+        return Row(parameters, BallContacts(parameters), preload)
+    except OutsideAtlasError as error:
+        outside = str(error).split("; remedy", maxsplit=1)[0]
+        raise OutsideAtlasError(f"{outside}; contacts of a pair are not solved: take another oil") from None
