@@ -3,9 +3,8 @@
 
     python examples/support_bearings.py [--plot support_bearings.png]
 
-Rows of support_bearings.csv, sources there: no torque is given to bearing_pair, only sizes, C_a, preload and stiffness.
-Catalogues print neither oil nor speed: 5 r/min (and 100 r/min), 25 C, ISO VG 68. One row of NACHI has neither C_a nor
-balls and is left out. law, SKF: over the printed torque, geometric mean, and its standard deviation as a factor; SKF's
+Rows of support_bearings.csv, sources there; bearing_pair has sizes, C_a, preload and stiffness, not the torque. Neither
+oil nor speed is printed: 5 r/min (and 100), 25 C, ISO VG 68. One row without C_a and balls is left out. law, SKF: over the printed torque, geometric mean, and its standard deviation as a factor; SKF's
 friction model as angular contact and as thrust bearing, at 5 r/min. inside: printed torques in the interval at 5 r/min.
 
 The factor CATALOGUE of the interval is the least, in steps of 0.05, with which 80 % of these torques are inside: that
@@ -26,15 +25,14 @@ from matplotlib.ticker import NullLocator
 
 from ballscrew_tehl import bearing_pair
 from ballscrew_tehl.applications.axis.bearing_pair import CATALOGUE, BearingPair
-from ballscrew_tehl.applications.axis.bearing_row import pair_stiffness
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
-from ballscrew_tehl.physics.lubricant import ambient_density, eta0
-from ballscrew_tehl.physics.rating import bearing_rating
+from ballscrew_tehl.physics.lubricant import eta0
 
 sys.path.append(str(Path(__file__).resolve().parent / "paper"))
 from bearings import skf_torque
 
 TABLE = Path(__file__).with_suffix(".csv")
+KINDS = "angular", "thrust"
 SPEEDS, TEMPERATURE, GRADE = (5.0, 100.0), 25.0 + CELSIUS, 68  # [r/min], [K]
 #: column of the table -> keyword of bearing_pair, and SI over its unit
 COLUMNS = {
@@ -43,6 +41,7 @@ COLUMNS = {
     "stiffness_N_um": ("axial_stiffness", 1e6),
 }  # fmt: skip
 COLOURS = {"NSK": "#0072B2", "SNFA": "#D55E00", "NACHI": "#009E73", "IBC": "#CC79A7", "INA": "#E69F00"}
+TICKS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0)
 
 
 class Compared(NamedTuple):
@@ -77,19 +76,12 @@ def compared(row: dict[str, str]) -> Compared:
     pair: BearingPair = bearing_pair(**given, balls=balls, iso_vg=GRADE)
     screw, preload, oil = pair.row.parameters.screw, pair.row.preload, pair.row.parameters.lubricant
     law = pair.torque(0.0, np.array(SPEEDS) * RPM, TEMPERATURE)
-    nu = float(1e6 * eta0(oil, TEMPERATURE) / ambient_density(oil, TEMPERATURE))
+    nu = float(1e6 * eta0(oil, TEMPERATURE) / oil.density)  # density at 40 C: 1 % off
     skf = [2.0 * sum(skf_torque(kind, 2e3 * screw.nominal_radius, preload, SPEEDS[0], nu)) for kind in KINDS]
-    stiffness = rating = math.nan
-    if balls:
-        stiffness = pair_stiffness(screw, balls, preload) / given["axial_stiffness"]
-        rating = bearing_rating(screw) / given["dynamic_rating"]
-    ends = float(law.low[0]), float(law.high[0])
-    return Compared(
-        row["maker"], float(row["torque_Nm"]), tuple(law.rows), *ends, (skf[0], skf[1]), stiffness, rating
-    )
-
-
-KINDS = ("angular", "thrust")
+    stiffness = pair.axial_stiffness / given["axial_stiffness"] if balls else math.nan
+    rating = pair.dynamic_rating / given["dynamic_rating"] if balls else math.nan
+    torques = float(row["torque_Nm"]), tuple(law.rows), float(law.low[0]), float(law.high[0])
+    return Compared(row["maker"], *torques, (skf[0], skf[1]), stiffness, rating)
 
 
 def main() -> dict[str, list[Compared]]:
@@ -126,9 +118,8 @@ def table(result: dict[str, list[Compared]]) -> str:
         lines.append(f"{maker:<7}" + "  ".join(shown))
     balls = [(row.stiffness, row.rating) for row in every if math.isfinite(row.stiffness)]
     (c, C), (c_most, C_most) = np.min(balls, axis=0), np.max(balls, axis=0)
-    lines.append(
-        f"printed balls: stiffness {c:.3f} to {c_most:.3f}, C_a {C:.3f} to {C_most:.3f} of the printed"
-    )
+    shares = f"stiffness {c:.3f} to {c_most:.3f}, C_a {C:.3f} to {C_most:.3f} of the printed"
+    lines.append(f"printed balls: {shares}")
     without = (f"{least_factor(r for r in every if r.maker != m):.2f} without {m}" for m in result)
     lines.append(f"least factor for 80 %: {least_factor(every):.3f}; " + ", ".join(without))
     return "\n".join(lines)
@@ -143,17 +134,14 @@ def plot(result: dict[str, list[Compared]], path: Path | str) -> None:
         printed, law = [row.printed for row in rows], np.array([row.law[0] for row in rows])
         low, high = (np.array([getattr(row, end) for row in rows]) for end in ("low", "high"))
         inside = f"{maker}: {sum(row.inside for row in rows)} of {len(rows)} inside"
-        axes.errorbar(
-            printed, law, [law - low, high - law], fmt="o", ms=4, lw=0.8, color=COLOURS[maker], label=inside
-        )
+        style = {"fmt": "o", "ms": 4, "lw": 0.8, "color": COLOURS[maker], "label": inside}
+        axes.errorbar(printed, law, [law - low, high - law], **style)
     axes.set(xscale="log", yscale="log", xlim=ends, ylim=(0.01, 3.5), aspect="equal")
     axes.set(
-        xlabel="printed torque of the pair [N m]", ylabel="law with its interval, 5 r/min, 25 \u00b0C [N m]"
+        xlabel="printed torque of the pair [N m]", ylabel="law at 5 r/min, 25 \u00b0C, with interval [N m]"
     )
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_ticks(
-            [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0], labels=["0.02", "0.05", "0.1", "0.2", "0.5", "1", "2"]
-        )
+        axis.set_ticks(TICKS, labels=[f"{tick:g}" for tick in TICKS])
         axis.set_minor_locator(NullLocator())
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)

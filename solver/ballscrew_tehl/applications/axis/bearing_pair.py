@@ -41,7 +41,7 @@ from ...parameters.friction import BOUNDED, BoundedConstant
 from ...parameters.toml import FieldError
 from ...parameters.units import RPM
 from ...physics.lubricant import eta0
-from ...physics.rating import STATIC_PRESSURE, ball_pressure
+from ...physics.rating import STATIC_PRESSURE, ball_pressure, bearing_rating
 from ..bearing import CAGED, SLOWEST, TEMPERATURES, needs
 from .bearing_row import (
     BOUNDARY,
@@ -128,6 +128,17 @@ class BearingPair(NamedTuple):
     printed: tuple[float, float] | None
     seals: tuple[float, float, float]
     notes: tuple[str, ...]
+
+    @property
+    def axial_stiffness(self) -> float:
+        """Axial stiffness under the preload alone by the contacts [N/m]."""
+        screw = self.row.parameters.screw
+        return pair_stiffness(screw, screw.loaded_ball_count, self.row.preload)
+
+    @property
+    def dynamic_rating(self) -> float:
+        """C_a of one row by ISO 281 [N]."""
+        return bearing_rating(self.row.parameters.screw)
 
     def torque(self, axial_load: float, speed: Any, temperature: float) -> BearingPairTorque:
         """Friction torque of the screw against the housing.
@@ -256,8 +267,8 @@ def _pair(table: SupportBearingParameters, law: Mapping[str, Any]) -> BearingPai
     if how:
         notes.append(f"{balls} balls of {1e3 * ball:.3g} mm by C_a and {how}")
         names += ["fill"] * (how == FILLED)
-    stiffness, printed = pair_stiffness(row.parameters.screw, balls, row.preload), table.axial_stiffness
-    known = UNKNOWN["stiffness"]
+    pair, contact = BearingPair(row, (), None, (0.0, 0.0, 0.0), ()), table.seals == "contact"
+    stiffness, printed, known = pair.axial_stiffness, table.axial_stiffness, UNKNOWN["stiffness"]
     if table.preload is None:
         names.append("stiffness")
         notes.append(f"preload {row.preload:.4g} N by the stiffness")
@@ -268,7 +279,7 @@ def _pair(table: SupportBearingParameters, law: Mapping[str, Any]) -> BearingPai
     for name in names:
         low, high = (row_of(table, law, **{name: end}) for end in (UNKNOWN[name].low, UNKNOWN[name].high))
         unknown.append((UNKNOWN[name], low, high))
-    pair, contact = BearingPair(row, tuple(unknown), None, (0.0, 0.0, 0.0), ()), table.seals == "contact"
+    pair = pair._replace(unknown=tuple(unknown))
     if table.friction_torque is None:
         if contact:
             torque, how = row.at_test, f"as the rows at 5 r/min, within a factor of {SEAL_SPREAD:g}"
