@@ -4,8 +4,9 @@
     python examples/support_bearings.py [--plot support_bearings.png]
 
 Rows of support_bearings.csv, sources there; bearing_pair has sizes, C_a, preload and stiffness, not the torque. Neither
-oil nor speed is printed: 5 r/min (and 100), 25 C, ISO VG 68. One row without C_a and balls is left out. law, SKF: over the printed torque, geometric mean, and its standard deviation as a factor; SKF's
-friction model as angular contact and as thrust bearing, at 5 r/min. inside: printed torques in the interval at 5 r/min.
+oil nor speed is printed: 5 r/min (and 100), 25 C, ISO VG 68. One row without C_a and balls is left out. law, SKF: over
+the printed torque, geometric mean, and its standard deviation as a factor; SKF's friction model as angular contact and
+as thrust bearing, at 5 r/min. inside: printed torques in the interval at 5 r/min.
 
 The factor CATALOGUE of the interval is the least, in steps of 0.05, with which 80 % of these torques are inside: that
 share is no proof. What it would be without one maker is printed below.
