@@ -267,6 +267,10 @@ def _pair(table: SupportBearingParameters, law: Mapping[str, Any]) -> BearingPai
     if how:
         notes.append(f"{balls} balls of {1e3 * ball:.3g} mm by C_a and {how}")
         names += ["fill"] * (how == FILLED)
+        if table.contact_angle <= 0.25 * math.pi:
+            notes.append(
+                "contact_angle: below 45 degrees ISO 281 has another formula of C_a than the one taken"
+            )
     pair, contact = BearingPair(row, (), None, (0.0, 0.0, 0.0), ()), table.seals == "contact"
     stiffness, printed, known = pair.axial_stiffness, table.axial_stiffness, UNKNOWN["stiffness"]
     if table.preload is None:

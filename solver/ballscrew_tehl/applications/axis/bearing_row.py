@@ -58,12 +58,14 @@ UNKNOWN = {
 }  # fmt: skip
 #: ball over half of outer diameter less bore, and filled share, that can be
 SIZES, FILLS = (0.05, 0.95), (0.4, 1.0)
+#: preloads [N] that a stiffness may have; largest contact angle [rad] of the formula of C_a
+PRELOADS, STEEPEST_RATED = (1.0, 1e6), math.radians(80.0)
 FILLED = f"a row filled to {100.0 * UNKNOWN['fill'].value:g} %"
 #: at which a printed torque is taken [rad/s, K]
 TEST_SPEED, TEST_TEMPERATURE = 5.0 * RPM, 25.0 + CELSIUS
 BOUNDARY = "boundary_friction"
-#: nodes of the boundary friction between which the torque is a straight line: 1e-4 of it
-FRICTIONS = 8
+#: nodes of the boundary friction between which the torque is a straight line
+FRICTIONS = 4
 
 
 class Row(NamedTuple):
@@ -134,6 +136,11 @@ def balls_of(table: SupportBearingParameters, fill: float) -> tuple[float, int, 
         return ball, number, ""
     if rating is None:
         raise ValueError("dynamic_rating = None; needs C_a of one row in N, or ball_diameter and balls")
+    remedy = "the formula of C_a ends there: give ball_diameter and balls"
+    steepest = f"up to {STEEPEST_RATED:.4g} rad"
+    needs(
+        table.contact_angle <= STEEPEST_RATED, "contact_angle", table.contact_angle, "rad", steepest, remedy
+    )
     section, circle = 0.5 * (table.outer_diameter - table.bore), math.pi * _pitch(table)
     ends, groove = [share * section for share in SIZES], UNKNOWN["groove"].value
     first = _rings(table, 0.5 * section, 2, groove)
@@ -182,7 +189,11 @@ def row_of(table: SupportBearingParameters, law: Mapping[str, Any], **unknown: f
         def excess(ln_force: float) -> float:
             return pair_stiffness(screw, balls, math.exp(ln_force)) - stiffness
 
-        preload = math.exp(rising_root(excess, 0.0, math.log(1e8), 1e-9)[0])
+        ends, remedy = [math.log(force) for force in PRELOADS], "it is of both rows, in N/m"
+        least, most = (pair_stiffness(screw, balls, force) for force in PRELOADS)
+        allowed = f"{least:.3g} to {most:.3g}, at {PRELOADS[0]:g} to {PRELOADS[1]:g} N"
+        needs(least < stiffness < most, "axial_stiffness", table.axial_stiffness, "N/m", allowed, remedy)
+        preload = math.exp(rising_root(excess, ends[0], ends[1], 1e-9)[0])
     supply = "replenishment_constant"
     law = {**law, "friction": {supply: at[supply], **(law.get("friction") or {})}}
     groove = at["groove"]
