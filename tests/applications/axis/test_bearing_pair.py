@@ -8,24 +8,24 @@ import pytest
 
 from ballscrew_tehl import bearing_pair, load_screw
 from ballscrew_tehl.applications.axis.bearing_pair import pair_of
-from ballscrew_tehl.applications.axis.bearing_row import balls_of, pair_stiffness, row_forces
+from ballscrew_tehl.applications.axis.bearing_row import balls_of, row_forces
 from ballscrew_tehl.applications.axis.parts import other_parts
 from ballscrew_tehl.parameters.axis import SupportBearingParameters
 from ballscrew_tehl.parameters.file import graded_oil
 from ballscrew_tehl.parameters.units import RPM
-from ballscrew_tehl.physics.rating import bearing_rating
 
 ROOM, SLOW = 298.15, 5.0 * RPM
-NSK = {
-    "bore": 0.030, "outer_diameter": 0.062, "dynamic_rating": 29200.0, "axial_stiffness": 1.03e9, "preload": 3350.0,
-}  # fmt: skip
-INA = {"bore": 0.035, "outer_diameter": 0.072, "dynamic_rating": 45000.0, "axial_stiffness": 9e8}
-#: SNFA BS 220, 230, 260: bore, outer diameter, ball [m], balls, C_a [N], preload [N], stiffness [N/m]
-SNFA = (
-    (0.020, 0.047, 6.35e-3, 13, 18200.0, 2300.0, 7.2e8),
-    (0.030, 0.062, 7.14e-3, 16, 24600.0, 3600.0, 1e9),
-    (0.060, 0.110, 11.11e-3, 19, 58050.0, 10400.0, 1.85e9),
-)
+NAMES = "bore", "outer_diameter", "dynamic_rating", "axial_stiffness", "preload", "ball_diameter", "balls"
+NSK = dict(zip(NAMES, (0.030, 0.062, 29200.0, 1.03e9, 3350.0), strict=False))
+INA = dict(zip(NAMES, (0.035, 0.072, 45000.0, 9e8), strict=False))
+#: BS 220, 230, 260
+SNFA = [
+    dict(zip(NAMES, printed, strict=True))
+    for printed in (
+        (0.020, 0.047, 18200.0, 7.2e8, 2300.0, 6.35e-3, 13), (0.030, 0.062, 24600.0, 1e9, 3600.0, 7.14e-3, 16),
+        (0.060, 0.110, 58050.0, 1.85e9, 10400.0, 11.11e-3, 19),
+    )
+]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -49,23 +49,19 @@ def test_rows_share_preload_and_load(nsk):
 
 @pytest.mark.parametrize("printed", SNFA)
 def test_numbers_of_snfa_both_ways(printed):
-    names = "bore", "outer_diameter", "ball_diameter", "balls", "dynamic_rating", "preload", "axial_stiffness"
-    given = dict(zip(names, printed, strict=True))
-    screw = bearing_pair(**given).row.parameters.screw
-    assert pair_stiffness(screw, given["balls"], given["preload"]) == pytest.approx(printed[6], rel=0.02)
-    assert bearing_rating(screw) == pytest.approx(printed[4], rel=0.03)
-    unprinted = SupportBearingParameters(**given | {"ball_diameter": None, "balls": None})
-    ball, balls, _ = balls_of(unprinted, 0.78)
-    assert (ball, balls) == (pytest.approx(printed[2], rel=0.02), pytest.approx(printed[3], rel=0.03))
+    pair = bearing_pair(**printed)
+    assert pair.axial_stiffness == pytest.approx(printed["axial_stiffness"], rel=0.02)
+    assert pair.dynamic_rating == pytest.approx(printed["dynamic_rating"], rel=0.03)
+    unprinted = SupportBearingParameters(**printed | {"ball_diameter": None, "balls": None})
+    found = balls_of(unprinted, 0.78)[:2]
+    assert found == pytest.approx((printed["ball_diameter"], printed["balls"]), rel=0.03)
 
 
 def test_torque_of_an_axis_with_contact_seals():
     """Rows at 10 to 3000 r/min, VG 100, 30 C, of a budget of the axis, with half of the printed 0.60 N.m as seals."""
     speeds, rows = np.array([10.0, 100.0, 1000.0, 3000.0]) * RPM, [0.29, 0.20, 0.38, 0.38]
-    free, pair = (
-        bearing_pair(**INA, iso_vg=100),
-        bearing_pair(**INA, iso_vg=100, friction_torque=0.6, seals="contact"),
-    )
+    given = INA | {"friction_torque": 0.6, "seals": "contact"}
+    free, pair = bearing_pair(**INA, iso_vg=100), bearing_pair(**given, iso_vg=100)
     found = pair.torque(0.0, speeds, 303.15)
     assert free.torque(0.0, speeds, 303.15).rows == pytest.approx(rows, rel=0.05)
     assert found.rows == pytest.approx(rows, rel=0.05)
@@ -76,12 +72,11 @@ def test_torque_of_an_axis_with_contact_seals():
     assert (found.in_range, "replenishment" in found.why) == (False, True)
     assert pair.torque(0.0, speeds[:3], 303.15).in_range
     assert pair.table(speeds, np.array([303.15]))[:, 0] == pytest.approx(found.rows, rel=1e-12)
-    many, n = pair.torque(0.0, np.geomspace(*speeds[[0, 3]], 40), 303.15), 17
-    one = pair.torque(0.0, float(np.geomspace(*speeds[[0, 3]], 40)[n]), 303.15)
-    assert (many.low[n], many.high[n]) == pytest.approx((one.low, one.high), rel=0.01)
+    of_many = np.geomspace(*speeds[[0, 3]], 40)
+    many, one = pair.torque(0.0, of_many, 303.15), pair.torque(0.0, float(of_many[17]), 303.15)
+    assert (many.low[17], many.high[17]) == pytest.approx((one.low, one.high), rel=0.01)
     # the same by a screw file, in its oil
-    table = SupportBearingParameters(**INA, friction_torque=0.6, seals="contact")
-    tables = {"support_bearings": table, "lubricant": graded_oil(100, 95.0)}
+    tables = {"support_bearings": SupportBearingParameters(**given), "lubricant": graded_oil(100, 95.0)}
     screw = load_screw("example_25x10.toml").model_copy(update=tables)
     parts = other_parts(screw, speeds, 303.15)
     assert parts["support_bearings"].torque == pytest.approx(found.rows, rel=1e-9)
@@ -90,10 +85,8 @@ def test_torque_of_an_axis_with_contact_seals():
 
 def test_a_printed_torque_conditions_the_boundary_friction(nsk):
     """BS 230, 0.19 N.m: mu 0.080; a film that carries all has the torque of before."""
-    given = dict(zip(("bore", "outer_diameter", "ball_diameter", "balls"), SNFA[1][:4], strict=True))
     free, pair, measured = (
-        bearing_pair(**given, preload=3600.0, friction_torque=torque)
-        for torque in (None, 0.19, (0.189, 0.191))
+        bearing_pair(**SNFA[1], friction_torque=torque) for torque in (None, 0.19, (0.189, 0.191))
     )
     before, slow, fast = (of.torque(0.0, SLOW, ROOM) for of in (free, pair, measured))
     assert (slow.rows, fast.rows) == (pytest.approx(0.19, rel=1e-4), pytest.approx(0.19, rel=1e-4))
