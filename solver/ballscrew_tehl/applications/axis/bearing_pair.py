@@ -58,8 +58,8 @@ from .bearing_row import (
 from .parts import middle, spread
 
 #: law over printed torque at the ends of an 80 % interval, a factor: the least in steps of 0.05 with which the interval
-#: holds 80 % of the torques of examples/support_bearings.csv, the only number that is taken from them. 1.71; without one
-#: maker 1.71 to 1.79, without IBC, whose torques go as the preload, 1.25
+#: holds 80 % of the torques of examples/support_bearings.csv, the only number that is taken from them: 1.71. Without
+#: one maker 1.71 to 1.79, without IBC, whose torques go as the preload, 1.25
 CATALOGUE = 1.75
 #: contact seals have the torque of the rows at TEST_SPEED where nothing is printed, within this factor (assumed). INA
 #: prints 2RS as twice 2Z: of a printed torque they have half
