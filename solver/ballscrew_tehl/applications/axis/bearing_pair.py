@@ -175,7 +175,7 @@ class BearingPair(NamedTuple):
         parts = found.viscous, found.sliding, found.hysteresis + 0.0 * rows, rows, *ends
         columns = [np.reshape(of, -1) for of in (*parts, total, total - below, total + above)]
         shown: list[Any] = [of[0].item() for of in columns] if np.ndim(speed) == 0 else columns
-        why = self._why(load, float(speeds.max()), float(temperature))
+        why = self.why_not(load, float(speeds.max()), float(temperature))
         shown[6:6] = [self.seals]
         return BearingPairTorque._make([*shown, not why, why])
 
@@ -221,8 +221,8 @@ class BearingPair(NamedTuple):
         wide = DEVIATIONS * np.sqrt(variance)
         return np.minimum(np.exp(mean - wide), 1.0), np.maximum(np.exp(mean + wide), 1.0)
 
-    def _why(self, axial_load: float, speed: float, temperature: float) -> str:
-        """What is beyond the range of the law, "": nothing."""
+    def why_not(self, axial_load: float, speed: float, temperature: float) -> str:
+        """What is beyond the range of the law at a load [N], speed [rad/s] and temperature [K], "": nothing."""
         parameters = self.row.parameters
         screw, oil = parameters.screw, parameters.lubricant
         force = row_forces(screw, self.row.preload, axial_load)[1]

@@ -137,7 +137,9 @@ def axis_budget(
         parts["wipers"] = PartTorque(ones, ones / SPREAD, SPREAD * ones)
     ordered = {name: parts[name] for name in PART_NAMES if name in parts}
     notes = tuple(dict.fromkeys(note for part in ordered.values() for note in part.notes))
-    good = np.broadcast_to(state.in_range, speeds.shape) & (not notes)
+    good = np.logical_and.reduce(
+        [state.in_range + 0 * speeds, *(part.in_range + 0 * speeds for part in parts.values())]
+    )
     return AxisBudget(speeds, ordered, load, good, notes)
 
 

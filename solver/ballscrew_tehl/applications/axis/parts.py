@@ -10,7 +10,7 @@ does not depend on speed but for the viscous part; the same in both directions.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,7 +29,8 @@ class PartTorque(NamedTuple):
     torque: Array  # (n,) [N.m]
     low: Array
     high: Array
-    notes: tuple[str, ...] = ()  # why a law may not hold here
+    in_range: Any = True  # (n,) bool, whether its law holds
+    notes: tuple[str, ...] = ()  # on its numbers, and why the law does not hold
 
 
 def weight_along_axis(parameters: Parameters) -> float:
@@ -105,16 +106,17 @@ def other_parts(
         from .bearing_pair import pair_of
 
         load = axial_load + weight_along_axis(parameters)
-        at = pair_of(parameters).torque(load, speeds, temperature)
-        parts["support_bearings"] = PartTorque(at.rows, at.low, at.high)
+        pair = pair_of(parameters)
+        at = pair.torque(load, speeds, temperature)
+        good = np.array([not pair.why_not(load, float(speed), temperature) for speed in speeds])
+        notes = *pair.notes, *([at.why] if at.why else [])
+        parts["support_bearings"] = PartTorque(at.rows, at.low, at.high, good, notes)
         if parameters.support_bearings.seals == "contact":
-            parts["bearing_seals"] = PartTorque(*(value * one for value in pair_of(parameters).seals))
+            parts["bearing_seals"] = PartTorque._make(value * one for value in pair.seals)
     if parameters.guide is not None:
         force, low, high = guide_force(parameters)
         viscous = parameters.guide.viscous * lever * np.asarray(speeds)
-        parts["guide"] = PartTorque(
-            *(lever * (end + viscous) for end in (force * one, low * one, high * one))
-        )
+        parts["guide"] = PartTorque._make(lever * (end * one + viscous) for end in (force, low, high))
     if parameters.wipers is not None:
         parts["wipers"] = _constant(parameters.wipers.friction_torque, one)
     if parameters.motor is not None and parameters.motor.friction_torque[1] > 0.0:
