@@ -28,8 +28,8 @@ from ..axis.parts import PartTorque, other_parts
 from .directions import Bidirectional
 
 PARTS = ("support_bearings", "guide", "wipers", "motor")
-#: of a part, by the option that replaces it
-OPTIONS = {"guide": "--guide-force-n", "wipers": "--seal-torque-nm"}
+#: options by the part that they state; of bearings and seals: of the wipers alone where the file has the bearings
+OPTIONS = {"guide": "--guide-force-n", "bearings_and_seals": "--seal-torque-nm"}
 #: standard error of the exponent of speed of a part: printed torques of bearings and their law differ in it by so much
 EXPONENT = 0.1
 #: speeds of the curve of a part, between which it is a straight line
@@ -89,10 +89,14 @@ def known_parts(
     """
     speeds = np.geomspace(speed.min(), speed.max(), SPEEDS)
     parts = {} if parameters is None else other_parts(parameters, speeds, temperature)
-    notes = [f"{OPTIONS[name]} replaces {name} of the screw file" for name in stated if name in parts]
-    for name, (torque, error) in stated.items():
+    notes = []
+    for option, (torque, error) in stated.items():
+        name = {"bearings_and_seals": "wipers"}.get(option, option)
+        if parts.pop(name, None) is not None:
+            notes.append(f"{OPTIONS[option]} replaces {name} of the screw file")
         low, high = max(torque - DEVIATIONS * error, 0.0), torque + DEVIATIONS * error
-        parts[name] = PartTorque(*np.outer((torque, low, high), np.ones(SPEEDS)))
+        part = PartTorque(*np.outer((torque, low, high), np.ones(SPEEDS)))
+        parts[name if "support_bearings" in parts else option] = part
     return KnownParts(speeds, parts, _not_stated(parameters, stated), tuple(notes))
 
 
@@ -120,7 +124,6 @@ def with_ratio(parameters: Parameters, ratio: float | None) -> tuple[Parameters,
 
 
 def _not_stated(parameters: Parameters | None, stated: Mapping[str, Any]) -> tuple[str, ...]:
-    """--seal-torque-nm is of all bearings and seals, unless the file has the bearings: then it is of the wipers."""
     has = set(stated)
     if parameters is not None:
         has |= {name for name in PARTS if getattr(parameters, name) is not None}
@@ -128,8 +131,8 @@ def _not_stated(parameters: Parameters | None, stated: Mapping[str, Any]) -> tup
             has.remove("motor")
         if parameters.screw.seal_torque > 0.0:  # in the torque of the nut
             has.add("wipers")
-    if "wipers" in stated and "support_bearings" not in has:
-        has |= {"support_bearings", "motor"}
+    if "bearings_and_seals" in stated:
+        has |= {"wipers"} if "support_bearings" in has else {"support_bearings", "wipers", "motor"}
     return tuple(name for name in PARTS if name not in has)
 
 

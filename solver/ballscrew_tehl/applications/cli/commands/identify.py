@@ -48,7 +48,7 @@ class _Axis(NamedTuple):
                 raise ValueError("--lead-mm or --screw (missing); needed with --guide-force-n")
             parts["guide"] = force[0] * abs(self.lead or 0.0), force[1] * abs(self.lead or 0.0)
         if self.args.seal_torque_nm is not None:
-            parts["wipers"] = self.args.seal_torque_nm
+            parts["bearings_and_seals"] = self.args.seal_torque_nm
         return parts
 
     def stated(self, rotary: bool, names: tuple[str, str], power: int) -> list[float]:

@@ -128,7 +128,7 @@ OFFSETS = (OFFSET, OFFSET._replace(name="offset_n", help="the same as a force [N
 FRICTIONS = (
     Quantity("guide_force_n", "friction of guides and covers, the same at every speed, subtracted; F or "
              "F+-STANDARD_ERROR [N]", 0.0, MAX_FORCE),
-    Quantity("seal_torque_nm", "friction of all bearings and further seals, subtracted; of the wipers where the screw "
+    Quantity("seal_torque_nm", "friction of bearings and further seals, subtracted; of the wipers where the screw "
              "file has the bearings; T or T+-STANDARD_ERROR [N.m]", 0.0, 1e6),
 )  # fmt: skip
 
