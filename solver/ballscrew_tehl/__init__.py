@@ -10,16 +10,18 @@ from ._version import __date__ as __date__
 from ._version import __version__ as __version__
 
 if TYPE_CHECKING:
+    from .applications.axis.bearing_pair import bearing_pair
     from .applications.bearing import bearing
     from .applications.calibration.measured import calibrate
     from .contact import solve
     from .nut_map.load import load_map
     from .parameters.file import load_screw
 
-__all__ = ["bearing", "calibrate", "load_map", "load_screw", "solve"]
+__all__ = ["bearing", "bearing_pair", "calibrate", "load_map", "load_screw", "solve"]
 
 _PLACES = {
     "bearing": "applications.bearing:bearing",
+    "bearing_pair": "applications.axis.bearing_pair:bearing_pair",
     "calibrate": "applications.calibration.measured:calibrate",
     "load_map": "nut_map.load:load_map",
     "load_screw": "parameters.file:load_screw",

@@ -24,7 +24,7 @@ from ..parameters.file import (
     SolidParameters,
     graded_oil,
 )
-from ..parameters.units import COLDEST
+from ..parameters.units import COLDEST, HOTTEST
 from ..physics.hertz import RACEWAYS, reduced_radii
 from ..refinement.contacts import contacts_of
 
@@ -37,7 +37,7 @@ FLATTEST, STEEPEST = math.radians(1.0), math.radians(89.99)
 #: widest groove over ball diameter
 WIDEST_GROOVE = 2.0
 #: least and highest temperature [K] of an oil with a viscosity
-TEMPERATURES = (COLDEST, 500.0)
+TEMPERATURES = (COLDEST, HOTTEST)
 #: least speed [rad/s]: films of fractions of a nanometre, sheared by boundary friction; below, it does not change
 SLOWEST = 0.01
 #: constants of the law that a bearing has, by their names in the table friction of a screw file
@@ -121,10 +121,10 @@ class Bearing(NamedTuple):
         """
         low, high = TEMPERATURES
         loaded, slow = 0.0 < axial_load < math.inf, "below it the torque no longer depends on speed"
-        _needs(loaded, "axial_load", axial_load, "N", "> 0", "no load, no friction of the law")
-        _needs(SLOWEST <= speed < math.inf, "speed", speed, "rad/s", f">= {SLOWEST:g}", slow)
+        needs(loaded, "axial_load", axial_load, "N", "> 0", "no load, no friction of the law")
+        needs(SLOWEST <= speed < math.inf, "speed", speed, "rad/s", f">= {SLOWEST:g}", slow)
         warm, allowed = low <= temperature <= high, f"{low:g} to {high:g}"
-        _needs(warm, "temperature", temperature, "K", allowed, "is it in kelvin?")
+        needs(warm, "temperature", temperature, "K", allowed, "is it in kelvin?")
         at = self.parameters, [float(axial_load)], self.contacts, float(speed), float(temperature)
         parts, point = double_nut_parts(*at, *CAGED.values[:2]), OperatingPoint(at[1][0], *at[3:])
         rolling, hysteresis, sliding = map(float, parts)
@@ -196,18 +196,46 @@ def bearing(
     >>> result.low < result.rolling + result.sliding + result.hysteresis < result.high
     True
     """
+    screw = rings(pitch_diameter, ball_diameter, balls, contact_angle, inner_conformity, outer_conformity)
+    given, remedy = dict(friction or {}), "a bearing has no other constant"
+    for name in given:
+        needs(name in CONSTANTS, "friction", name, "", ", ".join(CONSTANTS), remedy)
+    try:
+        law = FrictionTable(**given, net_sliding_coefficient=0.0, neighbour_oil=0.0)
+    except ValidationError as err:
+        first = err.errors()[0]
+        where = ".".join(map(str, ("friction", *first["loc"])))
+        raise ValueError(f"{where} = {first['input'] if first['loc'] else given}; {first['msg']}") from None
+    D, d = 2e3 * screw.nominal_radius, 1e3 * screw.ball_diameter
+    parameters = Parameters(
+        name=f"bearing {D:g} mm, {balls} balls of {d:g} mm", screw=screw, solid=WALLS,
+        lubricant=graded_oil(iso_vg, viscosity_index) if oil is None else oil, friction=law,
+    )  # fmt: skip
+    parameters = parameters.model_copy(update={"screw": without_lead(screw)})
+    return Bearing(parameters, contacts_of(parameters, solved))
+
+
+def rings(
+    pitch_diameter: float,
+    ball_diameter: float,
+    balls: int,
+    contact_angle: float,
+    inner_conformity: float,
+    outer_conformity: float,
+) -> ScrewParameters:
+    """Rings and balls of one row as screw and nut of a short lead; arguments and ValueError of bearing."""
     D, d = float(pitch_diameter), float(ball_diameter)
-    _needs(0.0 < D <= 2.0, "pitch_diameter", D, "m", "> 0, up to 2 m", "is it in metres?")
-    _needs(0.0 < d < 0.5 * D, "ball_diameter", d, "m", f"> 0, < {0.5 * D} m", "half of pitch_diameter")
+    needs(0.0 < D <= 2.0, "pitch_diameter", D, "m", "> 0, up to 2 m", "is it in metres?")
+    needs(0.0 < d < 0.5 * D, "ball_diameter", d, "m", f"> 0, < {0.5 * D} m", "half of pitch_diameter")
     most = int(math.pi / math.asin(d / D))
     valid = isinstance(balls, Integral) and 2 <= balls <= most
-    _needs(valid, "balls", balls, "", f"2 to {most}, whole", "more do not fit the pitch circle")
+    needs(valid, "balls", balls, "", f"2 to {most}, whole", "more do not fit the pitch circle")
     valid, allowed = FLATTEST <= contact_angle <= 0.5 * math.pi, f"{FLATTEST:.4f} to pi/2 rad"
-    _needs(valid, "contact_angle", contact_angle, "rad", allowed, "is it in radians?")
+    needs(valid, "contact_angle", contact_angle, "rad", allowed, "is it in radians?")
     grooves = {"inner_conformity": inner_conformity, "outer_conformity": outer_conformity}
     for name, value in grooves.items():
         valid, allowed = 0.5 < value <= WIDEST_GROOVE, f"> 0.5, up to {WIDEST_GROOVE:g}"
-        _needs(valid, name, value, "", allowed, "it is groove radius over ball diameter")
+        needs(valid, name, value, "", allowed, "it is groove radius over ball diameter")
     screw = ScrewParameters(
         nominal_radius=0.5 * D, ball_diameter=d, contact_angle=0.25 * math.pi, lead=2.0 * d, turns=1.0,
         screw_raceway_radius=inner_conformity * d, nut_raceway_radius=outer_conformity * d, ball_count=int(balls),
@@ -219,27 +247,18 @@ def bearing(
     for name, raceway in zip(grooves, RACEWAYS, strict=True):
         R_x, R_y = reduced_radii(screw, screw.contact_angle, raceway)
         allowed = "a contact that is longer across rolling"
-        _needs(R_x <= R_y, name, grooves[name], "", allowed, "take a narrower groove")
-    given, remedy = dict(friction or {}), "a bearing has no other constant"
-    for name in given:
-        _needs(name in CONSTANTS, "friction", name, "", ", ".join(CONSTANTS), remedy)
-    try:
-        law = FrictionTable(**given, net_sliding_coefficient=0.0, neighbour_oil=0.0)
-    except ValidationError as err:
-        first = err.errors()[0]
-        where = ".".join(map(str, ("friction", *first["loc"])))
-        raise ValueError(f"{where} = {first['input'] if first['loc'] else given}; {first['msg']}") from None
-    parameters = Parameters(
-        name=f"bearing {1e3 * D:g} mm, {balls} balls of {1e3 * d:g} mm", screw=screw, solid=WALLS,
-        lubricant=graded_oil(iso_vg, viscosity_index) if oil is None else oil, friction=law,
-    )  # fmt: skip
-    # a lead at which the grooves of a screw would meet
-    flat = {"lead": LEAD * d, "lead_angle": math.atan(LEAD * d / (math.pi * D))}
-    parameters = parameters.model_copy(update={"screw": screw.model_copy(update=flat)})
-    return Bearing(parameters, contacts_of(parameters, solved))
+        needs(R_x <= R_y, name, grooves[name], "", allowed, "take a narrower groove")
+    return screw
 
 
-def _needs(valid: bool, name: str, value: object, unit: str, allowed: str, remedy: str) -> None:
+def without_lead(screw: ScrewParameters) -> ScrewParameters:
+    """With a lead at which the grooves of a screw would meet."""
+    lead = LEAD * screw.ball_diameter
+    angle = math.atan(lead / (2.0 * math.pi * screw.nominal_radius))
+    return screw.model_copy(update={"lead": lead, "lead_angle": angle})
+
+
+def needs(valid: bool, name: str, value: object, unit: str, allowed: str, remedy: str) -> None:
     """Raise a ValueError unless valid (a comparison with NaN is false)."""
     if not valid:
         raise ValueError(f"{name} = {value}{' ' * bool(unit)}{unit}; needs {allowed}: {remedy}")

@@ -104,8 +104,8 @@ def other_parts(
         from .bearing_pair import pair_of
 
         load = axial_load + weight_along_axis(parameters)
-        rows = [pair_of(parameters).torque(load, float(speed), temperature) for speed in speeds]
-        parts["support_bearings"] = PartTorque(*np.array([(at.rows, at.low, at.high) for at in rows]).T)
+        at = pair_of(parameters).torque(load, speeds, temperature)
+        parts["support_bearings"] = PartTorque(at.rows, at.low, at.high)
         if parameters.support_bearings.seals == "contact":
             parts["bearing_seals"] = PartTorque(*(value * one for value in pair_of(parameters).seals))
     if parameters.guide is not None:
