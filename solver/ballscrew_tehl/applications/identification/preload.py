@@ -294,6 +294,7 @@ def found_preload(
             _moved(friction, law, temperature, preload, _shares(friction, known, high) @ known.to_end(high))
             for high in (True, False)
         ]
+        meaning += ", which leave nothing to the nut at their high end" * (parts[0] == 0.0)
     low, high = (
         math.hypot(math.log(end / preload), of_log, math.log(part) if part > 0.0 else math.inf)
         for end, part in zip(bounds, parts, strict=True)
@@ -304,13 +305,6 @@ def found_preload(
         preload * math.exp(-of_log), preload * math.exp(of_log),
         float(np.sqrt(np.mean(residual**2))), slope, excess <= 2.0,
     )  # fmt: skip
-
-
-def preloaded(
-    friction: Bidirectional, law: ScrewMap, temperature: float, known: KnownParts | None
-) -> PreloadedLog:
-    """With what found_preload gives."""
-    return PreloadedLog(friction, found_preload(friction, law, temperature, known), temperature, known)
 
 
 def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: ScrewMap) -> Change:

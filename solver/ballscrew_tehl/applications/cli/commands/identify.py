@@ -3,6 +3,7 @@
 import json
 import math
 from argparse import Namespace
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -214,11 +215,16 @@ def _with_law(
                 )
             remainder = max(apart.without_nut_nm, 0.0)
             friction, before = (preload.without(part, remainder) for part in (friction, before))
-    log = preload.preloaded(friction, law, temperature, None if other else known)
-    data |= log.result._asdict()
+    # the errors of a log without the nut are in those of the friction
+    parts = (None, None) if other is not None else (known, known_before)
+    nuts = zip((friction, before), (temperature, then), parts, strict=True)
+    logs = [
+        preload.PreloadedLog(nut, preload.found_preload(nut, law, kelvin, of), kelvin, of)
+        for nut, kelvin, of in islice(nuts, 2 if args.before else 1)
+    ]
+    data |= logs[0].result._asdict()
     if args.before:
-        past_log = preload.preloaded(before, law, then, None if other else known_before)
-        data |= preload.change_of_preload(log, past_log, law)._asdict()
+        data |= preload.change_of_preload(logs[0], logs[1], law)._asdict()
     used = {"oil_temperature_c": temperature - CELSIUS}
     data |= used | {"screw": law.parameters.name, "friction_set": law.friction_set.name}
     return friction
