@@ -38,7 +38,8 @@ def results(native_fmu, synthetic_nut_map, tmp_path_factory):
         "servo_axis_element": lambda: ((native(AXIS),), {"stop": 0.1}),
         "servo_axis_ssp": lambda: ((native_fmu, folder / "servo_axis.ssp"), {}),
         "servo_axis_transmission": lambda: ((native(TRANSMISSION), native_fmu), {}),
-        "servo_log": lambda: ((folder,), {}), "thermal_reduction": lambda: (((1000.0,), RATIOS), {}),
+        "servo_log": lambda: ((folder,), {}), "support_bearings": lambda: ((), {}),
+        "thermal_reduction": lambda: (((1000.0,), RATIOS), {}),
         "torque_over_speed": lambda: ((), {}),
     }  # fmt: skip
 
@@ -56,8 +57,8 @@ WITH_FMU = ("circular_test", "model_exchange", "preload_monitoring", "servo_axis
             "warm_up")  # fmt: skip
 
 
-WITHOUT = ("bearing_friction", "kinematics_comparison", "preload_loss", "servo_log", "thermal_reduction",
-           "torque_over_speed")  # fmt: skip
+WITHOUT = ("bearing_friction", "kinematics_comparison", "preload_loss", "servo_log", "support_bearings",
+           "thermal_reduction", "torque_over_speed")  # fmt: skip
 
 
 @pytest.mark.parametrize("name", WITH_FMU + WITHOUT)
@@ -288,3 +289,18 @@ def test_intervals_of_the_screws_are_those_of_the_documents():
     ratio, least, largest = np.array(list(importlib.import_module("interval_of_screws").main().values())).T
     assert [least.min(), largest.max()] == pytest.approx([2.2, 4.8], abs=0.05)
     assert [ratio.min(), ratio.max()] == pytest.approx([1.1, 3.0], abs=0.05)
+
+
+def test_printed_torques_of_support_bearings(results):
+    """Levels by maker; 80 % are inside, with the least factor; stiffness and C_a of printed balls are those printed."""
+    found, example = results("support_bearings"), importlib.import_module("support_bearings")
+    levels = {
+        maker: example.level(row.law[0] / row.printed for row in rows)[0] for maker, rows in found.items()
+    }
+    expected = {"NSK": 1.03, "SNFA": 1.39, "NACHI": 1.44, "IBC": 1.95, "INA": 0.83}
+    assert levels == pytest.approx(expected, rel=0.02)
+    rows = [row for rows in found.values() for row in rows]
+    assert sum(row.inside for row in rows) >= 0.8 * len(rows) > 41.0
+    assert example.CATALOGUE - 0.05 < example.least_factor(rows) <= example.CATALOGUE
+    for row in found["SNFA"]:
+        assert (row.stiffness, row.rating) == pytest.approx((1.0, 1.0), abs=0.05)

@@ -196,7 +196,20 @@ def bearing(
     >>> result.low < result.rolling + result.sliding + result.hysteresis < result.high
     True
     """
-    screw = rings(pitch_diameter, ball_diameter, balls, contact_angle, inner_conformity, outer_conformity)
+    sizes = pitch_diameter, ball_diameter, balls, contact_angle, inner_conformity, outer_conformity
+    parameters = bearing_parameters(sizes, iso_vg, viscosity_index, oil, friction)
+    return Bearing(parameters, contacts_of(parameters, solved))
+
+
+def bearing_parameters(
+    sizes: tuple[float, float, int, float, float, float],
+    iso_vg: int = 68,
+    viscosity_index: float = 95.0,
+    oil: LubricantParameters | None = None,
+    friction: Mapping[str, Any] | None = None,
+) -> Parameters:
+    """Rings and balls as screw and nut without a lead; sizes: of rings, other arguments and ValueError of bearing."""
+    screw = rings(*sizes)
     given, remedy = dict(friction or {}), "a bearing has no other constant"
     for name in given:
         needs(name in CONSTANTS, "friction", name, "", ", ".join(CONSTANTS), remedy)
@@ -208,11 +221,10 @@ def bearing(
         raise ValueError(f"{where} = {first['input'] if first['loc'] else given}; {first['msg']}") from None
     D, d = 2e3 * screw.nominal_radius, 1e3 * screw.ball_diameter
     parameters = Parameters(
-        name=f"bearing {D:g} mm, {balls} balls of {d:g} mm", screw=screw, solid=WALLS,
+        name=f"bearing {D:g} mm, {sizes[2]} balls of {d:g} mm", screw=screw, solid=WALLS,
         lubricant=graded_oil(iso_vg, viscosity_index) if oil is None else oil, friction=law,
     )  # fmt: skip
-    parameters = parameters.model_copy(update={"screw": without_lead(screw)})
-    return Bearing(parameters, contacts_of(parameters, solved))
+    return parameters.model_copy(update={"screw": without_lead(screw)})
 
 
 def rings(

@@ -1,102 +1,76 @@
 """Friction torque of a pair of support bearings, or of one bearing with two rows, from what catalogues print.
 
-Each row is a caged ball bearing by the mechanistic law (applications.bearing), in which nothing is fitted to bearings.
+Each row is a caged ball bearing by the mechanistic law (applications.bearing), in which nothing is fitted to bearings;
+balls, preload and loads: bearing_row.
 
-Geometry: as printed. What is missing follows, on the pitch diameter (bore + outer diameter)/2 (IBC prints 1.00 to 1.10
-of it), from
-  C_a and the stiffness at the preload   ball within 2 %, number within 3 % of SNFA's twelve
-  C_a and the filled share of a row      FILL
-  section of the rings, filled share     SIZE and FILL
-C_a is that of one row in all catalogues that were read (SNFA, NSK, IBC, INA): a pair carries an axial load with one.
-Formulas: ISO 281 (physics.rating.bearing_rating), 1.01 to 1.03 of SNFA's; contact stiffness (physics.stiffness) at the
-contact angle under preload, 0.985 to 1.00 of SNFA's. A preload that is not printed is that which has the stiffness.
+A printed torque conditions the boundary friction and nothing else: lubricants of VG 22 to 150 have the same torque
+within 3 % at low speed. Catalogues print neither speed nor oil: 5 r/min, 25 C and this lubricant are assumed.
 
-Loads: the rings are rigid, one displacement adds to a row and takes from the other, F_a - F_b = P; beyond 2.83 of the
-preload one is free. The contact angle of each row rises with its load.
+Support bearings are greased: the rolling part has SKF's replenishment factor of grease, and its interval reaches to a
+flooded row.
 
-A printed torque conditions the boundary friction and nothing else: lubricants of VG 22 to 150 have the same torque within
-3 % at low speed. Catalogues print neither speed nor oil: TEST_SPEED, TEST_TEMPERATURE and this lubricant are assumed.
-
-Interval, about 80 %: the constants of friction.interval, GROOVE, what of the geometry is not printed, and CATALOGUE. A
-printed torque replaces CATALOGUE and the bounds of the boundary friction: its own range (parts.spread) counts as far as
-boundary friction has a part in the torque.
+Interval, about 80 %: the constants of friction.interval, what of UNKNOWN is not printed, and CATALOGUE. A printed
+torque replaces CATALOGUE and the bounds of the boundary friction: its range, or parts.SPREAD around one number, counts
+as far as boundary friction has a part in the torque.
 
 Not modelled: churning and running in of grease, cage, radial load, moments, heat that changes the preload.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
 
-from ...atlas.ball_contacts import BallContacts
-from ...friction.film_shear import TorqueParts
 from ...friction.interval import (
     DEVIATIONS,
+    Effects,
     OperatingPoint,
     effects_at,
     uniform_moments,
     unknown_constants,
-    with_constants,
 )
-from ...friction.mechanistic import ContactValues, double_nut_parts, replenished
-from ...numerics import Array, rising_root
+from ...friction.mechanistic import replenished
+from ...numerics import Array
 from ...nut_map.grid import THICKEST_OIL, THINNEST_OIL
 from ...parameters.axis import Range, SupportBearingParameters
-from ...parameters.file import LubricantParameters, Parameters, ScrewParameters
+from ...parameters.file import LubricantParameters, Parameters
 from ...parameters.friction import BOUNDED, BoundedConstant
 from ...parameters.toml import FieldError
-from ...parameters.units import CELSIUS, RPM
-from ...physics.ball_law import loaded_contact_angle
+from ...parameters.units import RPM
 from ...physics.lubricant import eta0
 from ...physics.rating import STATIC_PRESSURE, ball_pressure, bearing_rating
-from ...physics.stiffness import (
-    axial_deflection,
-    axial_stiffness,
-    forces_of_displacement,
-    nut_stiffness_constant,
+from ..bearing import CAGED, SLOWEST, TEMPERATURES, needs
+from .bearing_row import (
+    BOUNDARY,
+    FILLED,
+    TEST_SPEED,
+    TEST_TEMPERATURE,
+    UNKNOWN,
+    Row,
+    balls_of,
+    pair_stiffness,
+    row_forces,
+    row_of,
 )
-from ..bearing import CAGED, SLOWEST, TEMPERATURES, bearing, needs, rings, without_lead
 from .parts import middle, spread
 
-#: what catalogues of bearings do not print, within bounds
-GROOVE = BoundedConstant(
-    0.52, 0.515, 0.53, "1", "groove radius over ball diameter, both rings", "angular contact [memory]"
-)
-FILL = BoundedConstant(
-    0.78, 0.69, 0.93, "1", "diameters of the balls of a row over the circle that they fill",
-    "SNFA prints balls of 0.69 to 0.83; C_a and stiffness: IBC 0.69 to 0.84, NSK 0.86 to 0.93",
-)  # fmt: skip
-SIZE = BoundedConstant(
-    0.47, 0.40, 0.62, "1", "ball diameter over half of outer diameter less bore",
-    "SNFA prints balls of 0.40 to 0.48; C_a and stiffness: NSK 0.40 to 0.51, IBC 0.42 to 0.62",
-)  # fmt: skip
-STIFFNESS = BoundedConstant(
-    1.0, 0.97, 1.03, "1", "printed stiffness over that of the contacts, where it gives the preload",
-    "SNFA 1.00 to 1.02; twice that for other makers [assumption]",
-)  # fmt: skip
 #: law over printed torque at the ends of an 80 % interval, a factor: the least in steps of 0.05 with which the interval
-#: holds 80 % of the 53 rows of examples/support_bearings.csv. The only number that is taken from their torques; printed
-#: over law scatters by 1.65 among the makers. Without IBC, whose torques go as the preload, 1.5 holds 32 of 35
+#: holds 80 % of the torques of examples/support_bearings.csv, the only number that is taken from them: 1.71. Without
+#: one maker 1.71 to 1.79, without IBC, whose torques go as the preload, 1.25
 CATALOGUE = 1.75
-#: by their names in _row
-UNKNOWN = {"groove": GROOVE, "fill": FILL, "size": SIZE, "stiffness": STIFFNESS}
-#: balls over half of outer diameter less bore that can be; filled share that can be
-SIZES, FILLS = (0.05, 0.95), (0.4, 1.0)
-#: at which a printed torque is taken [rad/s, K]
-TEST_SPEED, TEST_TEMPERATURE = 5.0 * RPM, 25.0 + CELSIUS
-#: contact seals have the torque of the rows at this point where nothing is printed, within this factor (assumed). INA
+#: contact seals have the torque of the rows at TEST_SPEED where nothing is printed, within this factor (assumed). INA
 #: prints 2RS as twice 2Z: of a printed torque they have half
 SEAL_SPREAD = 2.0
-#: highest speed times pitch diameter [rad/s m]: catalogues allow about 200 000 mm r/min with grease, 300 000 with oil
-#: [memory]
-FASTEST = 300.0 * RPM
+#: highest speed times pitch diameter [mm r/min]: catalogues allow about 200 000 with grease, 300 000 with oil [memory]
+FASTEST = 3e5
 #: replenishment below which the rolling part falls with speed: SKF's goes as x^0.6 exp(-k x), x = viscosity times speed
 STARVED = math.exp(-0.6)
-BOUNDARY = "boundary_friction"
+#: speeds between which ends of intervals are interpolated: 5 to 3000 r/min, 0.6 % of them
+NODES = 13
+_SI = {"length": " m", "force": " N", "stiffness": " N/m", "torque": " N.m", "angle": " rad"}
 
 
 class BearingPairTorque(NamedTuple):
@@ -106,10 +80,8 @@ class BearingPairTorque(NamedTuple):
     ----------
     rolling, sliding, hysteresis : float or array
         Of both rows, as BearingTorque [N.m].
-    rows : float or array
-        Their sum [N.m].
-    low, high : float or array
-        Interval of rows, about 80 % [N.m].
+    rows, low, high : float or array
+        Their sum with its interval of about 80 % [N.m].
     seals : (float, float, float)
         Value, low and high end of the seals [N.m].
     total, total_low, total_high : float or array
@@ -134,39 +106,6 @@ class BearingPairTorque(NamedTuple):
     why: str
 
 
-class Row(NamedTuple):
-    """One of two equal rows, as screw and nut without a lead, with its preload [N]."""
-
-    parameters: Parameters
-    contacts: ContactValues
-    preload: float
-
-    def parts(self, axial_load: float, speeds: Any, temperatures: Any) -> TorqueParts:
-        """Torque of both rows (s, t) at speeds (s, 1) and temperatures (t,), floats at one point."""
-        forces = row_forces(self.parameters.screw, self.preload, axial_load)
-        at = self.contacts, speeds, temperatures, *CAGED.values[:2]
-        return double_nut_parts(self.parameters, forces, *at)
-
-    @property
-    def at_test(self) -> float:
-        """Torque of both rows at TEST_SPEED and TEST_TEMPERATURE [N.m]."""
-        return float(self.parts(0.0, TEST_SPEED, TEST_TEMPERATURE).total)
-
-    def with_friction(self, coefficient: float) -> "Row":
-        """With another boundary friction, which then counts as known."""
-        return self._replace(parameters=with_constants(self.parameters, {BOUNDARY: coefficient}))
-
-    def with_torque(self, torque: float) -> "Row":
-        """With the boundary friction at which both rows have a torque at_test, or the nearer end of its bounds."""
-        ends = BOUNDED[BOUNDARY].low, BOUNDED[BOUNDARY].high
-        low, high = (self.with_friction(end).at_test for end in ends)
-        if not low < torque < high:
-            return self.with_friction(ends[torque >= high])
-        return self.with_friction(
-            rising_root(lambda mu: self.with_friction(mu).at_test - torque, *ends, 1e-6)[0]
-        )
-
-
 class BearingPair(NamedTuple):
     """Pair of support bearings as the friction law takes it.
 
@@ -175,9 +114,10 @@ class BearingPair(NamedTuple):
     row : Row
         One of two equal rows, with its preload.
     unknown : tuple of (BoundedConstant, Row, Row)
-        What is not known of its geometry, and the row at both ends.
-    torque_deviation : float or None
-        Standard deviation of ln(torque) of a printed torque; None: none is printed.
+        What of UNKNOWN is not printed, and the row at both ends.
+    printed : (float, float) or None
+        ln(printed torque/torque of the rows) there, 0 unless the boundary friction is at an end of its bounds, and the
+        standard deviation of the former; None: no torque is printed.
     seals : (float, float, float)
         Torque of contact seals, value, low and high end [N.m].
     notes : tuple of str
@@ -186,9 +126,20 @@ class BearingPair(NamedTuple):
 
     row: Row
     unknown: tuple[tuple[BoundedConstant, Row, Row], ...]
-    torque_deviation: float | None
+    printed: tuple[float, float] | None
     seals: tuple[float, float, float]
     notes: tuple[str, ...]
+
+    @property
+    def axial_stiffness(self) -> float:
+        """Axial stiffness under the preload alone by the contacts [N/m]."""
+        screw = self.row.parameters.screw
+        return pair_stiffness(screw, screw.loaded_ball_count, self.row.preload)
+
+    @property
+    def dynamic_rating(self) -> float:
+        """C_a of one row by ISO 281 [N]."""
+        return bearing_rating(self.row.parameters.screw)
 
     def torque(self, axial_load: float, speed: Any, temperature: float) -> BearingPairTorque:
         """Friction torque of the screw against the housing.
@@ -214,83 +165,79 @@ class BearingPair(NamedTuple):
         ArithmeticError
             The equilibrium of a ball did not converge.
         """
-        one, speeds = np.ndim(speed) == 0, np.atleast_1d(np.asarray(speed, float))
-        _check_point(axial_load, speeds, np.array([temperature]))
-        place = float(axial_load), speeds[:, None], np.array([float(temperature)])
-        parts = self.row.parts(*place)
-        rows = np.broadcast_to(parts.total, (len(speeds), 1))
-        low, high = self._relative(rows, *place)
-        parts = (parts.viscous, parts.sliding, parts.hysteresis + 0.0 * rows, rows, low * rows, high * rows)
-        columns = [np.reshape(part, -1) for part in parts]
-        rows, low, high = columns[3:]
-        seals, seals_low, seals_high = self.seals
-        below, above = np.hypot(rows - low, seals - seals_low), np.hypot(high - rows, seals_high - seals)
-        total = rows + seals
-        why = self._why(*place[:2], float(temperature))
-        shown = [
-            column[0].item() if one else column for column in (*columns, total, total - below, total + above)
-        ]
-        return BearingPairTorque(*shown[:6], self.seals, *shown[6:], not why, why)
+        place = load, speeds, _ = _checked(axial_load, speed, temperature)
+        found, (seals, low, high) = self.row.parts(*place), self.seals
+        rows = np.reshape(found.total, (-1, 1))
+        ends = [rows * end for end in self._over_speed(*place)]
+        total, below, above = (
+            rows + seals, np.hypot(rows - ends[0], seals - low), np.hypot(ends[1] - rows, high - seals)
+        )  # fmt: skip
+        parts = found.viscous, found.sliding, found.hysteresis + 0.0 * rows, rows, *ends
+        columns = [np.reshape(of, -1) for of in (*parts, total, total - below, total + above)]
+        shown: list[Any] = [of[0].item() for of in columns] if np.ndim(speed) == 0 else columns
+        why = self._why(load, float(speeds.max()), float(temperature))
+        shown[6:6] = [self.seals]
+        return BearingPairTorque._make([*shown, not why, why])
 
     def table(self, speeds: Array, temperatures: Array, axial_load: float = 0.0) -> Array:
         """Torque of the rows (s, t) [N.m] at speeds (s,) [rad/s] and temperatures (t,) [K], without intervals."""
-        speeds, temperatures = (np.asarray(of, float) for of in (speeds, temperatures))
-        _check_point(axial_load, speeds, temperatures)
-        parts = self.row.parts(float(axial_load), speeds[:, None], temperatures)
-        return np.broadcast_to(parts.total, (speeds.size, temperatures.size)).copy()
+        total = self.row.parts(*_checked(axial_load, speeds, temperatures)).total
+        return np.reshape(total, (np.size(speeds), np.size(temperatures)))
 
-    def _relative(
-        self, rows: Array, axial_load: float, speeds: Array, temperatures: Array
-    ) -> tuple[Array, Array]:
-        """Ends of the interval over the torque of the rows (s, 1), as friction.interval has it."""
-        row, printed = self.row, self.torque_deviation is not None
-        names = [*unknown_constants(row.parameters), *[BOUNDARY] * printed]
+    def _over_speed(self, load: float, speeds: Array, temperatures: Array) -> tuple[Array, Array]:
+        """Ends of the interval over the torque of the rows (s, 1), between NODES of many speeds."""
+        from scipy.interpolate import CubicSpline
 
-        def effects(load: float, *at: Any) -> Any:
-            point = _Point(row.preload, *at, load)
+        if speeds.size <= NODES:
+            return self._ends(load, speeds, temperatures)
+        nodes = np.geomspace(speeds.min(), speeds.max(), NODES)[:, None]
+        low, high = (np.log(end).ravel() for end in self._ends(load, nodes, temperatures))
+        place, at = np.log(nodes).ravel(), np.log(speeds)
+        return np.exp(CubicSpline(place, low)(at)), np.exp(CubicSpline(place, high)(at))
+
+    def _ends(self, *place: Any) -> tuple[Array, Array]:
+        """The same at each speed, as friction.interval has it."""
+        row, rows, printed = self.row, self.row.parts(*place).total, self.printed
+        names = [*unknown_constants(row.parameters), *[BOUNDARY] * (printed is not None)]
+
+        def effects(load: float, speeds: Any, temperatures: Any) -> Effects:
+            point = _Point(row.preload, speeds, temperatures, load)
             return effects_at(row.parameters, point, row.contacts, CAGED, names)
 
-        here = effects(axial_load, speeds, temperatures)
-        known = [name for name in here.mean if not (printed and name == BOUNDARY)]
-        mean = sum(here.mean[name][0] for name in known)
-        variance = sum(here.deviation[name][0] ** 2 for name in known)
+        here, moments = effects(*place), []
         for constant, *of_ends in self.unknown:
-            torques = (end.parts(axial_load, speeds, temperatures).total for end in of_ends)
-            own = uniform_moments(*(np.log(end / rows) for end in torques), constant.place(constant.value))
-            mean, variance = mean + own[0], variance + own[1]
-        if self.torque_deviation is None:
-            variance = variance + (math.log(CATALOGUE) / DEVIATIONS) ** 2
+            low, high = (np.log(end.parts(*place).total / rows) for end in of_ends)
+            moments.append(uniform_moments(low, high, constant.place(constant.value)))
+        for name in here.mean:
+            if printed is None or name != BOUNDARY:
+                moments.append((here.mean[name][0], here.deviation[name][0] ** 2))
+        if printed is None:
+            moments.append((0.0, (math.log(CATALOGUE) / DEVIATIONS) ** 2))
         else:
             test = effects(0.0, TEST_SPEED, TEST_TEMPERATURE)
-            (slope, of_test) = (
-                np.log(one.ends[BOUNDARY][1][0] / one.ends[BOUNDARY][0][0]) for one in (here, test)
-            )
-            variance = variance + (self.torque_deviation * slope / of_test) ** 2
+            effect, there = (np.log(np.divide(*of.ends[BOUNDARY])[0]) for of in (here, test))
+            moments.append((printed[0] * effect / there, (printed[1] * effect / there) ** 2))
+        mean, variance = (sum(of) for of in zip(*moments, strict=True))
         wide = DEVIATIONS * np.sqrt(variance)
         return np.minimum(np.exp(mean - wide), 1.0), np.maximum(np.exp(mean + wide), 1.0)
 
-    def _why(self, axial_load: float, speeds: Array, temperature: float) -> str:
+    def _why(self, axial_load: float, speed: float, temperature: float) -> str:
         """What is beyond the range of the law, "": nothing."""
         parameters = self.row.parameters
-        screw, reasons = parameters.screw, []
-        fastest = 2.0 * screw.nominal_radius * float(speeds.max())
-        if not fastest <= FASTEST:
-            limits = (f"{1e3 * of / RPM:.3g}" for of in (fastest, FASTEST))
-            reasons.append("speed times pitch diameter = {} mm r/min; needs <= {}".format(*limits))
+        screw, oil = parameters.screw, parameters.lubricant
         force = row_forces(screw, self.row.preload, axial_load)[1]
-        pressure = ball_pressure(screw, force / screw.loaded_ball_count)
-        if not pressure <= STATIC_PRESSURE:
-            limit = 1e-9 * STATIC_PRESSURE
-            reasons.append(f"pressure of the balls = {1e-9 * pressure:.3g} GPa; needs <= {limit:g}: a dent")
-        viscosity = float(eta0(parameters.lubricant, temperature))
-        if not THINNEST_OIL <= viscosity <= THICKEST_OIL:
-            reasons.append(f"viscosity = {viscosity:.3g} Pa s; needs {THINNEST_OIL:g} to {THICKEST_OIL:g}")
-        supply = float(np.min(replenished(parameters, speeds.max(), np.array([temperature]))))
-        if not supply >= STARVED:
-            reasons.append(
-                f"replenishment = {supply:.2g}; needs >= {STARVED:.2f}: beyond, the rolling part would fall with speed"
-            )
-        return "; ".join(reasons)
+        supply = float(np.min(replenished(parameters, np.array(speed), np.array([temperature]))))
+        numbers = (
+            ("speed times diameter", 2e3 * screw.nominal_radius * speed / RPM, 0.0, FASTEST, "mm r/min"),
+            ("viscosity", float(eta0(oil, temperature)), THINNEST_OIL, THICKEST_OIL, "Pa s"),
+            ("replenishment", supply, STARVED, 1.0, "of a flooded row, or its torque falls with speed"),
+            ("pressure of a ball", ball_pressure(screw, force / screw.loaded_ball_count), 0.0, STATIC_PRESSURE, "Pa"),
+        )  # fmt: skip
+        return "; ".join(
+            f"{name} = {value:.3g}; needs {low:.3g} to {high:.3g} {unit}"
+            for name, value, low, high, unit in numbers
+            if not low <= value <= high
+        )
 
 
 class _Point(OperatingPoint):
@@ -300,172 +247,67 @@ class _Point(OperatingPoint):
         return row_forces(parameters.screw, factor * self.preload, self.axial_load)
 
 
-def row_forces(screw: ScrewParameters, preload: float, axial_load: float) -> tuple[float, float]:
-    """Forces [N] of the relieved and of the loaded row under a preload > 0 and a load of any sign [N]."""
-    if axial_load == 0.0:
-        return preload, preload
-    k = _row_constant(screw, screw.loaded_ball_count, preload)
-    return forces_of_displacement(k, preload, axial_deflection(k, preload, abs(axial_load)))
-
-
-def _row_constant(screw: ScrewParameters, balls: float, preload: float) -> float:
-    """nut_stiffness_constant of a row with this number of balls at the angle under its preload [N]."""
-    angle = loaded_contact_angle(screw, preload / balls, 1)
-    return balls * nut_stiffness_constant(screw.model_copy(update={"loaded_ball_count": 1}), angle)
-
-
-def _pair_stiffness(screw: ScrewParameters, balls: float, preload: float) -> float:
-    return axial_stiffness(_row_constant(screw, balls, preload), preload)
-
-
-def _check_point(axial_load: float, speeds: Array, temperatures: Array) -> None:
+def _checked(axial_load: float, speeds: Any, temperatures: Any) -> tuple[float, Array, Array]:
+    """Load, speeds (s, 1) and temperatures (t,) in range."""
     low, high = TEMPERATURES
+    n, T = np.asarray(speeds, float).reshape(-1, 1), np.asarray(temperatures, float).reshape(-1)
     needs(math.isfinite(axial_load), "axial_load", axial_load, "N", "finite", "0 is the preload alone")
-    slow = "below it the torque no longer depends on speed"
-    good = bool(speeds.size) and bool(np.all((speeds >= SLOWEST) & np.isfinite(speeds)))
-    needs(good, "speed", speeds.min(initial=math.inf), "rad/s", f">= {SLOWEST:g}, finite", slow)
-    good = bool(temperatures.size) and bool(np.all((temperatures >= low) & (temperatures <= high)))
-    needs(good, "temperature", temperatures, "K", f"{low:g} to {high:g}", "is it in kelvin?")
-
-
-def _pitch(table: SupportBearingParameters) -> float:
-    return table.pitch_diameter or 0.5 * (table.bore + table.outer_diameter)
-
-
-def _rings(table: SupportBearingParameters, ball: float, balls: int, groove: float) -> ScrewParameters:
-    return without_lead(rings(_pitch(table), ball, balls, table.contact_angle, groove, groove))
-
-
-class _Balls(NamedTuple):
-    """Diameter [m] and number of the balls of a row, how they were found, and which constants of _row they take."""
-
-    diameter: float
-    number: int
-    how: str = ""
-    by: tuple[str, ...] = ()
-
-
-def _balls(table: SupportBearingParameters, fill: float, size: float) -> _Balls:
-    """What is printed of the balls, and what is missing as the head of this module says."""
-    ball, number, rating = table.ball_diameter, table.balls, table.dynamic_rating
-    stiffness, preload = table.axial_stiffness, table.preload
-    if ball is not None and number is not None:
-        return _Balls(ball, number)
-    section, circle = 0.5 * (table.outer_diameter - table.bore), math.pi * _pitch(table)
-    if rating is None:
-        by = ("fill",) if ball or number else ("fill", "size")
-        ball = ball or (fill * circle / number if number else size * section)
-        number = number or round(fill * circle / ball)
-        return _Balls(ball, number, "the section of the rings and a filled row", by)
-    least, largest = (share * section for share in SIZES)
-    first = _rings(table, SIZE.value * section, 2, GROOVE.value)
-
-    def screw(ball: float) -> ScrewParameters:
-        groove = GROOVE.value * ball
-        sizes = {"ball_diameter": ball, "screw_raceway_radius": groove, "nut_raceway_radius": groove}
-        return first.model_copy(update=sizes | {"loaded_ball_count": 1})
-
-    def rated(ball: float) -> float:
-        """Number of balls with the rating: it falls with the ball."""
-        return float((rating / bearing_rating(screw(ball))) ** 1.5)
-
-    def root(rising: Callable[[float], float]) -> float:
-        sizes = f"{1e3 * least:.3g} to {1e3 * largest:.3g} mm"
-        needs(
-            rising(least) < 0.0 < rising(largest), "dynamic_rating", rating, "N",
-            f"what balls of {sizes} have together with axial_stiffness and preload",
-            "C_a is of one row; check the units, or give ball_diameter and balls",
-        )  # fmt: skip
-        return rising_root(rising, least, largest, 1e-9)[0]
-
-    how, by = "C_a", ()
-    if ball is None and number is None and stiffness is not None and preload is not None:
-        how += " and the stiffness at the preload"
-        ball = root(lambda ball: stiffness - _pair_stiffness(screw(ball), rated(ball), preload))
-    elif ball is None and number is None:
-        how, by = f"{how} and a row filled to {100.0 * fill:g} %", ("fill",)
-        ball = root(lambda ball: fill * circle / ball - rated(ball))
-    if number is None:
-        assert ball is not None
-        share = rated(ball) * ball / circle
-        needs(
-            FILLS[0] <= share <= FILLS[1], "dynamic_rating", rating, "N",
-            f"balls that fill {FILLS[0]:g} to {FILLS[1]:g} of their circle, not {share:.2f}",
-            "C_a is of one row; check axial_stiffness and preload, or omit one",
-        )  # fmt: skip
-        number = max(round(rated(ball)), 2)
-    if table.ball_diameter is None:
-        ball = root(lambda ball: number - rated(ball))
-    return _Balls(ball, number, how, by)
-
-
-def _row(table: SupportBearingParameters, law: Mapping[str, Any], **at: float) -> Row:
-    """The row with other values of constants that are not printed, by their names; law: keywords of bearing."""
-    groove, fill, size, factor = (at.get(name, of.value) for name, of in UNKNOWN.items())
-    ball, balls = _balls(table, fill, size)[:2]
-    preload, screw = table.preload, _rings(table, ball, balls, groove)
-    if preload is None:
-        assert table.axial_stiffness is not None
-        stiffness = table.axial_stiffness / factor
-
-        def excess(ln_force: float) -> float:
-            return _pair_stiffness(screw, balls, math.exp(ln_force)) - stiffness
-
-        preload = math.exp(rising_root(excess, 0.0, math.log(1e8), 1e-9)[0])
-    built = bearing(_pitch(table), ball, balls, table.contact_angle, groove, groove, **law)
-    # not solved where the atlas does not hold them: OutsideAtlasError
-    contacts = built.contacts if isinstance(built.contacts, BallContacts) else BallContacts(built.parameters)
-    return Row(built.parameters, contacts, preload)
+    good, slow = np.all((n >= SLOWEST) & np.isfinite(n)), "below it the torque no longer depends on speed"
+    needs(bool(good) and n.size > 0, "speed", speeds, "rad/s", f"finite, >= {SLOWEST:g}", slow)
+    good = np.all((low <= T) & (high >= T))
+    allowed = f"{low:g} to {high:g}"
+    needs(bool(good) and T.size > 0, "temperature", temperatures, "K", allowed, "is it in kelvin?")
+    return float(axial_load), n, T
 
 
 def _pair(table: SupportBearingParameters, law: Mapping[str, Any]) -> BearingPair:
-    """The pair of a table of the screw file."""
-    row, found, notes = _row(table, law), _balls(table, FILL.value, SIZE.value), []
-    screw, preload, printed = row.parameters.screw, row.preload, table.axial_stiffness
-    names = ["groove", *found.by]
-    if found.how:
-        notes.append(f"{found.number} balls of {1e3 * found.diameter:.3g} mm by {found.how}")
-    stiffness = _pair_stiffness(screw, found.number, preload)
+    """The pair of a table of the screw file; law: keywords of bearing."""
+    supply, given = "replenishment_constant", law.get("friction") or {}
+    row, names, notes = row_of(table, law), ["groove", *[supply] * (supply not in given)], []
+    ball, balls, how = balls_of(table, UNKNOWN["fill"].value)
+    if how:
+        notes.append(f"{balls} balls of {1e3 * ball:.3g} mm by C_a and {how}")
+        names += ["fill"] * (how == FILLED)
+        if table.contact_angle <= 0.25 * math.pi:
+            notes.append(
+                "contact_angle: below 45 degrees ISO 281 has another formula of C_a than the one taken"
+            )
+    pair, contact = BearingPair(row, (), None, (0.0, 0.0, 0.0), ()), table.seals == "contact"
+    stiffness, printed, known = pair.axial_stiffness, table.axial_stiffness, UNKNOWN["stiffness"]
     if table.preload is None:
         names.append("stiffness")
-        notes.append(f"preload {preload:.4g} N by the stiffness")
-    elif printed is not None and not STIFFNESS.low <= printed / stiffness <= STIFFNESS.high:
-        both = f"{1e-6 * printed:.4g} N/um is printed, {1e-6 * stiffness:.4g} N/um computed at the preload"
+        notes.append(f"preload {row.preload:.4g} N by the stiffness")
+    elif printed is not None and not known.low <= printed / stiffness <= known.high:
+        both = f"{1e-6 * printed:.4g} N/um printed, {1e-6 * stiffness:.4g} N/um by the balls at the preload"
         notes.append(f"axial_stiffness: {both}: one of the numbers is of another bearing")
-    unknown = [
-        (of, *(_row(table, law, **{name: end}) for end in (of.low, of.high)))
-        for name in names for of in (UNKNOWN[name],)
-    ]  # fmt: skip
-    law_torque = row.at_test
+    unknown = []
+    for name in names:
+        low, high = (row_of(table, law, **{name: end}) for end in (UNKNOWN[name].low, UNKNOWN[name].high))
+        unknown.append((UNKNOWN[name], low, high))
+    pair = pair._replace(unknown=tuple(unknown))
     if table.friction_torque is None:
-        value = law_torque if table.seals == "contact" else 0.0
-        seals = value, value / SEAL_SPREAD, value * SEAL_SPREAD
-        if value:
-            notes.append(
-                f"contact seals: taken as the rows within a factor of {SEAL_SPREAD:g}; none is printed"
-            )
-        return BearingPair(row, tuple(unknown), None, seals, tuple(notes))
-    share = 0.5 if table.seals == "contact" else 1.0
-    torque, ends = (
-        share * middle(table.friction_torque),
-        [share * end for end in spread(table.friction_torque)],
-    )
-    seals = (torque, *ends) if share < 1.0 else (0.0, 0.0, 0.0)
-    free = BearingPair(row, tuple(unknown), None, (0.0, 0.0, 0.0), ())
-    low, high = free.torque(0.0, TEST_SPEED, TEST_TEMPERATURE)[4:6]
-    where = f"friction_torque: {torque:.3g} N.m of the rows is printed, {law_torque:.3g} N.m computed"
-    if not low <= torque <= high:
-        by = "stiffness" if table.preload is None else "preload"
-        notes.append(f"{where} by the {by}, interval {low:.3g} to {high:.3g} N.m: they contradict each other")
+        if contact:
+            torque, how = row.at_test, f"as the rows at 5 r/min, within a factor of {SEAL_SPREAD:g}"
+            pair = pair._replace(seals=(torque, torque / SEAL_SPREAD, torque * SEAL_SPREAD))
+            notes.append(f"contact seals: {how}: nothing is printed")
+        return pair._replace(notes=tuple(notes))
+    share = 0.5 if contact else 1.0
+    torque, (least, most) = share * middle(table.friction_torque), spread(table.friction_torque)
+    law_torque, *ends = pair.torque(0.0, TEST_SPEED, TEST_TEMPERATURE)[3:6]
+    where = f"friction_torque: {torque:.3g} N.m of the rows printed, {law_torque:.3g} N.m by the law"
+    if not ends[0] <= torque <= ends[1]:
+        notes.append(f"{where}, interval {ends[0]:.3g} to {ends[1]:.3g}: the printed numbers do not fit")
     row = row.with_torque(torque)
-    unknown = [(of, low.with_torque(torque), high.with_torque(torque)) for of, low, high in unknown]
-    friction = row.parameters.friction.boundary_friction
+    left, friction = math.log(torque / row.at_test), row.parameters.friction.boundary_friction
     if friction in (BOUNDED[BOUNDARY].low, BOUNDED[BOUNDARY].high):
-        notes.append(
-            f"{where}: boundary friction ends at {friction:g}, where the rows have {row.at_test:.3g} N.m"
-        )
-    deviation = 0.5 * math.log(ends[1] / ends[0]) / DEVIATIONS
-    return BearingPair(row, tuple(unknown), deviation, seals, tuple(notes))
+        notes.append(f"{where}: boundary friction ends at {friction:g}, which gives {row.at_test:.3g}")
+    return BearingPair(
+        row,
+        tuple((of, low.with_torque(torque), high.with_torque(torque)) for of, low, high in unknown),
+        (left, 0.5 * math.log(most / least) / DEVIATIONS),
+        (torque, share * least, share * most) if contact else (0.0, 0.0, 0.0),
+        tuple(notes),
+    )
 
 
 def bearing_pair(
@@ -518,7 +360,7 @@ def bearing_pair(
     oil : LubricantParameters, optional
         Another oil.
     friction : mapping of str to float, optional
-        Constants of the law, as of bearing.
+        Constants of the law, as of bearing; replenishment_constant 0 is a flooded pair, default: that of grease.
 
     Returns
     -------
@@ -532,7 +374,7 @@ def bearing_pair(
 
     Notes
     -----
-    How a missing number is found, what the interval contains and what is assumed: head of the module bearing_pair.
+    How a missing number is found, what the interval contains, what is assumed: heads of bearing_row and this module.
 
     Examples
     --------
@@ -545,22 +387,13 @@ def bearing_pair(
     >>> result.low < 0.24 < result.high, result.in_range
     (True, True)
     """
-    names = tuple(SupportBearingParameters.model_fields)
-    given = {name: value for name, value in locals().items() if name in names}
+    given = {name: value for name, value in locals().items() if name in SupportBearingParameters.model_fields}
     try:
         table = SupportBearingParameters(**given)
     except ValidationError as err:
         raise ValueError(_refused(given, dict(err.errors()[0]))) from None
-    if friction_torque is not None:
-        stated = BOUNDARY in (friction or {})
-        needs(
-            not stated,
-            "friction",
-            BOUNDARY,
-            "",
-            "no such entry with friction_torque",
-            "the torque conditions it",
-        )
+    stated = friction_torque is not None and BOUNDARY in (friction or {})
+    needs(not stated, "friction", BOUNDARY, "", "another constant", "friction_torque conditions this one")
     law = {"iso_vg": iso_vg, "viscosity_index": viscosity_index, "oil": oil, "friction": friction}
     return _pair(table, law)
 
@@ -568,20 +401,16 @@ def bearing_pair(
 def _refused(given: Mapping[str, Any], error: Mapping[str, Any]) -> str:
     """The one line of an argument that the table of a screw file refuses."""
     cause = error.get("ctx", {}).get("error")
+    known = isinstance(cause, FieldError)
     field = cause.field if isinstance(cause, FieldError) else str(error["loc"][0])
     entry = SupportBearingParameters.entries()[field]
-    where = f"{field} = {given[field]}{SI.get(entry.dimension or '', '')}; needs "
-    if isinstance(cause, FieldError):
-        return f"{where}{cause.allowed}: {cause.remedy}"
-    said = error["msg"].removeprefix("Input should be ")
-    return f"{where}{said}: it stands for: {entry.info.description}"
-
-
-SI = {"length": " m", "force": " N", "stiffness": " N/m", "torque": " N.m", "angle": " rad"}
+    allowed, remedy = (cause.allowed, cause.remedy) if known else (error["msg"], entry.info.description)
+    value = f"{given[field]}{_SI.get(entry.dimension or '', '')}"
+    return f"{field} = {value}; needs {allowed.removeprefix('Input should be ')}: {remedy}"
 
 
 def pair_of(parameters: Parameters) -> BearingPair:
-    """The support bearings of a screw file with its lubricant; made once for tables that are equal."""
+    """The support bearings of a screw file with its lubricant, made once for equal tables."""
     assert parameters.support_bearings is not None
     return _pair_of(parameters.support_bearings, parameters.lubricant)
 
