@@ -82,10 +82,11 @@ def preload_interval(
     speed: float,
     temperature: float,
     difference: float = 0.0,
+    axial_load: float = 0.0,
 ) -> PreloadInterval:
     """Preloads [N] at which a measured torque [N.m] >= 0 is the high and low end of its interval, within the map.
 
-    difference: temperature of screw minus that of the nut [K]
+    difference: temperature of screw minus that of the nut [K];  axial_load: [N]
     """
     parameters = of_force(parameters, friction_set)
     axes, at = nut_map.header["axes"], (speed, temperature)
@@ -93,11 +94,11 @@ def preload_interval(
 
     def interval(preload: float) -> TorqueInterval:
         actual = nut_map.actual_preload(preload, difference) if difference else preload
-        return map_interval(parameters, axes, friction_set, actual, *at)
+        return map_interval(parameters, axes, friction_set, actual, *at, axial_load)
 
     def end(preload: float, which: int) -> float:
         seals = nut_map.seal_torque
-        state = nut_map.evaluate(preload, *at, temperature_difference=difference)
+        state = nut_map.evaluate(preload, *at, axial_load, temperature_difference=difference)
         balls = float(state.friction_torque) - seals
         return interval(preload).relative[which] * balls + seals
 

@@ -5,15 +5,28 @@ import re
 
 import numpy as np
 import pytest
-from command_line import answer, run
-from servo_log import CONSTANT, GAIN, GUIDES, MASS, PIECES, main
+from command_line import answer, refused, run
+from servo_log import CONSTANT, GAIN, GUIDES, LEAD, MASS, PIECES, main
 
 from ballscrew_tehl.nut_map.file import VG100, packaged_map
 from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
 
 MAP = ("--screw", PACKAGED_VG100, "--map", packaged_map(VG100))
-AXIS = ("--torque-constant-nm-a", CONSTANT, "--guide-force-n", GUIDES)
+AXIS = ("--torque-constant-nm-a", CONSTANT, "--guide-force-n", GUIDES, "--seal-torque-nm", 0)
+#: tables of an axis whose guide has 80 N and no other part any friction
+TABLES = """
+[wipers]
+friction_torque_Nm = 0
+[motor]
+friction_torque_Nm = 0
+ratio = 1
+[guide]
+friction_coefficient = [0.002, 0.00301]
+cover_force_N = [66, 70]
+[axis]
+moved_mass_kg = 500
+"""
 
 
 @pytest.fixture(scope="module")
@@ -49,10 +62,10 @@ def test_from_a_log_to_preload_change_and_calibration(capsys, logs, tmp_path):
     words = (*AXIS, *MAP, "--friction", fit, "--output", tmp_path / "now.json")
     _, text, _ = run(capsys, "identify", logs / "now.csv", *words)
     # the answer before the table
-    assert [line.split()[0] for line in text.splitlines()[:4]] == ["preload", "shape", "inertia", "offset"]
-    assert ("some of" in text, "too high" in text, len(text.splitlines()) < 24) == (True, False, True)
+    assert [line.split()[0] for line in text.splitlines()[:4]] == ["preload", "shape", "nut", "inertia"]
+    assert ("some of" in text, "too high" in text, len(text.splitlines()) < 25) == (True, False, True)
     _, text, _ = run(capsys, "identify", logs / "now.csv", *AXIS[:2], *MAP)
-    assert "too high by the friction of guides" in text.splitlines()[0]
+    assert "too high by the friction of support_bearings, guide, wipers, motor" in text.splitlines()[0]
     assert "note: the friction is that" not in text
     # the file of another screw, without a map
     own = tmp_path / "own.toml"
@@ -75,6 +88,40 @@ def test_from_a_log_to_preload_change_and_calibration(capsys, logs, tmp_path):
     at = np.interp(middle["speed_rpm"] / 60.0 * 8e3, velocity, current)
     assert at * 1e-3 * CONSTANT == pytest.approx(middle["torque_nm"], rel=0.02)
     assert 100.0 / 60.0 * 8e3 <= velocity[1] <= velocity[-1] <= 1200.0 / 60.0 * 8e3
+
+
+def test_tables_of_the_axis_are_subtracted_unless_a_log_or_an_option_states_more(capsys, logs, tmp_path):
+    screw = tmp_path / "axis.toml"
+    screw.write_text(PACKAGED_VG100.read_text() + TABLES)
+    words = "identify", logs / "now.csv", *AXIS[:2], "--map", MAP[3], "--screw", screw
+    found, _ = answer(capsys, *words)
+    assert (found["not_stated"], found["preload_is_upper_bound"]) == (["support_bearings"], True)
+    assert (found["preload_low_n"], found["shape_fits"]) == (0.0, None)
+    assert found["subtracted"]["guide"]["torque_nm"] == pytest.approx(GUIDES * LEAD, rel=0.01)
+    _, text, _ = run(capsys, *words)
+    assert "too high by the friction of support_bearings, which" in text
+    found, _ = answer(
+        capsys, *words, "--seal-torque-nm", "0+-0.05", "--guide-force-n", "80+-10", "--ratio", "-1"
+    )
+    assert found["preload_low_n"] < 1800.0 < found["preload_high_n"]
+    assert ("preload_is_upper_bound" in found, found["not_stated"], found["ratio"]) == (False, [], -1.0)
+    limits = found["subtracted"]["guide"]
+    assert limits["high_nm"] - limits["torque_nm"] == pytest.approx(10.0 * 1.2816 * LEAD)
+    share = 1.0 - GUIDES * LEAD / found["axis_torque_nm"]
+    assert found["nut_share"] == pytest.approx(share, abs=0.01)
+    assert [note.split()[0] for note in found["notes"][-2:]] == ["--guide-force-n", "--seal-torque-nm"]
+    bare = tmp_path / "bare.csv"
+    rows = (logs / "now.csv").read_text().splitlines()
+    small = (",".join([*row.split(",")[:2], str(0.2 * float(row.split(",")[2])), "30"]) for row in rows[1:])
+    bare.write_text("\n".join([rows[0], *small]))
+    found, _ = answer(capsys, *words, "--without-nut", bare)
+    assert list(found["subtracted"]) == ["log_without_nut"]
+    assert found["nut_share"] == pytest.approx(0.8, abs=0.01)
+    assert "not [guide], [wipers], [motor]" in found["notes"][-1]
+    problem = refused(capsys, *words, "--ratio", "2")
+    assert "--ratio = 2; allowed: that of [motor] in the screw file, 1 (with either sign)" in problem
+    screw.write_text(PACKAGED_VG100.read_text() + TABLES + 'drive = "belt"\n')
+    assert "axis.drive = 'belt'; allowed:" in refused(capsys, *words)
 
 
 def test_exports_hold_the_map(capsys, tmp_path):

@@ -93,6 +93,7 @@ REFUSALS = {
         (("log.csv", "--torque-constant-nm-a", "1", "--lead-mm", "8"), "log.csv: current is constant"),
         (("log.csv", "--mass-kg", "1", "--inertia-kgm2", "1"), "--inertia-kgm2 and --mass-kg; allowed: one of them"),
         (("log.csv", "--offset-nm", "1+-x"), "--offset-nm: standard error = x; allowed: 0 to 1e+07"),
+        (("log.csv", "--guide-force-n", "80+--1"), "--guide-force-n: standard error = -1; allowed: 0 to 1e+07"),
         (("log.csv", "--before", "log.csv"), "allowed: with both, which turn friction into preload"),
         (("text.csv", "--gain-n-v", "1"), "text.csv: line 4: position [m] = 'x'; allowed: a number"),
         (("back.csv", "--gain-n-v", "1"), "time runs backwards 1 times, first from 0.008 to 0.005 s after row 9"),

@@ -14,6 +14,7 @@ from ballscrew_tehl.applications.identification.dynamics import identify
 from ballscrew_tehl.applications.identification.log_file import Log, read_log
 from ballscrew_tehl.applications.identification.output import identified_data, identified_text
 from ballscrew_tehl.applications.identification.preload import (
+    PreloadedLog,
     ScrewMap,
     change_of_preload,
     found_preload,
@@ -193,7 +194,7 @@ def test_preload_and_its_change_with_known_guides(law):
         assert one.offset_limits[0] <= axis.TILT <= one.offset_limits[1]
         friction = without(screw_friction(one, None), GUIDES * LEAD)
         logs.append(screw_friction(one, None))
-        found.append((friction, found_preload(friction, law, 303.15), 303.15))
+        found.append(PreloadedLog(friction, found_preload(friction, law, 303.15), 303.15))
         assert found[-1][1].preload_low_n < preload < found[-1][1].preload_high_n
         assert found[-1][1].preload_log_low_n < preload < found[-1][1].preload_log_high_n
         assert found[-1][1].shape_fits

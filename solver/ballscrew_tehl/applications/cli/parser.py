@@ -150,6 +150,7 @@ COMMANDS = {
         option("--column", "a column by heading: \"current=Iq_act [A]\" (repeat it)", "NAME=HEADING",
                action="append", default=[]),
         *numbers(*q.IDENTIFY_OPTIONS, q.TEMPERATURE, q.DIFFERENCE), *numbers(*q.OFFSETS, type=with_error),
+        *(part for one in q.FRICTIONS for part in numbers(one, type=functools.partial(with_error, quantity=one))),
         option("--without-nut", "log of the same axis without the nut, which is subtracted", "LOG.csv"),
         option("--before", "earlier log of the same axis: change of the preload", "LOG.csv"),
         PLOT,

@@ -24,8 +24,8 @@ preload [N],speed [r/min],temperature [degC],torque [N.m],torque error [N.m]"""
 MAX_ROWS, TEXT_ROWS = 12, 6
 #: of a preload whose torque contains more than that of the nut
 TOO_HIGH = (
-    ", too high by the friction of guides, seals and bearings, which counts as the nut's without --guide-force-n, "
-    "--seal-torque-nm or --without-nut LOG.csv"
+    ", too high by the friction of {missing}, which counts as the nut's: state it in the screw file (0 if there is "
+    "none), by --guide-force-n, --seal-torque-nm or --without-nut LOG.csv"
 )
 #: lines of the text on the preload, by a key that they need
 PRELOAD_LINES = {
@@ -101,13 +101,18 @@ def identified_text(result: Identified, data: dict[str, Any]) -> str:
             of_offset += f"; friction's own (f+ - f-)/2 {own:+.3g} +- {half:.2g} {effort} in the mean"
     of_delay = f" of the {units.names[2]} behind the motion, with friction that still rises behind reversals"
     if data.get("preload_is_upper_bound"):
-        data = data | {
-            "preload_interval": "an upper bound: nothing was subtracted, so that no shape tests the law"
-        }
+        data = data | {"missing": ", ".join(data["not_stated"])}
     fits = "fits" if data.get("shape_fits") else "does not fit"
     lines = [
         text.format(fits=fits, **data) for key, text in PRELOAD_LINES.items() if data.get(key) is not None
     ]
+    if data.get("subtracted"):
+        parts = ", ".join(
+            "{} {torque_nm:.3g} ({low_nm:.3g} to {high_nm:.3g})".format(name, **part)
+            for name, part in data["subtracted"].items()
+        )
+        left = "{nut_share:.0%} of {axis_torque_nm:.3g} N m at {typical_speed_rpm:.4g} r/min".format(**data)
+        lines.append(f"nut       {left}; subtracted, 80 % [N m]: {parts}")
     contains = [] if lines else filter(None, [data.get("contains")])
     for name, key, factor, unit, remark in (
         (units.names[0], units.inertia, 1.0, inertia, ""),

@@ -1,7 +1,8 @@
 """Preload behind the friction that a log gives, by the law of a map, and what is separated from it.
 
 The friction torque at the screw is the mean of both directions at one speed: gravity and tilt fall out. One preload is
-fitted to all speeds, each weighted by its standard error and a shape error SHAPE of the law.
+fitted to all speeds, each weighted by its standard error and a shape error SHAPE of the law. Its interval contains that
+of the known parts (known_parts); the test of the shape has their levels and exponents of speed as unknowns.
 """
 
 import math
@@ -20,10 +21,13 @@ from ballscrew_tehl.runtime.packed import Law
 
 from .directions import LIMIT, Bidirectional
 from .dynamics import Identified
+from .known_parts import KnownParts
 
 #: relative error of the law's shape over speed that is allowed for;  fewest speeds within a map;  share of a torque
 #: that it has to have left without known parts;  relative distance of a preload from the ends of a map
 SHAPE, MIN_SPEEDS, LEFT, INSIDE = 0.01, 3, 0.05, 1e-3
+#: part of the error of the known parts that moves two logs, the first that leaves a torque of the nut in both
+MOVED = (1.0, 0.5, 0.25, 0.125)
 #: friction by the law over speed > 0 [SI of the axis], known parts included: speed, value, low, high, label
 LawCurve = tuple[Array, Array, Array, Array, str]
 
@@ -35,10 +39,12 @@ class ScrewMap(NamedTuple):
     nut_map: NutMap
     friction_set: FrictionSet
     difference: float = 0.0  # temperature of the screw minus that of the nut [K]
+    axial_load: float = 0.0  # weight of the table along an inclined axis [N]
 
     def torque(self, preload: float, speed: Array | float, temperature: float) -> Array:
         """[N.m], preload: with screw and nut at one temperature."""
-        state = self.nut_map.evaluate(preload, speed, temperature, temperature_difference=self.difference)
+        of_nut = {"axial_load": self.axial_load, "temperature_difference": self.difference}
+        state = self.nut_map.evaluate(preload, speed, temperature, **of_nut)
         return np.asarray(state.friction_torque)
 
     @property
@@ -113,8 +119,10 @@ def screw_friction(identified: Identified, lead: float | None) -> Bidirectional:
     return both if identified.rotary else both.at_screw(abs(lead or 1.0))
 
 
-def without(friction: Bidirectional, known: float, other: Bidirectional | None = None) -> Bidirectional:
-    """Friction at the screw less a known torque [N.m] and that of a log without the nut."""
+def without(
+    friction: Bidirectional, known: Array | float, other: Bidirectional | None = None
+) -> Bidirectional:
+    """Friction at the screw less known torques [N.m] and that of a log without the nut."""
     torque, error = friction.mean - known, friction.error
     if other is not None:
         if friction.speed.min() > other.speed.max() or friction.speed.max() < other.speed.min():
@@ -126,7 +134,8 @@ def without(friction: Bidirectional, known: float, other: Bidirectional | None =
     if not mean > LEFT * whole:
         raise ValueError(
             f"friction of the axis = {whole:.4g} N.m, without the known parts {mean:.4g} N.m; allowed: known parts "
-            "smaller than the whole: check --guide-force-n, --seal-torque-nm, --without-nut, torque constant or gain"
+            "smaller than the whole: check tables of the axis in the screw file, --guide-force-n, --seal-torque-nm, "
+            "--without-nut, torque constant or gain"
         )
     return friction._replace(mean=torque, error=error).where(torque > 0.0)
 
@@ -147,8 +156,9 @@ def _weight(friction: Bidirectional) -> Array:
     return np.asarray(1.0 / np.hypot(friction.error / friction.mean, SHAPE))
 
 
-def _typical_speed(friction: Bidirectional) -> float:
-    """Mean of ln(speed), weighted as the fit."""
+def typical_speed(friction: Bidirectional, law: ScrewMap) -> float:
+    """Mean of ln(speed) within the map, weighted as the fit [rad/s]."""
+    friction = _inside(friction, law)
     return float(np.exp(np.average(np.log(friction.speed), weights=_weight(friction) ** 2)))
 
 
@@ -164,7 +174,49 @@ def _fitted(friction: Bidirectional, law: ScrewMap, temperature: float, factor: 
     return math.exp(scipy.optimize.minimize_scalar(misfit, bounds=bounds, options={"xatol": 1e-7}).x)
 
 
-def found_preload(friction: Bidirectional, law: ScrewMap, temperature: float) -> FoundPreload:
+def _moved(friction: Bidirectional, law: ScrewMap, temperature: float, preload: float, other: Array) -> float:
+    """Preload over the found one where the known parts have this torque more than was subtracted; 0: below the map."""
+    weight, now = _weight(friction), law.torque(preload, friction.speed, temperature)
+
+    def misfit(log_preload: float) -> float:
+        model = law.torque(math.exp(log_preload), friction.speed, temperature)
+        return float(np.sum((weight * (model - now + other) / now) ** 2))
+
+    bounds = np.log(law.preloads)
+    end = math.exp(scipy.optimize.minimize_scalar(misfit, bounds=bounds, options={"xatol": 1e-6}).x)
+    return 0.0 if end < law.preloads[0] * (1.0 + INSIDE) else end / preload
+
+
+def _shares(friction: Bidirectional, known: KnownParts, high: bool) -> Array:
+    """Of each part in the error of all that moves the fitted preload most, towards their high or low ends."""
+    return known.at(friction.speed).shares(high, _weight(friction) ** 2 / friction.mean)
+
+
+def _excess(friction: Bidirectional, known: KnownParts | None, residual: Array, rise: Array) -> float:
+    """Mean square of the residual over its errors that neither preload nor errors of the known parts explain."""
+    weight, columns = _weight(friction), np.empty((len(residual), 0))
+    if known is not None:
+        columns = known.shape_columns(friction.mean)
+    count = columns.shape[1]
+    a = np.block([[rise[:, None], columns], [np.zeros((count, 1)), np.eye(count)]])
+    a[: len(residual)] *= weight[:, None]
+    b = np.r_[residual * weight, np.zeros(count)]
+    left = b - a @ np.linalg.lstsq(a, b, rcond=None)[0]
+    return float(left @ left) / max(len(residual) - 1, 1)
+
+
+class PreloadedLog(NamedTuple):
+    """Friction of the nut, the preload behind it, oil temperature [K], what was subtracted."""
+
+    friction: Bidirectional
+    result: FoundPreload
+    temperature: float
+    known: KnownParts | None = None
+
+
+def found_preload(
+    friction: Bidirectional, law: ScrewMap, temperature: float, known: KnownParts | None = None
+) -> FoundPreload:
     """Preload at which the law of a map gives the friction of the nut alone.
 
     Parameters
@@ -175,6 +227,8 @@ def found_preload(friction: Bidirectional, law: ScrewMap, temperature: float) ->
         Map of the screw with its friction set.
     temperature : float
         Temperature of the oil [K].
+    known : KnownParts, optional
+        What was subtracted, whose errors count.
 
     Returns
     -------
@@ -219,18 +273,32 @@ def found_preload(friction: Bidirectional, law: ScrewMap, temperature: float) ->
     weight, steps = _weight(friction), (0.0, 1e-3, -1e-3)
     now, above, below = (law.torque(preload * (1.0 + step), friction.speed, temperature) for step in steps)
     residual, rise = np.log(friction.mean / now), np.log(above / below) / (2.0 * steps[1])
-    excess = float(np.sum((residual * weight) ** 2)) / max(len(residual) - 1, 1)
+    known = known and known.at(friction.speed)
+    excess = _excess(friction, known, residual, rise)
     of_log = math.sqrt(max(excess, 1.0) / float(np.sum((rise * weight) ** 2))) * LIMIT
     bounds, meaning = (preload, preload), "95 %, of the log alone: this friction set has no interval"
     if law.nut_map.law == Law.MECHANISTIC:
-        point = preload, _typical_speed(friction), temperature
+        point = preload, typical_speed(friction, law), temperature
         torque = float(law.torque(*point))
-        ends = preload_interval(law.parameters, law.nut_map, law.friction_set, torque, *point)
+        ends = preload_interval(
+            law.parameters, law.nut_map, law.friction_set, torque, *point, law.difference, law.axial_load
+        )
         bounds = ends.low, ends.high
         meaning = f"law {ends.meaning}; 95 % of the log added in quadrature"
         if ends.at_edge:
             meaning += f"; the {' and '.join(ends.at_edge)} end is that of the map"
-    low, high = (math.hypot(math.log(end / preload), of_log) for end in bounds)
+    parts = [1.0, 1.0]
+    if known is not None and known.parts:
+        meaning += "; 80 % of the known parts as well"
+        parts = [
+            _moved(friction, law, temperature, preload, _shares(friction, known, high) @ known.to_end(high))
+            for high in (True, False)
+        ]
+        meaning += ", which leave nothing to the nut at their high end" * (parts[0] == 0.0)
+    low, high = (
+        math.hypot(math.log(end / preload), of_log, math.log(part) if part > 0.0 else math.inf)
+        for end, part in zip(bounds, parts, strict=True)
+    )
     slope = float(np.polyfit(np.log(friction.speed), residual, 1)[0])
     return FoundPreload(
         preload, preload * math.exp(-low), preload * math.exp(high), meaning,
@@ -239,33 +307,50 @@ def found_preload(friction: Bidirectional, law: ScrewMap, temperature: float) ->
     )  # fmt: skip
 
 
-#: friction of the nut, the preload behind it, oil temperature [K]
-PreloadedLog = tuple[Bidirectional, FoundPreload, float]
-
-
 def change_of_preload(now: PreloadedLog, before: PreloadedLog, law: ScrewMap) -> Change:
     """The law's level is common to both: it moves the ratio only as far as the law is no power of the preload. The
     exponent of that power may be wrong as far as it is from 1 (torque in proportion to the preload, as in ISO 3408).
+    Errors of the known parts are common, too, and move both logs the same way.
     """
     from ballscrew_tehl.nut_map.interval import map_interval
 
-    ratio = now[1].preload_n / before[1].preload_n
-    own = math.hypot(*(math.log(log[1].preload_log_high_n / log[1].preload_n) for log in (now, before)))
+    logs = now, before
+    ratio = now.result.preload_n / before.result.preload_n
+    own = math.hypot(*(math.log(log.result.preload_log_high_n / log.result.preload_n) for log in logs))
     moved = [0.0]
     if law.nut_map.law == Law.MECHANISTIC:
-        friction, result, temperature = now
-        point = result.preload_n, _typical_speed(_inside(friction, law)), temperature
+        friction, result, temperature, _ = now
+        point = result.preload_n, typical_speed(friction, law), temperature, law.axial_load
         of_law = of_force(law.parameters, law.friction_set), law.nut_map.header["axes"], law.friction_set
         for factor in map_interval(*of_law, *point).relative:
-            ends = [_fitted(_inside(part, law), law, kelvin, factor) for part, _, kelvin in (now, before)]
+            ends = [_fitted(_inside(part, law), law, kelvin, factor) for part, _, kelvin, _ in logs]
             if all(map(law.holds, ends)):
                 moved.append(math.log(ends[0] / ends[1] / ratio))
     low, high = law.nut_map.header["axes"]["speed"][:2]
-    speed = now[0].speed[(now[0].speed >= low) & (now[0].speed <= high)]
-    torques = [float(np.mean(law.torque(log[1].preload_n, speed, now[2]))) for log in (now, before)]
+    speed = now.friction.speed[(now.friction.speed >= low) & (now.friction.speed <= high)]
+    torques = [float(np.mean(law.torque(log.result.preload_n, speed, now.temperature))) for log in logs]
     of_exponent = abs(math.log(ratio) - math.log(torques[0] / torques[1]))
-    wide = math.hypot(own, max(map(abs, moved))) + of_exponent
-    return Change(before[1].preload_n, ratio, ratio * math.exp(-wide), ratio * math.exp(wide))
+    wide = math.hypot(own, max(map(abs, moved)), _moved_ratio(now, before, law)) + of_exponent
+    return Change(before.result.preload_n, ratio, ratio * math.exp(-wide), ratio * math.exp(wide))
+
+
+def _moved_ratio(now: PreloadedLog, before: PreloadedLog, law: ScrewMap) -> float:
+    """Change of ln(ratio of the preloads) by one error of the known parts in both logs."""
+    if now.known is None or before.known is None:
+        return 0.0
+    moved = [0.0]
+    for high in (True, False) if now.known.parts else ():
+        shares = _shares(_inside(now.friction, law), now.known, high)
+        for part in MOVED:
+            ends = []
+            for log, known in ((now, now.known), (before, before.known)):
+                friction = _inside(log.friction, law)
+                other = part * shares @ known.at(friction.speed).to_end(high)
+                ends.append(_moved(friction, law, log.temperature, log.result.preload_n, other))
+            if min(ends) > 0.0:
+                moved.append(math.log(ends[0] / ends[1]) / part)
+                break
+    return max(map(abs, moved))
 
 
 def separated_parts(logs: list[tuple[Bidirectional, float, float]], law: ScrewMap) -> Apart:

@@ -3,15 +3,18 @@
 import json
 import math
 from argparse import Namespace
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ballscrew_tehl.applications.axis.parts import weight_along_axis
 from ballscrew_tehl.applications.export.friction_table import friction_table
-from ballscrew_tehl.applications.identification import output, preload
+from ballscrew_tehl.applications.identification import known_parts, output, preload
 from ballscrew_tehl.applications.identification.directions import Bidirectional, option
 from ballscrew_tehl.applications.identification.dynamics import Identified, identify
+from ballscrew_tehl.applications.identification.known_parts import KnownParts
 from ballscrew_tehl.applications.identification.log_file import read_log, stated_columns
 from ballscrew_tehl.applications.identification.motion import TRAVEL, TRAVEL_ANGLE
 from ballscrew_tehl.applications.identification.plausible import check_units
@@ -30,19 +33,24 @@ INERTIAS, OFFSETS = ("inertia_kgm2", "mass_kg"), ("offset_nm", "offset_n")
 
 
 class _Axis(NamedTuple):
-    """What the options state of an axis; lead of the screw [m/rad]."""
+    """What the options state of an axis; lead of the screw [m/rad]; turns of the motor for one of the screw."""
 
     args: Namespace
     lead: float | None
+    ratio: float
     law: preload.ScrewMap | None = None
 
     @property
-    def known(self) -> float:
-        """Torque at the screw of the known parts [N.m]."""
-        guide, seal = self.args.guide_force_n or 0.0, self.args.seal_torque_nm or 0.0
-        if guide and self.lead is None:
-            raise ValueError("--lead-mm or --screw (missing); needed with --guide-force-n")
-        return float(seal + guide * abs(self.lead or 0.0))
+    def stated_parts(self) -> dict[str, tuple[float, float]]:
+        """Torques at the screw with their standard errors [N.m] that options state, by part."""
+        force, parts = self.args.guide_force_n, {}
+        if force is not None:
+            if any(force) and self.lead is None:
+                raise ValueError("--lead-mm or --screw (missing); needed with --guide-force-n")
+            parts["guide"] = force[0] * abs(self.lead or 0.0), force[1] * abs(self.lead or 0.0)
+        if self.args.seal_torque_nm is not None:
+            parts["bearings_and_seals"] = self.args.seal_torque_nm
+        return parts
 
     def stated(self, rotary: bool, names: tuple[str, str], power: int) -> list[float]:
         """Numbers for the side of the log, empty: none; power: of the lead, from axis to screw."""
@@ -58,7 +66,7 @@ class _Axis(NamedTuple):
     def fit(self, path: str) -> Identified:
         """Of a log."""
         args = self.args
-        drive = Drive(args.torque_constant_nm_a, args.gain_n_v, args.ratio or 1.0, self.lead)
+        drive = Drive(args.torque_constant_nm_a, args.gain_n_v, self.ratio, self.lead)
         # a log may have both: the one whose option is given is meant
         options = {"current": drive.torque_constant, "voltage": drive.gain}
         requested = [name for name, value in options.items() if value is not None]
@@ -75,10 +83,18 @@ class _Axis(NamedTuple):
             known = (offset[0], abs(offset[1])) if offset else None
             return identify(signals, inertia, travel, delay, args.cutoff_hz, bins, known)
 
-    def nut(self, fit: Identified, other: Bidirectional | None) -> Bidirectional:
-        """Friction at the screw without the known parts, or without that of a log without the nut."""
+    def nut(
+        self, fit: Identified, other: Bidirectional | None, temperature: float
+    ) -> tuple[Bidirectional, KnownParts]:
+        """Friction at the screw without the known parts, or without that of a log without the nut; these parts."""
         whole = preload.screw_friction(fit, self.lead)
-        return preload.without(whole, 0.0 if other is not None else self.known, other)
+        parameters = self.law and self.law.parameters
+        if other is not None:
+            return preload.without(whole, 0.0, other), known_parts.of_log(
+                other, parameters, self.stated_parts
+            )
+        known = known_parts.known_parts(parameters, self.stated_parts, whole.speed, temperature)
+        return preload.without(whole, known.at(whole.speed).torque), known
 
     def temperature(self, fit: Identified) -> float:
         """Of the oil [K], by the option, else of the log."""
@@ -98,27 +114,31 @@ def run_identify(args: Namespace) -> Answer:
         # for export
         "lead_mm": None if axis.lead is None else 2e3 * math.pi * axis.lead,
         "torque_constant_nm_a": args.torque_constant_nm_a,
-        "ratio": args.ratio or 1.0,
+        "ratio": axis.ratio,
     }
-    friction, curve, other = None, None, None
+    friction, known, curve, other = None, None, None, None
     if args.without_nut:
         other = preload.screw_friction(axis.fit(args.without_nut), axis.lead)
-    if axis.law is not None or args.measurements or other or axis.known:
-        friction = axis.nut(fit, other)
-    if axis.law is not None and friction is not None:
-        friction = _with_law(axis, axis.law, fit, friction, other, data)
+    if axis.law is not None or args.measurements or other or axis.stated_parts:
+        friction, known = axis.nut(fit, other, math.nan if axis.law is None else axis.temperature(fit))
+        data["notes"] += known.notes
+    if axis.law is not None and friction is not None and known is not None:
+        friction = _with_law(axis, axis.law, fit, friction, known, other, data)
+        speed = preload.typical_speed(friction, axis.law)
+        data |= known_parts.subtracted_data(known, preload.screw_friction(fit, axis.lead), friction, speed)
         curve = _curve(axis, axis.law, fit, friction, data["preload_n"]) if args.plot else None
-    if not (other or axis.known or "without_nut_nm" in data):
-        data["contains"] = output.CONTAINS
-        if "preload_n" in data:
-            # the torque holds that of guides, seals and bearings, and then no shape over speed tests the law
+    if "without_nut_nm" not in data:
+        if not (known and known.parts):
+            data["contains"] = output.CONTAINS
+        if data.get("not_stated"):
+            # these parts count as the nut's, and then no shape over speed tests the law
             data |= {"preload_is_upper_bound": True, "shape_fits": None}
             data |= {"preload_low_n": 0.0, "preload_log_low_n": 0.0}
     if args.measurements and friction is not None:
-        known = fit.preload if args.preload_n is None else args.preload_n
-        if known is None:
+        force = fit.preload if args.preload_n is None else args.preload_n
+        if force is None:
             raise ValueError("--preload-n (missing); needed with --measurements, or a column preload [N]")
-        text = output.measurements_text(friction, known, axis.temperature(fit))
+        text = output.measurements_text(friction, force, axis.temperature(fit))
         write_text("--measurements", args.measurements, text)
     if args.plot:
         from ballscrew_tehl.applications.calibration.plot import save_figure
@@ -150,41 +170,37 @@ def _axis(args: Namespace) -> _Axis:
             check_output(option(name), path, f"a file *.{suffix}", inputs=inputs)
     lead = None if args.lead_mm is None else args.lead_mm * 1e-3 / (2.0 * math.pi)
     if not with_map:
-        return _Axis(args, lead)
+        return _Axis(args, lead, args.ratio or 1.0)
     selection = chosen_of(args)
     own = selection.parameters.screw.signed_lead / (2.0 * math.pi)
     if lead is not None and not math.isclose(abs(lead), abs(own), rel_tol=1e-3):
         allowed = f"that of the screw file, {2e3 * math.pi * own:.6g} (with either sign)"
         raise ValueError(f"--lead-mm = {args.lead_mm:g}; allowed: {allowed}")
     own = math.copysign(own, lead or own)
+    parameters, ratio = known_parts.with_ratio(selection.parameters, args.ratio)
     with_law = any(value is not None for value in (args.map, args.friction, args.before, args.temperature_c))
     if not with_law and "temperature" not in open_table(args.log, LOG, stated_columns(args.column)).columns:
         say("no --temperature-c: the lead of the screw is used, no preload is computed")
-        return _Axis(args, own)
-    return _Axis(
-        args,
-        own,
-        preload.ScrewMap(
-            selection.parameters,
-            selection.nut_map(args),
-            selection.friction_set,
-            args.temperature_difference_k or 0.0,
-        ),
-    )
+        return _Axis(args, own, ratio)
+    law = preload.ScrewMap(
+        parameters, selection.nut_map(args), selection.friction_set, args.temperature_difference_k or 0.0,
+        weight_along_axis(parameters),
+    )  # fmt: skip
+    return _Axis(args, own, ratio, law)
 
 
 def _with_law(
-    axis: _Axis, law: preload.ScrewMap, fit: Identified, friction: Bidirectional, other: Bidirectional | None,
-    data: dict[str, Any],
+    axis: _Axis, law: preload.ScrewMap, fit: Identified, friction: Bidirectional, known: KnownParts,
+    other: Bidirectional | None, data: dict[str, Any],
 ) -> Bidirectional:  # fmt: skip
     """Friction of the nut, without that of the log without it; preload, change and parts are added to the answer."""
     args, temperature = axis.args, axis.temperature(fit)
-    before, then = friction, temperature
+    before, then, known_before = friction, temperature, known
     if args.before:
         earlier = axis.fit(args.before)
         stated = args.before_temperature_c
         then = (earlier.temperature or temperature) if stated is None else stated + CELSIUS
-        before = axis.nut(earlier, other)
+        before, known_before = axis.nut(earlier, other, then)
         now = fit.preload if args.preload_n is None else args.preload_n
         past = earlier.preload if args.before_preload_n is None else args.before_preload_n
         if args.before_preload_n is not None and now is None:
@@ -199,11 +215,16 @@ def _with_law(
                 )
             remainder = max(apart.without_nut_nm, 0.0)
             friction, before = (preload.without(part, remainder) for part in (friction, before))
-    result = preload.found_preload(friction, law, temperature)
-    data |= result._asdict()
+    # the errors of a log without the nut are in those of the friction
+    parts = (None, None) if other is not None else (known, known_before)
+    nuts = zip((friction, before), (temperature, then), parts, strict=True)
+    logs = [
+        preload.PreloadedLog(nut, preload.found_preload(nut, law, kelvin, of), kelvin, of)
+        for nut, kelvin, of in islice(nuts, 2 if args.before else 1)
+    ]
+    data |= logs[0].result._asdict()
     if args.before:
-        past_log = before, preload.found_preload(before, law, then), then
-        data |= preload.change_of_preload((friction, result, temperature), past_log, law)._asdict()
+        data |= preload.change_of_preload(logs[0], logs[1], law)._asdict()
     used = {"oil_temperature_c": temperature - CELSIUS}
     data |= used | {"screw": law.parameters.name, "friction_set": law.friction_set.name}
     return friction
@@ -223,6 +244,7 @@ def _curve(
     )  # fmt: skip
     scale, unit = (1.0, "N m") if fit.rotary else (abs(axis.lead or 1.0), "N")
     known = f" and {other.mean() / scale:.3g} {unit} of other parts" if np.any(other > 1e-9) else ""
+    torque = law.torque(force, speed, axis.temperature(fit))
     curves = (table.torque if values is None else values for values in (table.torque, table.low, table.high))
-    value, lower, upper = ((torque[:, 0, 0] + other) / scale for torque in curves)
+    value, lower, upper = ((torque * (end / table.torque)[:, 0, 0] + other) / scale for end in curves)
     return speed * scale, value, lower, upper, f"law at a preload of {force:.4g} N{known}"

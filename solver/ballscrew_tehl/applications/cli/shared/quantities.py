@@ -130,10 +130,19 @@ OFFSET = Quantity(
 OFFSETS = (OFFSET, OFFSET._replace(name="offset_n", help="the same as a force [N]"))
 
 
-def with_error(text: str) -> tuple[float, float]:
-    """One of OFFSETS and its standard error, 0 where none is given."""
+#: friction that is subtracted, X or X+-STANDARD_ERROR
+FRICTIONS = (
+    Quantity("guide_force_n", "friction of guides and covers, the same at every speed, subtracted; F or "
+             "F+-STANDARD_ERROR [N]", 0.0, MAX_FORCE),
+    Quantity("seal_torque_nm", "friction of bearings and further seals, subtracted; of the wipers where the screw "
+             "file has the bearings; T or T+-STANDARD_ERROR [N.m]", 0.0, 1e6),
+)  # fmt: skip
+
+
+def with_error(text: str, quantity: Quantity = OFFSET) -> tuple[float, float]:
+    """A quantity and its standard error, 0 where none is given."""
     value, both, error = text.partition("+-")
-    return OFFSET(value), OFFSET._replace(min_=0.0)(error, "standard error") if both else 0.0
+    return quantity(value), quantity._replace(min_=0.0)(error, "standard error") if both else 0.0
 
 
 IDENTIFY_OPTIONS = (
@@ -143,13 +152,6 @@ IDENTIFY_OPTIONS = (
     LEAD._replace(signed=True, help="lead, negative: left-hand [mm]; default: by screw or map"),
     Quantity("inertia_kgm2", "known inertia at the screw, axis included [kg m2]", 1e-12, 1e6),
     Quantity("mass_kg", "known moved mass, screw and motor included [kg]", 1e-6, 1e7),
-    Quantity(
-        "guide_force_n",
-        "friction of guides and covers, the same at every speed, subtracted [N]",
-        0.0,
-        MAX_FORCE,
-    ),
-    Quantity("seal_torque_nm", "friction of bearings and further seals, subtracted [N.m]", 0.0, 1e6),
     PRELOAD._replace(help="known preload [N]: for --measurements or --before", not_zero=True),
     Quantity("before_preload_n", "known preload of the log before [N]", 0.0, not_zero=True),
     TEMPERATURE._replace(name="before_temperature_c", help="oil temperature of the log before [C]"),
