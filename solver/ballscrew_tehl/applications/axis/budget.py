@@ -13,7 +13,7 @@ from ...parameters.file import Parameters, ScrewParameters
 from ...runtime.evaluate import NutMap
 from ...runtime.packed import Law
 from ..mechanics import efficiency
-from .parts import SPREAD, PartTorque, other_parts, weight_along_axis
+from .parts import SPREAD, PartTorque, bearing_range, other_parts, weight_along_axis
 
 #: names in words, in the order of a budget
 PART_NAMES = {
@@ -136,10 +136,8 @@ def axis_budget(
         ones = seals * np.ones(len(speeds))
         parts["wipers"] = PartTorque(ones, ones / SPREAD, SPREAD * ones)
     ordered = {name: parts[name] for name in PART_NAMES if name in parts}
-    notes = tuple(dict.fromkeys(note for part in ordered.values() for note in part.notes))
-    good = np.logical_and.reduce(
-        [state.in_range + 0 * speeds, *(part.in_range + 0 * speeds for part in parts.values())]
-    )
+    good, notes = bearing_range(parameters, speeds, temperature, axial_load)
+    good = good & np.broadcast_to(state.in_range, speeds.shape)
     return AxisBudget(speeds, ordered, load, good, notes)
 
 

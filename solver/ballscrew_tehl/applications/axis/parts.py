@@ -10,9 +10,10 @@ does not depend on speed but for the viscous part; the same in both directions.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...numerics import Array
 from ...parameters.axis import Range
@@ -29,8 +30,6 @@ class PartTorque(NamedTuple):
     torque: Array  # (n,) [N.m]
     low: Array
     high: Array
-    in_range: Any = True  # (n,) bool, whether its law holds
-    notes: tuple[str, ...] = ()  # on its numbers, and why the law does not hold
 
 
 def weight_along_axis(parameters: Parameters) -> float:
@@ -108,9 +107,7 @@ def other_parts(
         load = axial_load + weight_along_axis(parameters)
         pair = pair_of(parameters)
         at = pair.torque(load, speeds, temperature)
-        good = np.array([not pair.why_not(load, float(speed), temperature) for speed in speeds])
-        notes = *pair.notes, *([at.why] if at.why else [])
-        parts["support_bearings"] = PartTorque(at.rows, at.low, at.high, good, notes)
+        parts["support_bearings"] = PartTorque(at.rows, at.low, at.high)
         if parameters.support_bearings.seals == "contact":
             parts["bearing_seals"] = PartTorque._make(value * one for value in pair.seals)
     if parameters.guide is not None:
@@ -125,5 +122,18 @@ def other_parts(
 
 
 def _constant(ends: Range, factor: Array) -> PartTorque:
-    low, high = spread(ends)
-    return PartTorque(middle(ends) * factor, low * factor, high * factor)
+    return PartTorque._make(end * factor for end in (middle(ends), *spread(ends)))
+
+
+def bearing_range(
+    parameters: Parameters, speeds: Array, temperature: float, axial_load: float = 0.0
+) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+    """Whether the law of the support bearings holds (n,), and what is to be said of their numbers."""
+    if parameters.support_bearings is None:
+        return np.ones(len(speeds), dtype=bool), ()
+    from .bearing_pair import pair_of
+
+    pair, load = pair_of(parameters), axial_load + weight_along_axis(parameters)
+    why = [pair.why_not(load, float(speed), temperature) for speed in speeds]
+    notes = (f"support bearings: {text}" for text in (*pair.notes, *filter(None, why)))
+    return np.array([not text for text in why]), tuple(dict.fromkeys(notes))
