@@ -5,12 +5,13 @@ were changed on the page; and the operating point. The text of the screw file is
 """
 
 import base64
+import contextlib
 import io
 import math
 import re
 import tempfile
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any, NamedTuple
@@ -41,12 +42,16 @@ from ballscrew_tehl.parameters.template import example_parameters, screw_templat
 from ballscrew_tehl.parameters.toml import ParameterError, Problem, entry_text
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.rating import catalogue_preload
+from ballscrew_tehl.physics.thermal_preload import preload_at_temperature_difference
 from ballscrew_tehl.runtime.evaluate import NutMap
 
 Content = Mapping[str, Any]
 Report = Callable[[int, int, str], None]
-#: options of init that are no numbers of a catalogue
-NOT_OF_CATALOGUE = ("file", "--axis", "--diameter-in", "--lead-in", "--oil")
+#: options of init that are numbers of a catalogue, in the order of the form
+SIZES = (
+    "diameter_mm", "lead_mm", "ball_mm", "root_mm", "circle_mm", "turns", "starts", "nut_kind", "hand", "rating_n",
+    "static_rating_n", "lubricant", "oil_grade",
+)  # fmt: skip
 ENTRIES = {(entry.table, entry.key): entry for entry in screw_entries()}
 POINT = (*TORQUE_POINT, DIFFERENCE)
 #: of the curve
@@ -130,24 +135,17 @@ def allowed_text(entry: ScrewEntry) -> str:
 
 def form(content: Content, report: Report) -> dict[str, Any]:
     """Fields of the page: numbers of a catalogue, operating point, entries of the file by group."""
+    options = {flag.removeprefix("--").replace("-", "_"): one for flag, one in COMMANDS["init"].options}
     sizes = []
-    for flag, settings in COMMANDS["init"].options:
-        kind = settings.get("type")
-        if flag in NOT_OF_CATALOGUE:
-            continue
-        name = flag.removeprefix("--").replace("-", "_")
-        unit = {"mm": "mm", "n": "N"}.get(name.rpartition("_")[2], "")
-        allowed = kind.allowed if isinstance(kind, Quantity) else ", ".join(settings.get("choices") or ())
-        sizes.append(
-            {
-                "name": name,
-                "label": name.removesuffix(f"_{unit.lower()}").replace("_", " "),
-                "unit": unit,
-                "meaning": settings["help"],
-                "allowed": allowed,
-                "choices": list(settings.get("choices") or ()),
-            }
+    for name in SIZES:
+        settings, kind = options[name], options[name].get("type")
+        unit, words = (
+            {"mm": "mm", "n": "N"}.get(name.rpartition("_")[2], ""),
+            list(settings.get("choices") or ()),
         )
+        allowed = kind.allowed if isinstance(kind, Quantity) else ", ".join(words)
+        sizes.append({"name": name, "label": re.split(r"[;\[,]", settings["help"])[0].strip(), "unit": unit,
+                      "meaning": settings["help"], "allowed": allowed, "choices": words})  # fmt: skip
     groups: dict[str, dict[str, Any]] = {}
     for entry in ENTRIES.values():
         group = groups.setdefault(entry.table, {"title": entry.group, "table": entry.table, "entries": []})
@@ -200,7 +198,7 @@ def catalogue_text(stated: dict[str, Any]) -> tuple[str, dict[str, str]]:
     for flag, settings in COMMANDS["init"].options:
         name, kind = flag.removeprefix("--").replace("-", "_"), settings.get("type")
         text = str(stated.pop(name, None) or "").strip()
-        if not text or flag in NOT_OF_CATALOGUE:
+        if not text or name not in SIZES:
             continue
         try:
             values[name] = kind(_plain(text, name, kind)) if kind else text
@@ -237,7 +235,7 @@ def fitted_set(content: Content, parameters: Parameters) -> FrictionSet | None:
     """Friction set that a calibration on the page has written."""
     if not (text := content.get("fitted")):
         return None
-    with tempfile.TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         path = Path(folder, "fitted.toml")
         path.write_text(str(text), encoding="utf-8")
         return friction_set_of_file(str(path), parameters)
@@ -321,12 +319,15 @@ def at_point(one: Screw, nut_map: NutMap, point: Mapping[str, float]) -> list[fl
         point["temperature_c"] + CELSIUS,
         point["axial_load_n"],
     )
-    difference = point["temperature_difference_k"]
-    state = nut_map.evaluate(point["preload_n"], speed, temperature, load, temperature_difference=difference)
+    preload, factor = point["preload_n"], one.friction_set.preload_factor
+    if difference := point["temperature_difference_k"]:
+        # as the command: not by the map
+        of_nut = one.parameters.screw, factor * preload, difference, one.parameters.summed_balls
+        preload = preload_at_temperature_difference(*of_nut) / factor
+    state = nut_map.evaluate(preload, speed, temperature, load)
     torque, seals = float(state.friction_torque), nut_map.seal_torque
-    if nut_map.law != Law.MECHANISTIC:
+    if nut_map.law != Law.MECHANISTIC or not (preload or load):
         return [torque, math.nan, math.nan]
-    preload = float(state.preload_actual) / one.friction_set.preload_factor
     axes = nut_map.header["axes"]
     ends = map_interval(one.parameters, axes, one.friction_set, preload, speed, temperature, load).relative
     return [torque, *((torque - seals) * end + seals for end in ends)]
@@ -385,6 +386,17 @@ def file_answer(one: Screw, name: str, content: bytes) -> dict[str, Any]:
     return {"file": f"{stem}_{name}", "base64": base64.b64encode(content).decode()}
 
 
+@contextlib.contextmanager
+def temporary_folder() -> Iterator[str]:
+    """A folder that goes with the answer, and is in no message."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            yield folder
+        except ValueError as error:
+            text = re.sub(re.escape(folder) + r"[/\\]\S+?(?=[:,; ]|$)", "the file", str(error))
+            raise ParameterError(text, getattr(error, "problems", ())) from error
+
+
 def uploaded(content: Content, folder: str) -> Path:
     """The dropped file, in a folder that goes with the answer; its own name becomes no path."""
     try:
@@ -411,7 +423,7 @@ def table(content: Content, report: Report) -> dict[str, Any]:
         raise refused("format", name, ", ".join(TABLE_FILES), "choose one")
     point = point_of(content, one.parameters)
     one.nut_map(report)  # is kept: with progress here
-    with tempfile.TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         output = Path(folder, f"friction.{TABLE_FILES[name]}")
         options = {"format": name, "output": str(output), "preload-n": repr(point["preload_n"]),
                    "temperature-c": repr(point["temperature_c"])}  # fmt: skip
@@ -457,7 +469,7 @@ def identification(content: Content, report: Report) -> dict[str, Any]:
     one = screw(content)
     one.nut_map(report)
     report(0, 1, "fit of the log")
-    with tempfile.TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         log, picture = uploaded(content, folder), Path(folder, "log.png")
         options = [*files_of(one, folder), "--plot", str(picture)]
         for name, text in dict(content.get("answers") or {}).items():
@@ -479,7 +491,7 @@ def calibration(content: Content, report: Report) -> dict[str, Any]:
     one = screw({**content, "fitted": ""})
     percent = str(content.get("torque_tolerance_percent") or "")
     tolerance = 0.01 * decimal(percent, "torque_tolerance_percent", "0 to 95 %") if percent else 0.0
-    with tempfile.TemporaryDirectory() as folder:
+    with temporary_folder() as folder:
         path = uploaded(content, folder)
         result = calibrate(path, one.parameters, torque_tolerance=tolerance, progress=report)
         written = Path(folder, "fitted.toml")

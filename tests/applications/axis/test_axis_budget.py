@@ -129,3 +129,20 @@ def test_wipers_are_stated_once(file, capsys, tmp_path):
     path.write_text(re.sub(r"(?m)^#? *seal_torque_Nm.*$", "seal_torque_Nm = 0.1", file.read_text()))
     assert "screw.seal_torque = 0.1; allowed: no entry with a table wipers" in refused(capsys, "axis", path)
     assert "speed_rpm" in refused(capsys, "axis", file, "--speed-rpm", "0").replace("-", "_")
+
+
+def test_budget_of_an_axis_of_catalogue_numbers(tmp_path, capsys):
+    """ZKLN3572.2RS, four HSR35, 500 kg: rows of the bearings, their seals and the guide as found before, within 5 %."""
+    path = tmp_path / "axis.toml"
+    bearing = {"bore": 35e-3, "outer_diameter": 72e-3, "dynamic_rating": 45e3, "axial_stiffness": 900e6,
+               "friction_torque": (0.6, 0.6), "seals": "contact"}  # fmt: skip
+    guide = {"seal_resistance": (11.8, 11.8), "friction_coefficient": (0.002, 0.003), "preload": 2200.0}
+    tables = {"support_bearings": bearing, "guide": guide, "axis": {"moved_mass": 500.0}}
+    path.write_text(screw_template(changed(load_screw("gd4008_vg100.toml"), **tables)))
+    rows = {10: 0.29, 100: 0.20, 1000: 0.38, 3000: 0.38}
+    for rpm, torque in rows.items():
+        found, _ = answer(capsys, "axis", path, "--speed-rpm", rpm, "--temperature-c", "30")
+        assert found["parts"]["support_bearings"] == pytest.approx(torque, rel=0.05)
+        assert found["parts"]["bearing_seals"] == pytest.approx(0.3, rel=1e-9)
+        assert found["parts"]["guide"] == pytest.approx(0.26 * 8.0 / 20.0, rel=0.05)
+        assert found["in_range"] == (rpm < 3000)

@@ -163,9 +163,14 @@ async function answer() {
   if (whole.problem) return refuse(whole);
   headline(whole.result.at, 4, "");
   budget(whole.result.budget);
-  element("live").src = whole.result.shown;
-  element("live").hidden = false;
-  element("quick").hidden = true;
+  const live = element("live");
+  live.onload = () => {
+    const page = live.contentDocument?.querySelector("main");
+    if (page) new ResizeObserver(() => { live.style.height = `${Math.ceil(page.getBoundingClientRect().height) + 40}px`; }).observe(page);
+    element("quick").hidden = true;
+  };
+  live.src = whole.result.shown;
+  live.hidden = false;
 }
 
 function refuse({ problem, problems }) {
