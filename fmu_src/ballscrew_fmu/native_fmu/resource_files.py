@@ -42,7 +42,7 @@ def start_numbers(header: Mapping[str, Any], model: FmuModel) -> list[float]:
 
 
 def screw_bytes(header: Mapping[str, Any], model: FmuModel, table_hash: str, token: str) -> bytes:
-    """Model, hash of its table of variables, token, hash of the map; law; start_numbers; origin of the friction numbers.
+    """Model, hash of its table of variables, token, hash of the map; law; start_numbers; origin of the friction.
 
     ValueError: the token has characters that are not allowed, or too many.
     """

@@ -111,15 +111,17 @@ def _rate(
     )  # fmt: skip
 
 
-def _power(place: str, of: str, depends_on: Names, initially: Names) -> Variable:
-    return Variable(
-        f"power_{place}", "output", f"Part of power_loss of {of}, mean of the step", "W", minimum=0.0, nominal=10.0,
-        depends_on=depends_on, initially_depends_on=initially,
-    )  # fmt: skip
-
-
 _START = ("initial_position", "lead")
 _ACCELERATED = (*_DAMPED, *_LAW)
+#: where heat arises, in the order of the C code: what it is, what its power depends on
+PLACES: dict[str, tuple[str, Names, Names]] = {
+    "nut": ("the contacts in the nut", _TORQUE, (*_ELASTIC, *_LAW)),
+    "wipers": ("seal_torque, wipers and seals of the nut", _TORQUE, (*_ELASTIC, *_LAW)),
+    "bearings": ("the support bearings", _SHAFT, _BEARINGS),
+    "motor": ("the friction of the motor", _SHAFT, _BEARINGS),
+    "guide": ("the guide", _GUIDE, _GUIDED),
+    "damping": ("the damping of contacts, bearing and screw", _FORCE, _DAMPED),
+}
 
 ROWS: tuple[Variable | Shared, ...] = (
     Variable(
@@ -202,12 +204,13 @@ ROWS: tuple[Variable | Shared, ...] = (
         "motor_friction_torque", "output", "Friction torque of the motor at the screw, opposes its motion", "N.m",
         nominal=1.0, depends_on=_SHAFT, initially_depends_on=_BEARINGS,
     ),
-    _power("nut", "the contacts of balls and raceways", _TORQUE, (*_ELASTIC, *_LAW)),
-    _power("wipers", "the wipers of the nut, seal_torque", _TORQUE, (*_ELASTIC, *_LAW)),
-    _power("bearings", "the support bearings", _SHAFT, _BEARINGS),
-    _power("motor", "the friction of the motor", _SHAFT, _BEARINGS),
-    _power("guide", "the guide", _GUIDE, _GUIDED),
-    _power("damping", "the damping of vibrations of nut, bearing and screw", _FORCE, _DAMPED),
+    *(
+        Variable(
+            f"power_{place}", "output", f"Part of power_loss of {of}, mean of the step", "W", minimum=0.0, nominal=10.0,
+            depends_on=depends_on, initially_depends_on=initially,
+        )
+        for place, (of, depends_on, initially) in PLACES.items()
+    ),
     _parameter("motor_inertia", "Inertia of motor and coupling (assumed)", "kg.m2", nominal=1e-3),
     _parameter("screw_inertia", "Inertia of the screw. 0: of a cylinder of steel", "kg.m2", 0.0, 1e-3),
     _parameter(

@@ -123,9 +123,9 @@ def c_host(nut_map, name, *options):
 
 
 class NativeModel:
-    """One Model with its map."""
+    """One Model with its map; numbers: of the model, None: those of the map."""
 
-    def __init__(self, nut_map, continuous=False, model=FRICTION):
+    def __init__(self, nut_map, continuous=False, model=FRICTION, numbers=None):
         library = compiled_model(nut_map, model)
         self._library = ctypes.CDLL(str(library))
         self._library.map_read.restype = ctypes.c_void_p
@@ -141,6 +141,7 @@ class NativeModel:
         assert found, message.value
         self._map = ctypes.c_void_p(found)
         starts = start_numbers(nut_map.header, model)
+        starts[len(self.names) :] = numbers or model.numbers(nut_map.header)
         self._start = (ctypes.c_double * len(starts))(*starts)
         self._model = ctypes.create_string_buffer(ROOM)
         self.reset(continuous)

@@ -197,21 +197,24 @@ typedef struct {
     Number force, rate, power;
 } Slider;
 
+/* As the elements in presliding_law.h: on past the limit, to an event; sliding, its state follows the limit. */
 static inline Slider slider_at_instant(Number stiffness_root, Number limit, Number element, Number velocity, int slip)
 {
-    const Number direction = slip != 0 ? constant(slip) : velocity;
+    const Number way = multiply(stiffness_root, velocity), along = times(slip, element), pace = absolute(way);
     const bool at_limit = value_of(velocity) != 0.0 && value_of(with_sign_of(element, velocity)) >= value_of(limit);
-    Slider out = {constant(0.0), constant(0.0), constant(0.0)};
+    Slider out = {constant(0.0), way, constant(0.0)};
 
-    if (slip == 0) { /* on past the limit, as the elements */
-        out.rate = multiply(stiffness_root, velocity);
-    }
-    if (slip != 0 || at_limit) {
-        out.force = multiply(stiffness_root, with_sign_of(limit, direction));
-        out.power = greater(multiply(out.force, velocity), constant(0.0));
+    if (slip != 0) {
+        out.rate = times(slip, element_within(over(subtract(limit, along), AXIS_FOLLOW_TIME), pace));
+        out.force = times(slip, multiply(stiffness_root, lesser(limit, add(along, times(AXIS_FOLLOW_TIME, pace)))));
+        out.power = subtract(multiply(out.force, velocity), multiply(element, out.rate));
+    } else if (at_limit) {
+        out.force = multiply(stiffness_root, with_sign_of(limit, velocity));
+        out.power = multiply(out.force, velocity);
     } else {
         out.force = multiply(stiffness_root, element_within(element, limit));
     }
+    out.power = greater(out.power, constant(0.0));
     return out;
 }
 
