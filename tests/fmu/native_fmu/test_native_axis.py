@@ -14,7 +14,12 @@ from ballscrew_fmu.checks.axis_motion import axis_motion
 from ballscrew_fmu.checks.reference import axis_input
 from ballscrew_fmu.models import AXIS
 from ballscrew_fmu.variables.axis import PLACES
+from ballscrew_tehl.applications.axis.parts import PartTorque
+from ballscrew_tehl.parameters.file import changed, load_screw
+from ballscrew_tehl.parameters.identity import SCREW_FILE, screw_file_json
 from ballscrew_tehl.runtime.constants import BEARING_SPEEDS, BEARING_TEMPERATURES
+from ballscrew_tehl.runtime.evaluate import NutMap
+from ballscrew_tehl.runtime.packed import sealed
 
 NUT_MAP = closed_form()
 TABLE = AXIS.variables(NUT_MAP.header)
@@ -351,3 +356,40 @@ def test_the_motion_converges_to_that_integrated_in_python():
         errors.append(np.max(np.abs(motion - found) / np.ptp(motion, axis=0)))
     assert errors[2] <= 2e-5
     assert np.polyfit(np.log([0.4, 0.2, 0.1]), np.log(errors), 1)[0] >= 0.9
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_a_screw_file_with_tables_of_the_axis_gives_start_values_and_the_table(version, monkeypatch):
+    """The law of the bearing is a stand-in."""
+
+    def parts(parameters, speeds, temperature):
+        rows = 0.1 * np.log(speeds) + 0.2 + 0.001 * (353.15 - temperature)
+        return {
+            "support_bearings": PartTorque(rows, rows, rows),
+            "bearing_seals": PartTorque(*[0.3 * speeds**0] * 3),
+        }
+
+    monkeypatch.setattr("ballscrew_fmu.variables.axis.other_parts", parts)
+    parameters = changed(
+        load_screw(), motor={"inertia": 1e-3, "ratio": 2.0, "friction_torque": (0.1, 0.1)},
+        support_bearings={"bore": 0.035, "outer_diameter": 0.072, "axial_stiffness": 9e8, "seals": "contact"},
+        guide={"carriages": 4, "seal_resistance": (10.0, 10.0), "friction_coefficient": (2e-3, 2e-3), "preload": 2e3},
+        axis={"moved_mass": 500.0, "stroke": 0.6, "free_length": 0.2, "inclination": 0.1},
+        wipers={"friction_torque": (0.1, 0.4)},
+    )  # fmt: skip
+    header = {**NUT_MAP.header, SCREW_FILE: screw_file_json(parameters)}
+    nut_map = NutMap(sealed(header, NUT_MAP.arrays), NUT_MAP.arrays)
+    screw = parameters.screw
+    core = 2.0 * screw.nominal_radius - screw.ball_diameter * math.cos(screw.contact_angle)
+    expected = {
+        "support_stiffness": 9e8, "bearing_seal_torque": 0.3, "motor_coulomb": 0.2, "motor_inertia": 4e-3,
+        "guide_coulomb": 40.0 + 2e-3 * (500.0 * 9.80665 * math.cos(0.1) + 8e3), "guide_viscous": 0.0,
+        "table_mass": 500.0, "inclination": 0.1, "free_length": 0.2, "screw_length": 0.8, "seal_torque": 0.2,
+        "rod_stiffness": screw.youngs_modulus * 0.25 * math.pi * core**2,
+    }  # fmt: skip
+    with NativeInstance(version, nut_map=nut_map, model=AXIS).start() as one:
+        assert one.get(*expected) == pytest.approx(list(expected.values()), rel=1e-12)
+        one.go(0.1, motor_torque=12.0)
+        speed, torque = one.get("speed", "bearing_torque")
+        assert 5.0 < speed < 320.0
+        assert torque == pytest.approx(0.3 + 0.1 * math.log(speed) + 0.2 + 0.001 * 50.0, rel=1e-9)
