@@ -82,6 +82,7 @@ def axis_motion(
     position = p["initial_position"]
     angle = position / ratio
     compliances = 1.0 / mass + ratio**2 / inertia + elastic
+    part_angle *= 2.0 if elastic else 1.0  # the fast vibration of the screw is damped
     parts = math.ceil(step * math.sqrt(p["nut_stiffness"] * compliances + support() * elastic) / part_angle)
     h = step / parts
     turned = moved = bent = 0.0  # accelerations of screw, table and screw along its axis in the part before
