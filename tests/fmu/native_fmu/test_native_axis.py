@@ -323,7 +323,12 @@ def test_friction_of_the_shaft_holds_a_load_and_no_more():
     assert np.mean(places[1000:]) == pytest.approx(0.0095, abs=1e-6)
     for _ in range(500):
         one.step(1e-3, motor_torque=1.05 * most)
-    assert one.get("speed") > 1.0
+    assert (speed := one.get("speed")) > 1.0
+    torques, powers = (
+        one.values(x)
+        for x in (("bearing_torque", "motor_friction_torque"), ("power_bearings", "power_motor"))
+    )
+    assert powers == pytest.approx(speed * torques, rel=1e-2)
 
 
 def test_lost_motion_at_a_reversal_grows_by_the_force_over_the_stiffness_of_bearing_and_screw():
