@@ -1,9 +1,9 @@
 """The models that are built as FMUs, with all that differs between them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ballscrew_fmu.variables.axis import axis_variables
+from ballscrew_fmu.variables.axis import BEARING_NUMBERS, axis_variables, bearing_table
 from ballscrew_fmu.variables.friction import Variable, native_variables
 from ballscrew_fmu.variables.monitor import monitor_variables
 from ballscrew_fmu.variables.transmission import transmission_variables
@@ -49,6 +49,10 @@ class FmuModel(NamedTuple):
         Of the default experiment [s].
     step_derivatives : bool
         Whether co-simulation has derivatives; model exchange always has them.
+    number_count : int
+        Numbers of a screw that are no variables,
+    numbers : callable
+        these numbers, from the header of a map.
     """
 
     name: str
@@ -61,6 +65,8 @@ class FmuModel(NamedTuple):
     borrowed: tuple[str, ...] = ()
     step: float = 1e-3
     step_derivatives: bool = True
+    number_count: int = 0
+    numbers: Callable[[Mapping[str, Any]], Sequence[float]] = lambda header: ()
 
     @property
     def native_name(self) -> str:
@@ -176,5 +182,7 @@ AXIS = FmuModel(
         "transmission/contacts.h",
     ),
     step_derivatives=False,  # of a step of many parts they would cost as much as differences of steps
+    number_count=BEARING_NUMBERS,
+    numbers=bearing_table,
 )
 MODELS = (FRICTION, MONITOR, TRANSMISSION, AXIS)

@@ -10,7 +10,7 @@ import re
 import numpy as np
 import pytest
 from processes import RUNS_HERE
-from scipy.optimize import fsolve
+from scipy.integrate import solve_ivp
 from synthetic_map import SCREW
 
 from ballscrew_fmu.models import AXIS, MODELS, MONITOR, TRANSMISSION
@@ -39,8 +39,8 @@ def results(native_fmu, synthetic_nut_map, tmp_path_factory):
         "servo_axis_ssp": lambda: ((native_fmu, folder / "servo_axis.ssp"), {}),
         "servo_axis_transmission": lambda: ((native(TRANSMISSION), native_fmu), {}),
         "servo_log": lambda: ((folder,), {}), "support_bearings": lambda: ((), {}),
-        "thermal_reduction": lambda: (((1000.0,), RATIOS), {}),
-        "torque_over_speed": lambda: ((), {}),
+        "thermal_reduction": lambda: (((1000.0,), RATIOS), {}), "torque_over_speed": lambda: ((), {}),
+        "warm_up": lambda: ((native(AXIS),), {"hours": 0.1}),
     }  # fmt: skip
 
     def result(name):
@@ -228,26 +228,28 @@ def test_step_size_study(results):
         assert found["borders"][master] == pytest.approx(found["limits"][master], rel=0.03)
 
 
-def test_warm_up(results, synthetic_nut_map):
-    """Time constants of the closed form; the end is the steady balance with the torque of the map."""
+def test_warm_up(results):
+    """No heat is lost or counted twice between nodes; temperatures by another integrator; constant torques."""
     found = results("warm_up")
-    drive = found["drive"]
-    rates, gain = drive.rates()
-    closed = sorted([found["closed_slow_s"], found["closed_fast_s"]])
-    assert closed == pytest.approx(sorted(-1.0 / np.linalg.eigvals(rates)), rel=1e-9)
-    assert found["slow_constant_heat_s"] == pytest.approx(found["closed_slow_s"], rel=2e-3)
-    assert found["slow_coupled_s"] == pytest.approx(found["closed_slow_coupled_s"], rel=0.02)
-
-    def balance(over):
-        nut, screw = drive.ambient + over
-        state = synthetic_nut_map.evaluate(drive.preload_at(nut, screw), drive.speed, float(nut))
-        return rates @ over + gain * state.friction_torque * drive.speed
-
-    rises = fsolve(balance, [10.0, 10.0], xtol=1e-12)
-    assert (found["nut_rise_K"], found["screw_rise_K"]) == pytest.approx(tuple(rises), rel=1e-4)
-    # a softer nut as the difference rises
-    lost = [drive.preload - drive.preload_at(300.0, 300.0 + warmer) for warmer in (0.0, 1.0, 5.0)]
-    assert lost == pytest.approx([0.0, 138.0, 646.0], abs=2.0)
+    network, powers, rows = found["network"], found["powers"], found["temperatures"]
+    rates, gain = network.matrices()
+    capacity = np.array(
+        [network.seat_capacity, *[network.segment_capacity] * network.segments, network.nut_capacity]
+    )
+    air = [network.seat_to_air, *[network.segment_to_air] * network.segments, network.nut_to_air]
+    assert capacity @ rates == pytest.approx(-np.array(air), rel=1e-12)
+    assert capacity @ gain == pytest.approx([1.0, 1.0, 1.0, 0.0, 0.0, 0.0], abs=1e-12)
+    for power, before, after in zip(powers, rows, rows[1:], strict=False):
+        run = solve_ivp(
+            lambda _, over, power=power: rates @ over + gain @ power, (0.0, network.hold), before - network.ambient,
+            rtol=1e-10, atol=1e-10,
+        )  # fmt: skip
+        assert run.y[:, -1] == pytest.approx(after - network.ambient, abs=1e-6)
+    torques = {"wipers": 0.20, "bearings": 0.60, "motor": 0.15}
+    for place, torque in torques.items():
+        assert found[f"power_{place}_W"] == pytest.approx(0.5 * torque * network.speed, rel=0.05)
+    assert found["bearings_x_0.5_um"] < 0.0 < found["bearings_x_2_um"]
+    assert found["convection_x_2_um"] < 0.0 < found["convection_x_0.5_um"]
 
 
 def test_contacts_of_the_examples(results):

@@ -14,6 +14,7 @@ from ballscrew_fmu.models import FRICTION, MONITOR, TRANSMISSION, FmuModel
 from ballscrew_fmu.native_fmu.compile import this_platform
 from ballscrew_fmu.native_fmu.package import build_native_fmu
 from ballscrew_fmu.native_fmu.validation import Reference
+from ballscrew_fmu.variables.axis import PLACES
 from ballscrew_fmu.variables.friction import fmu_variables
 from ballscrew_tehl.runtime import standstill
 from ballscrew_tehl.runtime.evaluate import NutMap
@@ -220,11 +221,15 @@ def check_axis(
 
     Returns the largest difference of the motion over the range of the quantity; CheckError above MOTION or BALANCE.
     """
+    lost = 0.0
     for n, (row, result) in enumerate(zip(inputs, results, strict=True)):
         kept = [result[name] for name in ("heat", "kinetic_energy", "potential_energy", "stored_energy")]
         supplied = result["supplied_energy"]
         if not abs(supplied - sum(kept)) <= BALANCE * sum(map(abs, kept)):
             raise CheckError(f"axis, step {n}: {supplied!r} J supplied, {sum(kept)!r} J kept")
+        lost += STEP * sum(result[f"power_{place}"] for place in PLACES)
+        if not abs(lost - kept[0]) <= BALANCE * kept[0]:
+            raise CheckError(f"axis, step {n}: {lost!r} J of all places, {kept[0]!r} J of heat")
         check_friction(nut_map, "axis", n, row, result)
     motion = list(axis_motion(nut_map, inputs, STEP))
     names = list(motion[0])

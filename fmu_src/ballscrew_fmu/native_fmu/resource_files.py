@@ -36,15 +36,20 @@ def map_bytes(nut_map: NutMap) -> bytes:
     )
 
 
+def start_numbers(header: Mapping[str, Any], model: FmuModel) -> list[float]:
+    """Start values of all variables, 0 where there is none, then the numbers of the model."""
+    return [float(v.start or 0.0) for v in model.variables(header)] + list(model.numbers(header))
+
+
 def screw_bytes(header: Mapping[str, Any], model: FmuModel, table_hash: str, token: str) -> bytes:
-    """Model, hash of its table of variables, token, hash of the map; law; start values; origin of the friction numbers.
+    """Model, hash of its table of variables, token, hash of the map; law; start_numbers; origin of the friction.
 
     ValueError: the token has characters that are not allowed, or too many.
     """
     if not re.fullmatch(rf"[{{}}\w.-]{{0,{HASH_SIZE}}}", token, re.ASCII):
         raise ValueError(f"token = {token!r}; needs letters, digits, braces, dots and dashes only")
     texts = (model.native_name, table_hash, token, map_hash(header))
-    starts = [float(v.start or 0.0) for v in model.variables(header)]
+    starts = start_numbers(header, model)
     body = b"".join(text.encode().ljust(HASH_SIZE, b"\0") for text in texts)
     body += struct.pack(f"<Q{len(starts)}d", tuple(SURFACES).index(header["law"]), *starts)
     origin = origin_text(header).encode()[: ORIGIN_SIZE - 1].decode(errors="ignore").encode()

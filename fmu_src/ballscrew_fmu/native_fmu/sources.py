@@ -71,6 +71,9 @@ enum Variables {{
     VARIABLE_COUNT
 }};
 
+/* start values in the file of a screw: of the variables, then numbers of the model */
+#define START_COUNT (VARIABLE_COUNT + {numbers})
+
 #define TIME_REFERENCE (FIRST_REFERENCE + VARIABLE_COUNT) /* FMI 3 only: the independent variable */
 #define INPUT_FIRST {first}
 #define INPUT_COUNT {inputs}
@@ -293,6 +296,7 @@ def _variables(header: Mapping[str, Any], model: FmuModel, hash_of_table: str) -
         table_hash=hash_of_table,
         first_reference=FIRST_REFERENCE,
         references=",\n".join(f"    {v.name.upper()}" for v in table),
+        numbers=model.number_count,
         first=inputs[0].name.upper(),
         inputs=len(inputs),
         rows="\n".join(_row(v, states) for v in table),

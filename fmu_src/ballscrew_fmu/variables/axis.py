@@ -5,25 +5,39 @@ d = r phi + u - x with the axial displacement u of the screw in its bearing; con
 are those of BallScrewTransmission (native/models/transmission/contacts.h).
 
     (motor_inertia + screw_inertia) dspeed/dt = motor_torque - r nut_force - friction_torque
-    table_mass dvelocity/dt = nut_force + external_force - guide_force - table_mass g sin(inclination)
-    screw_mass d2u/dt2      = -nut_force - support_stiffness u - support damping - screw_mass g sin(inclination)
+                                                - bearing_torque - motor_friction_torque
+    table_mass dvelocity/dt = nut_force + external_force - guide_force + P^2/(2 rod_stiffness)
+                              - table_mass g sin(inclination)
+    screw_mass d2u/dt2      = -nut_force - P - support damping - screw_mass g sin(inclination)
 
-Without support_stiffness u is locked. Friction torque: elasto-slip elements in parallel (presliding_law.h) and the
-viscous part of the map at the forces of both nuts. guide_force: guide_viscous velocity and one elasto-slip element,
-elastic to guide_coulomb over guide_presliding_travel.
+with the pull P = u / (1/support_stiffness + (free_length + position)/rod_stiffness) of bearing and screw in series: the
+screw is free over free_length at position 0, between its fixed bearing and the nut. A longer screw stores less energy
+at the same u, hence the force on the table, mostly below 1 N. Without support_stiffness the bearing is rigid, without
+free_length the screw; without both u is locked. Friction torque: elasto-slip elements in parallel (presliding_law.h)
+and the viscous part of the map at the forces of both nuts. guide_force: guide_viscous velocity and one elasto-slip
+element, elastic to guide_coulomb over guide_presliding_travel. Support bearings and motor: one such element over
+shaft_presliding_angle, which slides at bearing_seal_torque + motor_coulomb + bearing_friction_factor times the torque
+of the rows at the speed, from a table over speed and temperature (bearing_table); its stiffness is that at the lowest
+speed.
 
-Assumed: screw and table are rigid, so are motor shaft and coupling; balls have no mass; the damping of contacts and
-support is contact_damping_time times their stiffness; the support has the same stiffness in both directions; the guide
-carries no moment and its friction does not depend on the load; the screw is a cylinder of steel unless its inertia and
-mass are set. At the start all is at rest, without deflection: a weight begins to settle.
+Assumed: table is rigid, so are motor shaft and coupling, and the screw in torsion; balls have no mass; all of
+screw_mass moves with u; the damping of contacts and of bearing and screw is contact_damping_time times their stiffness;
+bearing and screw have the same stiffness in both directions; the bearings have the temperature of the oil, and friction
+without the force of the process; the guide carries no moment and its friction does not depend on the load;
+shaft_presliding_angle, by which the balls of a bearing of 50 mm roll through their contacts (0.1 mm), and a lip shears;
+the screw is a cylinder of steel unless its inertia and mass are set. At the start all is at rest, without deflection: a
+weight begins to settle.
 
 supplied_energy = change of kinetic, potential and stored energy + heat, if preload and parameters stay. A change of the
 preload is work of the preload, which no energy includes. In model exchange the importer integrates powers: heat is that
 of events alone, supplied_energy is 0.
 """
 
+import functools
 import math
 from typing import Any
+
+import numpy as np
 
 from ballscrew_fmu.variables.friction import (
     ELEMENT_STATES,
@@ -37,8 +51,13 @@ from ballscrew_fmu.variables.friction import (
     table_of,
 )
 from ballscrew_fmu.variables.transmission import of_screw, transmission_variables
-from ballscrew_tehl.runtime.constants import AXIS_DAMPING_TIME
+from ballscrew_tehl.applications.axis.parts import guide_force, middle, other_parts
+from ballscrew_tehl.parameters.file import Parameters
+from ballscrew_tehl.parameters.identity import SCREW_FILE, map_parameters
+from ballscrew_tehl.runtime.constants import AXIS_DAMPING_TIME, BEARING_SPEEDS, BEARING_TEMPERATURES
 
+#: of bearing_table
+BEARING_NUMBERS = 4 + BEARING_SPEEDS * BEARING_TEMPERATURES
 _ELEMENTS = ELEMENT_STATES
 _SCREW = ("screw_displacement", "screw_velocity")
 
@@ -49,17 +68,20 @@ _FORCE = (*_LOADS, "speed", "velocity", _SCREW[1])
 _FRICTION = (*_LOADS, "speed", "temperature")
 _TORQUE = (*_FRICTION, *_ELEMENTS)
 _GUIDE = ("velocity", "guide_element")
-_ALL = (*_FORCE, "temperature", *_ELEMENTS, "guide_element")
+_SHAFT = ("speed", "temperature", "shaft_element")
+_ALL = (*_FORCE, "temperature", *_ELEMENTS, "guide_element", "shaft_element")
+_SPRING = ("support_stiffness", "free_length", "rod_stiffness")
 _ELASTIC = ("lead", "nut_stiffness", "stiffness_preload", "axial_play", "initial_position")
-_DAMPED = (*_ELASTIC, "contact_damping_time", "support_stiffness")
+_DAMPED = (*_ELASTIC, "contact_damping_time", *_SPRING)
 _LAW = tuple(
     name
     for name in FRICTION_PARAMETERS
     if name not in ("presliding", "regularization_speed")  # has no other law
 )
 _GUIDED = ("guide_viscous", "guide_coulomb", "guide_presliding_travel")
+_BEARINGS = ("bearing_seal_torque", "bearing_friction_factor", "motor_coulomb", "shaft_presliding_angle")
 _INERTIA = ("motor_inertia", "screw_inertia", "screw_diameter", "screw_length")
-_MASS = ("screw_mass", "screw_diameter", "screw_length", "support_stiffness", "inclination")
+_MASS = ("screw_mass", "screw_diameter", "screw_length", *_SPRING, "inclination")
 
 
 def _shared(row: str, depends_on: Names = (), initially: Names = (), **changes: Any) -> Shared:
@@ -91,6 +113,15 @@ def _rate(
 
 _START = ("initial_position", "lead")
 _ACCELERATED = (*_DAMPED, *_LAW)
+#: where heat arises, in the order of the C code: what it is, what its power depends on
+PLACES: dict[str, tuple[str, Names, Names]] = {
+    "nut": ("the contacts in the nut", _TORQUE, (*_ELASTIC, *_LAW)),
+    "wipers": ("seal_torque, wipers and seals of the nut", _TORQUE, (*_ELASTIC, *_LAW)),
+    "bearings": ("the support bearings", _SHAFT, _BEARINGS),
+    "motor": ("the friction of the motor", _SHAFT, _BEARINGS),
+    "guide": ("the guide", _GUIDE, _GUIDED),
+    "damping": ("the damping of contacts, bearing and screw", _FORCE, _DAMPED),
+}
 
 ROWS: tuple[Variable | Shared, ...] = (
     Variable(
@@ -137,13 +168,13 @@ ROWS: tuple[Variable | Shared, ...] = (
     ),
     _shared("axial_stiffness", _LOADS, _ELASTIC),
     _shared(
-        "power_loss", _ALL, (*_ACCELERATED, *_GUIDED),
-        description="Dissipated power of friction, guide and damping, mean of the step",
+        "power_loss", _ALL, (*_ACCELERATED, *_GUIDED, *_BEARINGS),
+        description="Dissipated power of all places, mean of the step",
     ),
     _shared("heat", _ALL),
     _energy(
-        "stored_energy", "Elastic energy of contacts, support and friction, 0 without load",
-        (*_LOADS, *_ELEMENTS, "guide_element"), (*_ELASTIC, *_LAW, "support_stiffness", "temperature"),
+        "stored_energy", "Elastic energy of contacts, bearing, screw and friction, 0 without load",
+        (*_LOADS, *_ELEMENTS, "guide_element", "shaft_element"), (*_ELASTIC, *_LAW, *_SPRING, "temperature"),
     ),
     _energy("kinetic_energy", "Of screw and table", ("speed", "velocity", _SCREW[1]),
             ("table_mass", *_INERTIA, *_MASS)),
@@ -165,6 +196,21 @@ ROWS: tuple[Variable | Shared, ...] = (
     ),
     _shared("range_margin", _FRICTION, _ELASTIC),
     Shared("preload_actual"),
+    Variable(
+        "bearing_torque", "output", "Friction torque of the support bearings, opposes the motion of the screw", "N.m",
+        nominal=1.0, depends_on=_SHAFT, initially_depends_on=_BEARINGS,
+    ),
+    Variable(
+        "motor_friction_torque", "output", "Friction torque of the motor at the screw, opposes its motion", "N.m",
+        nominal=1.0, depends_on=_SHAFT, initially_depends_on=_BEARINGS,
+    ),
+    *(
+        Variable(
+            f"power_{place}", "output", f"Part of power_loss of {of}, mean of the step", "W", minimum=0.0, nominal=10.0,
+            depends_on=depends_on, initially_depends_on=initially,
+        )
+        for place, (of, depends_on, initially) in PLACES.items()
+    ),
     _parameter("motor_inertia", "Inertia of motor and coupling (assumed)", "kg.m2", nominal=1e-3),
     _parameter("screw_inertia", "Inertia of the screw. 0: of a cylinder of steel", "kg.m2", 0.0, 1e-3),
     _parameter(
@@ -178,8 +224,8 @@ ROWS: tuple[Variable | Shared, ...] = (
         "screw_length", "Length of the screw, for inertia and mass (assumed)", "m", display_unit="mm", fixed=True,
     ),
     _parameter("table_mass", "Mass of the table with its load (assumed)", "kg", nominal=100.0),
-    _parameter("guide_viscous", "Viscous friction of the guide (assumed)", "N.s/m", nominal=100.0),
-    _parameter("guide_coulomb", "Coulomb friction of the guide (assumed)", "N", nominal=100.0),
+    _parameter("guide_viscous", "Viscous friction of the guide", "N.s/m", 0.0, nominal=100.0),
+    _parameter("guide_coulomb", "Friction of the guide without its viscous part (assumed)", "N", nominal=100.0),
     _parameter(
         "guide_presliding_travel", "Elastic travel of the guide before it slides (assumed)", "m", 1e-5, 1e-5,
         display_unit="um",
@@ -191,6 +237,23 @@ ROWS: tuple[Variable | Shared, ...] = (
     _parameter(
         "support_stiffness", "Axial stiffness of the bearings of the screw and their seat. 0: rigid", "N/m", 0.0, 1e8,
         display_unit="N/um", fixed=True,
+    ),
+    _parameter(
+        "free_length", "Screw between its fixed bearing and the nut at position 0, which is elastic. 0: rigid", "m",
+        0.0, display_unit="mm", fixed=True,
+    ),
+    _parameter(
+        "rod_stiffness", "Axial stiffness of the screw times its length. 0: rigid", "N", nominal=1e8, fixed=True,
+    ),
+    _parameter("bearing_seal_torque", "Friction of the contact seals of the support bearings", "N.m", 0.0, 0.1),
+    _parameter(
+        "bearing_friction_factor", "Multiplies the friction of the rows of the support bearings, which is a table over "
+        "speed and temperature, 0 without a file of the axis", "1", 1.0,
+    ),
+    _parameter("motor_coulomb", "Friction of the motor at the screw: bearings, seal, brake", "N.m", 0.0, 0.1),
+    _parameter(
+        "shaft_presliding_angle", "Elastic angle of bearings and motor before they slide (assumed)", "rad", 0.01, 0.01,
+        display_unit="deg",
     ),
     _parameter(
         "initial_position", "Position of the table at the start", "m", 0.0, 0.1, minimum=-1000.0, display_unit="mm",
@@ -223,20 +286,27 @@ LOCALS: tuple[Variable | Shared, ...] = (
         "guide_element", "local", "Deflection of the guide times the root of its stiffness, a continuous state",
         "sqrt(J)", nominal=1e-2,
     ),
+    Variable(
+        "shaft_element", "local",
+        "Deflection of bearings and motor times the root of their stiffness, a continuous state", "sqrt(J)",
+        nominal=1e-2,
+    ),
     _rate("angle", "rad/s", 10.0, ("speed",), display_unit="rev/min"),
-    _rate("speed", "rad/s2", 100.0, (*_FORCE, *_TORQUE, "motor_torque"), (*_ACCELERATED, *_INERTIA)),
+    _rate("speed", "rad/s2", 100.0, (*_FORCE, *_TORQUE, *_SHAFT, "motor_torque"),
+          (*_ACCELERATED, *_INERTIA, *_BEARINGS)),
     _rate("position", "m/s", 0.1, ("velocity",), display_unit="m/min"),
     _rate(
         "velocity", "m/s2", 1.0, (*_FORCE, *_GUIDE, "external_force"),
         (*_DAMPED, *_GUIDED, "table_mass", "inclination"),
     ),
-    _rate(_SCREW[0], "m/s", 1e-2, (_SCREW[1],), ("support_stiffness",), display_unit="m/min"),
+    _rate(_SCREW[0], "m/s", 1e-2, (_SCREW[1],), _SPRING, display_unit="m/min"),
     _rate(_SCREW[1], "m/s2", 1.0, _FORCE, (*_DAMPED, *_MASS)),
     *(
         _rate(name, "sqrt(J)/s", 0.1, (*_FRICTION, name), (*_ELASTIC, *_LAW))
         for name in _ELEMENTS
     ),
     _rate("guide_element", "sqrt(J)/s", 1.0, _GUIDE, _GUIDED),
+    _rate("shaft_element", "sqrt(J)/s", 1.0, _SHAFT, _BEARINGS),
     _shared("in_range_indicator", _FRICTION, _ELASTIC),
     _shared("stiffness_indicator", _LOADS, (*_ELASTIC, *_LAW)),
     *(
@@ -250,20 +320,93 @@ LOCALS: tuple[Variable | Shared, ...] = (
         "slip_indicator_1", _GUIDE, _GUIDED, name="guide_slip_indicator",
         description="Event indicator of the guide: start or end of slip",
     ),
+    _shared(
+        "slip_indicator_1", _SHAFT, _BEARINGS, name="shaft_slip_indicator",
+        description="Event indicator of bearings and motor: start or end of slip",
+    ),
 )  # fmt: skip
 
 
 STEEL_DENSITY = 7850.0  # [kg/m3]
+STEEL_MODULUS = 2.06e11  # [Pa]
 
 
 def _starts(header: Header) -> dict[str, dict[str, Any]]:
-    """Start values of an axis that suits the screw, in two digits: docs/axis.md."""
+    """Start values of an axis that suits the screw, in two digits, and what the screw file states: docs/axis.md."""
     diameter, mass = float(header["screw"]["diameter"]), 0.23 * float(header["screw"]["stiffness_preload"])
     values = {
-        "screw_length": 25.0 * diameter, "table_mass": mass, "guide_coulomb": mass / 6.0, "guide_viscous": mass / 0.75,
+        "screw_length": 25.0 * diameter, "table_mass": mass, "guide_coulomb": mass / 6.0,
         "motor_inertia": 1.5 * math.pi / 32.0 * STEEL_DENSITY * 25.0 * diameter**5,
+        "rod_stiffness": STEEL_MODULUS * 0.25 * math.pi * diameter**2,
     }  # fmt: skip
-    return {name: {"start": float(f"{value:.2g}")} for name, value in values.items()}
+    values = {name: float(f"{value:.2g}") for name, value in values.items()}
+    if SCREW_FILE in header:
+        values |= _stated(map_parameters(header), header)
+    return {name: {"start": value} for name, value in values.items()}
+
+
+def _stated(parameters: Parameters, header: Header) -> dict[str, float]:
+    """Start values from a screw file with its tables of the axis."""
+    screw, axis, guide = parameters.screw, parameters.axis, parameters.guide
+    bearings, motor, wipers = parameters.support_bearings, parameters.motor, parameters.wipers
+    # of the screw: ISO 3408-4
+    core = screw.root_diameter or 2.0 * screw.nominal_radius - screw.ball_diameter * math.cos(
+        screw.contact_angle
+    )
+    values: dict[str, float | None] = {"rod_stiffness": screw.youngs_modulus * 0.25 * math.pi * core**2}
+    if axis is not None:
+        values |= {
+            "table_mass": axis.moved_mass,
+            "inclination": axis.inclination,
+            "free_length": axis.free_length,
+        }
+        if axis.free_length is not None and axis.stroke is not None:
+            values["screw_length"] = axis.free_length + axis.stroke
+    if guide is not None:
+        values |= {"guide_coulomb": guide_force(parameters)[0], "guide_viscous": guide.viscous}
+    if bearings is not None:
+        seals = _bearings(str(header[SCREW_FILE]), *_ends(header))[1]
+        values |= {"support_stiffness": bearings.axial_stiffness, "bearing_seal_torque": seals}
+    if motor is not None:
+        inertia = None if motor.inertia is None else motor.ratio**2 * motor.inertia
+        values |= {"motor_coulomb": motor.ratio * middle(motor.friction_torque), "motor_inertia": inertia}
+    if wipers is not None:
+        values["seal_torque"] = middle(wipers.friction_torque)
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _ends(header: Header) -> tuple[float, float, float, float]:
+    """Ends of speed and temperature of the map."""
+    (slow, fast), (cold, hot) = (header["axes"][name][:2] for name in ("speed", "temperature"))
+    return float(slow), float(fast), float(cold), float(hot)
+
+
+@functools.lru_cache(maxsize=8)
+def _bearings(
+    screw_file: str, slow: float, fast: float, cold: float, hot: float
+) -> tuple[tuple[float, ...], float]:
+    """Torque of the rows of the support bearings (speed, temperature), and of their seals [N.m]."""
+    parameters, speeds = Parameters.model_validate_json(screw_file), np.geomspace(slow, fast, BEARING_SPEEDS)
+    parts = [
+        other_parts(parameters, speeds, float(temperature))
+        for temperature in np.linspace(cold, hot, BEARING_TEMPERATURES)
+    ]
+    rows = np.stack([at["support_bearings"].torque for at in parts], axis=1)
+    seals = float(parts[0]["bearing_seals"].torque[0]) if "bearing_seals" in parts[0] else 0.0
+    return tuple(rows.ravel().tolist()), seals
+
+
+def bearing_table(header: Header) -> tuple[float, ...]:
+    """Ends of ln speed and of temperature, torque of the rows of the support bearings at nodes between [N.m].
+
+    The nodes are equally spaced, over the range of the map, the temperature first. 0 without a file of the axis.
+    ValueError: the law of the bearing does not reach as far.
+    """
+    slow, fast, cold, hot = ends = _ends(header)
+    rows = (0.0,) * (BEARING_NUMBERS - 4)
+    if SCREW_FILE in header and map_parameters(header).support_bearings is not None:
+        rows = _bearings(str(header[SCREW_FILE]), *ends)[0]
+    return (math.log(slow), math.log(fast), cold, hot, *rows)
 
 
 def _once(v: Variable) -> Variable:

@@ -13,9 +13,9 @@ from .toml import Table, entry, require
 
 
 def _pair(value: Any) -> Any:
-    """One number as both ends of a range."""
+    """One number as both ends of a range; a list, as of JSON, as a tuple."""
     single = isinstance(value, int | float) and not isinstance(value, bool)
-    return (float(value), float(value)) if single else value
+    return (float(value), float(value)) if single else tuple(value) if isinstance(value, list) else value
 
 
 #: low and high end; equal: one number is stated

@@ -47,5 +47,8 @@ MOST_ITERATIONS = 200  # each halves the error in torque or the bracket: it take
 # transmission (native/models/transmission)
 FORCE_ROUNDING = 1e-12  # relative, of a force computed from a preload at the end of the map
 
+# table of the support bearings in the axis (native/models/axis): nodes
+BEARING_SPEEDS, BEARING_TEMPERATURES = 24, 12  # between them within 3 % of the law (ZKLN3572, VG 100)
+
 # inputs
 TOO_LARGE = 1e30  # a value of this size or more is rejected like infinity, so that no product overflows

@@ -32,7 +32,7 @@ EACH = pytest.mark.parametrize(("model", "kind"), CASES, ids=lambda x: getattr(x
 with open(Path(__file__).with_name("interface.csv"), encoding="utf-8") as file:
     INTERFACE = list(csv.DictReader(file))
 AXIS_STATES = ("angle", "speed", "position", "velocity", "screw_displacement", "screw_velocity", *ELEMENT_STATES,
-               "guide_element")  # fmt: skip
+               "guide_element", "shaft_element")  # fmt: skip
 STATES_OF = dict.fromkeys(("BallScrewFriction", "BallScrewTransmission"), ELEMENT_STATES)
 STATES_OF["BallScrewAxis"] = AXIS_STATES
 RATES = {f"{name}_rate": name for name in AXIS_STATES}

@@ -39,7 +39,7 @@ def wound(one):
         one.call("EnterContinuousTimeMode")
         drive(one, 0.1)
         if one.states:  # some elements slide from now on, others stick
-            set_states(one, [3e-3] * one.states)
+            set_states(one, ([3e-3, -3e-3] * one.states)[: one.states])
             one.call("EnterEventMode")
             assert one.update() == (OK, True)
             one.call("EnterContinuousTimeMode")

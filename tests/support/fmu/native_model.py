@@ -17,7 +17,14 @@ from paths import NATIVE_HOSTS
 
 from ballscrew_fmu.models import FRICTION
 from ballscrew_fmu.native_fmu.compile import COMPILER_OPTIONS, WARNINGS
-from ballscrew_fmu.native_fmu.resource_files import MAP_FILE, SCREW_FILE, checksum, map_bytes, screw_bytes
+from ballscrew_fmu.native_fmu.resource_files import (
+    MAP_FILE,
+    SCREW_FILE,
+    checksum,
+    map_bytes,
+    screw_bytes,
+    start_numbers,
+)
 from ballscrew_fmu.native_fmu.sources import is_fmi_header, native_sources, table_hash, units_of
 from ballscrew_tehl.runtime.packed import SURFACES
 
@@ -25,7 +32,7 @@ TOKEN = "{test}"
 # compiled programs and libraries of all sessions of this user
 CACHE = Path(tempfile.gettempdir()) / f"ballscrew_native_{os.getuid() if hasattr(os, 'getuid') else ''}"
 FLAGS = tuple(os.environ.get("BALLSCREW_CFLAGS", "").split())  # in addition, e.g. "-O3 -ffp-contract=fast"
-ROOM = 8192  # [bytes] more than a Model takes
+ROOM = 16384  # [bytes] more than a Model takes
 
 
 def compiler():
@@ -116,9 +123,9 @@ def c_host(nut_map, name, *options):
 
 
 class NativeModel:
-    """One Model with its map."""
+    """One Model with its map; numbers: of the model, None: those of the map."""
 
-    def __init__(self, nut_map, continuous=False, model=FRICTION):
+    def __init__(self, nut_map, continuous=False, model=FRICTION, numbers=None):
         library = compiled_model(nut_map, model)
         self._library = ctypes.CDLL(str(library))
         self._library.map_read.restype = ctypes.c_void_p
@@ -133,7 +140,8 @@ class NativeModel:
         found = self._library.map_read(path, law, message, ctypes.c_size_t(1000))
         assert found, message.value
         self._map = ctypes.c_void_p(found)
-        starts = [float(v.start or 0.0) for v in model.variables(nut_map.header)]
+        starts = start_numbers(nut_map.header, model)
+        starts[len(self.names) :] = numbers or model.numbers(nut_map.header)
         self._start = (ctypes.c_double * len(starts))(*starts)
         self._model = ctypes.create_string_buffer(ROOM)
         self.reset(continuous)

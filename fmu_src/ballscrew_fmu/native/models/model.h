@@ -14,7 +14,7 @@
 #include "state.h"
 
 /* Set the start values. continuous: model exchange. */
-INTERNAL void model_reset(Model *model, const Map *map, const double start[VARIABLE_COUNT], bool continuous);
+INTERNAL void model_reset(Model *model, const Map *map, const double start[START_COUNT], bool continuous);
 
 /* Whether an input, a parameter or the state may have this value: finite, >= lower bound, < TOO_LARGE. */
 static inline bool model_accepts(int reference, double value)
@@ -60,7 +60,7 @@ INTERNAL void model_indicators(Model *model);
 INTERNAL void model_derivatives(Model *model, const double direction[VARIABLE_COUNT], double slopes[VARIABLE_COUNT]);
 
 /* Of model_reset: all is 0 except what every Model has. */
-static inline void model_start(Model *model, const Map *map, const double start[VARIABLE_COUNT], bool continuous)
+static inline void model_start(Model *model, const Map *map, const double start[START_COUNT], bool continuous)
 {
     memset(model, 0, sizeof *model);
     model->map = map;

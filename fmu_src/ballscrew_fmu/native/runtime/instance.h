@@ -14,7 +14,7 @@ typedef struct {
     char token[HASH_SIZE + 1]; /* guid of FMI 2, instantiationToken of FMI 3 */
     char map[HASH_SIZE + 1];   /* content hash of the map that the model description is of */
     int law;                   /* of its friction: required of the map */
-    double start[VARIABLE_COUNT]; /* of inputs, parameters and the state, else 0 */
+    double start[START_COUNT]; /* of inputs, parameters and the state, else 0; numbers of the model */
     char origin[ORIGIN_SIZE];  /* of friction numbers that were measured on another screw; "": none */
 } Screw;
 

@@ -9,7 +9,7 @@
 
 /* --- the screw: layout in native_fmu/resource_files.py --- */
 
-#define SCREW_SIZE (FILE_HEAD_SIZE + 4 * HASH_SIZE + 8 + 8 * VARIABLE_COUNT + ORIGIN_SIZE)
+#define SCREW_SIZE (FILE_HEAD_SIZE + 4 * HASH_SIZE + 8 + 8 * START_COUNT + ORIGIN_SIZE)
 
 /* Text of a field: of a name ASCII, without control characters, which no message may have; returns the byte after it. */
 static const unsigned char *text_of(const unsigned char *bytes, size_t length, char *text)
@@ -52,11 +52,18 @@ INTERNAL bool screw_from_bytes(const unsigned char *bytes, size_t size, const ch
     at = text_of(at, HASH_SIZE, screw->map);
     screw->law = at[0] < LAWS ? (int)at[0] : LAWS;
     at += 8;
-    for (int i = 0; i < VARIABLE_COUNT; ++i, at += 8) {
+    for (int i = 0; i < START_COUNT; ++i, at += 8) {
         const uint64_t bits = little_endian(at);
+        bool good;
         memcpy(&screw->start[i], &bits, sizeof bits);
-        if (model_is_set(&model_variables[i]) ? !model_accepts(i, screw->start[i]) : bits != 0) {
-            (void)snprintf(message, message_size, "%s: start value of %s is not valid", name, model_variables[i].name);
+        if (i >= VARIABLE_COUNT) {
+            good = fabs(screw->start[i]) < TOO_LARGE;
+        } else {
+            good = model_is_set(&model_variables[i]) ? model_accepts(i, screw->start[i]) : bits == 0;
+        }
+        if (!good) {
+            (void)snprintf(message, message_size, "%s: start value of %s is not valid", name,
+                           i < VARIABLE_COUNT ? model_variables[i].name : "a table");
             return false;
         }
     }

@@ -26,6 +26,7 @@ typedef struct {
     double length;            /* [s] */
     double deflection;        /* [m] at the start */
     double elastic;           /* [N] force of the contacts at the start */
+    double support, pull;     /* [N/m], [N] of screw and its bearing at the start */
     double damping, support_damping; /* [s] damping over stiffness, corrected like the rates */
     double coupled;           /* [N.s/m] correction between both */
     Matrix rate;              /* 1 + h^2/12 M^-1/2 K M^-1/2 */
@@ -35,7 +36,7 @@ typedef struct {
 typedef struct {
     double way[FREEDOMS];
     double force[FREEDOMS];
-    Matrix slope;
+    Matrix slope; /* [way][force] of the forces against the ways */
     double damped; /* [N] contact damping */
 } Trial;
 
@@ -116,16 +117,51 @@ static double mean_of_contacts(const Mechanics *mechanics, const Part *part, dou
     return mean + trial->damped;
 }
 
+/* Slope of the compliance of screw and bearing over the position, mean over a way. */
+static double mean_growth(const Mechanics *mechanics, double position, double way)
+{
+    const double from = mechanics->reach + position, to = from + way;
+
+    if (from > LEAST_ROD && to > LEAST_ROD) {
+        return mechanics->rod;
+    }
+    return from > LEAST_ROD || to > LEAST_ROD
+               ? (compliance_at(mechanics, position + way) - compliance_at(mechanics, position)) / way
+               : 0.0;
+}
+
+/* Screw and its bearing, an elastic energy P^2 c(x)/2 with pull P and compliance c at the position x of the table. From P
+   to Q its change is (P + Q)/2 times the way of the screw - c' P Q/2 times that of the table, exactly. */
+static void add_support(const Plant *plant, const Motion *from, const Part *part, double change, Trial *trial)
+{
+    const Mechanics *mechanics = &plant->mechanics;
+    const double *way = trial->way, h = part->length, drag = part->support_damping * part->support / h;
+    const double growth = mean_growth(mechanics, from->place[TABLE], way[TABLE]), coupled = part->coupled / h;
+    const double stiffness = 1.0 / compliance_at(mechanics, from->place[TABLE] + way[TABLE]);
+    const double pull = stiffness * (from->place[SCREW] + way[SCREW]);
+
+    trial->force[SCREW] -= 0.5 * (part->pull + pull) + drag * way[SCREW] + coupled * change;
+    trial->force[TABLE] += 0.5 * growth * part->pull * pull;
+    trial->slope.of[SCREW][SCREW] += 0.5 * stiffness + drag;
+    trial->slope.of[TABLE][SCREW] -= 0.5 * stiffness * growth * pull;
+    trial->slope.of[SCREW][TABLE] -= 0.5 * stiffness * growth * part->pull;
+    trial->slope.of[TABLE][TABLE] += 0.5 * stiffness * growth * part->pull * growth * pull;
+    for (int i = 0; i < plant->freedoms; ++i) {
+        trial->force[i] -= coupled * mechanics->lever[i] * way[SCREW];
+        trial->slope.of[i][SCREW] += coupled * mechanics->lever[i];
+        trial->slope.of[SCREW][i] += coupled * mechanics->lever[i];
+    }
+}
+
 static void mean_forces(const Plant *plant, const Motion *from, const Level *level, const Part *part, Trial *trial)
 {
     const Mechanics *mechanics = &plant->mechanics;
     const double *lever = mechanics->lever, *way = trial->way, h = part->length;
+    const double drag[SLIDERS] = {level->viscous / h, plant->at[GUIDE_VISCOUS] / h};
     const double change = lever[SHAFT] * way[SHAFT] + lever[TABLE] * way[TABLE]
                           + (plant->freedoms > SCREW ? lever[SCREW] * way[SCREW] : 0.0);
-    double slope, stiffness, drag = level->viscous / h;
+    double stiffness, slope[SLIDERS] = {0.0}, nut[SLIDERS] = {0.0};
     const double force = mean_of_contacts(mechanics, part, change, trial, &stiffness);
-    const double torque = mean_of_elements(from->element, way[SHAFT], h, &level->elements, &slope);
-    const Element guide = mean_of_element(from->guide, mechanics->guide_root * way[TABLE], mechanics->guide_limit);
 
     for (int i = 0; i < plant->freedoms; ++i) {
         trial->force[i] = mechanics->load[i] - lever[i] * force;
@@ -133,22 +169,15 @@ static void mean_forces(const Plant *plant, const Motion *from, const Level *lev
             trial->slope.of[i][j] = stiffness * lever[i] * lever[j];
         }
     }
-    trial->force[SHAFT] -= torque + drag * way[SHAFT];
-    trial->slope.of[SHAFT][SHAFT] += slope + drag;
-    drag = plant->at[GUIDE_VISCOUS] / h;
-    trial->force[TABLE] -= mechanics->guide_root * guide.state + drag * way[TABLE];
-    trial->slope.of[TABLE][TABLE] += mechanics->guide_root * mechanics->guide_root * guide.slope + drag;
+    nut[SHAFT] = mean_of_elements(from->element, way[SHAFT], h, &level->elements, &slope[SHAFT]);
+    for (int i = 0; i < SLIDERS; ++i) {
+        const double root = mechanics->root[i];
+        const Element slider = mean_of_element(from->slider[i], root * way[i], level->sliding.limit[i]);
+        trial->force[i] -= nut[i] + root * slider.state + drag[i] * way[i];
+        trial->slope.of[i][i] += slope[i] + root * root * slider.slope + drag[i];
+    }
     if (plant->freedoms > SCREW) {
-        const double coupled = part->coupled / h;
-        drag = part->support_damping * mechanics->support / h;
-        trial->force[SCREW] -= mechanics->support * (from->place[SCREW] + 0.5 * way[SCREW]) + drag * way[SCREW]
-                               + coupled * change;
-        trial->slope.of[SCREW][SCREW] += 0.5 * mechanics->support + drag;
-        for (int i = 0; i < plant->freedoms; ++i) {
-            trial->force[i] -= coupled * lever[i] * way[SCREW];
-            trial->slope.of[i][SCREW] += coupled * lever[i];
-            trial->slope.of[SCREW][i] += coupled * lever[i];
-        }
+        add_support(plant, from, part, change, trial);
     }
 }
 
@@ -179,7 +208,10 @@ static void begin_part(const Plant *plant, const Motion *from, double length, do
         nut += scaled * scaled;
     }
     if (plant->freedoms > SCREW) {
-        const double flexible = twelfth * mechanics->support * plant->inverse[SCREW] * plant->inverse[SCREW];
+        double flexible;
+        part->support = 1.0 / compliance_at(mechanics, from->place[TABLE]);
+        part->pull = part->support * from->place[SCREW];
+        flexible = twelfth * part->support * plant->inverse[SCREW] * plant->inverse[SCREW];
         part->rate.of[SCREW][SCREW] += flexible;
         part->support_damping = time * (1.0 + flexible);
         part->coupled = time * flexible * stiffness;
@@ -268,7 +300,7 @@ static bool corrected(const Plant *plant, const Part *part, const Trial *trial, 
         }
     }
     for (int i = 0; i < n; ++i) {
-        product(&scaled, part->rate.of[i], n, half[i]); /* both are symmetric: row i of rate slope */
+        product(&scaled, part->rate.of[i], n, half[i]); /* row i of rate times slope, which is transposed */
     }
     for (int i = 0; i < n; ++i) {
         product(&part->rate, half[i], n, whole.of[i]);
@@ -327,8 +359,10 @@ INTERNAL void level_at(const Plant *plant, double deflection, double speed, Leve
 
     contacts_of(plant->mechanics.contact, plant->mechanics.approach, deflection, deflection, 0.0, &point.contacts);
     friction_at(plant->map, plant->at, pace, 0.0, &point);
+    sliding_at(plant->at, &plant->mechanics, pace, &level->sliding);
     level->elements = point.level;
     level->viscous = point.parts.viscous / pace;
+    level->wipers = point.level.coulomb > 0.0 ? point.parts.seal / point.level.coulomb : 0.0;
 }
 
 /* Direction of what has slid over a way, unless the speed at its end is against it. */
@@ -347,19 +381,27 @@ static void slips_after(const Motion *from, const double way[], const Level *lev
     }
 }
 
+/* End of a slider over a way; its heat. */
+static double end_slider(double root, double limit, double way, double speed, double *state, int *slip)
+{
+    const double before = within(*state, limit);
+    const Element one = mean_of_element(*state, root * way, limit);
+    const double lost = 0.5 * (*state * *state - before * before);
+
+    *state = before + one.moved;
+    *slip = one.follows ? 0 : slip_of(way, speed);
+    return limit * (fabs(root * way) - fabs(one.moved)) + lost;
+}
+
 /* End of a part, and what it has dissipated and taken up. False: numbers become too large. */
 static bool end_part(const Plant *plant, const Motion *from, const Level *level, const Part *part, const double mean[],
                      const Trial *trial, Advance *out)
 {
     const Mechanics *mechanics = &plant->mechanics;
     const double h = part->length, *way = trial->way;
-    const Element guide = mean_of_element(from->guide, mechanics->guide_root * way[TABLE], mechanics->guide_limit);
-    const double guide_before = within(from->guide, mechanics->guide_limit), end = guide_before + guide.moved;
-    const double guide_way = mechanics->guide_root * way[TABLE];
+    double heat[PLACES], sum = 0.0, slid[SLIDERS], change = 0.0;
     Presliding elements;
     Motion *to = &out->motion;
-    double heat = level->viscous * way[SHAFT] * way[SHAFT] / h + plant->at[GUIDE_VISCOUS] * way[TABLE] * way[TABLE] / h;
-    double change = 0.0;
     bool good = true;
 
     *to = *from;
@@ -374,18 +416,28 @@ static bool end_part(const Plant *plant, const Motion *from, const Level *level,
         to->element[i] = elements.element[i];
         good = good && fabs(to->element[i]) < TOO_FAST;
     }
-    to->guide = end;
-    heat += h * elements.power + fabs(trial->damped * change);
-    heat += mechanics->guide_limit * (fabs(guide_way) - fabs(guide.moved))
-            + 0.5 * (from->guide * from->guide - guide_before * guide_before);
-    if (plant->freedoms > SCREW) {
-        heat += (part->support_damping * mechanics->support * way[SCREW] + 2.0 * part->coupled * change) * way[SCREW] / h;
+    for (int i = 0; i < SLIDERS; ++i) {
+        slid[i] = end_slider(mechanics->root[i], level->sliding.limit[i], way[i], to->speed[i], &to->slider[i],
+                             &out->slider_slip[i]);
+        good = good && fabs(to->slider[i]) < TOO_FAST;
     }
-    out->heat += heat;
+    heat[WIPER_PLACE] = level->wipers * h * elements.power;
+    heat[NUT_PLACE] = level->viscous * way[SHAFT] * way[SHAFT] / h + (h * elements.power - heat[WIPER_PLACE]);
+    heat[BEARING_PLACE] = level->sliding.bearings * slid[SHAFT];
+    heat[MOTOR_PLACE] = slid[SHAFT] - heat[BEARING_PLACE];
+    heat[GUIDE_PLACE] = plant->at[GUIDE_VISCOUS] * way[TABLE] * way[TABLE] / h + slid[TABLE];
+    heat[DAMPING_PLACE] = fabs(trial->damped * change);
+    if (plant->freedoms > SCREW) {
+        heat[DAMPING_PLACE] +=
+            (part->support_damping * part->support * way[SCREW] + 2.0 * part->coupled * change) * way[SCREW] / h;
+    }
+    for (int i = 0; i < PLACES; ++i) {
+        out->heat[i] += heat[i];
+        sum += out->heat[i];
+    }
     out->supplied += plant->at[MOTOR_TORQUE] * way[SHAFT] + plant->at[EXTERNAL_FORCE] * way[TABLE];
     slips_after(from, way, level, to, out);
-    out->guide_slip = guide.follows ? 0 : slip_of(guide_way, to->speed[TABLE]);
-    return good && fabs(end) < TOO_FAST && out->heat < HUGE_VAL && fabs(out->supplied) < HUGE_VAL;
+    return good && sum < HUGE_VAL && fabs(out->supplied) < HUGE_VAL;
 }
 
 /* The stiffness of the elements stays while they hold a load. */

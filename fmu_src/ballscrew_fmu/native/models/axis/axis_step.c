@@ -2,6 +2,8 @@
    difference. */
 #include "axis_part.h"
 
+#include <string.h>
+
 #define MOST_PAIRS 20000   /* of parts in a communication step with control of the error */
 #define LAST_PAIRS 32      /* for the rest of it, without */
 #define LEAST_PART 1e-6    /* [s] below which a part is accepted with any error: at a kink of the contacts or of friction */
@@ -30,20 +32,24 @@ static double difference(const Plant *plant, const Motion *from, const Advance *
         const double stays = fabs(a->element[i] - b->element[i]) / unit_b;
         most = greater(most, lesser(follows, stays) / (2.0 * ELEMENTS - 1.0));
     }
-    if (mechanics->guide_limit > 0.0) {
-        most = greater(most, fabs(a->guide - b->guide) / mechanics->guide_limit);
+    for (int i = 0; i < SLIDERS; ++i) {
+        const double limit_a = one->level.sliding.limit[i], limit_b = two->level.sliding.limit[i];
+        if (limit_a > 0.0 && limit_b > 0.0) {
+            const double follows = fabs(a->slider[i] * (limit_b / limit_a) - b->slider[i]);
+            most = greater(most, lesser(follows, fabs(a->slider[i] - b->slider[i])) / limit_b);
+        }
     }
     return most;
 }
 
-static void plant_of(const Map *map, const double at[VARIABLE_COUNT], Plant *plant)
+static void plant_of(const Map *map, const double at[START_COUNT], Plant *plant)
 {
     Mechanics *mechanics = &plant->mechanics;
 
     plant->map = map;
     plant->at = at;
     mechanics_of(map, at, mechanics);
-    plant->freedoms = is_supported(mechanics) ? FREEDOMS : SCREW;
+    plant->freedoms = is_elastic(mechanics) ? FREEDOMS : SCREW;
     for (int i = 0; i < FREEDOMS; ++i) {
         plant->inverse[i] = 1.0 / sqrt(mechanics->mass[i]);
     }
@@ -66,9 +72,10 @@ static bool make_pair(const Plant *plant, double length, Advance *state, double 
     return *error < HUGE_VAL;
 }
 
-void axis_advance(const Map *map, const double at[VARIABLE_COUNT], double step, Advance *state)
+bool axis_advance(const Map *map, const double at[START_COUNT], double step, Advance *state)
 {
     double left = step;
+    bool cut = false;
     Plant plant;
 
     plant_of(map, at, &plant);
@@ -76,10 +83,11 @@ void axis_advance(const Map *map, const double at[VARIABLE_COUNT], double step, 
         level_at(&plant, deflection_of(&plant.mechanics, &state->motion), state->motion.speed[SHAFT], &state->level);
         state->proposal = FIRST_PART;
     }
-    state->heat = state->supplied = 0.0;
+    memset(state->heat, 0, sizeof state->heat);
+    memset(state->slider_slip, 0, sizeof state->slider_slip);
+    state->supplied = 0.0;
     state->slips = 0U;
-    state->slip = state->guide_slip = 0;
-    state->cut = 0;
+    state->slip = 0;
     for (int pairs = 0; left > 0.0; ++pairs) {
         const bool last = pairs >= MOST_PAIRS;
         const double count = last ? MOST_PAIRS + LAST_PAIRS - pairs : ceil(left / state->proposal - PART_ROUNDING);
@@ -97,11 +105,11 @@ void axis_advance(const Map *map, const double at[VARIABLE_COUNT], double step, 
             state->proposal = error <= 1.0 && length < state->proposal ? greater(state->proposal, factor * length)
                                                                         : greater(factor * length, LEAST_PART);
         } else if (length <= LEAST_PART || last) {
-            state->cut = 1; /* numbers become too large: the motion ends here */
-            return;
+            return false; /* numbers become too large: the motion ends here */
         } else {
             state->proposal = (factor < 0.7 ? factor : 0.7) * length;
         }
-        state->cut = state->cut || last;
+        cut = cut || last;
     }
+    return !cut;
 }

@@ -4,15 +4,18 @@
 
 #include "axis_law.h"
 
-void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+void slopes_along(const Map *map, const double at[START_COUNT], const double direction[VARIABLE_COUNT],
                   const struct StepContext *context, double slopes[VARIABLE_COUNT])
 {
-    Number in[VARIABLE_COUNT], out[VARIABLE_COUNT];
+    Number in[START_COUNT], out[VARIABLE_COUNT];
     Point point;
     Films films;
 
     for (int i = 0; i < VARIABLE_COUNT; ++i) {
         in[i] = out[i] = number(at[i], direction[i]);
+    }
+    for (int i = VARIABLE_COUNT; i < START_COUNT; ++i) {
+        in[i] = constant(at[i]);
     }
     point_locate(map, in, context->stiffness, &point);
     nut_films(map, &point.loads, &point.conditions, &films);

@@ -25,10 +25,21 @@ INTERNAL const Point *locate(Model *model)
 
 static StepContext context_of(const Model *model)
 {
-    const StepContext context = {model->last.slips,      model->last.slip, fixed_stiffness(model),
-                           model->last.guide_slip, model->heat,      model->supplied};
+    const Advance *last = &model->last;
+    const StepContext context = {last->slips, last->slip, fixed_stiffness(model),
+                           {last->slider_slip[SHAFT], last->slider_slip[TABLE]}, model->heat, model->supplied};
 
     return context;
+}
+
+static double heat_of_step(const Model *model)
+{
+    double sum = 0.0;
+
+    for (int i = 0; i < PLACES; ++i) {
+        sum += model->last.heat[i];
+    }
+    return sum;
 }
 
 INTERNAL void compute_outputs(Model *model)
@@ -37,7 +48,10 @@ INTERNAL void compute_outputs(Model *model)
 
     axis_outputs(locate(model), model->latched, &context, model->value);
     if (model->step > 0.0) {
-        model->value[POWER_LOSS] = model->last.heat / model->step;
+        model->value[POWER_LOSS] = heat_of_step(model) / model->step;
+        for (int i = 0; i < PLACES; ++i) {
+            model->value[POWER_NUT + i] = model->last.heat[i] / model->step;
+        }
     }
     model->outputs_known = true;
 }
@@ -52,7 +66,7 @@ static void initial_states(Model *model)
 
     at[ANGLE] = fabs(ratio) > 0.0 ? clamped(at[INITIAL_POSITION] / ratio, -most, most) : 0.0;
     at[POSITION] = fabs(at[ANGLE]) < most && fabs(ratio) > 0.0 ? ratio * at[ANGLE] : at[INITIAL_POSITION];
-    at[SPEED] = at[VELOCITY] = at[SCREW_DISPLACEMENT] = at[SCREW_VELOCITY] = at[GUIDE_ELEMENT] = 0.0;
+    at[SPEED] = at[VELOCITY] = at[SCREW_DISPLACEMENT] = at[SCREW_VELOCITY] = at[SHAFT_ELEMENT] = at[GUIDE_ELEMENT] = 0.0;
     for (int i = 0; i < ELEMENTS; ++i) {
         at[PRESLIDING_ELEMENT_1 + i] = 0.0;
     }
@@ -78,6 +92,7 @@ void model_latch(Model *model)
 /* Where places and speeds of the motion are in the table. */
 static const int places[FREEDOMS] = {ANGLE, POSITION, SCREW_DISPLACEMENT};
 static const int speeds[FREEDOMS] = {SPEED, VELOCITY, SCREW_VELOCITY};
+static const int slider_indicators[SLIDERS] = {SHAFT_SLIP_INDICATOR, GUIDE_SLIP_INDICATOR};
 
 void model_step(Model *model, double step)
 {
@@ -96,15 +111,19 @@ void model_step(Model *model, double step)
         last->motion.speed[i] = value[speeds[i]];
     }
     memcpy(last->motion.element, &value[PRESLIDING_ELEMENT_1], sizeof last->motion.element);
-    last->motion.guide = value[GUIDE_ELEMENT];
-    axis_advance(model->map, value, step, last);
+    for (int i = 0; i < SLIDERS; ++i) {
+        last->motion.slider[i] = value[slider_states[i]];
+    }
+    model->cut = !axis_advance(model->map, value, step, last);
     for (int i = 0; i < FREEDOMS; ++i) {
         value[places[i]] = last->motion.place[i];
         value[speeds[i]] = last->motion.speed[i];
     }
     memcpy(&value[PRESLIDING_ELEMENT_1], last->motion.element, sizeof last->motion.element);
-    value[GUIDE_ELEMENT] = last->motion.guide;
-    model->heat += last->heat;
+    for (int i = 0; i < SLIDERS; ++i) {
+        value[slider_states[i]] = last->motion.slider[i];
+    }
+    model->heat += heat_of_step(model);
     model->supplied += last->supplied;
     latch(model, step);
 }
@@ -117,7 +136,7 @@ bool model_warns_of_step(Model *model, char *text, size_t size)
                    "step = %s s; its motion is too fast for error_bound, the error of the step is larger: take a shorter "
                    "step, a larger bound or check inertias, masses and stiffness (logged once)",
                    number_text(model->step, number));
-    return model->last.cut != 0;
+    return model->cut;
 }
 
 unsigned model_clamped(Model *model)
@@ -164,8 +183,20 @@ void model_indicators(Model *model)
         out[SLIP_INDICATOR_1 + i] =
             indicator_of(at[PRESLIDING_ELEMENT_1 + i], at[SPEED], limit_of(model, i), slip_of_element(model->last.slips, model->last.slip, i));
     }
-    out[GUIDE_SLIP_INDICATOR] =
-        indicator_of(at[GUIDE_ELEMENT], at[VELOCITY], model->point.mechanics.guide_limit, model->last.guide_slip);
+    for (int i = 0; i < SLIDERS; ++i) {
+        out[slider_indicators[i]] = indicator_of(at[slider_states[i]], at[speeds[i]], model->point.sliding.limit[i],
+                                                 model->last.slider_slip[i]);
+    }
+}
+
+static double energy_of_friction(const double value[])
+{
+    double sum = 0.0;
+
+    for (int i = 0; i < SLIDERS; ++i) {
+        sum += 0.5 * value[slider_states[i]] * value[slider_states[i]];
+    }
+    return sum + energy_of_elements(&value[PRESLIDING_ELEMENT_1]);
 }
 
 /* Direction of slip of an element after an event, and its state. */
@@ -208,19 +239,20 @@ bool model_event(Model *model)
         last->level.elements.root = root(present / ELEMENTS);
         model->located = false;
     }
-    stored = energy_of_elements(&value[PRESLIDING_ELEMENT_1]) + 0.5 * value[GUIDE_ELEMENT] * value[GUIDE_ELEMENT];
+    stored = energy_of_friction(value);
     for (int i = 0; i < ELEMENTS; ++i) {
         const int one = slip_after_event(&value[PRESLIDING_ELEMENT_1 + i], at[SPEED], limit_of(model, i),
                                          slip_of_element(last->slips, last->slip, i));
         slips |= one != 0 ? 1U << i : 0U;
         slip = one != 0 ? one : slip;
     }
-    last->guide_slip =
-        slip_after_event(&value[GUIDE_ELEMENT], at[VELOCITY], model->point.mechanics.guide_limit, last->guide_slip);
+    for (int i = 0; i < SLIDERS; ++i) {
+        last->slider_slip[i] = slip_after_event(&value[slider_states[i]], at[speeds[i]],
+                                                model->point.sliding.limit[i], last->slider_slip[i]);
+    }
     last->slips = slips;
     last->slip = slip;
-    lost = stored - energy_of_elements(&value[PRESLIDING_ELEMENT_1])
-           - 0.5 * value[GUIDE_ELEMENT] * value[GUIDE_ELEMENT];
+    lost = stored - energy_of_friction(value);
     model->heat += lost;
     latch(model, 0.0);
     return lost != 0.0;

@@ -4,7 +4,7 @@
 
 #include "point.h"
 
-void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+void slopes_along(const Map *map, const double at[START_COUNT], const double direction[VARIABLE_COUNT],
                   const struct StepContext *context, double slopes[VARIABLE_COUNT])
 {
     Number in[VARIABLE_COUNT], out[VARIABLE_COUNT];

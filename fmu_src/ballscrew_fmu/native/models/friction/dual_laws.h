@@ -9,7 +9,7 @@ struct StepContext; /* of the model's law */
 
 /* at: inputs, parameters and states; of a step the elements at its start */
 #define slopes_along BALLSCREW_NAMED(BALLSCREW_PREFIX, slopes_along)
-void slopes_along(const Map *map, const double at[VARIABLE_COUNT], const double direction[VARIABLE_COUNT],
+void slopes_along(const Map *map, const double at[START_COUNT], const double direction[VARIABLE_COUNT],
                   const struct StepContext *context, double slopes[VARIABLE_COUNT]);
 
 #endif

@@ -1,7 +1,7 @@
 /* Reset and outputs on demand of a model of a screw. */
 #include "screw_model.h"
 
-INTERNAL void model_reset(Model *model, const Map *map, const double start[VARIABLE_COUNT], bool continuous)
+INTERNAL void model_reset(Model *model, const Map *map, const double start[START_COUNT], bool continuous)
 {
     model_start(model, map, start, continuous);
     model->in_range = true;

@@ -123,7 +123,7 @@ static void compute_lambda_ratio(Model *model)
 
 /* --- interface --------------------------------------------------------------------------------------------------- */
 
-void model_reset(Model *model, const Map *map, const double start[VARIABLE_COUNT], bool continuous)
+void model_reset(Model *model, const Map *map, const double start[START_COUNT], bool continuous)
 {
     model_start(model, map, start, continuous);
     model_latch(model);
