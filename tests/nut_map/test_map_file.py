@@ -30,6 +30,7 @@ from ballscrew_tehl.nut_map.interval import BAND, band_point, map_interval
 from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters import identity
 from ballscrew_tehl.parameters.file import PACKAGED_DATA, changed, load_screw
+from ballscrew_tehl.physics.thermal_preload import preload_at_temperature_difference
 from ballscrew_tehl.refinement import certificate, direct
 from ballscrew_tehl.refinement.certificate import (
     WHOLE,
@@ -68,6 +69,15 @@ def refusal(path, parameters=GD4008) -> str:
     assert "\n" not in text
     assert text.startswith(f"{path}: ")
     return text.removeprefix(f"{path}: ")
+
+
+@pytest.mark.parametrize("screw", [GD4008, LAW])
+def test_packaged_map_has_the_preload_by_the_temperature_difference(screw):
+    """The axis is stretched, so that one of other ends would move each preload."""
+    nut_map = load_map(None, screw)
+    for preload, difference in ((300.0, -9.0), (1300.0, -0.3), (1300.0, 5.0), (4000.0, 15.0)):
+        exact = preload_at_temperature_difference(screw.screw, preload, difference, screw.summed_balls)
+        assert nut_map.actual_preload(preload, difference) == pytest.approx(exact, rel=2e-3)
 
 
 @pytest.mark.parametrize("parameters", [GD4008, LAW])
