@@ -52,6 +52,13 @@ SIZES = (
     "diameter_mm", "lead_mm", "ball_mm", "root_mm", "circle_mm", "turns", "starts", "nut_kind", "hand", "rating_n",
     "static_rating_n", "lubricant", "oil_grade",
 )  # fmt: skip
+#: labels that are not the first words of the option's help
+LABELS = {
+    "diameter_mm": "nominal diameter",
+    "turns": "loaded turns",
+    "nut_kind": "preload",
+    "lubricant": "lubricant",
+}
 ENTRIES = {(entry.table, entry.key): entry for entry in screw_entries()}
 POINT = (*TORQUE_POINT, DIFFERENCE)
 #: of the curve
@@ -144,7 +151,7 @@ def form(content: Content, report: Report) -> dict[str, Any]:
             list(settings.get("choices") or ()),
         )
         allowed = kind.allowed if isinstance(kind, Quantity) else ", ".join(words)
-        sizes.append({"name": name, "label": re.split(r"[;\[,]", settings["help"])[0].strip(), "unit": unit,
+        sizes.append({"name": name, "label": LABELS.get(name) or re.split(r"[;\[,]", settings["help"])[0].strip(), "unit": unit,
                       "meaning": settings["help"], "allowed": allowed, "choices": words})  # fmt: skip
     groups: dict[str, dict[str, Any]] = {}
     for entry in ENTRIES.values():

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..atlas.ball_contacts import BallContacts
 from ..friction.drag_torque import screw_friction_set
-from ..friction.interval import is_fitted, meaning, torque_and_ends, unknown_constants
+from ..friction.interval import counted_constants, is_fitted, meaning, torque_and_ends
 from ..friction.sets import PRELOAD, FrictionSet
 from ..numerics import Array
 from ..parameters.file import Parameters
@@ -95,7 +95,8 @@ def torque_over_speed(
         true = numbers.preload_factor * preload
         at = parameters.screw, true, temperature_difference, parameters.summed_balls
         preload = preload_at_temperature_difference(*at) / numbers.preload_factor
-    text = meaning(is_fitted(numbers, parameters), PRELOAD in unknown_constants(parameters))
+    fitted = is_fitted(numbers, parameters)
+    text = meaning(fitted, PRELOAD in counted_constants(parameters, numbers, fitted))
     seals = parameters.screw.seal_torque
     if preload == 0.0 and not axial_load:
         rest = seals * np.ones(len(speeds))

@@ -286,7 +286,7 @@ def learned(
     own : stated standard errors of ln(torque), independent
     tolerances : of each error that all points share, low and high end of ln(torque) there, (2, n)
     """
-    names = _names(parameters, friction_set, True)
+    names = counted_constants(parameters, friction_set, True)
     result = [effects_at(parameters, point, contacts, friction_set, names) for point in points]
     names = list(result[0].mean)
     D = np.array([[float(each.deviation[name][0]) for name in names] for each in result]).T
@@ -355,7 +355,7 @@ def torque_interval(
     if not any(force > 0.0 for force in point.forces(parameters)):
         return TorqueInterval(0.0, 0.0, 0.0, {}, {})
     fitted = is_fitted(friction_set, parameters)
-    unknown = _names(parameters, friction_set, fitted)
+    unknown = counted_constants(parameters, friction_set, fitted)
     effects = effects_at(parameters, point, contacts, friction_set, unknown)
     torque = float(effects.torque[0])
     ends = {name: (float(low[0]), float(high[0])) for name, (low, high) in effects.ends.items()}
@@ -392,12 +392,12 @@ def torque_and_ends(
         return [loaded_nuts(parameters, both) for both in forces]
 
     fitted = is_fitted(friction_set, parameters)
-    names = _names(parameters, friction_set, fitted)
+    names = counted_constants(parameters, friction_set, fitted)
     effects = _effects(parameters, points, (speeds[:, None], temperatures, contacts), friction_set, names)
     return effects.torque, *_ends(effects, learned_of(friction_set, parameters, fitted, list(effects.mean)))
 
 
-def _names(parameters: Parameters, friction_set: FrictionSet, fitted: bool) -> list[str]:
+def counted_constants(parameters: Parameters, friction_set: FrictionSet, fitted: bool) -> list[str]:
     """Constants that count; in a fit to measured forces not PRELOAD, but the coefficient that the screw file states."""
     names = list(unknown_constants(parameters))
     if fitted and not (PRELOAD in names and friction_set.loss == DRAG_TORQUE):

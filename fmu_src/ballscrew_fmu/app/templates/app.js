@@ -165,12 +165,17 @@ async function answer() {
   budget(whole.result.budget);
   const live = element("live");
   live.onload = () => {
-    const page = live.contentDocument?.querySelector("main");
-    if (page) new ResizeObserver(() => { live.style.height = `${Math.ceil(page.getBoundingClientRect().height) + 40}px`; }).observe(page);
     element("quick").hidden = true;
+    setTimeout(fitFrame, 600);
   };
   live.src = whole.result.shown;
   live.hidden = false;
+}
+
+// The live page as high as its content, so that one page scrolls; once, for its layout follows the height.
+function fitFrame() {
+  const content = element("live").contentDocument?.querySelector("main");
+  if (content) element("live").style.height = `${Math.ceil(content.getBoundingClientRect().height) + 60}px`;
 }
 
 function refuse({ problem, problems }) {
@@ -275,6 +280,8 @@ function ofFile() {
   element("sizes-note").textContent = state.text ? "The screw is that of the opened file; change its entries below." : "Diameter and lead are enough. What is not entered is assumed, and marked with its reason.";
 }
 
+const tell = (lines) => element("found").replaceChildren(...lines.map((text) => made("p", { textContent: text })));
+
 async function torques(file) {
   const data = await contentOf(file);
   const found = await take("calibrate", { data });
@@ -282,7 +289,7 @@ async function torques(file) {
   remember("");
   state.fitted = found.fitted;
   dropped = found;
-  element("found").textContent = `${found.points.length} torques of ${file.name}: the curve is that of the calibrated screw now. ${found.notes.join(" ")}`;
+  tell([`${found.points.length} torques of ${file.name}: the curve is that of the calibrated screw now.`, ...found.notes]);
   Object.assign(element("picture"), { src: `data:image/png;base64,${found.picture}`, alt: "Measured torques and the calibrated law", hidden: false });
   element("forget").hidden = false;
   changed();
@@ -302,7 +309,7 @@ async function log(file, answers = {}) {
       made("button", { type: "button", textContent: "Identify", onclick: () => log(file, Object.fromEntries(inputs.map((one) => [one.name, one.value]))) }));
     questions.hidden = false;
   }
-  element("found").textContent = problem ? `${file.name}: ${problem}` : result.text;
+  tell(problem ? [`${file.name}: ${problem}`] : [result.text]);
   element("picture").hidden = Boolean(problem);
   if (!problem) Object.assign(element("picture"), { src: `data:image/png;base64,${result.picture}`, alt: "Friction over speed of the log" });
 }
@@ -328,7 +335,7 @@ function listen() {
   element("undo").addEventListener("click", () => { undo(); ofFile(); });
   element("print").addEventListener("click", printed);
   element("cancel").addEventListener("click", () => job?.abort());
-  element("forget").addEventListener("click", () => { remember(""); state.fitted = ""; element("forget").hidden = element("picture").hidden = true; element("found").textContent = ""; changed(); });
+  element("forget").addEventListener("click", () => { remember(""); state.fitted = ""; element("forget").hidden = element("picture").hidden = true; tell([]); changed(); });
   element("form").addEventListener("submit", (event) => event.preventDefault());
   for (const one of document.querySelectorAll(".take")) one.addEventListener("click", () => take(one.dataset.run, { format: element("format").value, torque_constant_nm_a: element("torque-constant").value }));
   addEventListener("keydown", (event) => {
@@ -336,6 +343,7 @@ function listen() {
     if (event.key === "p" && last) { event.preventDefault(); printed(); }
     if (event.key === "z" && document.activeElement.tagName !== "INPUT") { event.preventDefault(); undo(); }
   });
+  addEventListener("resize", () => setTimeout(fitFrame, 600));
   addEventListener("pagehide", () => job?.abort());
   const zone = element("measured");
   addEventListener("dragover", (event) => { event.preventDefault(); zone.classList.add("over"); });
