@@ -151,8 +151,9 @@ def form(content: Content, report: Report) -> dict[str, Any]:
             list(settings.get("choices") or ()),
         )
         allowed = kind.allowed if isinstance(kind, Quantity) else ", ".join(words)
-        sizes.append({"name": name, "label": LABELS.get(name) or re.split(r"[;\[,]", settings["help"])[0].strip(), "unit": unit,
-                      "meaning": settings["help"], "allowed": allowed, "choices": words})  # fmt: skip
+        label = LABELS.get(name) or re.split(r"[;\[,]", settings["help"])[0].strip()
+        sizes.append({"name": name, "label": label, "unit": unit, "meaning": settings["help"], "allowed": allowed,
+                      "choices": words})  # fmt: skip
     groups: dict[str, dict[str, Any]] = {}
     for entry in ENTRIES.values():
         group = groups.setdefault(entry.table, {"title": entry.group, "table": entry.table, "entries": []})
