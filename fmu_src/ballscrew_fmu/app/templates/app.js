@@ -153,21 +153,17 @@ async function answer() {
   document.title = last.name;
   fill();
   headline(last.at, 2, "about ");
+  element("quick").hidden = false;
   curve();
   for (const one of document.querySelectorAll("#save, #print, .take")) one.disabled = false;
-  element("live").hidden = true;
-  element("quick").hidden = false;
-  element("axis").hidden = true;
+  element("live").hidden = element("axis").hidden = true;
   const whole = await ask("page", state);
   if (!whole) return;
   if (whole.problem) return refuse(whole);
   headline(whole.result.at, 4, "");
   budget(whole.result.budget);
   const live = element("live");
-  live.onload = () => {
-    element("quick").hidden = true;
-    setTimeout(fitFrame, 600);
-  };
+  live.onload = () => setTimeout(fitFrame, 600);
   live.src = whole.result.shown;
   live.hidden = false;
 }
@@ -201,9 +197,8 @@ function curve() {
   const line = (label, more) => ({ label, stroke: () => colour("--total"), points: { show: false }, value: (_, y) => `${format(y)} N m`, ...more });
   const space = element("curve");
   plot?.destroy();
-  element("quick").hidden = false;
   plot = new uPlot({
-    width: space.clientWidth || 600, height: 380, scales: { x: { time: false, distr: 3 }, y: { range: (_, lo, hi) => [0, 1.08 * hi] } },
+    width: space.clientWidth || 600, height: 300, scales: { x: { time: false, distr: 3 }, y: { range: (_, lo, hi) => [0, 1.08 * hi] } },
     axes: [axis("speed [r/min]"), axis("friction torque [N m]")],
     series: [{ label: "speed", value: (_, x) => `${format(x)} r/min` }, line("torque", { width: 3 }), line("low", { dash: [2, 3] }), line("high", { dash: [2, 3] })],
     bands: [{ series: [3, 2], fill: () => colour("--band") }],
