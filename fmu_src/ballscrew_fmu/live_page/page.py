@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from ballscrew_fmu.native_fmu.compile import WASM
 from ballscrew_fmu.native_fmu.libraries import contents, page_library
@@ -21,8 +22,9 @@ from ballscrew_fmu.native_fmu.resource_files import map_bytes
 from ballscrew_fmu.variables.friction import law_name, origin_text, start_preload
 from ballscrew_tehl import __version__
 from ballscrew_tehl.applications import trend
+from ballscrew_tehl.applications.axis.bearing_pair import pair_of
 from ballscrew_tehl.applications.axis.budget import PART_NAMES
-from ballscrew_tehl.applications.axis.parts import other_parts
+from ballscrew_tehl.applications.axis.parts import other_parts, weight_along_axis
 from ballscrew_tehl.applications.calibration.measured_screw import ASSUMED_TEMPERATURE, packaged_measurements
 from ballscrew_tehl.applications.cli.shared.quantities import TORQUE_POINT
 from ballscrew_tehl.applications.report.data import PRELOAD_WORDS, OperatingPoint
@@ -39,7 +41,7 @@ from ballscrew_tehl.runtime.packed import SURFACES, Law, map_hash
 
 _TRENDS = ["", *(trend.Trend(*at).text for at in ((True, False), (False, True), (True, True)))]
 #: speeds and temperatures at which the page has the friction of bearings and other parts of an axis
-AXIS_NODES = 13, 6
+AXIS_NODES = 24, 13
 _START_SPEED, _START_TEMPERATURE = 1000.0, 303.15  # [r/min], [K]
 
 
@@ -171,13 +173,23 @@ def _around(parameters: Parameters, axes: Mapping[str, Any]) -> dict[str, Any] |
     """
     (slow, fast), (cold, hot) = (axes[name][:2] for name in ("speed", "temperature"))
     speeds, temperatures = np.geomspace(slow, fast, AXIS_NODES[0]), np.linspace(cold, hot, AXIS_NODES[1])
-    at = [other_parts(parameters, speeds, float(temperature)) for temperature in temperatures]
-    if not at[0]:
-        return None
-    parts = [
-        (PART_NAMES[name], np.array([[part[name][end] for part in at] for end in range(3)]).round(6).tolist())
-        for name in at[0]
+    coarse = [
+        other_parts(parameters, speeds, float(kelvin)) for kelvin in temperatures[:: AXIS_NODES[1] // 2]
     ]
+    values = {name: np.array([part] * len(temperatures)).swapaxes(0, 1) for name, part in coarse[0].items()}
+    if not values:
+        return None
+    if "support_bearings" in values:
+        # intervals take most of the time, and have fewer temperatures: the high end, flooded, falls evenly with it,
+        # while the rest may starve
+        rows = pair_of(parameters).table(speeds, temperatures, weight_along_axis(parameters)).T
+        torque, low, high = np.log([at["support_bearings"] for at in coarse]).swapaxes(0, 1)
+        nodes = temperatures[:: AXIS_NODES[1] // 2]
+        below, above = (
+            CubicSpline(nodes, of, bc_type="natural")(temperatures) for of in (low - torque, high)
+        )
+        values["support_bearings"] = np.array([rows, rows * np.exp(below), np.maximum(rows, np.exp(above))])
+    parts = [(PART_NAMES[name], table.round(6).tolist()) for name, table in values.items()]
     return {
         "speeds": (speeds / RPM).tolist(),
         "temperatures": (temperatures - CELSIUS).tolist(),

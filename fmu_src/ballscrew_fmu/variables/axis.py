@@ -51,7 +51,8 @@ from ballscrew_fmu.variables.friction import (
     table_of,
 )
 from ballscrew_fmu.variables.transmission import of_screw, transmission_variables
-from ballscrew_tehl.applications.axis.parts import guide_force, middle, other_parts
+from ballscrew_tehl.applications.axis.bearing_pair import pair_of
+from ballscrew_tehl.applications.axis.parts import guide_force, middle, weight_along_axis
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.identity import SCREW_FILE, map_parameters
 from ballscrew_tehl.runtime.constants import AXIS_DAMPING_TIME, BEARING_SPEEDS, BEARING_TEMPERATURES
@@ -387,13 +388,9 @@ def _bearings(
 ) -> tuple[tuple[float, ...], float]:
     """Torque of the rows of the support bearings (speed, temperature), and of their seals [N.m]."""
     parameters, speeds = Parameters.model_validate_json(screw_file), np.geomspace(slow, fast, BEARING_SPEEDS)
-    parts = [
-        other_parts(parameters, speeds, float(temperature))
-        for temperature in np.linspace(cold, hot, BEARING_TEMPERATURES)
-    ]
-    rows = np.stack([at["support_bearings"].torque for at in parts], axis=1)
-    seals = float(parts[0]["bearing_seals"].torque[0]) if "bearing_seals" in parts[0] else 0.0
-    return tuple(rows.ravel().tolist()), seals
+    pair = pair_of(parameters)
+    rows = pair.table(speeds, np.linspace(cold, hot, BEARING_TEMPERATURES), weight_along_axis(parameters))
+    return tuple(rows.ravel().tolist()), pair.seals[0]
 
 
 def bearing_table(header: Header) -> tuple[float, ...]:
