@@ -83,7 +83,7 @@ def live_page(
         "lead": header.get("screw", {}).get("lead", 0.0),
         "seal": nut_map.seal_torque,
         "inputs": _inputs(header),
-        "start": _start(header, start),
+        "start": _start(header, start) | {"axial_load": round(weight_along_axis(parameters), 3)},
         "parts": [
             ("viscous_torque", "rolling" if law == Law.MECHANISTIC else "viscous"),
             ("hysteresis_torque", "hysteresis"),

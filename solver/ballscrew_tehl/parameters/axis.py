@@ -34,7 +34,7 @@ class SupportBearingParameters(Table):
     """Fixed bearing of the screw: a pair of angular-contact ball bearings, or one with two rows, under preload."""
 
     bore: float = entry("bore", "length", gt=0, le=1)
-    outer_diameter: float = entry("outer diameter", "length", gt=0, le=2)
+    outer_diameter: float = entry("outer diameter, without a flange", "length", gt=0, le=2)
     pitch_diameter: float | None = entry(
         "of the ball centres, if printed", "length", default=None, gt=0, le=2
     )
@@ -43,7 +43,9 @@ class SupportBearingParameters(Table):
     contact_angle: float = entry(
         "contact angle", "angle", default=math.radians(60.0), ge=math.radians(10.0), le=0.5 * math.pi
     )
-    dynamic_rating: float | None = entry("C_a of the pair as printed", "force", default=None, gt=0, le=1e8)
+    dynamic_rating: float | None = entry(
+        "axial C_a of one row as printed", "force", default=None, gt=0, le=1e8
+    )
     axial_stiffness: float | None = entry(
         "axial stiffness of the pair under its preload", "stiffness", default=None, gt=1e6, le=1e11
     )
@@ -78,7 +80,7 @@ class GuideParameters(Table):
     """Guide of the table: carriages on rails, with seals, rolling friction and a cover."""
 
     carriages: int = entry("carriages of all rails", default=4, ge=1, le=100)
-    seal_resistance: Range = entry("resistance of the seals of one carriage", "force", default=(0.0, 0.0))
+    seal_resistance: Range = entry("resistance of the seals of one carriage", "force")
     friction_coefficient: Range = entry(
         "rolling friction over normal force, without seals", default=(0.002, 0.003)
     )
@@ -130,7 +132,11 @@ class AxisParameters(Table):
     )
     moved_mass: float = entry("table with its load", "mass", gt=0, le=1e6)
     inclination: float = entry(
-        "of the axis: 90 deg is vertical", "angle", default=0.0, ge=-0.5 * math.pi, le=0.5 * math.pi
+        "of the axis, 90 deg: vertical; above 0 the weight acts on the nut as an axial load > 0",
+        "angle",
+        default=0.0,
+        ge=-0.5 * math.pi,
+        le=0.5 * math.pi,
     )
     stroke: float | None = entry("travel of the table", "length", default=None, gt=0, le=100)
     free_length: float | None = entry(

@@ -142,7 +142,7 @@ class Parameters(Table):
             once, "screw.seal_torque", "no entry with a table wipers", "both are the drag of the nut's seals"
         )
         massive = self.guide is None or self.axis is not None
-        require(massive, "axis.moved_mass", "a value", "the friction of a guide needs its load")
+        require(massive, "axis.moved_mass_kg", "a value", "the friction of a guide needs its load")
         return self
 
 
@@ -164,12 +164,13 @@ GONE = {
 }
 #: what pydantic expects of an entry, by the type of its error
 KINDS = {"int_type": "a whole number", "float_type": "a number", "finite_number": "a finite number",
-         "tuple_type": "a number, or [low, high]"}  # fmt: skip
+         "tuple_type": "a number, or [low, high]", "too_long": "a number, or [low, high]",
+         "too_short": "a number, or [low, high]"}  # fmt: skip
 
 
 def _refused(where: str, problems: Sequence[Problem]) -> ParameterError:
     """The one line of every error in a file: its first problem, and the entries of the others."""
-    others = ", ".join(dict.fromkeys(problem.entry for problem in problems[1:]))
+    others = ", ".join(dict.fromkeys(one.entry for one in problems if one.entry != problems[0].entry))
     return ParameterError(f"{where}: {problems[0]}{others and f'; also wrong: {others}'}", problems)
 
 

@@ -44,12 +44,12 @@ def test_parts_of_an_inclined_axis(file, capsys):
     lever = load_screw(file).screw.lead / (2.0 * math.pi)
     normal = weight * math.cos(math.radians(30.0)) + 4 * 2200.0
     viscous = 30.0 * lever * 500.0 * math.pi / 30.0
-    force = 4 * 11.8 + math.sqrt(0.002 * 0.003) * normal + viscous
+    force = 4 * 11.8 + 0.0025 * normal + viscous
     # of the nut: as the command torque under the weight along the axis
     load = weight * math.sin(math.radians(30.0))
     nut, _ = answer(capsys, "torque", "--screw", file, *POINT, "--axial-load-n", repr(load))
     expected = {
-        "nut": nut["friction_torque_nm"], "guide": lever * force, "wipers": math.sqrt(0.03), "motor": 2 * 0.15,
+        "nut": nut["friction_torque_nm"], "guide": lever * force, "wipers": 0.2, "motor": 2 * 0.15,
     }  # fmt: skip
     assert found["parts"] == pytest.approx(expected, rel=1e-9)
     assert (found["parts_low"]["wipers"], found["parts_high"]["wipers"]) == (0.1, 0.3)
@@ -83,7 +83,7 @@ def test_interval_of_the_guide_by_its_parts():
     guide = {"seal_resistance": (10.0, 10.0), "friction_coefficient": (0.002, 0.004)}
     value, low, high = guide_force(changed(example_parameters(), guide=guide, axis=axis))
     weight = 100.0 * STANDARD_GRAVITY
-    seals, rolling = 40.0, math.sqrt(8e-6) * weight
+    seals, rolling = 40.0, 0.003 * weight
     assert value == pytest.approx(seals + rolling, rel=1e-12)
     assert value - low == pytest.approx(math.hypot(seals / 3.0, rolling - 0.002 * weight), rel=1e-12)
     assert high - value == pytest.approx(math.hypot(seals / 2.0, 0.004 * weight - rolling), rel=1e-12)
@@ -139,7 +139,7 @@ def test_budget_of_an_axis_of_catalogue_numbers(tmp_path, capsys):
     guide = {"seal_resistance": (11.8, 11.8), "friction_coefficient": (0.002, 0.003), "preload": 2200.0}
     tables = {"support_bearings": bearing, "guide": guide, "axis": {"moved_mass": 500.0}}
     path.write_text(screw_template(changed(load_screw("gd4008_vg100.toml"), **tables)))
-    rows = {10: 0.29, 100: 0.20, 1000: 0.38, 3000: 0.38}
+    rows = {10: 0.29, 100: 0.20, 1000: 0.38, 3000: 0.45}  # the last starves
     for rpm, torque in rows.items():
         found, _ = answer(capsys, "axis", path, "--speed-rpm", rpm, "--temperature-c", "30")
         assert found["parts"]["support_bearings"] == pytest.approx(torque, rel=0.05)

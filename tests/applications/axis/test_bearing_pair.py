@@ -59,7 +59,7 @@ def test_numbers_of_snfa_both_ways(printed):
 
 def test_torque_of_an_axis_with_contact_seals():
     """Rows at 10 to 3000 r/min, VG 100, 30 C, of a budget of the axis, with half of the printed 0.60 N.m as seals."""
-    speeds, rows = np.array([10.0, 100.0, 1000.0, 3000.0]) * RPM, [0.29, 0.20, 0.38, 0.38]
+    speeds, rows = np.array([10.0, 100.0, 1000.0, 3000.0]) * RPM, [0.29, 0.20, 0.38, 0.45]
     given = INA | {"friction_torque": 0.6, "seals": "contact"}
     free, pair = bearing_pair(**INA, iso_vg=100), bearing_pair(**given, iso_vg=100)
     found = pair.torque(0.0, speeds, 303.15)
@@ -96,12 +96,14 @@ def test_a_printed_torque_conditions_the_boundary_friction(nsk):
     assert before.high / before.low > slow.high / slow.low
     thick = [of.torque(0.0, 1000.0 * RPM, ROOM).rows for of in (free, pair)]
     assert thick[0] == pytest.approx(thick[1], rel=0.01)
-    # impossible: the nearer end of its bounds, and the interval still holds what is printed
+    # impossible: the nearer end of its bounds, and a level that reaches from the law to what is printed
     far = bearing_pair(0.012, 0.042, dynamic_rating=18600.0, axial_stiffness=375e6, friction_torque=0.08)
     found = far.torque(0.0, SLOW, ROOM)
     assert far.row.parameters.friction.boundary_friction == 0.15
-    assert 2.0 * found.rows < 0.08 < found.high
-    assert ["ends at 0.15" in note for note in far.notes[-2:]] == [False, True]
+    assert found.rows == pytest.approx(0.08, rel=1e-3)
+    law = bearing_pair(0.012, 0.042, dynamic_rating=18600.0, axial_stiffness=375e6).torque(0.0, SLOW, ROOM)
+    assert law.rows < found.low < 0.5 * found.rows < 1.5 * found.rows < found.high
+    assert "the printed numbers do not fit" in far.notes[-1]
 
 
 def test_range_and_refusals(nsk):
@@ -110,10 +112,11 @@ def test_range_and_refusals(nsk):
     assert "pressure" in nsk.torque(4e5, 1.0, ROOM).why
     cold = bearing_pair(**NSK, iso_vg=150)
     fast, slow = (cold.torque(0.0, n * RPM, 293.15) for n in (3000.0, 100.0))
-    assert (fast.rows < slow.rows, fast.in_range, slow.in_range) == (True, False, True)
+    # a starved row does not fall with speed
+    assert (fast.rows > slow.rows, fast.in_range, slow.in_range) == (True, False, True)
     refused = (
         ({"bore": 0.07}, "outer_diameter = 0.062 m; "), ({"bore": 30.0}, "bore = 30.0 m; "),
-        ({"dynamic_rating": None}, "dynamic_rating = None; "), ({"dynamic_rating": 1e6}, "dynamic_rating = 1000000"),
+        ({"dynamic_rating": None}, "dynamic_rating .missing; "), ({"dynamic_rating": 1e6}, "dynamic_rating = 1000000"),
         ({"dynamic_rating": 47000.0}, "fill .* not "), ({"friction_torque": (0.3, 0.2)}, "friction_torque = "),
         ({"friction_torque": 0.2, "friction": {"boundary_friction": 0.1}}, "friction = boundary_friction; "),
         ({"preload": None, "axial_stiffness": None}, "preload = None N; "), ({"seals": "lip"}, "seals = lip; "),

@@ -22,6 +22,7 @@ friction_torque_Nm = 0
 friction_torque_Nm = 0
 ratio = 1
 [guide]
+seal_resistance_N = 0
 friction_coefficient = [0.002, 0.00301]
 cover_force_N = [66, 70]
 [axis]

@@ -89,11 +89,11 @@ def test_pages_ask_nothing_elsewhere(app):
 def test_wrong_entries_are_named_at_their_fields(app):
     for content, entries in (
         ({"sizes": {}}, ["diameter_mm", "lead_mm"]),
-        ({"sizes": SIZES | {"turns": "many", "starts": "0"}}, ["turns", "starts"]),
+        ({"sizes": SIZES | {"turns": "many", "starts": "0"}}, ["starts", "turns"]),
         ({"sizes": SIZES | {"lead_mm": "1,000"}}, ["lead_mm"]),
         ({"sizes": SIZES, "changes": {"screw.ball_diameter_mm": "12"}}, ["screw.ball_diameter_mm"]),
-        ({"sizes": SIZES, "changes": {"screw.turns": "x", "guide.carriages": "0"}}, ["screw.turns", "guide.carriages"]),
-        ({"sizes": SIZES, "changes": {"guide.carriages": "4"}}, ["axis.moved_mass"]),
+        ({"sizes": SIZES, "changes": {"screw.turns": "x", "motor.ratio": "0"}}, ["screw.turns", "motor.ratio"]),
+        ({"sizes": SIZES, "changes": {"guide.seal_resistance_N": "4"}}, ["axis.moved_mass_kg"]),
         ({"sizes": SIZES, "changes": {"screw.__class__": "4"}}, ["screw.__class__"]),
         ({"sizes": SIZES, "point": {"temperature_c": "300"}}, ["temperature_c"]),
     ):  # fmt: skip

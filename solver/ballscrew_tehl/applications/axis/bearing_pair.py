@@ -3,15 +3,16 @@
 Each row is a caged ball bearing by the mechanistic law (applications.bearing), in which nothing is fitted to bearings;
 balls, preload and loads: bearing_row.
 
-A printed torque conditions the boundary friction and nothing else: lubricants of VG 22 to 150 have the same torque
-within 3 % at low speed. Catalogues print neither speed nor oil: 5 r/min, 25 C and this lubricant are assumed.
+A printed torque conditions the boundary friction, and where that ends at its bounds the level: lubricants of VG 22 to
+150 have the same torque within 3 % at low speed. Catalogues print neither speed nor oil: 5 r/min, 25 C and this
+lubricant are assumed.
 
 Support bearings are greased: the rolling part has SKF's replenishment factor of grease, and its interval reaches to a
 flooded row.
 
 Interval, about 80 %: the constants of friction.interval, what of UNKNOWN is not printed, and CATALOGUE. A printed
-torque replaces CATALOGUE and the bounds of the boundary friction: its range, or parts.SPREAD around one number, counts
-as far as boundary friction has a part in the torque.
+torque replaces CATALOGUE and the bounds of the boundary friction: the range that is printed, or parts.SPREAD around one
+number, counts at all speeds, with half of what the boundary friction cannot explain of it.
 
 Not modelled: churning and running in of grease, cage, radial load, moments, heat that changes the preload.
 """
@@ -24,6 +25,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from pydantic import ValidationError
 
+from ...friction.film_shear import TorqueParts
 from ...friction.interval import (
     DEVIATIONS,
     Effects,
@@ -37,7 +39,7 @@ from ...numerics import Array
 from ...nut_map.grid import THICKEST_OIL, THINNEST_OIL
 from ...parameters.axis import Range, SupportBearingParameters
 from ...parameters.file import LubricantParameters, Parameters
-from ...parameters.friction import BOUNDED, BoundedConstant
+from ...parameters.friction import BoundedConstant
 from ...parameters.toml import FieldError
 from ...parameters.units import RPM
 from ...physics.lubricant import eta0
@@ -46,6 +48,7 @@ from ..bearing import CAGED, SLOWEST, TEMPERATURES, needs
 from .bearing_row import (
     BOUNDARY,
     FILLED,
+    STARVED,
     TEST_SPEED,
     TEST_TEMPERATURE,
     UNKNOWN,
@@ -66,8 +69,6 @@ CATALOGUE = 1.75
 SEAL_SPREAD = 2.0
 #: highest speed times pitch diameter [mm r/min]: catalogues allow about 200 000 with grease, 300 000 with oil [memory]
 FASTEST = 3e5
-#: replenishment below which the rolling part falls with speed: SKF's goes as x^0.6 exp(-k x), x = viscosity times speed
-STARVED = math.exp(-0.6)
 #: speeds between which ends of intervals are interpolated: 5 to 3000 r/min, 0.6 % of them
 NODES = 13
 _SI = {"length": " m", "force": " N", "stiffness": " N/m", "torque": " N.m", "angle": " rad"}
@@ -131,6 +132,11 @@ class BearingPair(NamedTuple):
     notes: tuple[str, ...]
 
     @property
+    def level(self) -> float:
+        """Factor on the law, 1 unless a printed torque is beyond the bounds of the boundary friction."""
+        return 1.0 if self.printed is None else math.exp(self.printed[0])
+
+    @property
     def axial_stiffness(self) -> float:
         """Axial stiffness under the preload alone by the contacts [N/m]."""
         screw = self.row.parameters.screw
@@ -166,7 +172,10 @@ class BearingPair(NamedTuple):
             The equilibrium of a ball did not converge.
         """
         place = load, speeds, _ = _checked(axial_load, speed, temperature)
-        found, (seals, low, high) = self.row.parts(*place), self.seals
+        found, (seals, low, high) = (
+            TorqueParts(*(self.level * of for of in self.row.parts(*place))),
+            self.seals,
+        )
         rows = np.reshape(found.total, (-1, 1))
         ends = [rows * end for end in self._over_speed(*place)]
         total, below, above = (
@@ -181,7 +190,7 @@ class BearingPair(NamedTuple):
 
     def table(self, speeds: Array, temperatures: Array, axial_load: float = 0.0) -> Array:
         """Torque of the rows (s, t) [N.m] at speeds (s,) [rad/s] and temperatures (t,) [K], without intervals."""
-        total = self.row.parts(*_checked(axial_load, speeds, temperatures)).total
+        total = self.level * self.row.parts(*_checked(axial_load, speeds, temperatures)).total
         return np.reshape(total, (np.size(speeds), np.size(temperatures)))
 
     def _over_speed(self, load: float, speeds: Array, temperatures: Array) -> tuple[Array, Array]:
@@ -198,7 +207,7 @@ class BearingPair(NamedTuple):
     def _ends(self, *place: Any) -> tuple[Array, Array]:
         """The same at each speed, as friction.interval has it."""
         row, rows, printed = self.row, self.row.parts(*place).total, self.printed
-        names = [*unknown_constants(row.parameters), *[BOUNDARY] * (printed is not None)]
+        names = unknown_constants(row.parameters)
 
         def effects(load: float, speeds: Any, temperatures: Any) -> Effects:
             point = _Point(row.preload, speeds, temperatures, load)
@@ -209,14 +218,13 @@ class BearingPair(NamedTuple):
             low, high = (np.log(end.parts(*place).total / rows) for end in of_ends)
             moments.append(uniform_moments(low, high, constant.place(constant.value)))
         for name in here.mean:
-            if printed is None or name != BOUNDARY:
-                moments.append((here.mean[name][0], here.deviation[name][0] ** 2))
+            moments.append((here.mean[name][0], here.deviation[name][0] ** 2))
         if printed is None:
             moments.append((0.0, (math.log(CATALOGUE) / DEVIATIONS) ** 2))
         else:
-            test = effects(0.0, TEST_SPEED, TEST_TEMPERATURE)
-            effect, there = (np.log(np.divide(*of.ends[BOUNDARY])[0]) for of in (here, test))
-            moments.append((printed[0] * effect / there, (printed[1] * effect / there) ** 2))
+            # one factor at all speeds: the boundary friction has its part at low ones only, but what else makes
+            # a torque differ from the print is not known to end there; half of what the friction cannot explain
+            moments.append((0.0, printed[1] ** 2 + (0.5 * printed[0]) ** 2))
         mean, variance = (sum(of) for of in zip(*moments, strict=True))
         wide = DEVIATIONS * np.sqrt(variance)
         return np.minimum(np.exp(mean - wide), 1.0), np.maximum(np.exp(mean + wide), 1.0)
@@ -298,9 +306,7 @@ def _pair(table: SupportBearingParameters, law: Mapping[str, Any]) -> BearingPai
     if not ends[0] <= torque <= ends[1]:
         notes.append(f"{where}, interval {ends[0]:.3g} to {ends[1]:.3g}: the printed numbers do not fit")
     row = row.with_torque(torque)
-    left, friction = math.log(torque / row.at_test), row.parameters.friction.boundary_friction
-    if friction in (BOUNDED[BOUNDARY].low, BOUNDED[BOUNDARY].high):
-        notes.append(f"{where}: boundary friction ends at {friction:g}, which gives {row.at_test:.3g}")
+    left = math.log(torque / row.at_test)
     return BearingPair(
         row,
         tuple((of, low.with_torque(torque), high.with_torque(torque)) for of, low, high in unknown),
@@ -412,7 +418,10 @@ def _refused(given: Mapping[str, Any], error: Mapping[str, Any]) -> str:
 def pair_of(parameters: Parameters) -> BearingPair:
     """The support bearings of a screw file with its lubricant, made once for equal tables."""
     assert parameters.support_bearings is not None
-    return _pair_of(parameters.support_bearings, parameters.lubricant)
+    try:
+        return _pair_of(parameters.support_bearings, parameters.lubricant)
+    except ValueError as error:
+        raise ValueError(f"{parameters.name}: [support_bearings] {error}") from None
 
 
 @lru_cache(maxsize=32)

@@ -22,7 +22,7 @@ from ...atlas.ball_contacts import BallContacts
 from ...atlas.contact_atlas import OutsideAtlasError
 from ...friction.film_shear import TorqueParts
 from ...friction.interval import with_constants
-from ...friction.mechanistic import ContactValues, double_nut_parts, loaded_nuts, powers_of_nuts
+from ...friction.mechanistic import ContactValues, double_nut_parts, loaded_nuts, powers_of_nuts, replenished
 from ...numerics import rising_root
 from ...parameters.axis import SupportBearingParameters
 from ...parameters.file import Parameters, ScrewParameters
@@ -64,6 +64,9 @@ FILLED = f"a row filled to {100.0 * UNKNOWN['fill'].value:g} %"
 #: at which a printed torque is taken [rad/s, K]
 TEST_SPEED, TEST_TEMPERATURE = 5.0 * RPM, 25.0 + CELSIUS
 BOUNDARY = "boundary_friction"
+#: replenishment below which the rolling part falls with speed: SKF's goes as x^0.6 exp(-k x), x = viscosity times
+#: speed. Beyond it the row has this share of a flooded one, which is flagged as out of range
+STARVED = math.exp(-0.6)
 #: nodes of the boundary friction between which the torque is a straight line
 FRICTIONS = 4
 
@@ -79,7 +82,13 @@ class Row(NamedTuple):
         """Torque of both rows (s, t) at speeds (s, 1) and temperatures (t,), floats at one point."""
         forces = row_forces(self.parameters.screw, self.preload, axial_load)
         at = self.contacts, speeds, temperatures, *CAGED.values[:2]
-        return double_nut_parts(self.parameters, forces, *at)
+        found = double_nut_parts(self.parameters, forces, *at)
+        supply = replenished(self.parameters, np.asarray(speeds), np.asarray(temperatures))
+        if np.all(supply >= STARVED):
+            return found
+        friction = self.parameters.friction.model_copy(update={"replenishment_constant": 0.0})
+        flooded = double_nut_parts(self.parameters.model_copy(update={"friction": friction}), forces, *at)
+        return found._replace(viscous=np.maximum(found.viscous, STARVED * flooded.viscous))
 
     @property
     def at_test(self) -> float:
@@ -135,7 +144,9 @@ def balls_of(table: SupportBearingParameters, fill: float) -> tuple[float, int, 
     if ball is not None and number is not None:
         return ball, number, ""
     if rating is None:
-        raise ValueError("dynamic_rating = None; needs C_a of one row in N, or ball_diameter and balls")
+        raise ValueError(
+            "dynamic_rating (missing; in a file dynamic_rating_N); needs C_a of one row, or ball_diameter and balls"
+        )
     remedy = "the formula of C_a ends there: give ball_diameter and balls"
     steepest = f"up to {STEEPEST_RATED:.4g} rad"
     needs(

@@ -137,7 +137,13 @@ def axis_budget(
         parts["wipers"] = PartTorque(ones, ones / SPREAD, SPREAD * ones)
     ordered = {name: parts[name] for name in PART_NAMES if name in parts}
     good, notes = bearing_range(parameters, speeds, temperature, axial_load)
-    good = good & np.broadcast_to(state.in_range, speeds.shape)
+    inside = np.broadcast_to(state.in_range, speeds.shape)
+    if not inside.all():
+        names = ", ".join(name.replace("_", " ") for name in state.clamped)
+        notes = f"nut: {names} outside the map (ballscrew map info), its torque is that of the edge", *notes
+    if nut_map.law != Law.MECHANISTIC:
+        notes = f"nut: the law {nut_map.law} has no interval; that of the sum is of the other parts", *notes
+    good = good & inside
     return AxisBudget(speeds, ordered, load, good, notes)
 
 
@@ -145,9 +151,9 @@ def _ends(
     parameters: Parameters, nut_map: NutMap, friction_set: FrictionSet, state: Any, preload: float, speeds: Array,
     temperature: float, load: float,
 ) -> Array:  # fmt: skip
-    """Ends of the interval of the nut over its torque, (2, n); NaN by a law that has none, 1 of a free nut."""
+    """Ends of the interval of the nut over its torque, (2, n); 1 by a law that has none, and of a free nut."""
     if nut_map.law != Law.MECHANISTIC:
-        return np.full((2, len(speeds)), math.nan)
+        return np.ones((2, len(speeds)))
     axes = nut_map.header["axes"]
     actual = float(np.max(state.preload_actual)) / friction_set.preload_factor
     if not (actual > 0.0 or load):
@@ -176,7 +182,8 @@ def budget_rows(budget: AxisBudget, screw: ScrewParameters) -> list[dict[str, An
         row["power_w"] = {name: value * speed for name, value in of_parts["parts"].items()}
         row["power_loss_w"] = float(torque[k]) * speed
         row["nut_share"] = of_parts["parts"]["nut"] / float(torque[k]) if torque[k] else math.nan
-        if (both := efficiency(screw, budget.axial_load, float(torque[k]))) is not None:
+        both = efficiency(screw, budget.axial_load, float(torque[k]))
+        if both is not None and budget.in_range[k]:
             row |= {"efficiency": both.driving, "efficiency_backdriving": both.backdriving}
         rows.append(row | {"in_range": bool(budget.in_range[k])})
     return rows

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ...numerics import Array
 from ...parameters.axis import Range
 from ...parameters.file import Parameters
+from ...parameters.units import CELSIUS, RPM
 
 #: friction over what a catalogue prints as one number, at the ends of an 80 % interval: a factor
 SPREAD = 1.5
@@ -39,9 +40,9 @@ def weight_along_axis(parameters: Parameters) -> float:
 
 
 def middle(ends: Range) -> float:
-    """Value of a range: its geometric mean, the number itself where one is stated; arithmetic if an end is 0."""
+    """Value of a range: its mean; the number itself where one is stated."""
     low, high = ends
-    return low if low == high else math.sqrt(low * high) if low > 0.0 else 0.5 * (low + high)
+    return low if low == high else 0.5 * (low + high)
 
 
 def spread(ends: Range) -> tuple[float, float]:
@@ -55,7 +56,9 @@ def guide_force(parameters: Parameters) -> tuple[float, float, float]:
     guide, axis = parameters.guide, parameters.axis
     assert guide is not None
     assert axis is not None
-    load = axis.moved_mass * STANDARD_GRAVITY * math.cos(axis.inclination) + guide.carriages * guide.preload
+    # 0 at a right angle
+    normal = round(math.cos(axis.inclination), 12)
+    load = axis.moved_mass * STANDARD_GRAVITY * normal + guide.carriages * guide.preload
     parts = (
         (guide.seal_resistance, float(guide.carriages)), (guide.cover_force, 1.0), (guide.friction_coefficient, load),
     )  # fmt: skip
@@ -135,5 +138,11 @@ def bearing_range(
 
     pair, load = pair_of(parameters), axial_load + weight_along_axis(parameters)
     why = [pair.why_not(load, float(speed), temperature) for speed in speeds]
-    notes = (f"support bearings: {text}" for text in (*pair.notes, *filter(None, why)))
-    return np.array([not text for text in why]), tuple(dict.fromkeys(notes))
+    good = np.array([not text for text in why])
+    notes = [f"support bearings: {text}" for text in pair.notes]
+    if not good.all():
+        first = int(np.argmin(good))
+        notes.append(
+            f"support bearings at {speeds[first] / RPM:.4g} r/min, {temperature - CELSIUS:.4g} C: {why[first]}"
+        )
+    return good, tuple(notes)

@@ -25,7 +25,7 @@ from ballscrew_tehl.numerics import Array
 from ballscrew_tehl.parameters.file import Parameters, changed
 from ballscrew_tehl.parameters.units import RPM
 
-from ..axis.parts import PartTorque, other_parts
+from ..axis.parts import PartTorque, bearing_range, other_parts, weight_along_axis
 from .directions import Bidirectional
 
 PARTS = ("support_bearings", "guide", "wipers", "motor")
@@ -89,8 +89,17 @@ def known_parts(
     stated: torque at the screw with its standard error, 0: exact [N.m], by the keys of OPTIONS
     """
     speeds = np.geomspace(speed.min(), speed.max(), SPEEDS)
-    parts = {} if parameters is None else other_parts(parameters, speeds, temperature)
-    notes = []
+    parts: dict[str, PartTorque] = {}
+    notes: list[str] = []
+    if parameters is not None:
+        parts = other_parts(parameters, speeds, temperature)
+        notes += bearing_range(parameters, speeds, temperature)[1]
+        seals = parameters.screw.seal_torque
+        if seals and "support_bearings" in parts and "bearings_and_seals" in stated:
+            raise ValueError(
+                f"{OPTIONS['bearings_and_seals']}, with seal_torque_Nm = {seals:g} and [support_bearings] in the screw "
+                "file; allowed: one of both, which are the wipers of the nut"
+            )
     for option, (torque, error) in stated.items():
         name = {"bearings_and_seals": "wipers"}.get(option, option)
         if parts.pop(name, None) is not None:
@@ -104,13 +113,20 @@ def known_parts(
 def of_log(other: Bidirectional, parameters: Parameters | None, stated: Mapping[str, Any]) -> KnownParts:
     """Of a log without the nut, in place of all other parts."""
     half = DEVIATIONS * other.error
-    part = PartTorque(other.mean, other.mean - half, other.mean + half)
+    parts = {"log_without_nut": PartTorque(other.mean, other.mean - half, other.mean + half)}
+    for name, (torque, error) in stated.items():
+        low, high = max(torque - DEVIATIONS * error, 0.0), torque + DEVIATIONS * error
+        parts[name] = PartTorque(*np.outer((torque, low, high), np.ones(len(other.speed))))
     tables = [
         f"[{name}]" for name in PARTS if parameters is not None and getattr(parameters, name) is not None
     ]
-    replaced = ", ".join([*tables, *(OPTIONS[name] for name in stated)])
-    notes = (f"the log without the nut is subtracted, not {replaced}",) if replaced else ()
-    return KnownParts(other.speed, {"log_without_nut": part}, (), notes)
+    notes = [f"the log without the nut is subtracted, not {', '.join(tables)}"] if tables else []
+    if not stated:
+        notes.append(
+            "the log without the nut stands for all other parts: of guide and wipers that did not move in it, state "
+            "--guide-force-n and --seal-torque-nm"
+        )
+    return KnownParts(other.speed, parts, (), tuple(notes))
 
 
 def with_ratio(parameters: Parameters, ratio: float | None) -> tuple[Parameters, float]:
@@ -150,3 +166,16 @@ def subtracted_data(
         "subtracted": parts, "not_stated": list(known.not_stated), "nut_share": left / torque,
         "axis_torque_nm": torque, "typical_speed_rpm": speed / RPM,
     }  # fmt: skip
+
+
+def other_weight(parameters: Parameters, offset: float, error: float) -> str:
+    """Line where the offset of a log [N.m at the screw] is not the weight of the table `axis`; "" where it may be."""
+    if parameters.axis is None:
+        return ""
+    stated = weight_along_axis(parameters) * parameters.screw.lead / (2.0 * math.pi)
+    if abs(abs(offset) - abs(stated)) <= 3.0 * error + 0.3 * max(abs(offset), abs(stated)):
+        return ""
+    return (
+        f"offset {offset:.3g} N m, the weight of [axis] {stated:.3g} N m: check inclination_deg and moved_mass_kg, "
+        "which load the nut, or a counterweight"
+    )

@@ -28,6 +28,8 @@ from .known_parts import KnownParts
 SHAPE, MIN_SPEEDS, LEFT, INSIDE = 0.01, 3, 0.05, 1e-3
 #: part of the error of the known parts that moves two logs, the first that leaves a torque of the nut in both
 MOVED = (1.0, 0.5, 0.25, 0.125)
+#: weighted rise of ln(torque) over ln(preload) below which a log says nothing of the preload
+BLIND = 1e-3
 #: friction by the law over speed > 0 [SI of the axis], known parts included: speed, value, low, high, label
 LawCurve = tuple[Array, Array, Array, Array, str]
 
@@ -273,6 +275,11 @@ def found_preload(
     weight, steps = _weight(friction), (0.0, 1e-3, -1e-3)
     now, above, below = (law.torque(preload * (1.0 + step), friction.speed, temperature) for step in steps)
     residual, rise = np.log(friction.mean / now), np.log(above / below) / (2.0 * steps[1])
+    if not float(np.sum((rise * weight) ** 2)) > BLIND**2:
+        raise ValueError(
+            f"preload = {preload:.4g} N; the torque does not depend on it at the axial load {law.axial_load:.4g} N of "
+            "the weight, which frees a nut; allowed: a smaller moved mass or inclination in [axis]"
+        )
     known = known and known.at(friction.speed)
     excess = _excess(friction, known, residual, rise)
     of_log = math.sqrt(max(excess, 1.0) / float(np.sum((rise * weight) ** 2))) * LIMIT

@@ -42,7 +42,9 @@ def run_axis(args: Namespace) -> Answer:
         return axis_budget(parameters, nut_map, chosen.friction_set, point["preload_n"], rpm * RPM, *where)
 
     rpm, highest = point["speed_rpm"], nut_map.header["axes"]["speed"][1] / RPM
-    row = _signed(budget_rows(at(abs(rpm)), parameters.screw)[0], math.copysign(1.0, rpm))
+    budget = at(abs(rpm))
+    row = _signed(budget_rows(budget, parameters.screw)[0], math.copysign(1.0, rpm))
+    row |= {"nut_axial_load_n": budget.axial_load}
     speeds = np.array([one for one in TABLE_RPM if one <= highest])
     over_speed = at(speeds)
     rows = [
@@ -52,9 +54,10 @@ def run_axis(args: Namespace) -> Answer:
     missing = [name for name in AXIS_TABLES if name != "axis" and getattr(parameters, name) is None]
     if parameters.screw.seal_torque and "wipers" in missing:
         missing.remove("wipers")
-    notes = [f"not in the file, and not in the sum: {', '.join(missing)}"] * bool(missing) + list(
-        at(abs(rpm)).notes
+    notes = [f"without a table, and not in the sum: {', '.join(missing)} (ballscrew init --axis)"] * bool(
+        missing
     )
+    notes += dict.fromkeys((*budget.notes, *over_speed.notes))
     result = {**point, **row, "not_stated": missing, "notes": notes, "over_speed": rows, **chosen.described}
     result["version"] = __version__
     if args.plot:
@@ -82,6 +85,8 @@ def _signed(row: dict[str, Any], sign: float) -> dict[str, Any]:
 def _text(result: Mapping[str, Any], name: str) -> str:
     """Budget at the point, sums over speed."""
     head = "{}: preload {preload_n:.5g} N, {speed_rpm:g} r/min, oil {temperature_c:.4g} C, process {axial_load_n:g} N"
+    if weight := result["nut_axial_load_n"] - result["axial_load_n"]:
+        head += f", weight {weight:.4g} N"
     parts, low, high = (result[key] for key in ("parts", "parts_low", "parts_high"))
     whole = result["friction_torque_nm"]
     lines = [
@@ -92,7 +97,7 @@ def _text(result: Mapping[str, Any], name: str) -> str:
     lines.append(["sum", f"{whole:.4g}", "{torque_low_nm:.4g} to {torque_high_nm:.4g}".format(**result), "100%",
                   f"{result['power_loss_w']:.4g}"])  # fmt: skip
     over = [
-        [f"{row['speed_rpm']:g}", *(f"{row['parts'][part]:.4g}" for part in parts),
+        [f"{row['speed_rpm']:g}{'' if row['in_range'] else ' *'}", *(f"{row['parts'][part]:.4g}" for part in parts),
          *(f"{row[key]:.4g}" for key in ("friction_torque_nm", "torque_low_nm", "torque_high_nm"))]
         for row in result["over_speed"]
     ]  # fmt: skip
@@ -106,6 +111,8 @@ def _text(result: Mapping[str, Any], name: str) -> str:
             "",
             "efficiency {efficiency:.1%}, table drives {efficiency_backdriving:.1%}".format(**result),
         ]
+    if not all(row["in_range"] for row in (result, *result["over_speed"])):
+        texts.append("* out of range")
     return "\n".join([*texts, *(filled(note, "note: ") for note in result["notes"])])
 
 

@@ -90,9 +90,9 @@ class _Axis(NamedTuple):
         whole = preload.screw_friction(fit, self.lead)
         parameters = self.law and self.law.parameters
         if other is not None:
-            return preload.without(whole, 0.0, other), known_parts.of_log(
-                other, parameters, self.stated_parts
-            )
+            options = sum(torque for torque, _ in self.stated_parts.values())
+            known = known_parts.of_log(other, parameters, self.stated_parts)
+            return preload.without(whole, options, other), known
         known = known_parts.known_parts(parameters, self.stated_parts, whole.speed, temperature)
         return preload.without(whole, known.at(whole.speed).torque), known
 
@@ -122,6 +122,11 @@ def run_identify(args: Namespace) -> Answer:
     if axis.law is not None or args.measurements or other or axis.stated_parts:
         friction, known = axis.nut(fit, other, math.nan if axis.law is None else axis.temperature(fit))
         data["notes"] += known.notes
+        if axis.law is not None and fit.offset_limits is not None:
+            scale = 1.0 if fit.rotary else abs(axis.lead or 1.0)
+            low, high = (scale * end for end in fit.offset_limits)
+            weight = known_parts.other_weight(axis.law.parameters, scale * fit.offset, 0.25 * (high - low))
+            data["notes"] += filter(None, [weight])
     if axis.law is not None and friction is not None and known is not None:
         friction = _with_law(axis, axis.law, fit, friction, known, other, data)
         speed = preload.typical_speed(friction, axis.law)
@@ -134,10 +139,18 @@ def run_identify(args: Namespace) -> Answer:
             # these parts count as the nut's, and then no shape over speed tests the law
             data |= {"preload_is_upper_bound": True, "shape_fits": None}
             data |= {"preload_low_n": 0.0, "preload_log_low_n": 0.0}
+            if "preload_ratio" in data:
+                # what is common to both logs hides a part of the change
+                falls = data["preload_ratio"] < 1.0
+                data |= {"preload_ratio_low": 0.0} if falls else {"preload_ratio_high": math.inf}
     if args.measurements and friction is not None:
         force = fit.preload if args.preload_n is None else args.preload_n
         if force is None:
             raise ValueError("--preload-n (missing); needed with --measurements, or a column preload [N]")
+        if known and known.parts:
+            data["notes"].append(
+                f"{args.measurements}: its errors are those of the log, without the subtracted parts'"
+            )
         text = output.measurements_text(friction, force, axis.temperature(fit))
         write_text("--measurements", args.measurements, text)
     if args.plot:
