@@ -118,7 +118,7 @@ def test_tables_of_the_axis_are_subtracted_unless_a_log_or_an_option_states_more
     found, _ = answer(capsys, *words, "--without-nut", bare)
     assert list(found["subtracted"]) == ["log_without_nut"]
     assert found["nut_share"] == pytest.approx(0.8, abs=0.01)
-    assert "not [guide], [wipers], [motor]" in found["notes"][-1]
+    assert "not [guide], [wipers], [motor]" in " ".join(found["notes"])
     problem = refused(capsys, *words, "--ratio", "2")
     assert "--ratio = 2; allowed: that of [motor] in the screw file, 1 (with either sign)" in problem
     screw.write_text(PACKAGED_VG100.read_text() + TABLES + 'drive = "belt"\n')

@@ -380,7 +380,7 @@ def test_a_screw_file_with_tables_of_the_axis_gives_start_values_and_the_table(v
     expected = {
         "support_stiffness": 9e8, "bearing_seal_torque": 0.3, "motor_coulomb": 0.2, "motor_inertia": 4e-3,
         "guide_coulomb": 40.0 + 2e-3 * (500.0 * 9.80665 * math.cos(0.1) + 8e3), "guide_viscous": 0.0,
-        "table_mass": 500.0, "inclination": 0.1, "free_length": 0.2, "screw_length": 0.8, "seal_torque": 0.2,
+        "table_mass": 500.0, "inclination": 0.1, "free_length": 0.2, "screw_length": 0.8, "seal_torque": 0.25,
         "rod_stiffness": screw.youngs_modulus * 0.25 * math.pi * core**2,
     }  # fmt: skip
     with NativeInstance(version, nut_map=nut_map, model=AXIS).start() as one:
