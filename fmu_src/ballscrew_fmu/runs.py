@@ -26,6 +26,8 @@ from ballscrew_tehl.applications.cli.shared.output import (
 
 #: where a wheel puts the examples, below the prefix of the environment (pyproject.toml)
 INSTALLED = Path("share", "ballscrew-tehl", "examples")
+#: most characters of a screw file
+MOST_OF_A_FILE = 1_000_000
 #: progress of a live page
 COMPILING = "live page: intervals computed, code compiled"
 
@@ -162,17 +164,22 @@ def run_report(args: Namespace) -> Answer:
 
 def run_app(args: Namespace) -> Answer:
     """Serve the page of the app until it is interrupted."""
+    import threading
     import webbrowser
 
     from ballscrew_fmu.app.page import app_of
+    from ballscrew_tehl.parameters.toml import parsed_toml
 
     text = ""
     if args.screw_file:
         file = Path(args.screw_file)
         try:
-            text = file.read_text(encoding="utf-8")
+            text = file.read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError) as error:
             raise ValueError(f"{file}: cannot be read ({error}); give the path of a screw file") from error
+        if len(text) > MOST_OF_A_FILE:
+            raise ValueError(f"{file}: {len(text)} characters; allowed: a screw file, up to {MOST_OF_A_FILE}")
+        parsed_toml(text, str(file))
     try:
         server = app_of(text, int(args.port or 0))
     except OSError as error:
@@ -181,7 +188,8 @@ def run_app(args: Namespace) -> Answer:
         ) from error
     print(server.address, flush=True)
     if not args.no_browser:
-        webbrowser.open(server.address)
+        # some browsers return when they are closed
+        threading.Thread(target=webbrowser.open, args=(server.address,), daemon=True).start()
     with server, contextlib.suppress(KeyboardInterrupt):
         server.serve_forever()
     return Answer([{"address": server.address}], text="")

@@ -14,7 +14,7 @@ import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from ballscrew_tehl._version import __version__
 from ballscrew_tehl.applications.axis.budget import PART_NAMES, axis_budget, budget_rows
 from ballscrew_tehl.applications.calibration.written_sets import write_friction_sets
 from ballscrew_tehl.applications.catalogue import CatalogueSizes, catalogue_parameters, rating_ratios
-from ballscrew_tehl.applications.cli.parser import COMMANDS, SOLVER, build_parser
+from ballscrew_tehl.applications.cli.parser import COMMANDS, SOLVER, Parser, build_parser
 from ballscrew_tehl.applications.cli.shared.output import Answer, to_builtin
 from ballscrew_tehl.applications.cli.shared.quantities import DIFFERENCE, TORQUE_POINT, Quantity
 from ballscrew_tehl.applications.report.data import OperatingPoint
@@ -113,14 +113,15 @@ def entry_value(entry: ScrewEntry, text: str) -> Any:
     if not (text := text.strip()):
         return None
     if entry.kind in ("choice", "text"):
-        whole = entry.kind == "choice" and text.isdigit()
-        return int(text) if whole else text
+        return text
     if entry.kind == "switch":
         return text == "true"
     if entry.key == "turns" and re.search("[xX*\u00d7]", text):
         return text
     if entry.kind == "range":
         parts = [part for part in re.split(r"\s*(?:;|\bto\b|\.\.\.|, )\s*", text.strip("[]")) if part]
+        if not 1 <= len(parts) <= 2:
+            raise refused(where, text, "a number, or two as 8 to 12", "check it")
         numbers = [decimal(part, where, "a number, or two as 8 to 12") for part in parts]
         return numbers if len(numbers) == 2 else numbers[0]
     if text.lower() in ("inf", "flooded"):
@@ -189,7 +190,7 @@ def screw(content: Content) -> Screw:
             )
             assumed.pop(field, None)
         except ParameterError as error:
-            problems += error.problems
+            problems += error.problems or [Problem(name, value, "a change of the text", str(error))]
     if problems:
         raise ParameterError(str(problems[0]), problems)
     parameters = screw_of(text)
@@ -416,9 +417,17 @@ def uploaded(content: Content, folder: str) -> Path:
     return path
 
 
+class _Parser(Parser):
+    """Errors are those of the page's fields."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raise."""
+        raise ValueError(self.explained(message))
+
+
 def answer_of(command: str, *arguments: str) -> Answer:
     """What a command returns for these arguments, its file names in a temporary folder."""
-    args = build_parser("ballscrew", SOLVER).parse_args([command, *arguments])
+    args = build_parser("ballscrew", SOLVER, _Parser).parse_args([command, *arguments])
     answer: Answer = resolve_name(args.run)(args)
     return answer
 

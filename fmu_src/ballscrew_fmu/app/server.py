@@ -16,6 +16,7 @@ import socket
 import sys
 import threading
 import time
+import traceback
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from http import HTTPStatus
@@ -37,6 +38,8 @@ FRAMED = (
     "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; img-src data:; "
     "frame-src 'self' data:; base-uri 'none'; form-action 'none'; frame-ancestors 'self'"
 )
+#: what is an object in a request; questions that wait for no job; most characters of a problem
+OBJECTS, LIGHT, MOST_TEXT = ("sizes", "changes", "point", "answers"), ("form", "questions"), 2000
 Report = Callable[[int, int, str], None]
 #: what a page asks by name: content of its request, progress -> content of the answer
 Run = Callable[[Mapping[str, Any], Report], dict[str, Any]]
@@ -98,6 +101,12 @@ class App(ThreadingHTTPServer):
             self.jobs[tab] = event
         return event
 
+    def end_of(self, tab: str, event: threading.Event) -> None:
+        """A job has ended."""
+        with self.lock:
+            if self.jobs.get(tab) is event:
+                del self.jobs[tab]
+
     def process_request(self, request: Any, client_address: Any) -> None:
         """One more connection, if there is room."""
         if self.places.acquire(blocking=False):
@@ -126,6 +135,20 @@ class Handler(BaseHTTPRequestHandler):
     server_version, sys_version = "ballscrew", ""
     timeout = PATIENCE
 
+    def handle(self) -> None:
+        """The request, whose head must be there in PATIENCE as a whole."""
+        self.late = threading.Timer(PATIENCE, self._hang_up)
+        self.late.daemon = True
+        self.late.start()
+        try:
+            super().handle()
+        finally:
+            self.late.cancel()
+
+    def _hang_up(self) -> None:
+        with contextlib.suppress(OSError):
+            self.connection.shutdown(socket.SHUT_RD)
+
     def log_message(self, format: str, *args: Any) -> None:
         """Nothing: the terminal shows the address."""
 
@@ -139,6 +162,7 @@ class Handler(BaseHTTPRequestHandler):
 
     def _answered(self, answer: Callable[[str], None]) -> None:
         """The answer to a request that may be asked, else its refusal."""
+        self.late.cancel()
         try:
             answer(self._name())
         except RefusedError as refused:
@@ -148,7 +172,10 @@ class Handler(BaseHTTPRequestHandler):
     def _name(self) -> str:
         """What is asked for, behind the token."""
         hosts = {f"{name}:{self.server.server_port}" for name in (HOST, "localhost")}
-        parts = urlsplit(self.path).path.split("/", 2)
+        try:
+            parts = urlsplit(self.path).path.split("/", 2)
+        except ValueError:
+            raise RefusedError(HTTPStatus.NOT_FOUND, "not found") from None
         known = self.headers.get("Host") in hosts and len(parts) == 3
         if not (known and secrets.compare_digest(parts[1].encode(), self.server.token.encode())):
             raise RefusedError(HTTPStatus.NOT_FOUND, "not found")
@@ -178,32 +205,40 @@ class Handler(BaseHTTPRequestHandler):
             content = json.loads(body)
         except (ValueError, RecursionError):
             content = None
-        if not isinstance(content, dict) or not isinstance(content.get("tab"), str):
+        objects = (
+            all(isinstance(content.get(name, {}), dict) for name in OBJECTS)
+            if isinstance(content, dict)
+            else False
+        )
+        if not (objects and isinstance(content.get("tab"), str) and len(content["tab"]) <= 100):
             raise RefusedError(HTTPStatus.BAD_REQUEST, "needs an object of JSON, with its tab")
         self._head(HTTPStatus.OK, "application/x-ndjson", POLICY)
         self.end_headers()
-        self._line(self._result(run, content))
+        self._line(self._result(name, run, content))
 
     def _body(self) -> bytes:
         """Of the request; a large one is read and dropped, so that its refusal is read."""
         length = self.headers.get("Content-Length", "")
-        if not (length.isascii() and length.isdigit()):
+        if not (length.isascii() and length.isdigit() and len(length) < 16):
             raise RefusedError(HTTPStatus.LENGTH_REQUIRED, "needs a Content-Length")
         size = int(length)
         if size > LARGEST:
             left, end = min(size, DRAINED), time.monotonic() + PATIENCE
-            while left > 0 and time.monotonic() < end and (part := self.rfile.read(min(left, 1 << 16))):
-                left -= len(part)
+            with contextlib.suppress(TimeoutError):
+                while left > 0 and time.monotonic() < end and (part := self.rfile.read(min(left, 1 << 16))):
+                    left -= len(part)
             raise RefusedError(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"at most {LARGEST // 1_000_000} MB")
         body, end = b"", time.monotonic() + PATIENCE
         while len(body) < size:
-            part = self.rfile.read1(size - len(body)) if time.monotonic() < end else b""
+            part = b""
+            with contextlib.suppress(TimeoutError):
+                part = self.rfile.read1(size - len(body)) if time.monotonic() < end else b""
             if not part:
                 raise RefusedError(HTTPStatus.REQUEST_TIMEOUT, "the request is not complete")
             body += part
         return body
 
-    def _result(self, run: Run, content: Mapping[str, Any]) -> dict[str, Any]:
+    def _result(self, name: str, run: Run, content: Mapping[str, Any]) -> dict[str, Any]:
         """Result or problem of a job, with lines of progress on the way."""
         over, told = self.server.job_of(str(content["tab"])), 0.0
 
@@ -216,6 +251,8 @@ class Handler(BaseHTTPRequestHandler):
                 self._line({"progress": [finished, total, what]})
 
         try:
+            if name in LIGHT:
+                return {"result": run(content, report)}
             while not self.server.heavy.acquire(timeout=0.1):
                 report(0, 1, "waiting for another tab")
             try:
@@ -233,7 +270,15 @@ class Handler(BaseHTTPRequestHandler):
                 {"entry": one.entry, "allowed": one.allowed, "remedy": one.remedy}
                 for one in getattr(error, "problems", ())
             ]
-            return {"problem": str(error), "problems": problems}
+            return {"problem": str(error)[:MOST_TEXT], "problems": problems}
+        except Exception as error:
+            traceback.print_exc()
+            return {
+                "problem": f"a defect of the program: {type(error).__name__}; the terminal has more",
+                "problems": [],
+            }
+        finally:
+            self.server.end_of(str(content["tab"]), over)
 
     def _left(self) -> bool:
         """Whether the client has closed the connection."""

@@ -154,7 +154,8 @@ def changed_text(text: str, table: str, key: str, value: Any) -> str:
     lead_mm = 10.0 # axial travel
     """
     before = _parsed(text)
-    lines = text.splitlines()
+    # not by splitlines: TOML ends a line by these alone
+    lines = re.split(r"\r?\n", text.removesuffix("\n"))
     fields = TABLES[table].entries() if table else {}
     field = next((name for name, entry in fields.items() if key in entry.keys), key)
     keys = fields[field].keys if field in fields else [key]

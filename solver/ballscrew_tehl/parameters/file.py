@@ -21,7 +21,18 @@ from .axis import (
 from .friction import FrictionTable, Law
 from .oil import LubricantParameters
 from .screw import FOUR_POINT, NITRIDE, ScrewParameters, SolidParameters
-from .toml import Entry, FieldError, ParameterError, Problem, Table, entry, parsed_toml, read_toml, require
+from .toml import (
+    ONE_LINE,
+    Entry,
+    FieldError,
+    ParameterError,
+    Problem,
+    Table,
+    entry,
+    parsed_toml,
+    read_toml,
+    require,
+)
 from .units import COLDEST, HOTTEST, RPM, to_si
 
 __all__ = [
@@ -105,7 +116,7 @@ class Parameters(Table):
     ('GD4008-3', '8 mm')
     """
 
-    name: str = Field(min_length=1, description="name of the screw")
+    name: str = Field(min_length=1, max_length=200, pattern=ONE_LINE, description="name of the screw")
     screw: ScrewParameters
     solid: SolidParameters
     ball: SolidParameters | None = Field(
@@ -252,7 +263,7 @@ def _build(where: str, content: dict[str, Any]) -> Parameters:
         return Parameters(**values)
     except ValidationError as err:
         cause = err.errors()[0].get("ctx", {}).get("error")
-        problem = Problem("name", content.get("name"), "a text", "name the screw")
+        problem = Problem("name", content.get("name"), "a text in one line", "name the screw")
         if isinstance(cause, FieldError):
             table, _, field = cause.field.partition(".")
             problem = Problem(

@@ -8,7 +8,7 @@ from pydantic import ValidationInfo, field_validator, model_validator
 
 from . import mineral_oil
 from .mineral_oil import T_40C, T_100C
-from .toml import FieldError, Table, entry, require
+from .toml import ONE_LINE, FieldError, Table, entry, require
 
 #: p_r of Roelands [Pa]; ln of his reference viscosity 6.315e-5 Pa s, with changed sign
 ROELANDS_PRESSURE, ROELANDS_LN = 1 / 5.1e-9, 9.67
@@ -50,7 +50,7 @@ class LubricantParameters(Table):
     ('astm_d341', '868 kg/m3')
     """
 
-    name: str = entry("name of the oil or grease", min_length=1)
+    name: str = entry("name of the oil or grease", min_length=1, max_length=200, pattern=ONE_LINE)
     iso_vg: Literal[mineral_oil.ISO_GRADES] | None = entry(  # type: ignore[valid-type]
         "ISO 3448 grade of a mineral oil (VG 2 to 5: by two viscosities), with viscosity_index",
         in_map=False,

@@ -10,6 +10,9 @@ from pydantic.fields import FieldInfo
 
 from .units import UNITS, from_si
 
+#: text without control characters and other ends of a line: names are written into comments of files
+ONE_LINE = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]+$"
+
 
 class FieldError(ValueError):
     """Fields of a table that contradict each other, or one that others need."""

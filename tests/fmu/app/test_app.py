@@ -62,7 +62,8 @@ def test_requests_that_are_not_the_pages_are_refused(app):
         (404, {"path": f"{root}__class__", "body": good}), (501, {"method": "PUT"}), (501, {"method": "OPTIONS"}),
         (400, {"body": "{"}), (400, {"body": "[1]"}), (400, {"body": "{}"}), (400, {"body": "[" * 100_000}),
         (415, {"body": good, "Content_Type": "text/plain"}), (413, {"body": b" " * (LARGEST + 1)}),
-        (411, {"body": good, "Content_Length": "-1"}),
+        (411, {"body": good, "Content_Length": "-1"}), (411, {"body": good, "Content_Length": "9" * 5000}),
+        (400, {"body": json.dumps({"tab": "x", "sizes": 5})}),
     ):  # fmt: skip
         assert request(app, **one)[0] == status, one
     assert request(app, body=good, Origin=f"http://127.0.0.1:{port}", Host=f"localhost:{port}")[0] == 200
@@ -101,6 +102,18 @@ def test_wrong_entries_are_named_at_their_fields(app):
         assert [one["entry"] for one in found["problems"]] == entries, found
         assert all(one["allowed"] and one["remedy"] for one in found["problems"])
     assert "no valid TOML" in asked(app, "torque", text="[screw")["problem"]
+    # a change that the text has no place for is not lost, and no name ends its line
+    text = asked(app, "torque", sizes=SIZES)["result"]["text"]
+    lead = {"screw.lead_mm": "12"}
+    assert asked(app, "torque", text=text.replace("[screw]", '["screw"]'), changes=lead)["problem"]
+    own = text, "# a\u2028b\u0085\n" + text
+    longer = [asked(app, "torque", text=one, changes=lead)["result"] for one in own]
+    assert longer[0]["at"] == longer[1]["at"]
+    assert "lead_mm = 12.0" in longer[0]["text"]
+    for name in ("x\nsystem('calc')", "a\u2028lead_mm = 99"):
+        assert asked(app, "torque", sizes=SIZES, changes={"name": name})["problems"][0]["entry"] == "name"
+    assert "result" in asked(app, "torque", sizes=SIZES, changes={"lubricant.nlgi": "2"})
+    assert asked(app, "torque", sizes=SIZES, changes={"wipers.friction_torque_Nm": "[]"})["problems"]
     assert asked(app, "torque", text='name = "a\u0000b"')["problem"]
 
 
@@ -218,6 +231,9 @@ def test_measured_torques_and_a_log(app, capsys, tmp_path):
         in asked(app, "calibrate", sizes=SIZES, data=base64.b64encode(b"a,b\n1,2").decode())["problem"]
     )
     assert asked(app, "calibrate", sizes=SIZES, data="!")["problem"]
+    # a field of 200 000 digits is no number: a pattern would take minutes
+    row = f"preload [N],speed [r/min],temperature [degC],torque [N.m]\n{'9' * 200_000},100,30,0.5\n"
+    assert asked(app, "calibrate", sizes=SIZES, data=base64.b64encode(row.encode()).decode())["problem"]
 
 
 def test_the_command_prints_its_address(capsys, tmp_path):

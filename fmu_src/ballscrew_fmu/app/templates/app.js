@@ -107,6 +107,7 @@ function undo() {
   edited = "";
   element("undo").disabled = !past.length;
   last = null;
+  ofFile();
   fill();
   changed();
 }
@@ -124,7 +125,10 @@ async function unpacked(text) {
 
 async function takeAddress() {
   try {
-    if (location.hash.length > 2) state = { ...structuredClone(FRESH), ...JSON.parse(await unpacked(location.hash.slice(1))) };
+    if (location.hash.length > 2) {
+      const given = JSON.parse(await unpacked(location.hash.slice(1)));
+      state = Object.fromEntries(Object.entries(FRESH).map(([name, own]) => [name, given[name] && typeof given[name] === typeof own ? given[name] : structuredClone(own)]));
+    }
   } catch {
     element("problem").textContent = "The address does not hold a screw of this page; it begins anew.";
     element("problem").hidden = false;
@@ -157,6 +161,11 @@ async function answer() {
   curve();
   for (const one of document.querySelectorAll("#save, #print, .take")) one.disabled = false;
   element("live").hidden = element("axis").hidden = true;
+  await wholePage();
+}
+
+// The live page and the numbers by the map.
+async function wholePage() {
   const whole = await ask("page", state);
   if (!whole) return;
   if (whole.problem) return refuse(whole);
@@ -236,7 +245,10 @@ async function take(name, more = {}) {
     refuse(found);
     return null;
   }
-  if (found.result.file && name !== "calibrate") keep(found.result.file, bytesOf(found.result.base64));
+  if (found.result.file && name !== "calibrate") {
+    keep(found.result.file, bytesOf(found.result.base64));
+    if (element("live").hidden) wholePage(); // it was given up for this
+  }
   return found.result;
 }
 
@@ -260,6 +272,7 @@ async function contentOf(file) {
 }
 
 async function openFile(file) {
+  if (file.size > 1e6) throw new Error("more than 1 MB is no screw file");
   const text = await file.text();
   remember("");
   state = { ...structuredClone(FRESH), text, point: state.point };
@@ -327,7 +340,7 @@ function listen() {
   element("torques").addEventListener("change", taken(torques));
   element("log").addEventListener("change", taken((file) => { element("questions").hidden = true; return log(file); }));
   element("save").addEventListener("click", () => last && keep(`${last.name.replace(/[^\w.-]+/g, "_")}.toml`, last.text));
-  element("undo").addEventListener("click", () => { undo(); ofFile(); });
+  element("undo").addEventListener("click", undo);
   element("print").addEventListener("click", printed);
   element("cancel").addEventListener("click", () => job?.abort());
   element("forget").addEventListener("click", () => { remember(""); state.fitted = ""; element("forget").hidden = element("picture").hidden = true; tell([]); changed(); });
@@ -348,7 +361,7 @@ function listen() {
     zone.classList.remove("over");
     const [file] = event.dataTransfer.files;
     if (!file) return;
-    const to = file.name.endsWith(".toml") ? openFile : null;
+    const to = file.name.toLowerCase().endsWith(".toml") ? openFile : null;
     if (to) return taken(to)({ target: { files: [file] } });
     file.slice(0, 4000).text().then((head) => taken(/\b(time|zeit)\b/i.test(head) ? log : torques)({ target: { files: [file] } }));
   });

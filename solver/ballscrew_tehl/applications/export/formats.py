@@ -17,7 +17,8 @@ from .piecewise import Points
 
 def _comment(table: FrictionTable, mark: str) -> list[str]:
     """Lines of comment at the head of a file."""
-    about = (f"{name}: {text}" for name, text in table.about.items())
+    # one line each, whatever a name has
+    about = (f"{name}: {' '.join(text.split())}" for name, text in table.about.items())
     return [f"{mark} {line}" for line in (*table.head, *about)]
 
 

@@ -45,6 +45,8 @@ ENCODINGS = ("cp1252", "cp932", "gb18030", "big5", "cp949", "cp1251", "cp1250")
 #: lines looked at for headings and first row, the last of them for the separator;  lines that headings are searched
 #: in;  lines of a quoted heading;  shortest and longest period of samples [s]
 HEAD, SAMPLE, MAX_LINES, MAX_BREAKS, PERIODS = 2000, 200, 100, 10, (5e-6, 0.05)
+#: longest field that may be a number: the patterns take a time that grows with its square
+LONGEST = 100
 #: a number with its unit
 SUFFIXED = re.compile(
     r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?\s*([A-Za-z\u00b5\u03bc\u00b0%][^\d\s]*)"
@@ -184,7 +186,10 @@ def _mark(line: str) -> str:
 
 
 def _is_value(text: str) -> bool:
-    return is_number(text) or STAMP.fullmatch(text) is not None or SUFFIXED.fullmatch(text) is not None
+    short = len(text) <= LONGEST
+    return short and (
+        is_number(text) or STAMP.fullmatch(text) is not None or SUFFIXED.fullmatch(text) is not None
+    )
 
 
 def _separator(lines: Sequence[str]) -> tuple[str, int]:
@@ -252,7 +257,7 @@ def open_table(path: Path | str, kind: Kind, stated: Mapping[str, str] = {}) -> 
                 names[place] = f"{parted(names[place])[0] or 'time'} [{CLOCK}]"
         # units are in the headings, in a row below them, or behind the numbers
         units = [k for k in content if heading < k < first and not any(map(is_number, fields[k]))]
-        behind = [match[1] if (match := SUFFIXED.fullmatch(text)) else "" for text in row]
+        behind = [match[1] if (match := SUFFIXED.fullmatch(text[:LONGEST])) else "" for text in row]
         below = [(heading + 1, behind), *((k + 1, [""] * numbered + fields[k]) for k in units)]
         results, errors = [], []
         for line, texts in below:
@@ -442,7 +447,7 @@ def _notes(columns: Mapping[str, Column], repeats: int) -> list[str]:
 def _without_units(texts: list[str], key: str, column: Column, kind: Kind) -> None:
     """Remove the unit behind the numbers of a column; ValueError: its heading has another."""
     first = next((text for text in texts if not is_missing(text)), "")
-    if not (match := SUFFIXED.fullmatch(first)):
+    if not (match := SUFFIXED.fullmatch(first[:LONGEST])):
         return
     with suppress(HeadingError):
         _, unit = quantity_of(f"{kind.quantities[key].names[0]} [{match[1]}]", kind) or ("", "")
