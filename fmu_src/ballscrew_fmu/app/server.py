@@ -134,6 +134,7 @@ class Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.0"
     server_version, sys_version = "ballscrew", ""
     timeout = PATIENCE
+    body_read = False
 
     def handle(self) -> None:
         """The request, whose head must be there in PATIENCE as a whole."""
@@ -166,8 +167,17 @@ class Handler(BaseHTTPRequestHandler):
         try:
             answer(self._name())
         except RefusedError as refused:
+            self._drop_body()
             with contextlib.suppress(OSError):
                 self._send(f"{refused}\n".encode(), "text/plain; charset=utf-8", refused.status)
+
+    def _drop_body(self) -> None:
+        """Read what is left of a small body: a connection that is closed before is reset, and its answer lost."""
+        length = self.headers.get("Content-Length", "0")
+        if not self.body_read and length.isascii() and length.isdigit() and len(length) < 6:
+            with contextlib.suppress(OSError):
+                self.connection.settimeout(0.5)
+                self.rfile.read(int(length))
 
     def _name(self) -> str:
         """What is asked for, behind the token."""
@@ -228,6 +238,7 @@ class Handler(BaseHTTPRequestHandler):
                 while left > 0 and time.monotonic() < end and (part := self.rfile.read(min(left, 1 << 16))):
                     left -= len(part)
             raise RefusedError(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"at most {LARGEST // 1_000_000} MB")
+        self.body_read = True
         body, end = b"", time.monotonic() + PATIENCE
         while len(body) < size:
             part = b""
