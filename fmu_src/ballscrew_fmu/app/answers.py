@@ -19,8 +19,6 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 
 from ballscrew_fmu import build
-from ballscrew_fmu.archive import BuildError
-from ballscrew_fmu.checks.replay import CheckError
 from ballscrew_tehl._version import __version__
 from ballscrew_tehl.applications.axis.budget import PART_NAMES, axis_budget, budget_rows
 from ballscrew_tehl.applications.calibration.written_sets import write_friction_sets
@@ -28,21 +26,18 @@ from ballscrew_tehl.applications.catalogue import CatalogueSizes, catalogue_para
 from ballscrew_tehl.applications.cli.parser import COMMANDS, SOLVER, Parser, build_parser
 from ballscrew_tehl.applications.cli.shared.output import Answer, to_builtin
 from ballscrew_tehl.applications.cli.shared.quantities import DIFFERENCE, TORQUE_POINT, Quantity
-from ballscrew_tehl.applications.report.data import OperatingPoint
+from ballscrew_tehl.applications.report.data import OperatingPoint, default_point
 from ballscrew_tehl.applications.torque_curve import torque_over_speed
-from ballscrew_tehl.friction.drag_torque import implied_preload, screw_friction_set
+from ballscrew_tehl.friction.drag_torque import implied_preload, preload_left, screw_friction_set
 from ballscrew_tehl.friction.sets import FrictionSet, friction_set_of_file, with_supply, without_overrides
 from ballscrew_tehl.nut_map.interval import map_interval
 from ballscrew_tehl.nut_map.load import load_map
-from ballscrew_tehl.parameters.axis import AXIS_TABLES
 from ballscrew_tehl.parameters.entries import ScrewEntry, changed_text, screw_entries
 from ballscrew_tehl.parameters.file import Parameters, screw_of
 from ballscrew_tehl.parameters.friction import Law
 from ballscrew_tehl.parameters.template import example_parameters, screw_template
 from ballscrew_tehl.parameters.toml import ParameterError, Problem, entry_text
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
-from ballscrew_tehl.physics.rating import catalogue_preload
-from ballscrew_tehl.physics.thermal_preload import preload_at_temperature_difference
 from ballscrew_tehl.runtime.evaluate import NutMap
 
 Content = Mapping[str, Any]
@@ -62,14 +57,13 @@ LABELS = {
 ENTRIES = {(entry.table, entry.key): entry for entry in screw_entries()}
 POINT = (*TORQUE_POINT, DIFFERENCE)
 #: of the curve
-POINTS, SLOWEST, DEFAULT_RPM = 25, 1.0, 1000.0
+POINTS, SLOWEST = 25, 1.0
 #: ends of the names of tables by format; options of identify that a log may need
 TABLE_FILES = {"twincat": "lis", "csv": "csv", "modelica": "txt", "matlab": "m", "json": "json"}
 QUESTIONS = (
     "torque_constant_nm_a", "gain_n_v", "ratio", "temperature_c", "inertia_kgm2", "mass_kg", "guide_force_n",
     "seal_torque_nm",
 )  # fmt: skip
-FAILURES = (ValueError, ArithmeticError, OSError, BuildError, CheckError)
 
 
 class Screw(NamedTuple):
@@ -158,11 +152,10 @@ def form(content: Content, report: Report) -> dict[str, Any]:
     groups: dict[str, dict[str, Any]] = {}
     for entry in ENTRIES.values():
         group = groups.setdefault(entry.table, {"title": entry.group, "table": entry.table, "entries": []})
-        label = entry.key.removesuffix(f"_{entry.unit}" if entry.unit else "").replace("_", " ")
         group["entries"].append(
-            {"name": f"{entry.table}.{entry.key}", "label": label, "unit": entry.unit.replace("_", "/"),
-             "kind": entry.kind, "choices": list(entry.choices), "meaning": entry.meaning,
-             "allowed": allowed_text(entry), "default": entry.default}
+            {"name": f"{entry.table}.{entry.key}", "label": entry.field.replace("_", " "),
+             "unit": entry.unit.replace("_", "/"), "kind": entry.kind, "choices": list(entry.choices),
+             "meaning": entry.meaning, "allowed": allowed_text(entry), "default": entry.default}
         )  # fmt: skip
     point = [
         {"name": one.name, "label": one.axis.replace("_", " "), "unit": one.help.rpartition("[")[2].strip("]"),
@@ -185,10 +178,7 @@ def screw(content: Content) -> Screw:
         try:
             new = entry_value(ENTRIES[table, key], str(value)) if key else str(value)
             text = changed_text(text, table if key else "", key or "name", new)
-            field = key.removesuffix(
-                f"_{ENTRIES[table, key].unit}" if key and ENTRIES[table, key].unit else ""
-            )
-            assumed.pop(field, None)
+            assumed.pop(ENTRIES[table, key].field if key else "", None)
         except ParameterError as error:
             problems += error.problems or [Problem(name, value, "a change of the text", str(error))]
     if problems:
@@ -252,10 +242,10 @@ def fitted_set(content: Content, parameters: Parameters) -> FrictionSet | None:
 
 def point_of(content: Content, parameters: Parameters) -> dict[str, float]:
     """Operating point by name, in the units of the options; an empty field has its default."""
+    usual = default_point(parameters)
     defaults = {
-        "preload_n": catalogue_preload(parameters.screw), "speed_rpm": DEFAULT_RPM,
-        "temperature_c": parameters.lubricant.reference_temperature - CELSIUS, "axial_load_n": 0.0,
-        "temperature_difference_k": 0.0,
+        "preload_n": usual.preload, "speed_rpm": usual.speed / RPM, "temperature_c": usual.temperature - CELSIUS,
+        "axial_load_n": 0.0, "temperature_difference_k": 0.0,
     }  # fmt: skip
     stated, point = dict(content.get("point") or {}), {}
     for one in POINT:
@@ -290,14 +280,12 @@ def shown_values(one: Screw) -> dict[str, dict[str, Any]]:
     """Text of the value of each entry, whether the file states it, and what an assumed one follows from."""
     values = {}
     for (table, key), entry in ENTRIES.items():
-        of_table = getattr(one.parameters, table)
+        of_table, field = getattr(one.parameters, table), entry.field
         if of_table is None:
             continue
-        field = next(name for name, known in type(of_table).entries().items() if known.key == key)
-        text = entry_text(type(of_table).entries()[field], getattr(of_table, field), "", 8).partition(" = ")[
-            2
-        ]
-        values[f"{table}.{entry.key}"] = {
+        line = entry_text(type(of_table).entries()[field], getattr(of_table, field), "", 8)
+        text = line.partition(" = ")[2]
+        values[f"{table}.{key}"] = {
             "value": text.strip('"'), "stated": field in of_table.model_fields_set,
             "assumed": one.assumed.get(field, "") if table == "screw" else "",
         }  # fmt: skip
@@ -328,11 +316,9 @@ def at_point(one: Screw, nut_map: NutMap, point: Mapping[str, float]) -> list[fl
         point["temperature_c"] + CELSIUS,
         point["axial_load_n"],
     )
-    preload, factor = point["preload_n"], one.friction_set.preload_factor
-    if difference := point["temperature_difference_k"]:
-        # as the command: not by the map
-        of_nut = one.parameters.screw, factor * preload, difference, one.parameters.summed_balls
-        preload = preload_at_temperature_difference(*of_nut) / factor
+    # as the command: not by the map
+    left = point["preload_n"], point["temperature_difference_k"]
+    preload = preload_left(one.parameters, one.friction_set, *left)
     state = nut_map.evaluate(preload, speed, temperature, load)
     torque, seals = float(state.friction_torque), nut_map.seal_torque
     if nut_map.law != Law.MECHANISTIC or not (preload or load):
@@ -344,7 +330,7 @@ def at_point(one: Screw, nut_map: NutMap, point: Mapping[str, float]) -> list[fl
 
 def budget(one: Screw, nut_map: NutMap, point: Mapping[str, float]) -> dict[str, Any] | None:
     """Budget of the axis at the point, where the file has a table of one."""
-    if all(getattr(one.parameters, table) is None for table in AXIS_TABLES):
+    if not one.parameters.has_axis:
         return None
     at = point["preload_n"], abs(point["speed_rpm"]) * RPM, point["temperature_c"] + CELSIUS
     loads = point["axial_load_n"], point["temperature_difference_k"]
@@ -531,10 +517,3 @@ def calibration(content: Content, report: Report) -> dict[str, Any]:
         "picture": base64.b64encode(picture.getvalue()).decode(),
     }
     return to_builtin(answer | file_answer(one, "friction.toml", text.encode()))
-
-
-#: what the page asks, by name
-RUNS = {
-    "form": form, "torque": torque, "page": page, "fmus": fmus, "report": report_page, "table": table,
-    "calibrate": calibration, "questions": questions, "identify": identification,
-}  # fmt: skip

@@ -8,8 +8,12 @@ from typing import Any
 from .server import App, Report
 
 ANSWERS = f"{__package__}.answers"
-#: what the page asks, by name; the modules behind it are imported with the first question, not before the address
-ASKED = ("form", "torque", "page", "fmus", "report", "table", "calibrate", "questions", "identify")
+#: what the page asks, and the function that answers; its modules are imported with the first question, not before the
+#: address
+ASKED = {
+    "form": "form", "torque": "torque", "page": "page", "fmus": "fmus", "report": "report_page", "table": "table",
+    "calibrate": "calibration", "questions": "questions", "identify": "identification",
+}  # fmt: skip
 #: files of the page: folder of this package, content type
 FILES = {
     "app.js": ("app/templates", "text/javascript"), "app.css": ("app/templates", "text/css"),
@@ -33,12 +37,12 @@ def app_of(text: str = "", port: int = 0) -> App:
     runs = {name: _asked(name) for name in ASKED}
     own = runs["form"]
     runs["form"] = lambda content, report: own(content, report) | {"text": text}
-    return App(files, runs, (ValueError, ArithmeticError, OSError, RuntimeError, SystemExit), port)
+    return App(files, runs, (ValueError, ArithmeticError, OSError, RuntimeError), port)
 
 
 def _asked(name: str) -> Callable[[Mapping[str, Any], Report], dict[str, Any]]:
     def run(content: Mapping[str, Any], report: Report) -> dict[str, Any]:
-        result: dict[str, Any] = resolve_name(f"{ANSWERS}:RUNS")[name](content, report)
+        result: dict[str, Any] = resolve_name(f"{ANSWERS}:{ASKED[name]}")(content, report)
         return result
 
     return run

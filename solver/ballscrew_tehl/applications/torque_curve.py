@@ -5,13 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..atlas.ball_contacts import BallContacts
-from ..friction.drag_torque import screw_friction_set
+from ..friction.drag_torque import preload_left, screw_friction_set
 from ..friction.interval import counted_constants, is_fitted, meaning, torque_and_ends
 from ..friction.sets import PRELOAD, FrictionSet
 from ..numerics import Array
 from ..parameters.file import Parameters
 from ..parameters.friction import Law
-from ..physics.thermal_preload import preload_at_temperature_difference
 
 
 class TorqueCurve(NamedTuple):
@@ -91,10 +90,7 @@ def torque_over_speed(
     if parameters.friction.law is not Law.MECHANISTIC:
         raise ValueError('law = "three_parameter"; allowed: "mechanistic", which has an interval')
     numbers = screw_friction_set(parameters) if friction_set is None else friction_set
-    if temperature_difference:
-        true = numbers.preload_factor * preload
-        at = parameters.screw, true, temperature_difference, parameters.summed_balls
-        preload = preload_at_temperature_difference(*at) / numbers.preload_factor
+    preload = preload_left(parameters, numbers, preload, temperature_difference)
     fitted = is_fitted(numbers, parameters)
     text = meaning(fitted, PRELOAD in counted_constants(parameters, numbers, fitted))
     seals = parameters.screw.seal_torque

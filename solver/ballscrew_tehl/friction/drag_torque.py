@@ -17,6 +17,7 @@ from ..parameters.file import Law, Parameters, graded_oil
 from ..parameters.friction import PRELOAD_FORCE
 from ..parameters.identity import parameters_hash
 from ..parameters.units import CELSIUS, RPM
+from ..physics.thermal_preload import preload_at_temperature_difference
 from .interval import DEVIATIONS, OperatingPoint, effects_at, learned, unknown_constants
 from .mechanistic import ContactValues, double_nut_parts
 from .sets import DRAG_TORQUE, PRELOAD, FrictionSet, default_friction_set
@@ -43,6 +44,17 @@ def implied_preload(friction_set: FrictionSet, preload: float) -> dict[str, floa
     factor = friction_set.preload_factor
     ends = min(math.exp(middle - wide), factor), max(math.exp(middle + wide), factor)
     return {name: value * preload for name, value in zip(IMPLIED, (factor, *ends), strict=True)}
+
+
+def preload_left(
+    parameters: Parameters, friction_set: FrictionSet, preload: float, difference: float
+) -> float:
+    """Nominal preload [N] whose true force is left where the screw is warmer than the nut by a difference [K]."""
+    if not difference:
+        return preload
+    factor = friction_set.preload_factor
+    of_nut = parameters.screw, factor * preload, difference, parameters.summed_balls
+    return preload_at_temperature_difference(*of_nut) / factor
 
 
 def in_test_oil(parameters: Parameters) -> Parameters:

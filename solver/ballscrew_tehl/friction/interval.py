@@ -491,8 +491,13 @@ def _ends(effects: Effects, known: Learned) -> tuple[Array, Array]:
     deviations = np.reshape(list(effects.deviation.values()), (-1, *effects.torque.shape))
     middle = sum(effects.mean.values(), 0.0) + np.tensordot(known.mean, deviations, 1)
     variance = np.sum(deviations * np.tensordot(known.covariance, deviations, 1), axis=0) + known.scatter**2
+    return ends_of(middle, variance)
+
+
+def ends_of(mean: Any, variance: Any) -> tuple[Array, Array]:
+    """Ends over a value whose ln is off by a normal quantity; the value itself is between them."""
     wide = DEVIATIONS * np.sqrt(np.maximum(variance, 0.0))
-    return np.minimum(np.exp(middle - wide), 1.0), np.maximum(np.exp(middle + wide), 1.0)
+    return np.minimum(np.exp(mean - wide), 1.0), np.maximum(np.exp(mean + wide), 1.0)
 
 
 def uniform_moments(low: Any, high: Any, place: float) -> tuple[Any, Any]:

@@ -3,7 +3,6 @@
 import json
 import math
 import re
-import tomllib
 from enum import EnumType
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
@@ -11,7 +10,7 @@ from pydantic_core import PydanticUndefined
 
 from .axis import AXIS_TABLES
 from .file import TABLES
-from .toml import Entry, ParameterError, Problem, entry_text
+from .toml import Entry, ParameterError, Problem, entry_text, parsed_toml
 
 #: what each table is of, in words
 GROUPS = {
@@ -33,6 +32,8 @@ class ScrewEntry(NamedTuple):
     ----------
     table, key : str
         Table and key with its unit, as in a file.
+    field : str
+        The key without its unit: attribute of the table of Parameters.
     unit : str
         Unit of the key, "" of a plain number or word.
     kind : {"number", "whole", "range", "choice", "text", "switch"}
@@ -55,6 +56,7 @@ class ScrewEntry(NamedTuple):
 
     table: str
     key: str
+    field: str
     unit: str
     kind: str
     minimum: float | None
@@ -93,7 +95,7 @@ def _described(table: str, entry: Entry) -> ScrewEntry:
     stated = default is not PydanticUndefined and default is not None
     text = entry_text(entry, default, "", 12).partition(" = ")[2] if stated else ""
     return ScrewEntry(
-        table, entry.key, entry.unit_of(entry.key), _kind(entry.info.annotation, words),
+        table, entry.key, entry.field, entry.unit_of(entry.key), _kind(entry.info.annotation, words),
         bounds.get(">", bounds.get(">=")), bounds.get("<", bounds.get("<=")), ">" in bounds, words,
         entry.info.description or "", required and table not in AXIS_TABLES, text.strip('"'), GROUPS[table],
     )  # fmt: skip
@@ -153,7 +155,7 @@ def changed_text(text: str, table: str, key: str, value: Any) -> str:
     [screw]
     lead_mm = 10.0 # axial travel
     """
-    before = _parsed(text)
+    before = parsed_toml(text, "screw")
     # not by splitlines: TOML ends a line by these alone
     lines = re.split(r"\r?\n", text.removesuffix("\n"))
     fields = TABLES[table].entries() if table else {}
@@ -171,7 +173,7 @@ def changed_text(text: str, table: str, key: str, value: Any) -> str:
                 if isinstance(stated.get(name), float | int):
                     _write(lines, table, name, float(f"{ratio * stated[name]:.12g}"))
     result = "\n".join(lines) + "\n"
-    after = _parsed(result)
+    after = parsed_toml(result, "screw")
     if ((after.get(table) or {}) if table else after).get(key) != value:
         problem = Problem(
             f"{table}.{key}", value, "an entry on a line of its own", "correct the text by hand"
@@ -184,13 +186,6 @@ def _ratio(stated: dict[str, Any], keys: list[str], key: str, value: float) -> f
     """New over old ball; 1 where the text has none in the same unit."""
     old = stated.get(key)
     return float(value) / old if isinstance(old, float | int) and old > 0.0 else 1.0
-
-
-def _parsed(text: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as err:
-        raise ParameterError(f"screw: no valid TOML ({err}); correct the text there") from err
 
 
 def _write(lines: list[str], table: str, key: str, value: Any) -> None:

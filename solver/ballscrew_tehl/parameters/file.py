@@ -133,6 +133,11 @@ class Parameters(Table):
     axis: AxisParameters | None = None
 
     @property
+    def has_axis(self) -> bool:
+        """Whether it has a table of what stands around the screw."""
+        return any(getattr(self, table) is not None for table in AXIS_TABLES)
+
+    @property
     def summed_balls(self) -> int:
         """Balls of one nut in the friction sums: those that carry load; ball_count by the laws of the paper."""
         paper = self.friction.law is Law.THREE_PARAMETER

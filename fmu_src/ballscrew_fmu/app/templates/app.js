@@ -9,7 +9,7 @@ const made = (name, values = {}, ...content) => {
 const format = (x, digits = 4) => (Number.isFinite(x) ? String(Number(x.toPrecision(digits))) : "-");
 const tab = crypto.randomUUID();
 const FRESH = { sizes: {}, text: "", changes: {}, point: {}, fitted: "" };
-let state = structuredClone(FRESH), past = [], last = null, job = null, waiting = 0, dropped = null, plot = null;
+let state = structuredClone(FRESH), past = [], last = null, job = null, waiting = 0, plot = null;
 
 // --- questions to the server ---
 
@@ -296,7 +296,6 @@ async function torques(file) {
   if (!found) return;
   remember("");
   state.fitted = found.fitted;
-  dropped = found;
   tell([`${found.points.length} torques of ${file.name}: the curve is that of the calibrated screw now.`, ...found.notes]);
   Object.assign(element("picture"), { src: `data:image/png;base64,${found.picture}`, alt: "Measured torques and the calibrated law", hidden: false });
   element("forget").hidden = false;

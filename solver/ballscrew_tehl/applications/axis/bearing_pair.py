@@ -31,6 +31,7 @@ from ...friction.interval import (
     Effects,
     OperatingPoint,
     effects_at,
+    ends_of,
     uniform_moments,
     unknown_constants,
 )
@@ -226,8 +227,7 @@ class BearingPair(NamedTuple):
             # a torque differ from the print is not known to end there; half of what the friction cannot explain
             moments.append((0.0, printed[1] ** 2 + (0.5 * printed[0]) ** 2))
         mean, variance = (sum(of) for of in zip(*moments, strict=True))
-        wide = DEVIATIONS * np.sqrt(variance)
-        return np.minimum(np.exp(mean - wide), 1.0), np.maximum(np.exp(mean + wide), 1.0)
+        return ends_of(mean, variance)
 
     def why_not(self, axial_load: float, speed: float, temperature: float) -> str:
         """What is beyond the range of the law at a load [N], speed [rad/s] and temperature [K], "": nothing."""

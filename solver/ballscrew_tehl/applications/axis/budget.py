@@ -13,7 +13,7 @@ from ...parameters.file import Parameters, ScrewParameters
 from ...runtime.evaluate import NutMap
 from ...runtime.packed import Law
 from ..mechanics import efficiency
-from .parts import SPREAD, PartTorque, bearing_range, other_parts, weight_along_axis
+from .parts import PartTorque, bearing_range, constant_part, other_parts, weight_along_axis
 
 #: names in words, in the order of a budget
 PART_NAMES = {
@@ -133,8 +133,7 @@ def axis_budget(
                                                                  speeds, temperature, load)))}  # fmt: skip
     parts |= other_parts(parameters, speeds, temperature, axial_load)
     if seals:
-        ones = seals * np.ones(len(speeds))
-        parts["wipers"] = PartTorque(ones, ones / SPREAD, SPREAD * ones)
+        parts["wipers"] = constant_part((seals, seals), np.ones(len(speeds)))
     ordered = {name: parts[name] for name in PART_NAMES if name in parts}
     good, notes = bearing_range(parameters, speeds, temperature, axial_load)
     inside = np.broadcast_to(state.in_range, speeds.shape)

@@ -118,13 +118,14 @@ def other_parts(
         viscous = parameters.guide.viscous * lever * np.asarray(speeds)
         parts["guide"] = PartTorque._make(lever * (end * one + viscous) for end in (force, low, high))
     if parameters.wipers is not None:
-        parts["wipers"] = _constant(parameters.wipers.friction_torque, one)
+        parts["wipers"] = constant_part(parameters.wipers.friction_torque, one)
     if parameters.motor is not None and parameters.motor.friction_torque[1] > 0.0:
-        parts["motor"] = _constant(parameters.motor.friction_torque, parameters.motor.ratio * one)
+        parts["motor"] = constant_part(parameters.motor.friction_torque, parameters.motor.ratio * one)
     return parts
 
 
-def _constant(ends: Range, factor: Array) -> PartTorque:
+def constant_part(ends: Range, factor: Array) -> PartTorque:
+    """Part that does not depend on speed: a range times a factor (n,)."""
     return PartTorque._make(end * factor for end in (middle(ends), *spread(ends)))
 
 

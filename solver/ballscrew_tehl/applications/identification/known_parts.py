@@ -106,10 +106,14 @@ def known_parts(
         name = {"bearings_and_seals": "wipers"}.get(option, option)
         if parts.pop(name, None) is not None:
             notes.append(f"{OPTIONS[option]} replaces {name} of the screw file")
-        low, high = max(torque - DEVIATIONS * error, 0.0), torque + DEVIATIONS * error
-        part = PartTorque(*np.outer((torque, low, high), np.ones(SPEEDS)))
-        parts[name if "support_bearings" in parts else option] = part
+        parts[name if "support_bearings" in parts else option] = _of_option(torque, error, SPEEDS)
     return KnownParts(speeds, parts, _not_stated(parameters, stated), tuple(notes))
+
+
+def _of_option(torque: float, error: float, count: int) -> PartTorque:
+    """Torque with a standard error, the same at so many speeds."""
+    low, high = max(torque - DEVIATIONS * error, 0.0), torque + DEVIATIONS * error
+    return PartTorque(*np.outer((torque, low, high), np.ones(count)))
 
 
 def of_log(other: Bidirectional, parameters: Parameters | None, stated: Mapping[str, Any]) -> KnownParts:
@@ -117,8 +121,7 @@ def of_log(other: Bidirectional, parameters: Parameters | None, stated: Mapping[
     half = DEVIATIONS * other.error
     parts = {"log_without_nut": PartTorque(other.mean, other.mean - half, other.mean + half)}
     for name, (torque, error) in stated.items():
-        low, high = max(torque - DEVIATIONS * error, 0.0), torque + DEVIATIONS * error
-        parts[name] = PartTorque(*np.outer((torque, low, high), np.ones(len(other.speed))))
+        parts[name] = _of_option(torque, error, len(other.speed))
     tables = [
         f"[{name}]" for name in PARTS if parameters is not None and getattr(parameters, name) is not None
     ]

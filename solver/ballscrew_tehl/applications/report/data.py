@@ -12,7 +12,6 @@ from ballscrew_tehl.friction.mechanistic import roughness_of
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.numerics import Array
 from ballscrew_tehl.nut_map.interval import TorqueInterval, map_interval, nearest, relative_intervals
-from ballscrew_tehl.parameters.axis import AXIS_TABLES
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM, SHOWN
 from ballscrew_tehl.physics.rating import catalogue_preload
@@ -132,7 +131,7 @@ class ReportData:
     @cached_property
     def budget(self) -> AxisBudget | None:
         """Of the axis at the point, over interval_speeds; None: no table of the screw file is of an axis."""
-        if not any(getattr(self.parameters, table) is not None for table in AXIS_TABLES):
+        if not self.parameters.has_axis:
             return None
         at = self.point.preload, self.interval_speeds, self.point.temperature
         return axis_budget(self.parameters, self.nut_map, self.friction_set, *at)
@@ -177,12 +176,17 @@ class ReportData:
         return tuple(cases)
 
 
+def default_point(parameters: Parameters) -> OperatingPoint:
+    """Catalogue preload, DEFAULT_SPEED, reference temperature of the oil."""
+    screw, oil = parameters.screw, parameters.lubricant
+    return OperatingPoint(catalogue_preload(screw), DEFAULT_SPEED, oil.reference_temperature)
+
+
 def report_data(
     parameters: Parameters, friction_set: FrictionSet, nut_map: NutMap, user: Mapping[str, float]
 ) -> ReportData:
     """Numbers around the point of the user [SI, by axis], else around catalogue preload and DEFAULT_SPEED."""
-    axes, reference = nut_map.header["axes"], parameters.lubricant.reference_temperature
-    defaults = OperatingPoint(catalogue_preload(parameters.screw), DEFAULT_SPEED, reference)._asdict()
+    axes, defaults = nut_map.header["axes"], default_point(parameters)._asdict()
     for axis, value in user.items():
         if not math.isclose(nearest(axes, axis, value), value, rel_tol=1e-9):
             unit = SHOWN[axis].unit

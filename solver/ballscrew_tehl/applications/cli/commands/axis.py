@@ -10,16 +10,15 @@ import numpy as np
 
 from ballscrew_tehl._version import __version__
 from ballscrew_tehl.applications.axis.budget import PART_NAMES, AxisBudget, axis_budget, budget_rows
+from ballscrew_tehl.applications.report.data import default_point
 from ballscrew_tehl.parameters.axis import AXIS_TABLES
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
-from ballscrew_tehl.physics.rating import catalogue_preload
 
 from ..shared.inputs import Chosen, chosen_of
 from ..shared.output import Answer, check_output, filled, say, table, written
 
 #: speeds of the table [r/min]; of the picture, evenly spaced in ln
 TABLE_RPM, POINTS = (1.0, 10.0, 100.0, 300.0, 1000.0, 3000.0), 41
-DEFAULT_RPM = 1000.0
 
 
 def run_axis(args: Namespace) -> Answer:
@@ -28,11 +27,11 @@ def run_axis(args: Namespace) -> Answer:
         check_output("--plot", args.plot, "a file *.png, *.svg, *.pdf", inputs=(args.screw,))
     chosen = chosen_of(args)
     parameters, nut_map = chosen.parameters, chosen.nut_map(args)
-    oil = parameters.lubricant.reference_temperature - CELSIUS
+    usual = default_point(parameters)
     point = {
-        "preload_n": catalogue_preload(parameters.screw) if args.preload_n is None else args.preload_n,
-        "speed_rpm": DEFAULT_RPM if args.speed_rpm is None else args.speed_rpm,
-        "temperature_c": oil if args.temperature_c is None else args.temperature_c,
+        "preload_n": usual.preload if args.preload_n is None else args.preload_n,
+        "speed_rpm": usual.speed / RPM if args.speed_rpm is None else args.speed_rpm,
+        "temperature_c": usual.temperature - CELSIUS if args.temperature_c is None else args.temperature_c,
         "axial_load_n": args.axial_load_n or 0.0,
     }
 
