@@ -4,17 +4,22 @@ import base64
 import http.client
 import io
 import json
+import signal
 import socket
+import subprocess
+import sys
 import threading
 import time
+import urllib.request
 import zipfile
 
 import numpy as np
 import pytest
-from command_line import answer, run
+from command_line import answer
 
 from ballscrew_fmu.app.page import ASKED, app_of
 from ballscrew_fmu.app.server import LARGEST
+from ballscrew_fmu.command import main
 from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.file import screw_of
 from ballscrew_tehl.parameters.units import RPM
@@ -238,10 +243,19 @@ def test_measured_torques_and_a_log(app, capsys, tmp_path):
     assert asked(app, "calibrate", sizes=SIZES, data=base64.b64encode(row.encode()).decode())["problem"]
 
 
-def test_the_command_prints_its_address(capsys, tmp_path):
-    from ballscrew_fmu.command import main
+def test_the_command_prints_its_address_and_ends_by_an_interrupt():
+    text = "from ballscrew_fmu.command import main; raise SystemExit(main(['app', '--no-browser']))"
+    with subprocess.Popen([sys.executable, "-c", text], stdout=subprocess.PIPE, text=True) as program:
+        address = program.stdout.readline().strip()
+        with urllib.request.urlopen(address, timeout=60) as page:
+            assert b"Numbers of the catalogue" in page.read()
+        program.send_signal(signal.SIGINT)
+        assert (program.wait(60), program.stdout.read().strip()) == (0, "")
 
-    missing = tmp_path / "no.toml"
-    assert main(["app", str(missing), "--no-browser"]) == 2
-    assert "no.toml: cannot be read" in capsys.readouterr().err
-    assert run(capsys, "torque", "--preload-n", "x")[0] == 2
+
+def test_a_file_that_is_none_is_refused(capsys, tmp_path):
+    missing, other = tmp_path / "no.toml", tmp_path / "other.toml"
+    other.write_text("[screw")
+    for file, line in ((missing, "no.toml: cannot be read"), (other, "no valid TOML")):
+        assert main(["app", str(file), "--no-browser"]) == 2
+        assert line in capsys.readouterr().err
