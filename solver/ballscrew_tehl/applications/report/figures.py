@@ -86,12 +86,12 @@ def draw_lines(
     axes.set_ylabel("friction torque [N m]")
 
 
-def over_speed(figure: Figure, axes: Axes, title: str) -> None:
-    """Axis of speed, title and legend of a figure over speed."""
+def over_speed(figure: Figure, axes: Axes, title: str, columns: int = 3) -> None:
+    """Axis of speed, title and legend of a figure over speed; columns: of the legend, fewer for long labels."""
     axes.set(title=title, xlabel="screw speed [r/min]")
     axes.margins(x=0.02)
     logarithmic(axes, "x")
-    figure.legend(loc="outside lower center", ncols=3)
+    figure.legend(loc="outside lower center", ncols=columns)
 
 
 @drawn
@@ -129,9 +129,9 @@ def axis_parts(figure: Figure, axes: Axes, data: ReportData) -> None:
     """Friction of the axis by part over speed, stacked, with the interval of the sum."""
     assert data.budget is not None
     draw_budget(axes, data.budget)
-    over_speed(
-        figure, axes, f"preload {kilonewton(data.point.preload)}, oil at {celsius(data.point.temperature)}"
-    )
+    point = data.point
+    title = f"preload {kilonewton(point.preload)}, oil at {celsius(point.temperature)}"
+    over_speed(figure, axes, title, columns=2)
 
 
 @drawn
