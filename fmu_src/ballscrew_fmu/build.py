@@ -36,14 +36,18 @@ class Inputs(NamedTuple):
     nut_map: NutMap
     friction_set: FrictionSet | None = None
 
-    def live_page(self, start: OperatingPoint | None = None) -> str:
+    def live_page(
+        self, start: OperatingPoint | None = None, on_the_way: Callable[[], None] = lambda: None
+    ) -> str:
         """The live page, which starts at an operating point; with the interval of the mechanistic law, some seconds.
 
+        on_the_way: called often; what it raises ends the work.
         BuildError: not in the package, and no ziglang, or it fails; or a file is missing.
         """
         ends = None
         if self.friction_set is not None and self.nut_map.law == Law.MECHANISTIC:
-            ends = interval_table(self.parameters, self.nut_map.header["axes"], self.friction_set)
+            axes = self.nut_map.header["axes"]
+            ends = interval_table(self.parameters, axes, self.friction_set, on_the_way)
         return live_page(self.parameters, self.nut_map, ends, start)
 
 
@@ -114,7 +118,7 @@ def build(
         libraries.prepare(needed, (*compiler.platforms, WASM), advance)
         if with_page:
             advance("live page", 1)
-            page = inputs.live_page()
+            page = inputs.live_page(on_the_way=lambda: advance("live page", 0))
         for kind in selected:
             model, path = kind.model, Path(scratch) / kind.file_name
             advance(f"packing {kind.file_name}", 1)

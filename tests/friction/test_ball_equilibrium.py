@@ -12,6 +12,7 @@ from ballscrew_tehl.friction.ball_equilibrium import (
     CONVERGED_AT,
     SMOOTHED,
     Traction,
+    ball_equilibria,
     ball_equilibrium,
     radial_nodes,
 )
@@ -117,12 +118,18 @@ def test_equilibrium_of_any_ball_is_found_alone_beside_others_and_from_near(kind
     found = ball_equilibrium(motion, speed, axes, traction)
     assert np.all(found.power >= 0.0)
     assert found.steps.max() <= 120
-    warm = ball_equilibrium(motion, speed, axes, traction, 1.01 * found.motion)
     total = found.power.sum(axis=1)
-    again = ball_equilibrium(motion, speed, axes, traction, found.motion)
-    assert np.mean(again.steps) <= 0.1 * found.steps.mean()
+    # states in order: each ball begins from its motion in those before
+    thinner = traction._replace(viscosity=0.8 * traction.viscosity)
+    states = Traction(
+        *(np.stack([a, a, b], axis=1) for a, b in zip(traction[:4], thinner[:4], strict=True)), *traction[4:]
+    )
+    three = ball_equilibria(motion, speed, np.stack([axes] * 3, axis=1), states)
+    assert np.mean(three.steps[:, 1]) <= 0.25 * found.steps.mean()
     # the potential is known to 1e-10, and the power is of first order: as close as the smoothing leaves it
-    assert np.max(np.abs(warm.power.sum(axis=1) / total - 1.0)) <= 2e-6
+    alone = [found, found, ball_equilibrium(motion, speed, axes, thinner)]
+    for k, other in enumerate(alone):
+        assert np.max(np.abs(three.power[:, k].sum(axis=1) / other.power.sum(axis=1) - 1.0)) <= 2e-6
     for k in range(0, len(speed), 29):
         own = ContactMotion(motion.raceways, *(part[k] for part in motion[1:]))
         alone = ball_equilibrium(own, speed[k : k + 1], axes[k : k + 1], traction.take(np.s_[k : k + 1]))

@@ -12,6 +12,7 @@ import re
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any, NamedTuple, NoReturn
@@ -297,12 +298,11 @@ def page(content: Content, report: Report) -> dict[str, Any]:
     one = screw(content)
     point = point_of(content, one.parameters)
     nut_map = one.nut_map(report)
-    report(1, 3, "intervals")
     inputs = build.Inputs(one.parameters, nut_map, one.friction_set)
     start = OperatingPoint(
         point["preload_n"], abs(point["speed_rpm"]) * RPM, point["temperature_c"] + CELSIUS
     )
-    text = inputs.live_page(start)
+    text = inputs.live_page(start, partial(report, 1, 3, "intervals"))
     report(2, 3, "budget")
     answer = {"html": text, "at": at_point(one, nut_map, point), "budget": budget(one, nut_map, point)}
     report(3, 3, "live page")

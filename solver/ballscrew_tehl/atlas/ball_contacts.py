@@ -32,11 +32,12 @@ BEYOND = 0.7  # ln of loads beyond their range at the corners of the table, whic
 
 
 class BallRange(NamedTuple):
-    """Lowest and highest ball load [N], speed [rad/s] and temperature [K]."""
+    """Lowest and highest ball load [N], speed [rad/s] and temperature [K]; nodes of the table over the first two."""
 
     load: tuple[float, float]
     speed: tuple[float, float]
     temperature: tuple[float, float]
+    nodes: tuple[int, int] = TABLE_NODES
 
 
 class BallContacts:
@@ -90,18 +91,18 @@ class BallContacts:
     def _table_of(self, raceway: str) -> tuple[list[Array], Array]:
         """The atlas at nodes over load and speed, both at equal viscosity, and temperature, quantities last."""
         assert self.table is not None
-        oil, (loads, speeds, temperatures) = self.parameters.lubricant, self.table
+        oil, (loads, speeds, temperatures, nodes_of) = self.parameters.lubricant, self.table
         light, heavy = np.log(loads)
         thinning = math.log(eta0(oil, temperatures[0]) / eta0(oil, temperatures[1]))
         warm = np.linspace(*temperatures, max(math.ceil(OF_VISCOSITY * thinning), MIN_TEMPERATURES))
         thin, thickest = math.log(speeds[0] * eta0(oil, warm[-1])), math.log(speeds[1] * eta0(oil, warm[0]))
-        thick = np.linspace(thin, thickest, TABLE_NODES[1])
+        thick = np.linspace(thin, thickest, nodes_of[1])
         fine = np.linspace(light - SLOPE * thick[-1], heavy - SLOPE * thick[0], 2001)
         centre = 0.5 * (light + heavy), thick.mean(), warm.mean()
         at = np.exp(centre[0]), np.exp(centre[1]) / eta0(oil, centre[2]), centre[2]
         turn = transition(closed_forms(self.contacts(raceway, *at)).groups)
         even = stretched(fine - (centre[0] - SLOPE * centre[1]) + turn)
-        place = np.interp(np.linspace(even[0], even[-1], TABLE_NODES[0]), even, fine)
+        place = np.interp(np.linspace(even[0], even[-1], nodes_of[0]), even, fine)
         nodes = place, thick, warm
         place, thick, warm = np.meshgrid(*nodes, indexing="ij", sparse=True)
         load = np.exp(np.clip(place + SLOPE * thick, light - BEYOND, heavy + BEYOND))

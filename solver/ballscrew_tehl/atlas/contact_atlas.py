@@ -36,8 +36,7 @@ OF_THE_SCREW = {
 LAWS = {"pressure_law": "roelands", "density_law": "dowson_higginson"}
 ROUNDING = 1e-6  # relative distance beyond the contacts of the atlas that counts as inside
 SOLVE = "remedy: ballscrew torque --direct, which solves the contacts"
-#: points interpolated at a time: their correlations with thousands of others stay within the cache, and its memory is
-#: used again; with 16 they took seven times as long on a busy machine
+#: points interpolated at a time: their correlations with thousands of others stay within the cache
 CHUNK = 8
 
 
@@ -56,20 +55,29 @@ class Interpolant(NamedTuple):
         """Interpolated quantities (m, q) at points (m, d) over the lengths."""
         result = trend_terms(at) @ self.trend
         squares = (self.points * self.points).sum(axis=1)
+        # of one piece of memory: to get it anew for each chunk took more time than the correlations
+        work = np.empty((2, CHUNK, len(self.points)))
         for i in range(0, len(at), CHUNK):
-            result[i : i + CHUNK] += correlation(at[i : i + CHUNK], self.points, squares) @ self.weights
+            some = at[i : i + CHUNK]
+            result[i : i + CHUNK] += (
+                correlation(some, self.points, squares, work[:, : len(some)]) @ self.weights
+            )
         return result
 
 
-def correlation(one: Array, two: Array, squares: Array | None = None) -> Array:
-    """Correlations (m, n) of order 5/2 of points (m, d), (n, d) over the lengths; squares (n,): sums of the second."""
-    s = one @ two.T
+def correlation(one: Array, two: Array, squares: Array | None = None, work: Array | None = None) -> Array:
+    """Correlations (m, n) of order 5/2 of points (m, d), (n, d) over the lengths; squares (n,): sums of the second.
+
+    work (2, m, n): memory for it, of which the second is returned.
+    """
+    s, result = np.empty((2, len(one), len(two))) if work is None else work
+    np.matmul(one, two.T, out=s)
     s *= -2.0
     s += (one * one).sum(axis=1)[:, None]
     s += (two * two).sum(axis=1) if squares is None else squares
     s *= 5.0
     np.sqrt(np.maximum(s, 0.0, out=s), out=s)
-    result = s / 3.0
+    np.divide(s, 3.0, out=result)
     result += 1.0
     result *= s
     result += 1.0

@@ -380,11 +380,12 @@ def torque_and_ends(
     temperatures: Array,
     friction_set: FrictionSet,
     axial_load: float = 0.0,
+    on_the_way: Callable[[], None] = lambda: None,
 ) -> tuple[Array, Array, Array]:
     """Torque [N.m] and the ends of its interval over it (p, s, t), at preloads [N], speeds [rad/s] > 0 and
     temperatures [K].
 
-    All points side by side: a point by itself, as torque_interval, takes 50 times as long.
+    All points side by side: a point by itself, as torque_interval, takes 50 times as long. on_the_way: called often.
     """
 
     def points(factor: float) -> list[list[Nut]]:
@@ -393,7 +394,8 @@ def torque_and_ends(
 
     fitted = is_fitted(friction_set, parameters)
     names = counted_constants(parameters, friction_set, fitted)
-    effects = _effects(parameters, points, (speeds[:, None], temperatures, contacts), friction_set, names)
+    at = speeds[:, None], temperatures, contacts
+    effects = _effects(parameters, points, at, friction_set, names, on_the_way)
     return effects.torque, *_ends(effects, learned_of(friction_set, parameters, fitted, list(effects.mean)))
 
 
@@ -422,8 +424,9 @@ def effects_at(
 
 
 def _effects(
-    parameters: Parameters, points: Points, at: At, friction_set: FrictionSet, names: Sequence[str]
-) -> Effects:
+    parameters: Parameters, points: Points, at: At, friction_set: FrictionSet, names: Sequence[str],
+    on_the_way: Callable[[], None] = lambda: None,
+) -> Effects:  # fmt: skip
     """Of the nuts of each point."""
     friction, coefficient = parameters.friction, friction_set.net_sliding_coefficient
     names, nominal = [name for name in names if name != PRELOAD], PRELOAD in names
@@ -437,10 +440,10 @@ def _effects(
             for changed, value in zip(variants, values, strict=True)
         ]
     nuts = points(friction_set.preload_factor)
-    lines = _lines(variants, nuts, at, ratio)
-    lines += _oil_lines(parameters, nuts, at, ratio, lines[0][0].shape)
+    lines = _lines(variants, nuts, at, ratio, on_the_way)
+    lines += _oil_lines(parameters, nuts, at, ratio, lines[0][0].shape, on_the_way)
     for factor in (PRELOAD_FORCE.low, PRELOAD_FORCE.high) if nominal else ():
-        lines += _lines([parameters], points(factor), at, ratio)
+        lines += _lines([parameters], points(factor), at, ratio, on_the_way)
     coefficients += [coefficient] * (len(lines) - len(coefficients))
     middle, *of_ends = (
         remainder + k * slope for (remainder, slope), k in zip(lines, coefficients, strict=True)
@@ -458,11 +461,12 @@ def _effects(
 
 
 def _lines(
-    variants: Sequence[Parameters], points: Sequence[Sequence[Nut]], at: At, ratio: float
-) -> list[tuple[Array, Array]]:
+    variants: Sequence[Parameters], points: Sequence[Sequence[Nut]], at: At, ratio: float,
+    on_the_way: Callable[[], None],
+) -> list[tuple[Array, Array]]:  # fmt: skip
     """torque_line of variants with other constants, each (points, ...)."""
     nuts, result = [nut for point in points for nut in point], []
-    for powers in powers_of_nuts(variants, nuts, *at):
+    for powers in powers_of_nuts(variants, nuts, *at, on_the_way):
         of_nuts = iter(powers)
         lines = [torque_line([(nut.times, next(of_nuts)) for nut in point], ratio) for point in points]
         remainder, slope = map(np.array, zip(*lines, strict=True))
@@ -471,8 +475,9 @@ def _lines(
 
 
 def _oil_lines(
-    parameters: Parameters, points: Sequence[Sequence[Nut]], at: At, ratio: float, shape: tuple[int, ...]
-) -> list[tuple[Array, Array]]:
+    parameters: Parameters, points: Sequence[Sequence[Nut]], at: At, ratio: float, shape: tuple[int, ...],
+    on_the_way: Callable[[], None],
+) -> list[tuple[Array, Array]]:  # fmt: skip
     """torque_line at the oil_shifts of a temperature, each of this shape (points, ...)."""
     speed, temperature, contacts = at
     shifted = [np.atleast_1d(one) for pair in oil_shifts(parameters, temperature).values() for one in pair]
@@ -480,7 +485,7 @@ def _oil_lines(
         return []
     # in order: a ball begins from its motion at the temperature before
     warm, place = np.unique(np.concatenate(shifted), return_inverse=True)
-    ((remainder, slope),) = _lines([parameters], points, (speed, warm, contacts), ratio)
+    ((remainder, slope),) = _lines([parameters], points, (speed, warm, contacts), ratio, on_the_way)
     parts = (np.broadcast_to(part, remainder.shape)[..., place] for part in (remainder, slope))
     of_each = (np.split(part, len(shifted), axis=-1) for part in parts)
     return [(one.reshape(shape), other.reshape(shape)) for one, other in zip(*of_each, strict=True)]

@@ -27,7 +27,7 @@ of its shear those of one nut count.
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -50,7 +50,7 @@ from ..physics.load import nut_loads
 from ..physics.lubricant import ambient_density, eta0, viscosity
 from ..runtime.constants import DRAG_SHARPNESS
 from ..runtime.nut_law import ARRAYS, smooth_lesser
-from .ball_equilibrium import Traction, ball_equilibrium, radial_nodes
+from .ball_equilibrium import Traction, ball_equilibria, radial_nodes
 from .film_shear import UNLOADED, TorqueParts, UnfittedTorques, check_motion, hysteresis_sum, sum_of_nuts
 
 #: SKF's geometry constant of single-row angular contact, and ball diameter over D - d of such bearings
@@ -210,14 +210,15 @@ def nuts_powers(
 
 
 def powers_of_nuts(
-    variants: Sequence[Parameters], nuts: Sequence[Nut], speed: Any, temperature: Any, contacts: ContactValues
-) -> list[list[UnfittedTorques]]:
+    variants: Sequence[Parameters], nuts: Sequence[Nut], speed: Any, temperature: Any, contacts: ContactValues,
+    on_the_way: Callable[[], None] = lambda: None,
+) -> list[list[UnfittedTorques]]:  # fmt: skip
     """Power balance of several nuts for each of the variants, parts (s, t) or floats for a single point.
 
     Variants are parameters of one screw and oil with other constants of the law. The balls of all are brought into
     equilibrium side by side, those of variants with the same shear once. speed: of the screw, (s, 1) or float [rad/s],
     > 0; temperature: (t,) or float [K]. ValueError: load or speed out of range; ArithmeticError: the equilibrium of a
-    ball did not converge.
+    ball did not converge. on_the_way: called often; what it raises ends the work.
     """
     speed, temperature = np.broadcast_arrays(
         np.atleast_2d(np.asarray(speed, float)), np.atleast_2d(np.asarray(temperature, float))
@@ -226,6 +227,7 @@ def powers_of_nuts(
     for k, nut in enumerate(nuts):
         check_motion(nut.loads if nut.opposed is None else np.append(nut.loads, nut.opposed), speed)
         if np.any(nut.loads > 0.0):
+            on_the_way()
             loaded[k] = _loaded_nut(variants[0], nut, speed, temperature, contacts)
     keys = []
     for parameters in variants:
@@ -237,7 +239,8 @@ def powers_of_nuts(
         for k, own in loaded.items()
     }
     of_balls = [loaded[k] for _, k in balls]
-    shears = dict(zip(balls, _shear(variants[0].screw, of_balls, list(balls.values()), speed), strict=True))
+    found = _shear(variants[0].screw, of_balls, list(balls.values()), speed, on_the_way)
+    shears = dict(zip(balls, found, strict=True))
     result = [[UNLOADED] * len(nuts) for _ in variants]
     for parameters, key, torques in zip(variants, keys, result, strict=True):
         for k, own in loaded.items():
@@ -295,8 +298,9 @@ def _mean_ball(parameters: Parameters, nut: _LoadedNut, temperature: Array) -> _
 
 
 def _shear(
-    screw: ScrewParameters, nuts: Sequence[_LoadedNut], balls: Sequence[_Sheared], speed: Array
-) -> list[tuple[Array, Array]]:
+    screw: ScrewParameters, nuts: Sequence[_LoadedNut], balls: Sequence[_Sheared], speed: Array,
+    on_the_way: Callable[[], None],
+) -> list[tuple[Array, Array]]:  # fmt: skip
     """Shear power (s, t) [W] of mean balls in the contacts of the first of their loaded diagonals; neighbour_sliding.
 
     All balls at one temperature side by side, each from its motion at the temperature before. How fast neighbours slide
@@ -305,22 +309,22 @@ def _shear(
     """
     diagonals = {len(nut.means) for nut in nuts}
     if len(diagonals) != 1:
-        return [_shear(screw, [nut], [ball], speed)[0] for nut, ball in zip(nuts, balls, strict=True)]
+        return [
+            _shear(screw, [nut], [ball], speed, on_the_way)[0] for nut, ball in zip(nuts, balls, strict=True)
+        ]
     (count,), (speeds, temperatures) = diagonals, speed.shape
     axes, tractions = zip(*balls, strict=True)
     axes, traction = np.concatenate(axes), Traction(*map(np.concatenate, zip(*tractions, strict=True)))
     raceways, *parts = zip(*(nut.motion for nut in nuts), strict=True)
     motion = ContactMotion(raceways[0], *(np.repeat(part, speeds, axis=0) for part in parts))
-    each, near, before = np.tile(speed[:, 0], len(balls)), None, None
-    power = np.empty((len(each), temperatures))
-    rolling = [float(neighbour_sliding(screw, rolling_motion(nut.motion))) for nut in nuts]
-    sliding = np.full_like(power, np.repeat(rolling, speeds)[:, None])
-    for t in range(temperatures):
-        result = ball_equilibrium(motion, each, axes[:, t], traction.take(np.s_[:, t]), near)
-        power[:, t] = result.power[:, ::count].sum(axis=1)
-        if count > 1:
-            sliding[:, t] = neighbour_sliding(screw, result.motion / each[:, None])
-        near, before = result.motion if before is None else 2.0 * result.motion - before, result.motion
+    each = np.tile(speed[:, 0], len(balls))
+    found = ball_equilibria(motion, each, axes, traction, on_the_way)
+    if count > 1:
+        sliding = neighbour_sliding(screw, found.motion / each[:, None, None])
+    else:
+        rolling = [float(neighbour_sliding(screw, rolling_motion(nut.motion))) for nut in nuts]
+        sliding = np.broadcast_to(np.repeat(rolling, speeds)[:, None], (len(each), temperatures))
+    power = found.power[..., ::count].sum(axis=-1)
     return list(zip(*(part.reshape(-1, speeds, temperatures) for part in (power, sliding)), strict=True))
 
 

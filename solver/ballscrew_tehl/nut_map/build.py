@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -167,7 +168,7 @@ def mechanistic_values(
     for first in range(0, len(loads), FORCES):
         report(first)
         some = [Nut(own) for own in loads[first : first + FORCES]]
-        (result,) = powers_of_nuts([parameters], some, *at, contacts)
+        (result,) = powers_of_nuts([parameters], some, *at, contacts, partial(report, first))
         powers += result
         if parameters.screw.preload_kind == FOUR_POINT:
             two = [nut._replace(opposed=np.zeros_like(nut.loads)) for nut in some]
