@@ -26,8 +26,6 @@ from ballscrew_tehl.applications.cli.shared.output import (
 
 #: where a wheel puts the examples, below the prefix of the environment (pyproject.toml)
 INSTALLED = Path("share", "ballscrew-tehl", "examples")
-#: most characters of a screw file
-MOST_OF_A_FILE = 1_000_000
 #: progress of a live page
 COMPILING = "live page: intervals computed, code compiled"
 
@@ -177,8 +175,6 @@ def run_app(args: Namespace) -> Answer:
             text = file.read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError) as error:
             raise ValueError(f"{file}: cannot be read ({error}); give the path of a screw file") from error
-        if len(text) > MOST_OF_A_FILE:
-            raise ValueError(f"{file}: {len(text)} characters; allowed: a screw file, up to {MOST_OF_A_FILE}")
         parsed_toml(text, str(file))
     try:
         server = app_of(text, int(args.port or 0))

@@ -126,6 +126,12 @@ law = "three_parameter" => raceway_rq_um = 0.05  => friction.ball_rq_mm = (missi
 """
 
 
+def test_a_file_of_notepad_is_read_and_one_of_any_length_refused(read):
+    assert read("\ufeff" + EXAMPLE.replace("\n", "\r\n")) == read(EXAMPLE)
+    with pytest.raises(ParameterError, match="1000001 characters; allowed: a screw file"):
+        read("," * 1_000_001)
+
+
 def test_a_mistake_gives_one_line_with_file_key_value_and_remedy(read):
     cases = [("[screw\n", "no valid TOML; line 1")]
     for line in MISTAKES.strip("\n").splitlines():

@@ -19,6 +19,7 @@ import time
 import traceback
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor, wait
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
@@ -74,8 +75,8 @@ class App(ThreadingHTTPServer):
         self.token = secrets.token_urlsafe(24)
         self.shown: OrderedDict[str, bytes] = OrderedDict()
         self.jobs: dict[str, threading.Event] = {}
-        # one heavy job at a time: two would take the memory of both and no less time
-        self.lock, self.heavy = threading.Lock(), threading.Lock()
+        # one heavy job at a time, in one thread: two would take the memory of both and no less time
+        self.lock, self.heavy = threading.Lock(), ThreadPoolExecutor(1)
         self.places = threading.BoundedSemaphore(CONNECTIONS)
 
     @property
@@ -106,6 +107,14 @@ class App(ThreadingHTTPServer):
         with self.lock:
             if self.jobs.get(tab) is event:
                 del self.jobs[tab]
+
+    def server_close(self) -> None:
+        """Ends its jobs as well."""
+        super().server_close()
+        self.heavy.shutdown(wait=False, cancel_futures=True)
+        with self.lock:
+            for event in self.jobs.values():
+                event.set()
 
     def process_request(self, request: Any, client_address: Any) -> None:
         """One more connection, if there is room."""
@@ -264,16 +273,17 @@ class Handler(BaseHTTPRequestHandler):
         try:
             if name in LIGHT:
                 return {"result": run(content, report)}
-            while not self.server.heavy.acquire(timeout=0.1):
-                report(0, 1, "waiting for another tab")
+            job = self.server.heavy.submit(run, content, report)
             try:
-                report(0, 1, "")
-                result = run(content, report)
-                if page := result.pop("html", ""):
-                    result["shown"] = f"shown/{self.server.show(page)}"
-                return {"result": result}
-            finally:
-                self.server.heavy.release()
+                while not (wait([job], timeout=0.1).done or job.running()):
+                    report(0, 1, "waiting for another tab")
+            except CancelledError:
+                job.cancel()
+                raise
+            result = job.result()
+            if page := result.pop("html", ""):
+                result["shown"] = f"shown/{self.server.show(page)}"
+            return {"result": result}
         except CancelledError:
             return {"cancelled": True}
         except self.server.failures as error:
@@ -301,7 +311,8 @@ class Handler(BaseHTTPRequestHandler):
     def _line(self, content: Mapping[str, Any]) -> None:
         """A line of the stream; a client that left ends the job at its next report."""
         with contextlib.suppress(OSError):
-            self.wfile.write(json.dumps(content, allow_nan=False).encode() + b"\n")
+            self.wfile.write(json.dumps(content, allow_nan=False).encode())
+            self.wfile.write(b"\n")
             self.wfile.flush()
 
     def _head(self, status: HTTPStatus, kind: str, policy: str) -> None:

@@ -13,6 +13,9 @@ from .units import UNITS, from_si
 #: text without control characters and other ends of a line: names are written into comments of files
 ONE_LINE = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029]+$"
 
+#: characters of a screw file: more is another file, over which the parser may take minutes
+MOST_OF_A_FILE = 1_000_000
+
 
 class FieldError(ValueError):
     """Fields of a table that contradict each other, or one that others need."""
@@ -132,9 +135,13 @@ def read_toml(path: Path, remedy: str = "give the path of a screw file") -> dict
 
 
 def parsed_toml(text: str, where: str) -> dict[str, Any]:
-    """Content of TOML; ParameterError: it cannot be parsed."""
+    """Content of TOML, with or without a byte order mark; ParameterError: it cannot be parsed."""
+    if len(text) > MOST_OF_A_FILE:
+        raise ParameterError(
+            f"{where}: {len(text)} characters; allowed: a screw file, up to {MOST_OF_A_FILE}; give the right file"
+        )
     try:
-        return tomllib.loads(text)
+        return tomllib.loads(text.removeprefix("\ufeff"))
     except (tomllib.TOMLDecodeError, RecursionError) as err:
         raise ParameterError(f"{where}: no valid TOML ({err}); correct the file there") from err
 

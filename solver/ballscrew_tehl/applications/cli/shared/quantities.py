@@ -42,8 +42,8 @@ class Quantity(NamedTuple):
         if math.isfinite(self.max_):
             text = f"{'a whole number, ' if self.whole else ''}{self.min_:g} to {self.max_:g}"
         elif math.isfinite(self.min_):
-            text += f" >= {self.min_:g}"
-        text += ", not 0" if self.not_zero else ""
+            text += f" {'>' if self.not_zero and not self.min_ else '>='} {self.min_:g}"
+        text += ", not 0" if self.not_zero and (self.min_ or math.isfinite(self.max_)) else ""
         return text + (", or the same with a minus" if self.signed else "")
 
     def __call__(self, text: str, where: str = "") -> float:
