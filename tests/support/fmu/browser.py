@@ -117,10 +117,11 @@ class Page:
     def fill(self, selector, text):
         """Paste a text in the place of that of a field."""
         command = "insertText" if text else "delete"
-        self.now(
-            f"one.focus(), one.select(), document.execCommand('{command}', false, {json.dumps(text)})",
-            selector,
+        insert = f"document.execCommand('{command}', false, {json.dumps(text)})"
+        assert self.now("one.focus(), one.select(), one === document.activeElement", selector), (
+            f"{selector} hidden"
         )
+        self.now(insert)
 
     def click(self, selector):
         """Click on the middle of an element."""
@@ -147,13 +148,13 @@ class Page:
 
 def serve():
     """The process of the engine."""
-    import shiboken6
-    from PySide6.QtCore import QPoint, Qt, QUrl
-    from PySide6.QtGui import QKeySequence
-    from PySide6.QtTest import QTest
-    from PySide6.QtWebEngineCore import QWebEnginePage, QWebEngineProfile, QWebEngineUrlRequestInterceptor
-    from PySide6.QtWebEngineWidgets import QWebEngineView
-    from PySide6.QtWidgets import QApplication
+    from PyQt6 import sip
+    from PyQt6.QtCore import QPoint, Qt, QUrl
+    from PyQt6.QtGui import QKeySequence
+    from PyQt6.QtTest import QTest
+    from PyQt6.QtWebEngineCore import QWebEnginePage, QWebEngineProfile, QWebEngineUrlRequestInterceptor
+    from PyQt6.QtWebEngineWidgets import QWebEngineView
+    from PyQt6.QtWidgets import QApplication
 
     class Requests(QWebEngineUrlRequestInterceptor):
         def interceptRequest(self, info):
@@ -183,7 +184,7 @@ def serve():
             self.profile.setUrlRequestInterceptor(self.interceptor)
             self.profile.downloadRequested.connect(self._download)
             self.view.setPage(self.page)
-            self.view.resize(width, height)
+            self.resize(width, height)
             self.view.show()
 
         def load(self, address):
@@ -203,8 +204,11 @@ def serve():
             return os.path.join(item.downloadDirectory(), item.downloadFileName())
 
         def run(self, text):
-            """Value of a text: PySide6 6.12 gives back references to True and False that it does not hold."""
+            """Value of a text."""
             return result(lambda take: self.page.runJavaScript(text, take))
+
+        def resize(self, width, height):
+            self.view.resize(width, height)
 
         def _window(self):
             self.view.activateWindow()
@@ -239,8 +243,8 @@ def serve():
             return self.view.grab().save(file)
 
         def close(self):
-            shiboken6.delete(self.view)
-            shiboken6.delete(self.profile)
+            sip.delete(self.view)
+            sip.delete(self.profile)
 
     _application, folder = QApplication(sys.argv[:1]), sys.argv[1]
     tabs, commands = {}, lines_of(sys.stdin)

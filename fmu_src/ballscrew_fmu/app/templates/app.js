@@ -200,18 +200,19 @@ function headline([torque, low, high], digits, about) {
   element("interval").textContent = `${range}At ${format(preload_n, 6)} N, ${format(speed_rpm, 6)} r/min, ${format(temperature_c, 5)} \u00b0C; ${last.oil}.${implied}`;
 }
 
+const curveSize = () => ({ width: element("curve").clientWidth || 600, height: 300 });
+
 function curve() {
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const axis = (label) => ({ label, stroke: () => colour("--ink"), grid: { stroke: () => colour("--line"), width: 1 }, values: (_, at) => at.map((x) => (x === null ? "" : format(x))) });
   const line = (label, more) => ({ label, stroke: () => colour("--total"), points: { show: false }, value: (_, y) => `${format(y)} N m`, ...more });
-  const space = element("curve");
   plot?.destroy();
   plot = new uPlot({
-    width: space.clientWidth || 600, height: 300, scales: { x: { time: false, distr: 3 }, y: { range: (_, lo, hi) => [0, 1.08 * hi] } },
+    ...curveSize(), scales: { x: { time: false, distr: 3 }, y: { range: (_, lo, hi) => [0, 1.08 * hi] } },
     axes: [axis("speed [r/min]"), axis("friction torque [N m]")],
     series: [{ label: "speed", value: (_, x) => `${format(x)} r/min` }, line("torque", { width: 3 }), line("low", { dash: [2, 3] }), line("high", { dash: [2, 3] })],
     bands: [{ series: [3, 2], fill: () => colour("--band") }],
-  }, [last.speed_rpm, last.torque, last.low, last.high], space);
+  }, [last.speed_rpm, last.torque, last.low, last.high], element("curve"));
 }
 
 function table(id, head, rows) {
@@ -350,7 +351,7 @@ function listen() {
     if (event.key === "p" && last) { event.preventDefault(); printed(); }
     if (event.key === "z" && document.activeElement.tagName !== "INPUT") { event.preventDefault(); undo(); }
   });
-  addEventListener("resize", () => setTimeout(fitFrame, 600));
+  addEventListener("resize", () => { plot?.setSize(curveSize()); setTimeout(fitFrame, 600); });
   addEventListener("pagehide", () => job?.abort());
   const zone = element("measured");
   addEventListener("dragover", (event) => { event.preventDefault(); zone.classList.add("over"); });
