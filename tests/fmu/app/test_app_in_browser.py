@@ -142,7 +142,8 @@ def test_two_tabs_and_measured_torques(tab):
     other.until(f"{QUICK} && last.point.speed_rpm === 100")
     relative = "(last.at[2] - last.at[1]) / last.at[0]"
     assert page.now(relative) < 0.5 * other.now(relative)
-    page.click("#forget")
+    page.now("one.focus()", "#forget")
+    page.keys("Space")
     other.click("#undo")
     page.until(f"{QUICK} && !state.fitted")
     other.until(f"{QUICK} && last.point.speed_rpm !== 100")
@@ -162,7 +163,7 @@ def test_a_job_is_cancelled(tab):
     page.until(f"{QUICK} && last.name === 'screw 32x8'")
 
 
-def test_nothing_is_wider_than_the_window(tab):
+def test_nothing_is_wider_than_the_window(tab, tmp_path):
     axis = {
         "motor.friction_torque_Nm": "0.1 to 0.2",
         "guide.seal_resistance_N": "8",
@@ -178,3 +179,4 @@ def test_nothing_is_wider_than_the_window(tab):
         page.resize(width, 900)
         page.until(f"innerWidth === {width}")
         page.until("document.documentElement.scrollWidth <= innerWidth", 20.0)
+    page.picture(str(tmp_path / "page.png"))

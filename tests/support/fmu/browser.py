@@ -240,7 +240,7 @@ def serve():
 
         def picture(self, file):
             """Write what is seen as a PNG."""
-            return self.view.grab().save(file)
+            assert self.view.grab().save(file), file
 
         def close(self):
             sip.delete(self.view)
