@@ -135,6 +135,9 @@ def test_two_tabs_and_measured_torques(tab):
     assert [one.text("h1") for one in (page, other)] == ["Friction of screw 32x10", "Friction of screw 25x5"]
     at = [one.now("last.at") for one in (page, other)]
     other.fill(field("speed_rpm"), "100")
+    page.drop("#measured", "bad.csv", "a,b\n1,2\n")
+    page.until("element('problem').textContent.includes('column preload missing')")
+    assert page.now(QUICK)
     page.drop("#measured", "sheet.csv", MEASURED)
     page.until("!element('picture').hidden && element('picture').naturalWidth > 0")
     assert "3 torques of sheet.csv" in page.text("#found")
@@ -142,6 +145,8 @@ def test_two_tabs_and_measured_torques(tab):
     other.until(f"{QUICK} && last.point.speed_rpm === 100")
     relative = "(last.at[2] - last.at[1]) / last.at[0]"
     assert page.now(relative) < 0.5 * other.now(relative)
+    page.now("(globalThis.before = true, location.reload())")
+    page.until(f"!globalThis.before && {QUICK} && state.fitted")
     page.now("one.focus()", "#forget")
     page.keys("Space")
     other.click("#undo")
@@ -151,16 +156,26 @@ def test_two_tabs_and_measured_torques(tab):
     assert page.now("element('picture').hidden")
 
 
-def test_a_job_is_cancelled(tab):
-    page = tab(screw("32", "10"))
+def test_a_job_is_cancelled_and_all_is_taken_back(tab):
+    page = tab()
+    before = page.text("main")
+    for name, text in (("diameter_mm", "32"), ("lead_mm", "10")):
+        page.fill(field(name), text)
     page.until(QUICK)
     page.click("[data-run=fmus]")
     page.until("element('doing').textContent")
     page.click("#cancel")
     page.until("!job && element('job').hidden")
     assert (page.text("#done"), page.now("element('problem').hidden"), page.saved()) == ("", True, "")
-    page.fill(field("lead_mm"), "8")
-    page.until(f"{QUICK} && last.name === 'screw 32x8'")
+    page.fill(field("turns"), "-1")
+    page.until("document.querySelector('.wrong')")
+    for _ in range(3):
+        page.click("#undo")
+    page.until(f"{READY} && !last && !job && !document.body.classList.contains('old')")
+    assert page.text("main") == before
+    assert page.now(
+        "[...document.querySelectorAll('#save, #undo, #print, .take')].every((one) => one.disabled)"
+    )
 
 
 def test_nothing_is_wider_than_the_window(tab, tmp_path):

@@ -84,11 +84,14 @@ class Page:
 
     def now(self, expression, selector="html"):
         """Value of an expression of the first element `one` of a selector."""
-        text = self.run(
-            f"((one) => JSON.stringify([({expression})]))(document.querySelector({json.dumps(selector)}))"
-        )
-        assert text, f"no value: {expression}; {self.messages()}"
+        text = self._json(expression, selector)
+        assert text.startswith("["), f"{text}: {expression}; {self.messages()}"
         return json.loads(text)[0]
+
+    def _json(self, expression, selector="html"):
+        """Text of a list with the value, or of the error; "None" where a page has just been left."""
+        body = f"try {{ return JSON.stringify([({expression})]); }} catch (error) {{ return `${{error}}`; }}"
+        return str(self.run(f"((one) => {{ {body} }})(document.querySelector({json.dumps(selector)}))"))
 
     def evaluate(self, expression):
         """Value of an expression or of its promise."""
@@ -103,7 +106,7 @@ class Page:
 
     def until(self, condition, seconds=CHANGED):
         """Wait for a condition, an expression or a function; its value, true or not empty."""
-        found = condition if callable(condition) else lambda: self.now(f"Boolean({condition})")
+        found = condition if callable(condition) else lambda: self._json(f"Boolean({condition})") == "[true]"
         end = time.monotonic() + seconds
         while not (value := found()):
             assert time.monotonic() < end, f"not in {seconds:g} s: {condition}; {self.messages()}"
@@ -118,9 +121,8 @@ class Page:
         """Paste a text in the place of that of a field."""
         command = "insertText" if text else "delete"
         insert = f"document.execCommand('{command}', false, {json.dumps(text)})"
-        assert self.now("one.focus(), one.select(), one === document.activeElement", selector), (
-            f"{selector} hidden"
-        )
+        taken = self.now("one.focus(), one.select(), one === document.activeElement", selector)
+        assert taken, f"{selector} takes no keys"
         self.now(insert)
 
     def click(self, selector):

@@ -107,6 +107,7 @@ function undo() {
   edited = "";
   element("undo").disabled = !past.length;
   last = null;
+  element("problem").hidden = true;
   ofFile();
   fill();
   changed();
@@ -130,6 +131,7 @@ async function takeAddress() {
       state = Object.fromEntries(Object.entries(FRESH).map(([name, own]) => [name, given[name] && typeof given[name] === typeof own ? given[name] : structuredClone(own)]));
     }
   } catch {
+    state = structuredClone(FRESH);
     element("problem").textContent = "The address does not hold a screw of this page; it begins anew.";
     element("problem").hidden = false;
   }
@@ -146,7 +148,7 @@ function changed() {
 async function answer() {
   packed(JSON.stringify(state)).then((text) => history.replaceState(null, "", `#${text}`));
   const empty = !state.text && !state.sizes.diameter_mm && !state.sizes.lead_mm;
-  if (empty) return;
+  if (empty) return beginAnew();
   const quick = await ask("torque", state, false);
   if (!quick) return;
   if (quick.problem) return refuse(quick);
@@ -162,6 +164,20 @@ async function answer() {
   for (const one of document.querySelectorAll("#save, #print, .take")) one.disabled = false;
   element("live").hidden = element("axis").hidden = true;
   await wholePage();
+}
+
+// The page before a screw is entered.
+function beginAnew() {
+  job?.abort();
+  last = null;
+  fill();
+  document.body.classList.remove("old");
+  document.title = "Ball screw";
+  element("title").textContent = "Friction of a ball screw";
+  element("torque").textContent = "-";
+  element("interval").textContent = "Enter diameter and lead.";
+  element("quick").hidden = element("live").hidden = element("axis").hidden = true;
+  for (const one of document.querySelectorAll("#save, #print, .take")) one.disabled = true;
 }
 
 // The live page and the numbers by the map.
@@ -242,15 +258,12 @@ function keep(name, content) {
 async function take(name, more = {}) {
   const found = await ask(name, { ...state, ...more });
   if (!found) return null;
-  if (found.problem) {
-    refuse(found);
-    return null;
-  }
-  if (found.result.file && name !== "calibrate") {
-    keep(found.result.file, bytesOf(found.result.base64));
-    if (element("live").hidden) wholePage(); // it was given up for this
-  }
-  return found.result;
+  element("problem").textContent = found.problem ?? "";
+  element("problem").hidden = !found.problem;
+  if (found.result?.file && name !== "calibrate") keep(found.result.file, bytesOf(found.result.base64));
+  // it was given up for this; a calibration has another one
+  if (element("live").hidden && (found.problem || name !== "calibrate")) wholePage();
+  return found.result ?? null;
 }
 
 async function printed() {
@@ -283,8 +296,11 @@ async function openFile(file) {
   changed();
 }
 
-// A screw of a file has no numbers of a catalogue beside it.
+// A screw of a file has no numbers of a catalogue beside it; a screw that is not calibrated no points.
 function ofFile() {
+  if (!state.fitted && !element("forget").hidden) { element("picture").hidden = true; tell([]); }
+  if (state.fitted && element("forget").hidden) tell(["The curve is that of a screw calibrated before."]);
+  element("forget").hidden = !state.fitted;
   element("sizes").hidden = Boolean(state.text);
   element("sizes-note").textContent = state.text ? "The screw is that of the opened file; change its entries below." : "Diameter and lead are enough. What is not entered is assumed, and marked with its reason.";
 }
@@ -343,7 +359,7 @@ function listen() {
   element("undo").addEventListener("click", undo);
   element("print").addEventListener("click", printed);
   element("cancel").addEventListener("click", () => job?.abort());
-  element("forget").addEventListener("click", () => { remember(""); state.fitted = ""; element("forget").hidden = element("picture").hidden = true; tell([]); changed(); });
+  element("forget").addEventListener("click", () => { remember(""); state.fitted = ""; ofFile(); changed(); });
   element("form").addEventListener("submit", (event) => event.preventDefault());
   for (const one of document.querySelectorAll(".take")) one.addEventListener("click", () => take(one.dataset.run, { format: element("format").value, torque_constant_nm_a: element("torque-constant").value }));
   addEventListener("keydown", (event) => {
