@@ -255,23 +255,28 @@ function keep(name, content) {
   element("done").textContent = `Saved as ${name}, where your browser keeps files.`;
 }
 
+// After a question beside the answer: its problem, and the live page, if it was given up for this.
+function resume({ problem = "" }) {
+  element("problem").textContent = problem;
+  element("problem").hidden = !problem;
+  if (last && element("live").hidden) wholePage();
+}
+
 async function take(name, more = {}) {
   const found = await ask(name, { ...state, ...more });
   if (!found) return null;
-  element("problem").textContent = found.problem ?? "";
-  element("problem").hidden = !found.problem;
   if (found.result?.file && name !== "calibrate") keep(found.result.file, bytesOf(found.result.base64));
-  // it was given up for this; a calibration has another one
-  if (element("live").hidden && (found.problem || name !== "calibrate")) wholePage();
+  if (found.problem || name !== "calibrate") resume(found); // a calibration has another live page
   return found.result ?? null;
 }
 
 async function printed() {
   const found = await ask("report", state);
-  if (!found || found.problem) return found && refuse(found);
+  if (!found || found.problem) return found && resume(found);
   const frame = made("iframe", { src: found.result.shown, className: "unseen" });
   frame.onload = () => { frame.contentWindow.print(); setTimeout(() => frame.remove(), 60000); };
   document.body.append(frame);
+  resume(found);
 }
 
 async function contentOf(file) {
@@ -336,6 +341,7 @@ async function log(file, answers = {}) {
   tell(problem ? [`${file.name}: ${problem}`] : [result.text]);
   element("picture").hidden = Boolean(problem);
   if (!problem) Object.assign(element("picture"), { src: `data:image/png;base64,${result.picture}`, alt: "Friction over speed of the log" });
+  resume({});
 }
 
 const taken = (take) => async (event) => {
