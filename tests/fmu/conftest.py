@@ -4,10 +4,12 @@ import contextlib
 import functools
 import os
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import fmpy
 import pytest
 import stub_solver
+from browser import NEEDS, Browser
 from filelock import FileLock
 from native_library import CS, NativeInstance
 from processes import RUNS_HERE
@@ -113,3 +115,31 @@ def user_cache(monkeypatch, tmp_path_factory):
     for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"):
         monkeypatch.setenv(name, str(folder))
     return folder
+
+
+@pytest.fixture(scope="session")
+def browser():
+    try:
+        engine = Browser()
+    except RuntimeError as error:
+        pytest.skip(f"the browser does not start; {NEEDS}: {str(error).splitlines()[-1]}")
+    yield engine
+    engine.close()
+
+
+@pytest.fixture
+def open_page(browser):
+    """Function (address, width) -> its page in a browser; no message of the console, no request to another place."""
+    pages = {}
+
+    def opened(address, width=1280):
+        page = browser.open(address, width)
+        pages[page] = (f"{urlsplit(address).scheme}://{urlsplit(address).netloc}", "data:", "blob:")
+        return page
+
+    yield opened
+    found = [message for page in pages for message in page.messages()]
+    found += [url for page, own in pages.items() for url in page.requests() if not url.startswith(own)]
+    for page in pages:
+        page.close()
+    assert found == []

@@ -1,9 +1,5 @@
-"""The live page computes the numbers of `torque --json`, in Node and in a browser, where it also works as a page.
+"""The live page computes the numbers of `torque --json`, in Node and in a browser, where it also works as a page."""
 
-In a browser: pip install --editable ".[test,browser]", and a Chromium of the system (apt-get install chromium).
-"""
-
-import importlib.util
 import json
 import re
 import shutil
@@ -19,7 +15,6 @@ from ballscrew_tehl.applications.cli.commands.torque import EXTREMES
 from ballscrew_tehl.applications.cli.shared.inputs import key_of
 
 pytestmark = pytest.mark.slow
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 LARGEST = 4_000_000  # [bytes]
 #: keys of the command torque by name on the page
 NUMBERS = {
@@ -70,41 +65,15 @@ def pages(options, tmp_path_factory):
     return files
 
 
-@pytest.fixture(scope="session")
-def browser():
-    if CHROMIUM is None or importlib.util.find_spec("playwright") is None:
-        pytest.skip("needs a Chromium of the system and the extra browser")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as found:
-        chromium = found.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
-
-
 @pytest.fixture
-def opened(browser):
-    """Function (file, address, width, **context) -> the page; no console message, error, or request but for files."""
-    found, contexts = [], []
-
-    def open_page(file, address="", width=1280, **context):
-        contexts.append(browser.new_context(viewport={"width": width, "height": 900}, **context))
-        page = contexts[-1].new_page()
-        page.on("console", lambda message: found.append(message.text))
-        page.on("pageerror", lambda error: found.append(str(error)))
-        page.on("request", lambda request: found.append(request.url) if request.url[:5] != "file:" else None)
-        page.goto(f"{file.as_uri()}{address}")
-        return page
-
-    yield open_page
-    for context in contexts:
-        context.close()
-    assert found == []
+def opened(open_page):
+    """Function (file, address, width) -> the page."""
+    return lambda file, address="", width=1280: open_page(f"{file.as_uri()}{address}", width)
 
 
 def drawn(page):
-    page.locator("#headline:not(:empty)").wait_for()
-    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    page.until("document.querySelector('#headline:not(:empty)')")
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))")
     return page
 
 
@@ -121,7 +90,7 @@ def test_numbers_are_those_of_the_command_torque(
     points = [dict(zip(keys, row, strict=True)) for row in np.round(lo + place * (hi - lo), 3).tolist()]
     if engine == "browser":
         found = drawn(request.getfixturevalue("opened")(pages[name])).evaluate(
-            f"(points) => {COMPUTED}", points
+            f"((points) => {COMPUTED})({json.dumps(points)})"
         )
     elif shutil.which("node") is None:
         pytest.skip("needs Node")
@@ -165,16 +134,16 @@ def test_friction_of_the_whole_axis_is_that_of_the_command_axis(pages, options, 
 def test_page_by_keyboard_and_address(opened, pages, width):
     page = drawn(opened(pages["mechanistic"], "#preload=1000&speed=1000", width))
     assert page.evaluate("document.documentElement.scrollWidth") <= width
-    text = page.inner_text("#headline")
-    page.keyboard.press("Tab")
-    page.keyboard.type("2000")
-    assert drawn(page).inner_text("#headline") != text
-    for key in ("Tab", "Tab", "Tab", "ArrowRight", *["Tab"] * 5, "Space", "Tab", "Enter"):
-        page.keyboard.press(key)
-    drawn(page).wait_for_url("**log=0**")
+    text = page.text("#headline")
+    page.keys("Tab")
+    page.type("2000")
+    page.until("live.state.preload === 2000")
+    assert drawn(page).text("#headline") != text
+    page.keys("Tab", "Tab", "Tab", "Right", *["Tab"] * 5, "Space", "Tab", "Return")
+    drawn(page).until("location.hash.includes('log=0')")
     state = page.evaluate("({ ...live.state })")
     assert (state["preload"], state["speed"] > 1000.0, state["log"]) == (2000.0, True, False)
-    assert len(page.query_selector_all("#curve tbody tr")) == 13
+    page.until("document.querySelectorAll('#curve tbody tr').length === 13")
     other = drawn(opened(pages["mechanistic"], page.evaluate("location.hash"), width))
     for shown in (
         "document.querySelector('#torque canvas').toDataURL()",
@@ -194,24 +163,24 @@ def test_fields_and_files_take_commas_and_refuse_other_texts(opened, pages, tmp_
     for text in ("-5", "", "abc", "1e999", "1.600,5", "1,600", "1 600", "0x10"):
         page.fill("#preload", text)
         assert drawn(page).evaluate("live.state.preload") == 1600.5
-        assert (page.input_value("#preload"), page.inner_text("#headline")) == (text, "-")
+        assert (page.evaluate("element('preload').value"), page.text("#headline")) == (text, "-")
     page.fill("#preload", "2000")
     page.fill("#speed", "9000")
-    assert "speed 9000 r/min (the map ends at 6000 r/min)" in drawn(page).inner_text("#outside")
+    assert "speed 9000 r/min (the map ends at 6000 r/min)" in drawn(page).text("#outside")
     other = drawn(opened(pages["three_parameter"], "#preload=130&speed=10&temperature=75"))
-    assert "no continuum" in other.inner_text("#outside")  # as the command torque
+    assert "no continuum" in other.text("#outside")  # as the command torque
     file = tmp_path / "points.csv"
     file.write_text(GOOD)
-    page.set_input_files("#file", file)
-    page.locator("#deviation", has_text="2 points: mean deviation").wait_for()
+    page.choose("label:has(#file)", file)
+    page.until("element('deviation').innerText.includes('2 points: mean deviation')")
     assert page.evaluate("live.state.points[0].torque") == pytest.approx(0.6271)
     for bad, line in (
         ("preload [N], speed [r/min]\n1,2", "no column torque"), (f"{GOOD}3;x;1;1", "line 4: speed = 'x'"),
         ("# preload [N];speed [RPM];Moment in NM\n1.500;100;0.4\n800;100;0.3", "can be read in two ways, 1.500 or"),
     ):  # fmt: skip
         file.write_text(bad)
-        page.set_input_files("#file", file)
-        page.locator("#bad-file", has_text=line).wait_for()
+        page.choose("label:has(#file)", file)
+        page.until(f"element('bad-file').innerText.includes({json.dumps(line)})")
         assert page.evaluate("live.state.points.length") == 2
     page.click("#published")
     assert drawn(page).evaluate("live.state.points.length") == 11

@@ -107,6 +107,7 @@ function undo() {
   edited = "";
   element("undo").disabled = !past.length;
   last = null;
+  element("problem").hidden = true;
   ofFile();
   fill();
   changed();
@@ -130,6 +131,7 @@ async function takeAddress() {
       state = Object.fromEntries(Object.entries(FRESH).map(([name, own]) => [name, given[name] && typeof given[name] === typeof own ? given[name] : structuredClone(own)]));
     }
   } catch {
+    state = structuredClone(FRESH);
     element("problem").textContent = "The address does not hold a screw of this page; it begins anew.";
     element("problem").hidden = false;
   }
@@ -146,7 +148,7 @@ function changed() {
 async function answer() {
   packed(JSON.stringify(state)).then((text) => history.replaceState(null, "", `#${text}`));
   const empty = !state.text && !state.sizes.diameter_mm && !state.sizes.lead_mm;
-  if (empty) return;
+  if (empty) return beginAnew();
   const quick = await ask("torque", state, false);
   if (!quick) return;
   if (quick.problem) return refuse(quick);
@@ -162,6 +164,20 @@ async function answer() {
   for (const one of document.querySelectorAll("#save, #print, .take")) one.disabled = false;
   element("live").hidden = element("axis").hidden = true;
   await wholePage();
+}
+
+// The page before a screw is entered.
+function beginAnew() {
+  job?.abort();
+  last = null;
+  fill();
+  document.body.classList.remove("old");
+  document.title = "Ball screw";
+  element("title").textContent = "Friction of a ball screw";
+  element("torque").textContent = "-";
+  element("interval").textContent = "Enter diameter and lead.";
+  element("quick").hidden = element("live").hidden = element("axis").hidden = true;
+  for (const one of document.querySelectorAll("#save, #print, .take")) one.disabled = true;
 }
 
 // The live page and the numbers by the map.
@@ -200,18 +216,19 @@ function headline([torque, low, high], digits, about) {
   element("interval").textContent = `${range}At ${format(preload_n, 6)} N, ${format(speed_rpm, 6)} r/min, ${format(temperature_c, 5)} \u00b0C; ${last.oil}.${implied}`;
 }
 
+const curveSize = () => ({ width: element("curve").clientWidth || 600, height: 300 });
+
 function curve() {
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const axis = (label) => ({ label, stroke: () => colour("--ink"), grid: { stroke: () => colour("--line"), width: 1 }, values: (_, at) => at.map((x) => (x === null ? "" : format(x))) });
   const line = (label, more) => ({ label, stroke: () => colour("--total"), points: { show: false }, value: (_, y) => `${format(y)} N m`, ...more });
-  const space = element("curve");
   plot?.destroy();
   plot = new uPlot({
-    width: space.clientWidth || 600, height: 300, scales: { x: { time: false, distr: 3 }, y: { range: (_, lo, hi) => [0, 1.08 * hi] } },
+    ...curveSize(), scales: { x: { time: false, distr: 3 }, y: { range: (_, lo, hi) => [0, 1.08 * hi] } },
     axes: [axis("speed [r/min]"), axis("friction torque [N m]")],
     series: [{ label: "speed", value: (_, x) => `${format(x)} r/min` }, line("torque", { width: 3 }), line("low", { dash: [2, 3] }), line("high", { dash: [2, 3] })],
     bands: [{ series: [3, 2], fill: () => colour("--band") }],
-  }, [last.speed_rpm, last.torque, last.low, last.high], space);
+  }, [last.speed_rpm, last.torque, last.low, last.high], element("curve"));
 }
 
 function table(id, head, rows) {
@@ -238,26 +255,28 @@ function keep(name, content) {
   element("done").textContent = `Saved as ${name}, where your browser keeps files.`;
 }
 
+// After a question beside the answer: its problem, and the live page, if it was given up for this.
+function resume({ problem = "" }) {
+  element("problem").textContent = problem;
+  element("problem").hidden = !problem;
+  if (last && element("live").hidden) wholePage();
+}
+
 async function take(name, more = {}) {
   const found = await ask(name, { ...state, ...more });
   if (!found) return null;
-  if (found.problem) {
-    refuse(found);
-    return null;
-  }
-  if (found.result.file && name !== "calibrate") {
-    keep(found.result.file, bytesOf(found.result.base64));
-    if (element("live").hidden) wholePage(); // it was given up for this
-  }
-  return found.result;
+  if (found.result?.file && name !== "calibrate") keep(found.result.file, bytesOf(found.result.base64));
+  if (found.problem || name !== "calibrate") resume(found); // a calibration has another live page
+  return found.result ?? null;
 }
 
 async function printed() {
   const found = await ask("report", state);
-  if (!found || found.problem) return found && refuse(found);
+  if (!found || found.problem) return found && resume(found);
   const frame = made("iframe", { src: found.result.shown, className: "unseen" });
   frame.onload = () => { frame.contentWindow.print(); setTimeout(() => frame.remove(), 60000); };
   document.body.append(frame);
+  resume(found);
 }
 
 async function contentOf(file) {
@@ -282,8 +301,11 @@ async function openFile(file) {
   changed();
 }
 
-// A screw of a file has no numbers of a catalogue beside it.
+// A screw of a file has no numbers of a catalogue beside it; a screw that is not calibrated no points.
 function ofFile() {
+  if (!state.fitted && !element("forget").hidden) { element("picture").hidden = true; tell([]); }
+  if (state.fitted && element("forget").hidden) tell(["The curve is that of a screw calibrated before."]);
+  element("forget").hidden = !state.fitted;
   element("sizes").hidden = Boolean(state.text);
   element("sizes-note").textContent = state.text ? "The screw is that of the opened file; change its entries below." : "Diameter and lead are enough. What is not entered is assumed, and marked with its reason.";
 }
@@ -319,6 +341,7 @@ async function log(file, answers = {}) {
   tell(problem ? [`${file.name}: ${problem}`] : [result.text]);
   element("picture").hidden = Boolean(problem);
   if (!problem) Object.assign(element("picture"), { src: `data:image/png;base64,${result.picture}`, alt: "Friction over speed of the log" });
+  resume({});
 }
 
 const taken = (take) => async (event) => {
@@ -342,7 +365,7 @@ function listen() {
   element("undo").addEventListener("click", undo);
   element("print").addEventListener("click", printed);
   element("cancel").addEventListener("click", () => job?.abort());
-  element("forget").addEventListener("click", () => { remember(""); state.fitted = ""; element("forget").hidden = element("picture").hidden = true; tell([]); changed(); });
+  element("forget").addEventListener("click", () => { remember(""); state.fitted = ""; ofFile(); changed(); });
   element("form").addEventListener("submit", (event) => event.preventDefault());
   for (const one of document.querySelectorAll(".take")) one.addEventListener("click", () => take(one.dataset.run, { format: element("format").value, torque_constant_nm_a: element("torque-constant").value }));
   addEventListener("keydown", (event) => {
@@ -350,7 +373,7 @@ function listen() {
     if (event.key === "p" && last) { event.preventDefault(); printed(); }
     if (event.key === "z" && document.activeElement.tagName !== "INPUT") { event.preventDefault(); undo(); }
   });
-  addEventListener("resize", () => setTimeout(fitFrame, 600));
+  addEventListener("resize", () => { plot?.setSize(curveSize()); setTimeout(fitFrame, 600); });
   addEventListener("pagehide", () => job?.abort());
   const zone = element("measured");
   addEventListener("dragover", (event) => { event.preventDefault(); zone.classList.add("over"); });

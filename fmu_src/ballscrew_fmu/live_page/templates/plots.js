@@ -96,7 +96,7 @@ function makePlot({ id, over, y, right, range, measured, lines, marks }, state) 
     cursor: { drag: { x: false, y: false }, points: { size: 7 } },
     legend: { markers: { stroke: (_, n) => (n ? `var(${names[n]})` : null) } }, // in CSS: the legend is made once, dark or light
   }, [[], ...lines.map(() => []), ...marks.map(() => []), ...(measured ? [[], []] : [])], place);
-  new ResizeObserver(() => made.setSize(size())).observe(place);
+  new ResizeObserver(() => requestAnimationFrame(() => made.setSize(size()))).observe(place);
   return { made, size };
 }
 
