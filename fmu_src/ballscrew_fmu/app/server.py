@@ -39,8 +39,8 @@ FRAMED = (
     "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; img-src data:; "
     "frame-src 'self' data:; base-uri 'none'; form-action 'none'; frame-ancestors 'self'"
 )
-#: what is an object in a request; questions that wait for no job; most characters of a problem
-OBJECTS, LIGHT, MOST_TEXT = ("sizes", "changes", "point", "answers"), ("form", "questions"), 2000
+#: what is an object in a request; questions that wait for no long job; most characters of a problem
+OBJECTS, QUICK, MOST_TEXT = ("sizes", "changes", "point", "answers"), ("form", "questions", "torque"), 2000
 Report = Callable[[int, int, str], None]
 #: what a page asks by name: content of its request, progress -> content of the answer
 Run = Callable[[Mapping[str, Any], Report], dict[str, Any]]
@@ -75,8 +75,9 @@ class App(ThreadingHTTPServer):
         self.token = secrets.token_urlsafe(24)
         self.shown: OrderedDict[str, bytes] = OrderedDict()
         self.jobs: dict[str, threading.Event] = {}
-        # one heavy job at a time, in one thread: two would take the memory of both and no less time
-        self.lock, self.heavy = threading.Lock(), ThreadPoolExecutor(1)
+        # one long job at a time: two would take the memory of both and no less time; beside it the quick ones, while
+        # somebody types in another tab. Each kind in one thread, whose memory is used again
+        self.lock, self.heavy, self.quick = threading.Lock(), ThreadPoolExecutor(1), ThreadPoolExecutor(1)
         self.places = threading.BoundedSemaphore(CONNECTIONS)
 
     @property
@@ -111,7 +112,8 @@ class App(ThreadingHTTPServer):
     def server_close(self) -> None:
         """Ends its jobs as well."""
         super().server_close()
-        self.heavy.shutdown(wait=False, cancel_futures=True)
+        for jobs in (self.heavy, self.quick):
+            jobs.shutdown(wait=False, cancel_futures=True)
         with self.lock:
             for event in self.jobs.values():
                 event.set()
@@ -271,9 +273,7 @@ class Handler(BaseHTTPRequestHandler):
                 self._line({"progress": [finished, total, what]})
 
         try:
-            if name in LIGHT:
-                return {"result": run(content, report)}
-            job = self.server.heavy.submit(run, content, report)
+            job = (self.server.quick if name in QUICK else self.server.heavy).submit(run, content, report)
             try:
                 while not (wait([job], timeout=0.1).done or job.running()):
                     report(0, 1, "waiting for another tab")
