@@ -1,5 +1,6 @@
 """Figure of a calibration: torque over speed with its interval, measured points and residuals."""
 
+import io
 from pathlib import Path
 from typing import Any
 
@@ -84,4 +85,11 @@ def _curve(result: Calibration, rows: list[int], speed: Array) -> list[Array]:
 def save_figure(figure: Figure, path: Path) -> None:
     """Write a PNG to a temporary file in the same folder and rename it."""
     with whole_file(path) as temporary:
-        figure.savefig(temporary, format="png", dpi=150, metadata={"Software": None})
+        temporary.write_bytes(png_of(figure))
+
+
+def png_of(figure: Figure) -> bytes:
+    """A figure as PNG, as save_figure writes it."""
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", dpi=150, metadata={"Software": None})
+    return picture.getvalue()

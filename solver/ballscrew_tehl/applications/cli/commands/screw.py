@@ -13,13 +13,14 @@ from ballscrew_tehl.applications.catalogue import (
     rating_ratios,
 )
 from ballscrew_tehl.applications.mechanics import efficiency, loaded_screw, screw_constants
+from ballscrew_tehl.applications.screw_model import ScrewModel
 from ballscrew_tehl.applications.tables.headings import INCH
 from ballscrew_tehl.parameters.screw import ScrewParameters
 from ballscrew_tehl.parameters.template import example_parameters, screw_template
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.rating import CATALOGUE_SHARE, STATIC_PRESSURE, dynamic_rating
 
-from ..shared.inputs import Chosen, chosen_of, key_of, read_points, say_outside
+from ..shared.inputs import chosen_of, key_of, map_of, read_points, say_outside
 from ..shared.output import Answer, check_output, filled, say, write_text
 from ..shared.quantities import AXIAL_LOAD, PRELOAD
 
@@ -73,10 +74,10 @@ def _say_ratings(screw: ScrewParameters) -> None:
             say(f"{name} {stated:.6g} N of the screw file; {meant}computed {ratio * stated:.4g} N {what}")
 
 
-def _add_efficiency(results: list[dict[str, Any]], chosen: Chosen, args: Namespace) -> None:
+def _add_efficiency(results: list[dict[str, Any]], chosen: ScrewModel, args: Namespace) -> None:
     """Torque, efficiency and hours at the speed and temperature of the options, from the map."""
     speed, temperature = args.speed_rpm, args.temperature_c
-    nut_map = chosen.nut_map(args)
+    nut_map = map_of(chosen)
     axes = nut_map.header["axes"]
     for result in results:
         preload, axial_load = result["preload_n"], result["axial_load_n"]

@@ -16,9 +16,12 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from datetime import timedelta
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ballscrew_tehl.whole_file import whole_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Row = Mapping[str, Any]
 Progress = Callable[[int, int, str], None]
@@ -171,6 +174,15 @@ def write_text(option: str, path: Path | str, text: str) -> None:
     """Write the file of an option, whole or not at all, and say so."""
     with written(option, path), whole_file(Path(path)) as temporary:
         temporary.write_text(text, encoding="utf-8")
+    say(f"written: {path}")
+
+
+def save_plot(path: Path | str, figure: "Figure") -> None:
+    """Write the picture of --plot, and say so."""
+    from ballscrew_tehl.applications.calibration.plot import save_figure
+
+    with written("--plot", path):
+        save_figure(figure, Path(path))
     say(f"written: {path}")
 
 
