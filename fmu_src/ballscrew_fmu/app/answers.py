@@ -19,7 +19,6 @@ from ballscrew_fmu import build
 from ballscrew_tehl._version import __version__
 from ballscrew_tehl.applications.axis.budget import PART_NAMES, axis_budget, budget_rows
 from ballscrew_tehl.applications.calibration.measured import calibrate
-from ballscrew_tehl.applications.calibration.plot import calibration_figure, png_of
 from ballscrew_tehl.applications.calibration.result import calibration_data
 from ballscrew_tehl.applications.calibration.written_sets import friction_sets_text
 from ballscrew_tehl.applications.catalogue import CatalogueSizes, catalogue_parameters, rating_ratios
@@ -380,14 +379,11 @@ def table(content: Content, report: Report) -> dict[str, Any]:
     point = point_of(content, one.parameters)
     options = TableOptions([point["preload_n"]], [point["temperature_c"]])
     if name == "twincat":
-        constant = str(content.get("torque_constant_nm_a") or "").strip()
-        if not constant:
-            remedy = "the list is a motor current: enter it above"
-            raise refused("torque_constant_nm_a", None, "N.m/A", remedy)
-        number = decimal(constant, "torque_constant_nm_a", "N.m/A, more than 0")
-        options = options._replace(
-            torque_constant_nm_a=option_value("export", "torque_constant_nm_a", repr(number))
-        )
+        motor = "torque_constant_nm_a"
+        if not (constant := str(content.get(motor) or "").strip()):
+            raise refused(motor, None, "N.m/A", "the list is a motor current: enter it above")
+        number = option_value("export", motor, repr(decimal(constant, motor, "N.m/A, more than 0")))
+        options = options._replace(torque_constant_nm_a=number)
     (file,) = friction_files(f"friction{SUFFIXES[name][0]}", name, one.model, options, report)
     return file_answer(one, file.path.name, file.text.encode())
 
@@ -416,23 +412,27 @@ def questions(content: Content, report: Report) -> dict[str, Any]:
 
 def identification(content: Content, report: Report) -> dict[str, Any]:
     """What a log of the drive says: as the command identify, with its picture."""
+    from ballscrew_tehl.applications.calibration.plot import png_of
+
     one, stated = screw(content), {}
     for name, text in dict(content.get("answers") or {}).items():
         if name not in QUESTIONS:
             raise refused(name, text, ", ".join(QUESTIONS), "reload the page")
         if str(text).strip():
             stated[name] = option_value("identify", name, str(text))
-    one.model.nut_map(report)  # is kept: with progress here
     report(0, 1, "fit of the log")
+    lead_alone = not content.get("fitted")
     with temporary_folder() as folder:
-        no_fit = one.model.fitted is None
-        found = identify_log(uploaded(content, folder), StatedAxis(**stated), one.model, lead_alone=no_fit)
+        law = StatedAxis(**stated), one.model
+        found = identify_log(uploaded(content, folder), *law, lead_alone=lead_alone, progress=report)
     picture = base64.b64encode(png_of(found.figure())).decode()
     return to_builtin({"text": found.text, "picture": picture, "answer": found.data})
 
 
 def calibration(content: Content, report: Report) -> dict[str, Any]:
     """Fit to measured torques: points, curve before and after, friction set as a file."""
+    from ballscrew_tehl.applications.calibration.plot import calibration_figure, png_of
+
     one = screw({**content, "fitted": ""})
     percent = str(content.get("torque_tolerance_percent") or "")
     tolerance = 0.01 * decimal(percent, "torque_tolerance_percent", "0 to 95 %") if percent else 0.0

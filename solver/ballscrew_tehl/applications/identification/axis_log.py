@@ -105,9 +105,8 @@ class _Axis(NamedTuple):
         if direct is not None or value is None:
             return [] if direct is None else np.atleast_1d(direct).tolist()
         if self.lead is None:
-            raise ValueError(
-                f"{option(other)} needs --lead-mm or --screw with this log; or give {option(own)}"
-            )
+            needed = f"needs --lead-mm or --screw with this log; or give {option(own)}"
+            raise ValueError(f"{option(other)} {needed}")
         factor = self.lead ** (power if rotary else -power)
         return [factor * number for number in np.atleast_1d(value).tolist()]
 
@@ -293,11 +292,8 @@ def _unseparated(data: Mapping[str, Any], subtracted: bool) -> dict[str, Any]:
         keys |= {"preload_low_n": 0.0, "preload_log_low_n": 0.0}
         if "preload_ratio" in data:
             # what is common to both logs hides a part of the change
-            keys |= (
-                {"preload_ratio_low": 0.0}
-                if data["preload_ratio"] < 1.0
-                else {"preload_ratio_high": math.inf}
-            )
+            end, value = ("low", 0.0) if data["preload_ratio"] < 1.0 else ("high", math.inf)
+            keys[f"preload_ratio_{end}"] = value
     return keys
 
 

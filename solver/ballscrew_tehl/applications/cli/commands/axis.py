@@ -14,7 +14,7 @@ from ballscrew_tehl.parameters.axis import AXIS_TABLES
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 
 from ..shared.inputs import chosen_of, map_of
-from ..shared.output import Answer, check_output, filled, save_plot, table
+from ..shared.output import Answer, check_output, filled, table, write_file
 
 #: speeds of the table [r/min]; of the picture, evenly spaced in ln
 TABLE_RPM, POINTS = (1.0, 10.0, 100.0, 300.0, 1000.0, 3000.0), 41
@@ -60,9 +60,11 @@ def run_axis(args: Namespace) -> Answer:
     result["version"] = __version__
     if args.plot:
         from ballscrew_tehl.applications.axis.plot import budget_figure
+        from ballscrew_tehl.applications.calibration.plot import png_of
 
         title = "{}, {preload_n:.5g} N, {temperature_c:.4g} C".format(parameters.name, **point)
-        save_plot(args.plot, budget_figure(at(np.geomspace(TABLE_RPM[0], highest, POINTS)), title))
+        figure = budget_figure(at(np.geomspace(TABLE_RPM[0], highest, POINTS)), title)
+        write_file("--plot", args.plot, png_of(figure))
     return Answer([result], text=_text(result, parameters.name))
 
 
@@ -70,17 +72,10 @@ def _signed(row: dict[str, Any], sign: float) -> dict[str, Any]:
     """Torques with the sign of the speed."""
     if sign > 0.0:
         return row
-    low, high = -row["torque_high_nm"], -row["torque_low_nm"]
-    parts = {
-        key: {name: -value for name, value in row[key].items()}
-        for key in ("parts", "parts_low", "parts_high")
-    }
-    parts["parts_low"], parts["parts_high"] = parts["parts_high"], parts["parts_low"]
-    return (
-        row
-        | {"friction_torque_nm": -row["friction_torque_nm"], "torque_low_nm": low, "torque_high_nm": high}
-        | parts
-    )
+    ends = {"torque_low_nm": "torque_high_nm", "torque_high_nm": "torque_low_nm"}
+    parts = {"parts": "parts", "parts_low": "parts_high", "parts_high": "parts_low"}
+    row = row | {key: {name: -value for name, value in row[of].items()} for key, of in parts.items()}
+    return row | {key: -row[of] for key, of in {"friction_torque_nm": "friction_torque_nm", **ends}.items()}
 
 
 def _text(result: Mapping[str, Any], name: str) -> str:

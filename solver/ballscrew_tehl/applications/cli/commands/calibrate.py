@@ -4,16 +4,16 @@ from argparse import Namespace
 
 from ballscrew_tehl.applications.calibration.measured import calibrate
 from ballscrew_tehl.applications.calibration.measurements import Measurement
-from ballscrew_tehl.applications.calibration.plot import calibration_figure
+from ballscrew_tehl.applications.calibration.plot import calibration_figure, png_of
 from ballscrew_tehl.applications.calibration.result import calibration_data, calibration_text
-from ballscrew_tehl.applications.calibration.written_sets import write_friction_sets
+from ballscrew_tehl.applications.calibration.written_sets import friction_sets_text
 from ballscrew_tehl.applications.screw_model import read_screw
 from ballscrew_tehl.friction.sets import SETS
 from ballscrew_tehl.parameters.file import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.packed import Law
 
-from ..shared.output import QUIET, Answer, check_output, progress_bar, save_plot, say, written
+from ..shared.output import QUIET, Answer, check_output, progress_bar, say, write_file
 from ..shared.quantities import CALIBRATION_POINT, TOLERANCES
 
 
@@ -44,11 +44,10 @@ def run_calibrate(args: Namespace) -> Answer:
     friction, data = result.friction_set, calibration_data(result)
     text = calibration_text(result, data)
     if args.plot:
-        save_plot(args.plot, calibration_figure(result))
+        write_file("--plot", args.plot, png_of(calibration_figure(result)))
     if args.output:
-        with written("--output", args.output):
-            write_friction_sets(args.output, [friction], "Fitted by ballscrew calibrate")
-        say(f"written: {args.output}; next: ballscrew page ... --friction {args.output}")
+        sets = friction_sets_text([friction], "Fitted by ballscrew calibrate")
+        write_file("--output", args.output, sets, f"; next: ballscrew page ... --friction {args.output}")
     else:
         keys = {name: name.replace("height", "height_m") for name in SETS[friction.name]}
         if friction.supply_length is not None:

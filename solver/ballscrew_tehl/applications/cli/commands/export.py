@@ -5,7 +5,7 @@ from argparse import Namespace
 from ballscrew_tehl.applications.export.files import SUFFIXES, TableOptions, friction_files, needless
 
 from ..shared.inputs import chosen_of
-from ..shared.output import QUIET, Answer, check_output, progress_bar, write_text
+from ..shared.output import QUIET, Answer, check_output, progress_bar, write_file
 
 #: of the table of lists
 COLUMNS = ("file", "preload_n", "temperature_c", "entries", "largest_error_nm", "error_bound_nm")
@@ -24,5 +24,5 @@ def run_export(args: Namespace) -> Answer:
     with progress_bar(QUIET) as progress:
         files = friction_files(output, args.format, source, options, progress)
     for file in files:
-        write_text("--output", file.path, file.text)
+        write_file("--output", file.path, file.text)
     return Answer([file.about for file in files], args.format == "twincat", columns=COLUMNS)

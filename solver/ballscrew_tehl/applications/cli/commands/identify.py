@@ -6,7 +6,7 @@ from argparse import Namespace
 from ballscrew_tehl.applications.identification.axis_log import StatedAxis, identify_log
 
 from ..shared.inputs import chosen_of
-from ..shared.output import QUIET, Answer, check_output, progress_bar, save_plot, say, to_builtin, write_text
+from ..shared.output import QUIET, Answer, check_output, progress_bar, say, to_builtin, write_file
 
 
 def run_identify(args: Namespace) -> Answer:
@@ -26,9 +26,11 @@ def run_identify(args: Namespace) -> Answer:
     if args.measurements:
         text, note = found.measurements()
         found.data["notes"] += [f"{args.measurements}: {note}"] * bool(note)
-        write_text("--measurements", args.measurements, text)
+        write_file("--measurements", args.measurements, text)
     if args.plot:
-        save_plot(args.plot, found.figure())
+        from ballscrew_tehl.applications.calibration.plot import png_of
+
+        write_file("--plot", args.plot, png_of(found.figure()))
     if args.output:
-        write_text("--output", args.output, json.dumps(to_builtin(found.data), indent=1) + "\n")
+        write_file("--output", args.output, json.dumps(to_builtin(found.data), indent=1) + "\n")
     return Answer([found.data], text=found.text)

@@ -9,7 +9,7 @@ from ballscrew_tehl._version import __version__
 from ballscrew_tehl.parameters.units import SHOWN
 
 from ..shared.inputs import chosen_of, map_of
-from ..shared.output import Answer, check_output, progress_bar, write_text
+from ..shared.output import Answer, check_output, progress_bar, write_file
 from ..shared.quantities import REPORT_POINT
 
 
@@ -36,6 +36,6 @@ def run_report(args: Namespace, live: Callable[..., Any] = lambda chosen, nut_ma
         progress(1, 2, what)
         text = report_page(data, fragment)
         progress(2, 2, what)
-    write_text("--output", path, text)
+    write_file("--output", path, text)
     result = {"file": str(path), "figures": text.count("<img "), **chosen.described}
     return Answer([result | {"map_hash": nut_map.header["file_hash"], "version": __version__}])

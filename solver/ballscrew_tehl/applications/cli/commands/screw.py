@@ -21,7 +21,7 @@ from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.rating import CATALOGUE_SHARE, STATIC_PRESSURE, dynamic_rating
 
 from ..shared.inputs import chosen_of, key_of, map_of, read_points, say_outside
-from ..shared.output import Answer, check_output, filled, say, write_text
+from ..shared.output import Answer, check_output, filled, say, write_file
 from ..shared.quantities import AXIAL_LOAD, PRELOAD
 
 CONDITIONS = (
@@ -121,7 +121,7 @@ def run_init(args: Namespace) -> Answer:
             turns = rating_of_inches(rating, sizes["lead_mm"])
             say(f"--rating-n {rating:g}: where it is for a million inches of travel, give {turns:.5g}")
     content = screw_template(parameters, assumed, args.axis)
-    write_text("FILE.toml", path, content)
+    write_file("FILE.toml", path, content)
     text = f"{path}: enter the values of your screw and oil; the first lines explain the next steps"
     if assumed:
         entries = [line.partition("#")[0].strip() for line in content.splitlines() if "# assumed, " in line]
