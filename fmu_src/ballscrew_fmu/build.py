@@ -147,11 +147,12 @@ def fmu_archive(
     CheckError, BuildError: as build
     """
     selected, packed, done = kinds(), io.BytesIO(), 0
+    total = steps(selected)
 
     def advance(what: str, number: int) -> None:
         nonlocal done
-        done += number
-        progress(min(done, steps(selected)), steps(selected), what)
+        done = min(done + number, total)
+        progress(done, total, what)
 
     with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(packed, "w") as archive:
         built, note = build(inputs, Path(folder), selected, advance)
@@ -159,10 +160,8 @@ def fmu_archive(
             archive.writestr(name, text)
         for path in built:
             archive.write(path, path.name)
-    return packed.getvalue(), [
-        *(f"{path.name}: {line}" for path, (_, line) in built.items()),
-        *filter(None, [note]),
-    ]
+    lines = [f"{path.name}: {line}" for path, (_, line) in built.items()]
+    return packed.getvalue(), lines + [note] * bool(note)
 
 
 def torque_tables(inputs: Inputs) -> str:
