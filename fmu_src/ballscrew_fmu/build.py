@@ -1,10 +1,11 @@
-"""Builds all FMUs of a screw: reads screw, map and friction parameters, then packs, checks and delivers the FMUs."""
+"""FMUs, live page and report of a screw in memory: packed, checked, delivered."""
 
 import functools
+import io
 import os
 import tempfile
-from argparse import Namespace
-from collections.abc import Callable, Collection
+import zipfile
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,9 +19,11 @@ from ballscrew_fmu.native_fmu.compile import INSTALL, WASM
 from ballscrew_fmu.native_fmu.package import build_native_fmu, native_file_name
 from ballscrew_fmu.python_fmu.package import build_fmu
 from ballscrew_tehl.applications.calibration.measured_screw import is_measured, table_text, validation_tables
-from ballscrew_tehl.applications.cli.shared.inputs import chosen_of
-from ballscrew_tehl.applications.report.data import OperatingPoint
+from ballscrew_tehl.applications.report.data import OperatingPoint, report_data
+from ballscrew_tehl.applications.report.page import report_page
+from ballscrew_tehl.friction.drag_torque import screw_friction_set
 from ballscrew_tehl.friction.sets import FrictionSet
+from ballscrew_tehl.nut_map.grid import Progress
 from ballscrew_tehl.nut_map.interval import interval_table
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.runtime.evaluate import NutMap
@@ -50,14 +53,10 @@ class Inputs(NamedTuple):
             ends = interval_table(self.parameters, axes, self.friction_set, on_the_way)
         return live_page(self.parameters, self.nut_map, ends, start)
 
-
-def read_inputs(args: Namespace) -> Inputs:
-    """Parameters and nut map of the options INPUTS; the header has start values and provenance of the friction.
-
-    ValueError or OSError: invalid input, with a message of one line.
-    """
-    selection = chosen_of(args)
-    return Inputs(selection.parameters, selection.nut_map(args), selection.friction_set)
+    def report(self, point: Mapping[str, float] = {}) -> str:
+        """The report in HTML around a point: preload [N], speed [rad/s], temperature [K] as far as they are stated."""
+        numbers = self.friction_set or screw_friction_set(self.parameters)
+        return report_page(report_data(self.parameters, numbers, self.nut_map, point))
 
 
 class Kind(NamedTuple):
@@ -87,6 +86,11 @@ def kinds(
     if not selected:
         raise ValueError("no FMU to build: that for Python hosts is friction, of FMI 2")
     return selected
+
+
+def steps(selected: Collection[Kind]) -> int:
+    """Steps of a build: two for each FMU, and the live page."""
+    return 2 * len(selected) + any(kind.model is FRICTION for kind in selected)
 
 
 def build(
@@ -137,6 +141,31 @@ def build(
         f"and macOS, and the page: {INSTALL}"
     )
     return {folder / fmu.path.name: (fmu, line) for fmu, line in built}, "" if compiler.crosses else note
+
+
+def fmu_archive(
+    inputs: Inputs, files: Mapping[str, str] = {}, progress: Progress = lambda *_: None
+) -> tuple[bytes, list[str]]:
+    """All FMUs, checked, in an archive (ZIP) with further files; results of the checks, what was left out.
+
+    CheckError, BuildError: as build
+    """
+    selected, packed, done = kinds(), io.BytesIO(), 0
+    total = steps(selected)
+
+    def advance(what: str, number: int) -> None:
+        nonlocal done
+        done = min(done + number, total)
+        progress(done, total, what)
+
+    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(packed, "w") as archive:
+        built, note = build(inputs, Path(folder), selected, advance)
+        for name, text in files.items():
+            archive.writestr(name, text)
+        for path in built:
+            archive.write(path, path.name)
+    lines = [f"{path.name}: {line}" for path, (_, line) in built.items()]
+    return packed.getvalue(), lines + [note] * bool(note)
 
 
 def torque_tables(inputs: Inputs) -> str:

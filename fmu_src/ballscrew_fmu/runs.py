@@ -8,6 +8,7 @@ import sysconfig
 from argparse import Namespace
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -23,6 +24,13 @@ from ballscrew_tehl.applications.cli.shared.output import (
     try_folder,
     written,
 )
+
+if TYPE_CHECKING:
+    from ballscrew_fmu.build import Inputs
+    from ballscrew_tehl.applications.report.data import OperatingPoint
+    from ballscrew_tehl.applications.report.page import Html
+    from ballscrew_tehl.applications.screw_model import ScrewModel
+    from ballscrew_tehl.runtime.evaluate import NutMap
 
 #: where a wheel puts the examples, below the prefix of the environment (pyproject.toml)
 INSTALLED = Path("share", "ballscrew-tehl", "examples")
@@ -44,6 +52,15 @@ def _failing(nothing: str) -> Iterator[None]:
         raise CommandError(f"{nothing}: {error}") from error
 
 
+def inputs_of(args: Namespace) -> "Inputs":
+    """Screw, map and friction set of the options INPUTS."""
+    from ballscrew_fmu.build import Inputs
+    from ballscrew_tehl.applications.cli.shared.inputs import chosen_of, map_of
+
+    chosen = chosen_of(args)
+    return Inputs(chosen.parameters, map_of(chosen), chosen.friction_set)
+
+
 def run_build(args: Namespace) -> Answer:
     """Build, check and deliver the FMUs, with their torque over the measured one."""
     from ballscrew_fmu import build
@@ -55,7 +72,7 @@ def run_build(args: Namespace) -> Answer:
         raise ValueError(f"{args.screw_file} and --screw = {args.screw}; give one screw file")
     selected = build.kinds(args.only, args.fmi, args.python_only)
     args.screw = args.screw_file or args.screw
-    inputs = build.read_inputs(args)
+    inputs = inputs_of(args)
     columns = (TextColumn("{task.description:<40}"), BarColumn(24), TimeElapsedColumn())
     console = Console(stderr=True)
     with (
@@ -63,7 +80,7 @@ def run_build(args: Namespace) -> Answer:
         written("--output", folder),
         _failing("no FMU delivered"),
     ):
-        total = 2 * len(selected) + any(kind.model is build.FRICTION for kind in selected)  # and the page
+        total = build.steps(selected)
         task = progress.add_task("packing", total=total)
 
         def advance(text: str, steps: int) -> None:
@@ -122,12 +139,11 @@ def run_info(args: Namespace) -> Answer:
 
 def run_page(args: Namespace) -> Answer:
     """Write the live page of a screw."""
-    from ballscrew_fmu import build
     from ballscrew_fmu.archive import write_whole
     from ballscrew_tehl.runtime.packed import map_hash
 
     output = check_output("--output", args.output, "a file *.html, *.htm")
-    inputs = build.read_inputs(args)
+    inputs = inputs_of(args)
     with _failing("no page written"), progress_bar() as progress:
         progress(0, 1, COMPILING)
         content = inputs.live_page().encode()
@@ -140,19 +156,14 @@ def run_page(args: Namespace) -> Answer:
 
 def run_report(args: Namespace) -> Answer:
     """The report of ballscrew_tehl with the live page in it; without ziglang it has none."""
-    from ballscrew_fmu import build
+    from ballscrew_fmu.build import Inputs
     from ballscrew_fmu.live_page.page import live_frame
     from ballscrew_fmu.native_fmu.compile import BuildError
     from ballscrew_tehl.applications.cli.commands.report import run_report
-    from ballscrew_tehl.applications.cli.shared.inputs import Chosen
-    from ballscrew_tehl.applications.report.data import OperatingPoint
-    from ballscrew_tehl.applications.report.page import Html
-    from ballscrew_tehl.runtime.evaluate import NutMap
 
-    def live(chosen: Chosen, nut_map: NutMap, point: OperatingPoint) -> Html | None:
+    def live(chosen: "ScrewModel", nut_map: "NutMap", point: "OperatingPoint") -> "Html | None":
         try:
-            inputs = build.Inputs(chosen.parameters, nut_map, chosen.friction_set)
-            return live_frame(inputs.live_page(point))
+            return live_frame(Inputs(chosen.parameters, nut_map, chosen.friction_set).live_page(point))
         except BuildError as error:
             say(f"the report has no live page: {error}")
             return None

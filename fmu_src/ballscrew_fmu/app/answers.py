@@ -6,36 +6,36 @@ were changed on the page; and the operating point. The text of the screw file is
 
 import base64
 import contextlib
-import io
 import math
 import re
 import tempfile
-import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from pkgutil import resolve_name
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ballscrew_fmu import build
 from ballscrew_tehl._version import __version__
 from ballscrew_tehl.applications.axis.budget import PART_NAMES, axis_budget, budget_rows
-from ballscrew_tehl.applications.calibration.written_sets import write_friction_sets
+from ballscrew_tehl.applications.calibration.measured import calibrate
+from ballscrew_tehl.applications.calibration.result import calibration_data
+from ballscrew_tehl.applications.calibration.written_sets import friction_sets_text
 from ballscrew_tehl.applications.catalogue import CatalogueSizes, catalogue_parameters, rating_ratios
-from ballscrew_tehl.applications.cli.parser import COMMANDS, SOLVER, Parser, build_parser
-from ballscrew_tehl.applications.cli.shared.output import Answer, to_builtin
+from ballscrew_tehl.applications.cli.parser import COMMANDS
+from ballscrew_tehl.applications.cli.shared.output import to_builtin
 from ballscrew_tehl.applications.cli.shared.quantities import DIFFERENCE, TORQUE_POINT, Quantity
+from ballscrew_tehl.applications.export.files import SUFFIXES, TableOptions, friction_files
+from ballscrew_tehl.applications.identification.axis_log import StatedAxis, identify_log
 from ballscrew_tehl.applications.report.data import OperatingPoint, default_point
+from ballscrew_tehl.applications.screw_model import ScrewModel, model_of
 from ballscrew_tehl.applications.torque_curve import torque_over_speed
-from ballscrew_tehl.friction.drag_torque import implied_preload, preload_left, screw_friction_set
-from ballscrew_tehl.friction.sets import FrictionSet, friction_set_of_file, with_supply, without_overrides
-from ballscrew_tehl.nut_map.interval import map_interval
-from ballscrew_tehl.nut_map.load import load_map
+from ballscrew_tehl.applications.torque_point import torque_at_point
+from ballscrew_tehl.friction.drag_torque import implied_preload
+from ballscrew_tehl.friction.sets import FrictionSet, friction_set_of_file
 from ballscrew_tehl.parameters.entries import ScrewEntry, changed_text, screw_entries
 from ballscrew_tehl.parameters.file import Parameters, screw_of
-from ballscrew_tehl.parameters.friction import Law
 from ballscrew_tehl.parameters.template import example_parameters, screw_template
 from ballscrew_tehl.parameters.toml import ParameterError, Problem, entry_text
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
@@ -59,8 +59,7 @@ ENTRIES = {(entry.table, entry.key): entry for entry in screw_entries()}
 POINT = (*TORQUE_POINT, DIFFERENCE)
 #: of the curve
 POINTS, SLOWEST = 25, 1.0
-#: ends of the names of tables by format; options of identify that a log may need
-TABLE_FILES = {"twincat": "lis", "csv": "csv", "modelica": "txt", "matlab": "m", "json": "json"}
+#: options of identify that a log may need
 QUESTIONS = (
     "torque_constant_nm_a", "gain_n_v", "ratio", "temperature_c", "inertia_kgm2", "mass_kg", "guide_force_n",
     "seal_torque_nm",
@@ -68,17 +67,20 @@ QUESTIONS = (
 
 
 class Screw(NamedTuple):
-    """Screw of a request: text of its file, parameters, what is assumed of it, numbers of its friction law."""
+    """Screw of a request: text of its file, what is assumed of it, the screw with the numbers of its friction law."""
 
     text: str
-    parameters: Parameters
     assumed: dict[str, str]
-    friction_set: FrictionSet
-    fitted: FrictionSet | None  # from measured torques of the page
+    model: ScrewModel
 
-    def nut_map(self, report: Report) -> NutMap:
-        """Its map, kept or made now."""
-        return load_map(None, self.parameters, self.fitted, report)
+    @property
+    def parameters(self) -> Parameters:
+        """Screw and oil."""
+        return self.model.parameters
+
+    def inputs(self, report: Report) -> build.Inputs:
+        """With its map, kept or made now."""
+        return build.Inputs(self.parameters, self.model.nut_map(report), self.model.friction_set)
 
 
 def refused(entry: str, value: Any, allowed: str, remedy: str) -> ParameterError:
@@ -185,10 +187,7 @@ def screw(content: Content) -> Screw:
     if problems:
         raise ParameterError(str(problems[0]), problems)
     parameters = screw_of(text)
-    fitted = fitted_set(content, parameters)
-    if fitted is not None:
-        parameters = with_supply(without_overrides(parameters, fitted.name), fitted)
-    return Screw(text, parameters, assumed, fitted or screw_friction_set(parameters), fitted)
+    return Screw(text, assumed, model_of(parameters, fitted_set(content, parameters)))
 
 
 def catalogue_text(stated: dict[str, Any]) -> tuple[str, dict[str, str]]:
@@ -266,14 +265,14 @@ def torque(content: Content, report: Report) -> dict[str, Any]:
     speeds = np.unique([*np.geomspace(SLOWEST, highest, POINTS), abs(point["speed_rpm"])])
     at = point["preload_n"], speeds * RPM, point["temperature_c"] + CELSIUS
     loads = point["axial_load_n"], point["temperature_difference_k"]
-    curve = torque_over_speed(one.parameters, *at, *loads, one.friction_set)
+    curve = torque_over_speed(one.parameters, *at, *loads, one.model.friction_set)
     k = int(np.searchsorted(speeds, abs(point["speed_rpm"])))
     return to_builtin({
         "text": one.text, "name": one.parameters.name, "oil": one.parameters.lubricant.name, "point": point,
         "values": shown_values(one), "speed_rpm": speeds, "torque": curve.torque, "low": curve.low, "high": curve.high,
         "at": [curve.torque[k], curve.low[k], curve.high[k]], "meaning": curve.meaning,
         "ratings": rating_ratios(one.parameters.screw),
-        "implied": implied_preload(one.friction_set, point["preload_n"]),
+        "implied": implied_preload(one.model.friction_set, point["preload_n"]),
     })  # fmt: skip
 
 
@@ -297,81 +296,49 @@ def page(content: Content, report: Report) -> dict[str, Any]:
     """The live page, and the numbers of the command torque at the point, by the map."""
     one = screw(content)
     point = point_of(content, one.parameters)
-    nut_map = one.nut_map(report)
-    inputs = build.Inputs(one.parameters, nut_map, one.friction_set)
-    start = OperatingPoint(
-        point["preload_n"], abs(point["speed_rpm"]) * RPM, point["temperature_c"] + CELSIUS
-    )
-    text = inputs.live_page(start, partial(report, 1, 3, "intervals"))
+    inputs = one.inputs(report)
+    text = inputs.live_page(OperatingPoint(*si_of(point)), partial(report, 1, 3, "intervals"))
     report(2, 3, "budget")
+    nut_map = inputs.nut_map
     answer = {"html": text, "at": at_point(one, nut_map, point), "budget": budget(one, nut_map, point)}
     report(3, 3, "live page")
     return to_builtin(answer)
 
 
+def si_of(point: Mapping[str, float]) -> tuple[float, float, float]:
+    """Preload [N], magnitude of the speed [rad/s], temperature [K]."""
+    return point["preload_n"], abs(point["speed_rpm"]) * RPM, point["temperature_c"] + CELSIUS
+
+
 def at_point(one: Screw, nut_map: NutMap, point: Mapping[str, float]) -> list[float]:
     """Torque and ends of its interval, as the command torque prints them."""
-    speed, temperature, load = (
-        point["speed_rpm"] * RPM,
-        point["temperature_c"] + CELSIUS,
-        point["axial_load_n"],
-    )
-    # as the command: not by the map
-    left = point["preload_n"], point["temperature_difference_k"]
-    preload = preload_left(one.parameters, one.friction_set, *left)
-    state = nut_map.evaluate(preload, speed, temperature, load)
-    torque, seals = float(state.friction_torque), nut_map.seal_torque
-    if nut_map.law != Law.MECHANISTIC or not (preload or load):
-        return [torque, math.nan, math.nan]
-    axes = nut_map.header["axes"]
-    ends = map_interval(one.parameters, axes, one.friction_set, preload, speed, temperature, load).relative
-    return [torque, *((torque - seals) * end + seals for end in ends)]
+    loads = point["axial_load_n"], point["temperature_difference_k"]
+    found = torque_at_point(one.model, nut_map, *si_of(point), *loads)
+    return [float(found.state.friction_torque), *found.ends(nut_map.seal_torque)]
 
 
 def budget(one: Screw, nut_map: NutMap, point: Mapping[str, float]) -> dict[str, Any] | None:
     """Budget of the axis at the point, where the file has a table of one."""
     if not one.parameters.has_axis:
         return None
-    at = point["preload_n"], abs(point["speed_rpm"]) * RPM, point["temperature_c"] + CELSIUS
     loads = point["axial_load_n"], point["temperature_difference_k"]
-    found = axis_budget(one.parameters, nut_map, one.friction_set, *at, *loads)
+    found = axis_budget(one.parameters, nut_map, one.model.friction_set, *si_of(point), *loads)
     return budget_rows(found, one.parameters.screw)[0] | {"names": PART_NAMES, "notes": found.notes}
 
 
 def fmus(content: Content, report: Report) -> dict[str, Any]:
     """All FMUs, checked, in an archive."""
     one = screw(content)
-    inputs = build.Inputs(one.parameters, one.nut_map(report), one.friction_set)
-    selected = build.kinds()
-    total, done = 2 * len(selected) + 1, 0
-
-    def advance(what: str, steps: int) -> None:
-        nonlocal done
-        done += steps
-        report(min(done, total), total, what)
-
-    packed = io.BytesIO()
-    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(packed, "w") as archive:
-        built, note = build.build(inputs, Path(folder), selected, advance)
-        archive.writestr("screw.toml", one.text)
-        for path in built:
-            archive.write(path, path.name)
-    lines = [f"{path.name}: {line}" for path, (_, line) in built.items()]
-    return file_answer(one, "fmus.zip", packed.getvalue()) | {"lines": [*lines, *([note] if note else [])]}
+    packed, lines = build.fmu_archive(one.inputs(report), {"screw.toml": one.text}, report)
+    return file_answer(one, "fmus.zip", packed) | {"lines": lines}
 
 
 def report_page(content: Content, report: Report) -> dict[str, Any]:
     """The report, to be shown, printed or kept."""
-    from ballscrew_tehl.applications.report.data import report_data
-    from ballscrew_tehl.applications.report.page import report_page as page_of
-
     one = screw(content)
-    nut_map = one.nut_map(report)
-    point = point_of(content, one.parameters)
-    at = {"preload": point["preload_n"], "speed": abs(point["speed_rpm"]) * RPM,
-          "temperature": point["temperature_c"] + CELSIUS}  # fmt: skip
+    inputs, point = one.inputs(report), si_of(point_of(content, one.parameters))
     report(0, 1, "report")
-    text = page_of(report_data(one.parameters, one.friction_set, nut_map, at))
+    text = inputs.report(OperatingPoint(*point)._asdict())
     return file_answer(one, "report.html", text.encode()) | {"html": text}
 
 
@@ -403,55 +370,31 @@ def uploaded(content: Content, folder: str) -> Path:
     return path
 
 
-class _Parser(Parser):
-    """Errors are those of the page's fields."""
-
-    def error(self, message: str) -> NoReturn:
-        """Raise."""
-        raise ValueError(self.explained(message))
-
-
-def answer_of(command: str, *arguments: str) -> Answer:
-    """What a command returns for these arguments, its file names in a temporary folder."""
-    args = build_parser("ballscrew", SOLVER, _Parser).parse_args([command, *arguments])
-    answer: Answer = resolve_name(args.run)(args)
-    return answer
-
-
 def table(content: Content, report: Report) -> dict[str, Any]:
     """Friction of the screw over speed for a controller or a tool, as the command export writes it."""
     one = screw(content)
     name = str(content.get("format"))
-    if name not in TABLE_FILES:
-        raise refused("format", name, ", ".join(TABLE_FILES), "choose one")
+    if name not in SUFFIXES:
+        raise refused("format", name, ", ".join(SUFFIXES), "choose one")
     point = point_of(content, one.parameters)
-    one.nut_map(report)  # is kept: with progress here
-    with temporary_folder() as folder:
-        output = Path(folder, f"friction.{TABLE_FILES[name]}")
-        options = {"format": name, "output": str(output), "preload-n": repr(point["preload_n"]),
-                   "temperature-c": repr(point["temperature_c"])}  # fmt: skip
-        constant = str(content.get("torque_constant_nm_a") or "").strip()
-        if name == "twincat":
-            if not constant:
-                raise refused(
-                    "torque_constant_nm_a", None, "N.m/A", "the list is a motor current: enter it above"
-                )
-            number = decimal(constant, "torque_constant_nm_a", "N.m/A, more than 0")
-            options |= {"torque-constant-nm-a": repr(number)}
-        answer_of("export", *files_of(one, folder), *(f"--{key}={text}" for key, text in options.items()))
-        return file_answer(one, output.name, output.read_bytes())
+    options = TableOptions([point["preload_n"]], [point["temperature_c"]])
+    if name == "twincat":
+        motor = "torque_constant_nm_a"
+        if not (constant := str(content.get(motor) or "").strip()):
+            raise refused(motor, None, "N.m/A", "the list is a motor current: enter it above")
+        number = option_value("export", motor, repr(decimal(constant, motor, "N.m/A, more than 0")))
+        options = options._replace(torque_constant_nm_a=number)
+    (file,) = friction_files(f"friction{SUFFIXES[name][0]}", name, one.model, options, report)
+    return file_answer(one, file.path.name, file.text.encode())
 
 
-def files_of(one: Screw, folder: str) -> list[str]:
-    """Options with the files of a screw."""
-    file = Path(folder, "screw.toml")
-    file.write_text(one.text, encoding="utf-8")
-    options = ["--screw", str(file)]
-    if one.fitted is not None:
-        fitted = Path(folder, "fitted.toml")
-        write_friction_sets(str(fitted), [one.fitted], "Fitted by ballscrew app")
-        options += ["--friction", str(fitted)]
-    return options
+def option_value(command: str, name: str, text: str) -> Any:
+    """Value of an option of a command from its text; its allowed range is that of the command."""
+    flag = f"--{name.replace('_', '-')}"
+    try:
+        return dict(COMMANDS[command].options)[flag]["type"](text)
+    except ValueError as error:
+        raise ValueError(f"{flag}{error}" if str(error).startswith(" = ") else f"{flag}: {error}") from error
 
 
 def questions(content: Content, report: Report) -> dict[str, Any]:
@@ -469,27 +412,26 @@ def questions(content: Content, report: Report) -> dict[str, Any]:
 
 def identification(content: Content, report: Report) -> dict[str, Any]:
     """What a log of the drive says: as the command identify, with its picture."""
-    one = screw(content)
-    one.nut_map(report)
+    from ballscrew_tehl.applications.calibration.plot import png_of
+
+    one, stated = screw(content), {}
+    for name, text in dict(content.get("answers") or {}).items():
+        if name not in QUESTIONS:
+            raise refused(name, text, ", ".join(QUESTIONS), "reload the page")
+        if str(text).strip():
+            stated[name] = option_value("identify", name, str(text))
     report(0, 1, "fit of the log")
+    lead_alone = not content.get("fitted")
     with temporary_folder() as folder:
-        log, picture = uploaded(content, folder), Path(folder, "log.png")
-        options = [*files_of(one, folder), "--plot", str(picture)]
-        for name, text in dict(content.get("answers") or {}).items():
-            if name not in QUESTIONS:
-                raise refused(name, text, ", ".join(QUESTIONS), "reload the page")
-            if str(text).strip():
-                options.append(f"--{name.replace('_', '-')}={text}")
-        answer = answer_of("identify", str(log), *options)
-        image = base64.b64encode(picture.read_bytes()).decode()
-    return to_builtin({"text": answer.text, "picture": image, "answer": answer.rows[0]})
+        law = StatedAxis(**stated), one.model
+        found = identify_log(uploaded(content, folder), *law, lead_alone=lead_alone, progress=report)
+    picture = base64.b64encode(png_of(found.figure())).decode()
+    return to_builtin({"text": found.text, "picture": picture, "answer": found.data})
 
 
 def calibration(content: Content, report: Report) -> dict[str, Any]:
     """Fit to measured torques: points, curve before and after, friction set as a file."""
-    from ballscrew_tehl.applications.calibration.measured import calibrate
-    from ballscrew_tehl.applications.calibration.plot import calibration_figure
-    from ballscrew_tehl.applications.calibration.result import calibration_data
+    from ballscrew_tehl.applications.calibration.plot import calibration_figure, png_of
 
     one = screw({**content, "fitted": ""})
     percent = str(content.get("torque_tolerance_percent") or "")
@@ -497,23 +439,11 @@ def calibration(content: Content, report: Report) -> dict[str, Any]:
     with temporary_folder() as folder:
         path = uploaded(content, folder)
         result = calibrate(path, one.parameters, torque_tolerance=tolerance, progress=report)
-        written = Path(folder, "fitted.toml")
-        write_friction_sets(str(written), [result.friction_set], "Fitted by ballscrew app")
-        text = written.read_text(encoding="utf-8")
+    text = friction_sets_text([result.friction_set], "Fitted by ballscrew app")
     data = calibration_data(result)
-    picture = io.BytesIO()
-    calibration_figure(result).savefig(picture, format="png", dpi=110, metadata={"Software": None})
-    points = [
-        {
-            name: row[name]
-            for name in ("preload_n", "speed_rpm", "measured_nm", "computed_nm", "deviation", "outlier")
-        }
-        for row in data["points"]
-    ]
+    shown = "preload_n", "speed_rpm", "measured_nm", "computed_nm", "deviation", "outlier"
     answer = {
-        "fitted": text,
-        "points": points,
-        "notes": data["notes"],
-        "picture": base64.b64encode(picture.getvalue()).decode(),
-    }
+        "fitted": text, "points": [{name: row[name] for name in shown} for row in data["points"]],
+        "notes": data["notes"], "picture": base64.b64encode(png_of(calibration_figure(result))).decode(),
+    }  # fmt: skip
     return to_builtin(answer | file_answer(one, "friction.toml", text.encode()))

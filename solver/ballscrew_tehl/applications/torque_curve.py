@@ -1,6 +1,7 @@
 """Torque over speed with its interval, from the atlas of contacts: no map is made."""
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -9,8 +10,12 @@ from ..friction.drag_torque import preload_left, screw_friction_set
 from ..friction.interval import counted_constants, is_fitted, meaning, torque_and_ends
 from ..friction.sets import PRELOAD, FrictionSet
 from ..numerics import Array
+from ..nut_map.interval import relative_intervals
 from ..parameters.file import Parameters
 from ..parameters.friction import Law
+
+#: speeds at which an interval over many is computed; its ends over the torque are interpolated over ln(speed)
+INTERVALS = 5
 
 
 class TorqueCurve(NamedTuple):
@@ -102,3 +107,15 @@ def torque_over_speed(
         np.ravel(part) for part in torque_and_ends(parameters, *at_grid, numbers, axial_load)
     )
     return TorqueCurve(speeds, torque + seals, low * torque + seals, high * torque + seals, text)
+
+
+def interval_ratios(
+    parameters: Parameters, axes: Mapping[str, Any], friction_set: FrictionSet,
+    preload: Array, speed: Array, temperature: Array,
+) -> Array:  # fmt: skip
+    """Low and high end of the interval of a map over its torque (2, speed, preload, temperature), speeds rising."""
+    nodes = np.geomspace(speed[0], speed[-1], INTERVALS)
+    ends = relative_intervals(parameters, axes, friction_set, preload, nodes, temperature)
+    places = np.log(speed), np.log(nodes)
+    over_speed = np.apply_along_axis(lambda ratios: np.interp(*places, ratios), 1, ends)
+    return np.asarray(over_speed.transpose(3, 1, 0, 2))

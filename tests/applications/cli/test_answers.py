@@ -282,6 +282,6 @@ def test_choices_of_the_parser_are_those_of_the_modules():
         (parser.DROP_KINDS, "applications.calibration.measured.DROPS"),
         (parser.NUT_KINDS, "physics.rating.CATALOGUE_SHARE"),
         (parser.LUBRICANTS, "parameters.template.LUBRICANTS"), (parser.LAWS, "contact.moes.LAWS"),
-        (parser.EXPORT_FORMATS, "applications.cli.commands.export.KINDS"),
+        (parser.EXPORT_FORMATS, "applications.export.files.SUFFIXES"),
     ):  # fmt: skip
         assert set(own) == set(resolve_name(f"ballscrew_tehl.{place}")), place

@@ -8,9 +8,15 @@ import pytest
 from command_line import answer, refused, run
 from servo_log import CONSTANT, GAIN, GUIDES, LEAD, MASS, PIECES, main
 
+from ballscrew_tehl.applications.cli.shared.output import to_builtin
+from ballscrew_tehl.applications.export.files import SUFFIXES, TableOptions, friction_files
+from ballscrew_tehl.applications.identification.axis_log import StatedAxis, identify_log
+from ballscrew_tehl.applications.screw_model import screw_model
+from ballscrew_tehl.applications.torque_point import torque_at_point
 from ballscrew_tehl.nut_map.file import VG100, packaged_map
 from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.file import PACKAGED_VG100, load_screw
+from ballscrew_tehl.parameters.units import RPM
 
 MAP = ("--screw", PACKAGED_VG100, "--map", packaged_map(VG100))
 AXIS = ("--torque-constant-nm-a", CONSTANT, "--guide-force-n", GUIDES, "--seal-torque-nm", 0)
@@ -123,6 +129,59 @@ def test_tables_of_the_axis_are_subtracted_unless_a_log_or_an_option_states_more
     assert "--ratio = 2; allowed: that of [motor] in the screw file, 1 (with either sign)" in problem
     screw.write_text(PACKAGED_VG100.read_text() + TABLES + 'drive = "belt"\n')
     assert "axis.drive = 'belt'; allowed:" in refused(capsys, *words)
+
+
+def test_functions_give_what_the_commands_print(capsys, logs, tmp_path):
+    """In memory: the answer, the text, the measurements and the files of identify and export; the torque."""
+    screw = screw_model(PACKAGED_VG100, packaged_map(VG100))
+    parts = {"guide_force_n": (GUIDES, 0.0), "seal_torque_nm": (0.0, 0.0)}
+    stated = StatedAxis(CONSTANT, preload_n=1800.0, before=logs / "before.csv", **parts)
+    found = identify_log(logs / "now.csv", stated, screw)
+    words = "--preload-n", "1800", "--before", logs / "before.csv", "--measurements", tmp_path / "points.csv"
+    wanted, _ = answer(
+        capsys, "identify", logs / "now.csv", *AXIS, *MAP, *words, "--output", tmp_path / "now.json"
+    )
+    text, note = found.measurements()
+    assert text == (tmp_path / "points.csv").read_text()
+    assert to_builtin(found.data) == wanted | {"notes": wanted["notes"][:-1]}
+    assert wanted["notes"][-1] == f"{tmp_path / 'points.csv'}: {note}"
+    assert found.text.startswith(f"preload   {wanted['preload_n']:.5g} N")
+    assert np.all(found.curve[2] < found.curve[1])
+    # of a screw that is given for its lead alone
+    alone = screw_model(PACKAGED_VG100)
+    (tmp_path / "cold.csv").write_text(
+        re.sub(r",[^,]*$", "", (logs / "now.csv").read_text(), flags=re.MULTILINE)
+    )
+    found = identify_log(tmp_path / "cold.csv", StatedAxis(CONSTANT), alone)
+    assert "no preload is computed" in found.remark
+    assert (found.data["lead_mm"], "preload_n" in found.data) == (pytest.approx(8.0), False)
+    for source, options, form, words in (
+        (screw, TableOptions([2000.0], points=5), "json", (*MAP, "--preload-n", "2000", "--points", "5")),
+        (screw, TableOptions([1e3, 2e3], [30.0], torque_constant_nm_a=CONSTANT), "twincat",
+         (*MAP, "--preload-n", "1000", "2000", "--temperature-c", "30", *AXIS[:2])),
+        (tmp_path / "now.json", TableOptions(), "matlab", ("--identified", tmp_path / "now.json")),
+    ):  # fmt: skip
+        path = tmp_path / f"table{SUFFIXES[form][0]}"
+        wanted, _ = answer(capsys, "export", *words, "--format", form, "--output", path)
+        files = friction_files(path, form, source, options)
+        assert to_builtin([file.about for file in files]) == (wanted if form == "twincat" else [wanted])
+        assert all(file.path.read_text() == file.text for file in files)
+    with pytest.raises(ValueError, match="--preload-n with --identified"):
+        friction_files("x.csv", "csv", tmp_path / "now.json", TableOptions([2000.0]))
+    point = (
+        "--preload-n",
+        "900",
+        "--speed-rpm",
+        "300",
+        "--temperature-c",
+        "30",
+        "--temperature-difference-k",
+        "1",
+    )
+    wanted, _ = answer(capsys, "torque", *MAP, *point)
+    at = torque_at_point(screw, screw.nut_map(), 900.0, 300.0 * RPM, 303.15, difference=1.0)
+    values = [wanted[f"{key}_nm"] for key in ("friction_torque", "torque_low", "torque_high")]
+    assert [at.state.friction_torque, *at.ends(0.0)] == pytest.approx(values, rel=1e-12)
 
 
 def test_exports_hold_the_map(capsys, tmp_path):

@@ -11,7 +11,8 @@ from servo_log import GAIN, GUIDES, LEAD, MASS, emps_log, screw_log, write_log
 
 from ballscrew_tehl.applications.identification.directions import bidirectional_friction
 from ballscrew_tehl.applications.identification.dynamics import identify
-from ballscrew_tehl.applications.identification.log_file import Log, read_log
+from ballscrew_tehl.applications.identification.log.log_file import Log, read_log
+from ballscrew_tehl.applications.identification.log.signals import Drive, Section, Signals, signals_of
 from ballscrew_tehl.applications.identification.output import identified_data, identified_text
 from ballscrew_tehl.applications.identification.preload import (
     PreloadedLog,
@@ -22,7 +23,6 @@ from ballscrew_tehl.applications.identification.preload import (
     separated_parts,
     without,
 )
-from ballscrew_tehl.applications.identification.signals import Drive, Section, Signals, signals_of
 from ballscrew_tehl.applications.tables.headings import Column
 from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.nut_map.file import VG100, packaged_map

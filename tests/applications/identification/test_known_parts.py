@@ -13,7 +13,7 @@ from ballscrew_tehl.applications.identification import known_parts as parts
 from ballscrew_tehl.applications.identification import preload as of_friction
 from ballscrew_tehl.applications.identification.directions import Bidirectional
 from ballscrew_tehl.applications.identification.dynamics import identify
-from ballscrew_tehl.applications.identification.signals import Section, Signals
+from ballscrew_tehl.applications.identification.log.signals import Section, Signals
 from ballscrew_tehl.friction.interval import DEVIATIONS
 from ballscrew_tehl.friction.sets import default_friction_set
 from ballscrew_tehl.nut_map.file import VG100, packaged_map

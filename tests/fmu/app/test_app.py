@@ -230,6 +230,11 @@ def test_measured_torques_and_a_log(app, capsys, tmp_path):
     assert found["answer"]["inertia_kgm2"] == pytest.approx(2e-3, rel=0.05)
     assert found["answer"]["preload_is_upper_bound"]
     assert found["answer"]["preload_n"] == pytest.approx(2000.0, rel=0.1)
+    for answers, line in (
+        ({"torque_constant_nm_a": "x"}, "--torque-constant-nm-a = x; allowed: 1e-06 to 10000"),
+        ({"guide_force_n": "80+-x"}, "--guide-force-n: standard error = x; allowed: 0 to"),
+    ):
+        assert line in asked(app, "identify", sizes=SIZES, data=data, answers=answers)["problem"]
     names = [one["name"] for one in asked(app, "questions")["result"]["questions"]]
     assert "torque_constant_nm_a" in names
     assert (

@@ -14,7 +14,7 @@ from html_page import Page
 from markupsafe import escape
 from paths import ROOT
 
-from ballscrew_fmu import build
+from ballscrew_fmu import build, runs
 from ballscrew_fmu.checks import check, reference, replay
 from ballscrew_fmu.command import LAYERS
 from ballscrew_fmu.models import MODELS
@@ -54,7 +54,7 @@ def script():
 
 @pytest.fixture
 def with_synthetic_map(monkeypatch, synthetic_nut_map):
-    monkeypatch.setattr(build, "read_inputs", lambda *_: build.Inputs(load_screw(), synthetic_nut_map))
+    monkeypatch.setattr(runs, "inputs_of", lambda *_: build.Inputs(load_screw(), synthetic_nut_map))
 
 
 @pytest.fixture

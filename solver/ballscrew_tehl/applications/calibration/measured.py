@@ -25,7 +25,9 @@ from ballscrew_tehl.friction.sets import (
     SETS,
     SUPPLY,
     FrictionSet,
+    check_usable,
     default_friction_set,
+    refuse_other_fit,
     with_supply,
     without_overrides,
 )
@@ -123,7 +125,7 @@ def calibrate(
     ------
     ValueError
         Names file and row; rows that cannot be used and may not be dropped; too few points;
-        torques far from the law; viscous and sliding part proportional at all points.
+        torques far from the law; viscous and sliding part proportional at all points; numbers that no file may have.
 
     Examples
     --------
@@ -144,7 +146,12 @@ def calibrate(
         reference = parameters.lubricant.reference_temperature
         file = read_measurement_file(measurements, reference if temperature is None else temperature)
     file = file.with_tolerances(torque_tolerance, preload_tolerance)
-    return _calibration(file, parameters, *film_of(parameters, map_file), drop, progress)
+    result = _calibration(file, parameters, *film_of(parameters, map_file), drop, progress)
+    # what would be refused where the set is used
+    where = "--torque-nm" if isinstance(measurements, Measurement) else str(measurements)
+    check_usable(result.friction_set, parameters, where, "check the units of torque and preload")
+    refuse_other_fit(result.friction_set, parameters)
+    return result
 
 
 def calibrate_point(m: Measurement, parameters: Parameters, contacts: ContactValues) -> Calibration:

@@ -1,6 +1,6 @@
 """Figure of a calibration: torque over speed with its interval, measured points and residuals."""
 
-from pathlib import Path
+import io
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,6 @@ from ballscrew_tehl.friction.interval import torque_and_ends
 from ballscrew_tehl.friction.sets import with_supply
 from ballscrew_tehl.numerics import Array
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
-from ballscrew_tehl.whole_file import whole_file
 
 from .result import Calibration
 
@@ -81,7 +80,8 @@ def _curve(result: Calibration, rows: list[int], speed: Array) -> list[Array]:
     return [speeds, torque, torque * low, torque * high]
 
 
-def save_figure(figure: Figure, path: Path) -> None:
-    """Write a PNG to a temporary file in the same folder and rename it."""
-    with whole_file(path) as temporary:
-        figure.savefig(temporary, format="png", dpi=150, metadata={"Software": None})
+def png_of(figure: Figure) -> bytes:
+    """A figure as PNG."""
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", dpi=150, metadata={"Software": None})
+    return picture.getvalue()

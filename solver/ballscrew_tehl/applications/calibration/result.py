@@ -1,4 +1,4 @@
-"""Result of a calibration: its points, what the data do not identify, as rows of --json."""
+"""Result of a calibration: its points, what the data do not identify, as rows of --json and as text."""
 
 import math
 from dataclasses import dataclass
@@ -9,11 +9,12 @@ import numpy as np
 from ballscrew_tehl.friction.interval import implied_thrust
 from ballscrew_tehl.friction.sets import FITTED, SUPPLY, FrictionSet
 from ballscrew_tehl.parameters.file import Parameters
-from ballscrew_tehl.parameters.units import RPM
+from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.packed import Law
 
 from .fit import INVERSE_SUPPLY, MAX_INVERSE, OF_MECHANISTIC, THIRD, Fit, TorqueBasis
-from .measurements import RowProblem
+from .measurements import RowProblem, spread_advice
+from .written_sets import friction_set_lines
 
 #: a parameter counts as identified if half its 95 % interval is at most this fraction of its value
 PRECISION = 0.25
@@ -146,3 +147,32 @@ def calibration_data(result: Calibration) -> dict[str, Any]:
         "not_identified": result.friction_set.not_identified,
         "error_over_uncertainty": spread if math.isfinite(spread) else None,
     }
+
+
+def calibration_text(result: Calibration, data: dict[str, Any]) -> str:
+    """The same for readers: points, parameters, errors, what is not identified, dropped rows."""
+    import pandas as pd
+
+    points, entry = pd.DataFrame(data["points"]), result.friction_set
+    columns = {
+        "row": ["=".join(map(str, rows)) for rows in points["rows"]], "preload [N]": points["preload_n"],
+        "speed [r/min]": points["speed_rpm"], "oil [C]": points["temperature_k"] - CELSIUS,
+        "axial [N]": points["axial_load_n"], "measured [N m]": points["measured_nm"],
+        "computed [N m]": points["computed_nm"], "model [%]": (100.0 * points["deviation"]).round(1),
+        "left out [%]": (100.0 * points["left_out_deviation"]).round(1),
+    }  # fmt: skip
+    if points["outlier"].any():
+        columns[""] = points["outlier"].map({True: "outlier", False: ""})
+    lines = [pd.DataFrame(columns).to_string(index=False, float_format="{:.4g}".format, na_rep="-"), ""]
+    lines.append("Fitted (value +- half-width of the 95 % interval)")
+    lines += friction_set_lines(entry)
+    lines += [f"    {key:<26}{value:.4g}" for key, value in result.level.items()]
+    if (spread := data["error_over_uncertainty"]) is not None:
+        advice = spread_advice(spread)
+        text = f"    errors over stated uncertainties: {spread:.2g} (about 1 expected)"
+        lines.append(f"{text}{advice and f': {advice}'}")
+    if entry.not_identified:
+        lines.append("Not identified by these data:")
+        lines += [f"    {name}: {why}" for name, why in entry.not_identified.items()]
+    lines += [f"dropped: {problem}" for problem in result.dropped]
+    return "\n".join([*lines, *(f"note: {note}" for note in result.notes)])

@@ -24,6 +24,19 @@ def _toml_lines(content: Mapping[str, Any], prefix: str) -> list[str]:
     return entries + tables
 
 
+def friction_sets_text(sets: Iterable[FrictionSet], header: str = "") -> str:
+    """Numbers of laws as TOML, as write_friction_sets writes them."""
+    lines = [f"# {line}".rstrip() for line in header.splitlines()]
+    for entry in sorted(sets, key=lambda entry: entry.name):
+        stated = {key: value for key, value in entry.entries.items() if value or value == 0.0}
+        del stated["name"]
+        if entry.not_identified is not None:
+            # an empty table says that all is
+            stated["not_identified"] = entry.not_identified
+        lines += ["", f"[{entry.name}]", *_toml_lines(renamed(stated, KEYS), entry.name)]
+    return "\n".join(lines) + "\n"
+
+
 def write_friction_sets(path: Path | str, sets: Iterable[FrictionSet], header: str = "") -> None:
     """Write numbers of laws as TOML; the same numbers give the same bytes.
 
@@ -46,16 +59,8 @@ def write_friction_sets(path: Path | str, sets: Iterable[FrictionSet], header: s
     ...     load_friction_sets(f"{folder}/sets.toml")[Law.MECHANISTIC].net_sliding_coefficient
     0.01
     """
-    lines = [f"# {line}".rstrip() for line in header.splitlines()]
-    for entry in sorted(sets, key=lambda entry: entry.name):
-        stated = {key: value for key, value in entry.entries.items() if value or value == 0.0}
-        del stated["name"]
-        if entry.not_identified is not None:
-            # an empty table says that all is
-            stated["not_identified"] = entry.not_identified
-        lines += ["", f"[{entry.name}]", *_toml_lines(renamed(stated, KEYS), entry.name)]
     with whole_file(Path(path)) as temporary:
-        temporary.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        temporary.write_text(friction_sets_text(sets, header), encoding="utf-8")
 
 
 def friction_set_lines(entry: FrictionSet) -> list[str]:

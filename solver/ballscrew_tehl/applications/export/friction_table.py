@@ -10,14 +10,14 @@ import numpy as np
 
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.numerics import Array
+from ballscrew_tehl.nut_map.interval import map_interval
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 
 from ..identification.directions import LINEAR, ROTARY, Bidirectional, Friction, Units, bidirectional_friction
+from ..torque_curve import interval_ratios
 
-#: speeds at which an interval is computed; between them its ends over the torque are interpolated over ln(speed)
-INTERVALS = 5
 #: numbers of the drive in what identify has written
 DRIVE = ("lead_mm", "torque_constant_nm_a", "ratio")
 #: content and sign
@@ -88,8 +88,6 @@ def friction_table(
     speed: Array, preload: Array, temperature: Array,
 ) -> FrictionTable:  # fmt: skip
     """Table of a map; interval: with its bounds, of the mechanistic law; ValueError: a point outside the map."""
-    from ballscrew_tehl.nut_map.interval import map_interval, relative_intervals
-
     axes = nut_map.header["axes"]
     for name, unit, values in (("preload", "N", preload), ("temperature", "K", temperature)):
         low, high = axes[name][:2]
@@ -106,13 +104,9 @@ def friction_table(
     }
     if not interval:
         return FrictionTable(speed, preload, temperature, torque, None, None, about)
-    nodes, law = np.geomspace(speed[0], speed[-1], INTERVALS), (parameters, axes, friction_set)
-    about["low and high"] = map_interval(*law, preload[0], nodes[INTERVALS // 2], temperature[0]).meaning
-    ends = np.apply_along_axis(
-        lambda ratios: np.interp(np.log(speed), np.log(nodes), ratios),
-        1, relative_intervals(*law, preload, nodes, temperature),
-    )  # fmt: skip
-    low, high = torque * ends.transpose(3, 1, 0, 2)
+    law, middle = (parameters, axes, friction_set), math.sqrt(speed[0] * speed[-1])
+    about["low and high"] = map_interval(*law, preload[0], middle, temperature[0]).meaning
+    low, high = torque * interval_ratios(*law, preload, speed, temperature)
     return FrictionTable(speed, preload, temperature, torque, low, high, about)
 
 

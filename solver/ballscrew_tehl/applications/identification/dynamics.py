@@ -27,7 +27,6 @@ from ballscrew_tehl.numerics import Array
 
 from . import directions
 from .directions import LIMIT, UNITS, Bidirectional, Friction, option
-from .findings import Finding, of_refusal
 from .fit import (
     MIN_BINS,
     MIN_INDEPENDENT,
@@ -40,9 +39,10 @@ from .fit import (
     offset_weights,
     without_friction,
 )
+from .log.findings import Finding, of_refusal
+from .log.signals import Signals
 from .motion import MAX_NOISE, chosen_cutoff, filtered
 from .patterns import of_steps, patterns_of
-from .signals import Signals
 from .timing import timing
 
 #: fewest samples of the log in a bin
@@ -216,7 +216,7 @@ def identify(
     Examples
     --------
     >>> import numpy as np
-    >>> from ballscrew_tehl.applications.identification.signals import Section, Signals
+    >>> from ballscrew_tehl.applications.identification.log.signals import Section, Signals
     >>> time = np.arange(0.0, 10.0, 4e-3)
     >>> position, speed = 0.1 * np.sin(np.pi * time), 0.1 * np.pi * np.cos(np.pi * time)
     >>> force = 100.0 * -(np.pi**2) * position + 50.0 * np.tanh(speed / 2e-3)

@@ -14,7 +14,7 @@ import scipy
 
 from ballscrew_tehl.numerics import Array
 
-from .signals import Signals
+from .log.signals import Signals
 
 ORDER = 2
 #: cutoffs over the sampling frequency, highest first (above, forces that are not measured act on the inertia);

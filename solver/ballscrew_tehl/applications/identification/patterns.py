@@ -10,8 +10,8 @@ from ballscrew_tehl.numerics import Array
 
 from .directions import UNITS
 from .fit import Fit, errors_of, fit_of, without_friction
+from .log.signals import Signals
 from .motion import Samples, effort_curves, white_noise
-from .signals import Signals
 
 #: power of a wave over the usual one, its share of the variance of the residual;  least share of a loss or drift, of
 #: samples that brake;  error of a loss that tells none

@@ -7,8 +7,8 @@ import numpy as np
 from ballscrew_tehl.numerics import Array
 
 from .fit import Timing, bins_of, fit_of, offset_weights, without_friction
+from .log.signals import Signals
 from .motion import Samples, differences, effort_curves
-from .signals import Signals
 
 #: delays looked for [s], and their step;  longest lag of a filter [s], least one;  samples that they are looked for in
 DELAYS, DELAY_STEP, MAX_LAG, LEAST_LAG, LOOKED_AT = (-0.02, 0.05), 1.25e-3, 0.15, 2e-3, 30_000

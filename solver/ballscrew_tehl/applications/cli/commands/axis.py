@@ -3,7 +3,6 @@
 import math
 from argparse import Namespace
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,8 +13,8 @@ from ballscrew_tehl.applications.report.data import default_point
 from ballscrew_tehl.parameters.axis import AXIS_TABLES
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 
-from ..shared.inputs import Chosen, chosen_of
-from ..shared.output import Answer, check_output, filled, say, table, written
+from ..shared.inputs import chosen_of, map_of
+from ..shared.output import Answer, check_output, filled, table, write_file
 
 #: speeds of the table [r/min]; of the picture, evenly spaced in ln
 TABLE_RPM, POINTS = (1.0, 10.0, 100.0, 300.0, 1000.0, 3000.0), 41
@@ -26,7 +25,7 @@ def run_axis(args: Namespace) -> Answer:
     if args.plot:
         check_output("--plot", args.plot, "a file *.png, *.svg, *.pdf", inputs=(args.screw,))
     chosen = chosen_of(args)
-    parameters, nut_map = chosen.parameters, chosen.nut_map(args)
+    parameters, nut_map = chosen.parameters, map_of(chosen)
     usual = default_point(parameters)
     point = {
         "preload_n": usual.preload if args.preload_n is None else args.preload_n,
@@ -60,7 +59,12 @@ def run_axis(args: Namespace) -> Answer:
     result = {**point, **row, "not_stated": missing, "notes": notes, "over_speed": rows, **chosen.described}
     result["version"] = __version__
     if args.plot:
-        _save_plot(args.plot, at(np.geomspace(TABLE_RPM[0], highest, POINTS)), chosen, point)
+        from ballscrew_tehl.applications.axis.plot import budget_figure
+        from ballscrew_tehl.applications.calibration.plot import png_of
+
+        title = "{}, {preload_n:.5g} N, {temperature_c:.4g} C".format(parameters.name, **point)
+        figure = budget_figure(at(np.geomspace(TABLE_RPM[0], highest, POINTS)), title)
+        write_file("--plot", args.plot, png_of(figure))
     return Answer([result], text=_text(result, parameters.name))
 
 
@@ -68,17 +72,10 @@ def _signed(row: dict[str, Any], sign: float) -> dict[str, Any]:
     """Torques with the sign of the speed."""
     if sign > 0.0:
         return row
-    low, high = -row["torque_high_nm"], -row["torque_low_nm"]
-    parts = {
-        key: {name: -value for name, value in row[key].items()}
-        for key in ("parts", "parts_low", "parts_high")
-    }
-    parts["parts_low"], parts["parts_high"] = parts["parts_high"], parts["parts_low"]
-    return (
-        row
-        | {"friction_torque_nm": -row["friction_torque_nm"], "torque_low_nm": low, "torque_high_nm": high}
-        | parts
-    )
+    ends = {"torque_low_nm": "torque_high_nm", "torque_high_nm": "torque_low_nm"}
+    parts = {"parts": "parts", "parts_low": "parts_high", "parts_high": "parts_low"}
+    row = row | {key: {name: -value for name, value in row[of].items()} for key, of in parts.items()}
+    return row | {key: -row[of] for key, of in {"friction_torque_nm": "friction_torque_nm", **ends}.items()}
 
 
 def _text(result: Mapping[str, Any], name: str) -> str:
@@ -113,14 +110,3 @@ def _text(result: Mapping[str, Any], name: str) -> str:
     if not all(row["in_range"] for row in (result, *result["over_speed"])):
         texts.append("* out of range")
     return "\n".join([*texts, *(filled(note, "note: ") for note in result["notes"])])
-
-
-def _save_plot(path: str, budget: AxisBudget, chosen: Chosen, point: Mapping[str, float]) -> None:
-    """The stacked parts over speed, and the interval of their sum."""
-    from ballscrew_tehl.applications.axis.plot import budget_figure
-    from ballscrew_tehl.applications.calibration.plot import save_figure
-
-    title = "{}, {preload_n:.5g} N, {temperature_c:.4g} C".format(chosen.parameters.name, **point)
-    with written("--plot", path):
-        save_figure(budget_figure(budget, title), Path(path))
-    say(f"written: {path}")

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ballscrew_tehl.applications.screw_model import read_screw
 from ballscrew_tehl.nut_map.build import build_map
 from ballscrew_tehl.nut_map.file import is_map_file, save_map
 from ballscrew_tehl.nut_map.grid import MapGrid, largest_pressure, screw_grid
@@ -16,7 +17,6 @@ from ballscrew_tehl.refinement.certificate import claim, deviation_from_direct
 from ballscrew_tehl.refinement.processes import worker_pool
 from ballscrew_tehl.runtime.packed import certificate_totals
 
-from ..shared.inputs import screw_of
 from ..shared.output import QUIET, Answer, check_output, filled, listing, progress_bar, say, table, written
 from ..shared.quantities import REPORT_POINT
 
@@ -83,14 +83,14 @@ def _jobs(args: Namespace) -> list[tuple[Path, Parameters, MapGrid]]:
         check_output("--output", path, "a file *.npz")
         if path.exists() and not is_map_file(path):
             raise ValueError(f"--output = {path}; allowed: a new file *.npz, or a map to replace")
-        parameters = screw_of(Namespace(screw=file, map=None))
+        parameters = read_screw(file)
         jobs.append((path, parameters, screw_grid(parameters, user)))
     return jobs
 
 
 def run_map_info(args: Namespace) -> Answer:
     """Axes, film model, friction defaults, version, hash of the file and certificate of a map."""
-    header = load_map(args.map, screw_of(args)).header
+    header = load_map(args.map, read_screw(args.screw, args.map)).header
     certificate = header["certificate"]
     about = (
         f"certificate: relative errors against direct solves at points of {certificate['what']}, mean, quantiles, "
@@ -133,7 +133,7 @@ def _range(axis: str, low: float, high: float) -> str:
 
 def run_map_check(args: Namespace) -> Answer:
     """Compare a map with direct solves at random points; exit code 1 if its error is beyond its certificate."""
-    parameters = screw_of(args)
+    parameters = read_screw(args.screw, args.map)
     nut_map = load_map(args.map, parameters)
     with worker_pool(args.workers) as executor, progress_bar() as progress:
         deviation = deviation_from_direct(nut_map, parameters, args.count, executor, progress)

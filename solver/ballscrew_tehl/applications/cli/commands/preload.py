@@ -6,12 +6,13 @@ from typing import Any
 
 from ballscrew_tehl._version import __version__
 from ballscrew_tehl.applications.preload import preload_from_torque, preload_interval
+from ballscrew_tehl.applications.screw_model import ScrewModel
 from ballscrew_tehl.friction.sets import carried_over
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import Law
 
-from ..shared.inputs import Chosen, chosen_of, read_points, say_outside, some_of
+from ..shared.inputs import chosen_of, map_of, read_points, say_outside, some_of
 from ..shared.output import Answer, each, say
 from ..shared.quantities import PRELOAD_POINT
 
@@ -26,7 +27,7 @@ def run_preload(args: Namespace) -> Answer:
     """Preload at which the map gives the measured torque."""
     points, difference = read_points(args, PRELOAD_POINT), args.temperature_difference_k or 0.0
     selection = chosen_of(args)
-    nut_map = selection.nut_map(args)
+    nut_map = map_of(selection)
     further = {**selection.described, "map_hash": nut_map.header["file_hash"], "version": __version__}
     if other := carried_over(selection.friction_set, selection.parameters):
         say(other)
@@ -49,7 +50,9 @@ def _at(point: Mapping[str, Any]) -> str:
     return f"{point['speed_rpm']:g} r/min and {point['temperature_c']:g} C"
 
 
-def _result(chosen: Chosen, nut_map: NutMap, point: Mapping[str, float], difference: float) -> dict[str, Any]:
+def _result(
+    chosen: ScrewModel, nut_map: NutMap, point: Mapping[str, float], difference: float
+) -> dict[str, Any]:
     """Preload and interval behind a torque, not above those of the map; difference: of screw and nut [K]."""
     measured, at = point["torque_nm"], (point["speed_rpm"] * RPM, point["temperature_c"] + CELSIUS)
 

@@ -8,8 +8,8 @@ from typing import Any
 from ballscrew_tehl._version import __version__
 from ballscrew_tehl.parameters.units import SHOWN
 
-from ..shared.inputs import chosen_of
-from ..shared.output import Answer, check_output, progress_bar, write_text
+from ..shared.inputs import chosen_of, map_of
+from ..shared.output import Answer, check_output, progress_bar, write_file
 from ..shared.quantities import REPORT_POINT
 
 
@@ -27,7 +27,7 @@ def run_report(args: Namespace, live: Callable[..., Any] = lambda chosen, nut_ma
     from ballscrew_tehl.applications.report.data import report_data
     from ballscrew_tehl.applications.report.page import report_page
 
-    nut_map = chosen.nut_map(args)
+    nut_map = map_of(chosen)
     data = report_data(chosen.parameters, chosen.friction_set, nut_map, user)
     with progress_bar() as progress:
         what = "report: live page, intervals"
@@ -36,6 +36,6 @@ def run_report(args: Namespace, live: Callable[..., Any] = lambda chosen, nut_ma
         progress(1, 2, what)
         text = report_page(data, fragment)
         progress(2, 2, what)
-    write_text("--output", path, text)
+    write_file("--output", path, text)
     result = {"file": str(path), "figures": text.count("<img "), **chosen.described}
     return Answer([result | {"map_hash": nut_map.header["file_hash"], "version": __version__}])

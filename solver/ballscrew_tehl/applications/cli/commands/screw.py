@@ -13,14 +13,15 @@ from ballscrew_tehl.applications.catalogue import (
     rating_ratios,
 )
 from ballscrew_tehl.applications.mechanics import efficiency, loaded_screw, screw_constants
+from ballscrew_tehl.applications.screw_model import ScrewModel
 from ballscrew_tehl.applications.tables.headings import INCH
 from ballscrew_tehl.parameters.screw import ScrewParameters
 from ballscrew_tehl.parameters.template import example_parameters, screw_template
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.rating import CATALOGUE_SHARE, STATIC_PRESSURE, dynamic_rating
 
-from ..shared.inputs import Chosen, chosen_of, key_of, read_points, say_outside
-from ..shared.output import Answer, check_output, filled, say, write_text
+from ..shared.inputs import chosen_of, key_of, map_of, read_points, say_outside
+from ..shared.output import Answer, check_output, filled, say, write_file
 from ..shared.quantities import AXIAL_LOAD, PRELOAD
 
 CONDITIONS = (
@@ -73,10 +74,10 @@ def _say_ratings(screw: ScrewParameters) -> None:
             say(f"{name} {stated:.6g} N of the screw file; {meant}computed {ratio * stated:.4g} N {what}")
 
 
-def _add_efficiency(results: list[dict[str, Any]], chosen: Chosen, args: Namespace) -> None:
+def _add_efficiency(results: list[dict[str, Any]], chosen: ScrewModel, args: Namespace) -> None:
     """Torque, efficiency and hours at the speed and temperature of the options, from the map."""
     speed, temperature = args.speed_rpm, args.temperature_c
-    nut_map = chosen.nut_map(args)
+    nut_map = map_of(chosen)
     axes = nut_map.header["axes"]
     for result in results:
         preload, axial_load = result["preload_n"], result["axial_load_n"]
@@ -120,7 +121,7 @@ def run_init(args: Namespace) -> Answer:
             turns = rating_of_inches(rating, sizes["lead_mm"])
             say(f"--rating-n {rating:g}: where it is for a million inches of travel, give {turns:.5g}")
     content = screw_template(parameters, assumed, args.axis)
-    write_text("FILE.toml", path, content)
+    write_file("FILE.toml", path, content)
     text = f"{path}: enter the values of your screw and oil; the first lines explain the next steps"
     if assumed:
         entries = [line.partition("#")[0].strip() for line in content.splitlines() if "# assumed, " in line]

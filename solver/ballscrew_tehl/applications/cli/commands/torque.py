@@ -7,28 +7,19 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ballscrew_tehl._version import __version__
-from ballscrew_tehl.applications.trend import too_thick, too_thin, unlike_flanks, unphysical_trend
-from ballscrew_tehl.friction.film_shear import double_nut_torque
-from ballscrew_tehl.friction.interval import OperatingPoint, TorqueInterval, torque_interval
-from ballscrew_tehl.friction.mechanistic import double_nut_parts, roughness_of
+from ballscrew_tehl.applications.torque_point import TorquePoint, solved_torque, torque_at_point
+from ballscrew_tehl.applications.trend import too_thick, too_thin
 from ballscrew_tehl.friction.sets import carried_over
-from ballscrew_tehl.nut_map.interval import map_interval
 from ballscrew_tehl.parameters.file import Parameters, ScrewParameters
 from ballscrew_tehl.parameters.screw import SEALS
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.thermal_preload import preload_at_temperature_difference
-from ballscrew_tehl.runtime.constants import LAMBDA_RATIO_MAX, SMOOTH
-from ballscrew_tehl.runtime.evaluate import NutMap
-from ballscrew_tehl.runtime.nut_law import DoubleNutState
-from ballscrew_tehl.runtime.packed import Law
 
-from ..shared.inputs import Chosen, chosen_of, key_of, read_points, say_outside, some_of
+from ..shared.inputs import chosen_of, key_of, map_of, read_points, say_outside, some_of
 from ..shared.output import Answer, each, say
 from ..shared.quantities import TORQUE_POINT
 
 Values = dict[str, Any]
-#: of an operating point; notes on trend and flanks, "" = none
-State = tuple[DoubleNutState, TorqueInterval | None, tuple[str, str]]
 #: of a table
 COLUMNS = ("preload_n", "speed_rpm", "temperature_c", "axial_load_n", "friction_torque_nm", "torque_low_nm",
            "torque_high_nm", "in_range", "film_thickness_min_m")  # fmt: skip
@@ -60,13 +51,13 @@ def run_torque(args: Namespace) -> Answer:
         if any(point.get(ACTUAL) == 0.0 for point in points):
             raise ValueError(f"{ACTUAL} = 0 at this temperature difference; allowed with --direct: not 0")
         axes, work = {"preload": (0.0, math.inf)}, each(points, "points solved", quiet=0.0)
-        state_at, provenance = _by_solves(selection)
+        point_at, provenance = solved_torque(selection)
     else:
-        nut_map = selection.nut_map(args)
+        nut_map = map_of(selection)
         header, work = nut_map.header, each(points, "points")
-        axes, state_at = header["axes"], functools.partial(_by_map, selection, nut_map)
+        axes, point_at = header["axes"], functools.partial(torque_at_point, selection, nut_map)
         provenance = {"map_hash": header["file_hash"]}
-    results = [_result(screw, point, factor, state_at) for point in work]
+    results = [_result(screw, point, factor, point_at) for point in work]
     say_outside(results, axes)
     usual = SEALS * (2.0 * screw.nominal_radius) ** 2
     if screw.seal_torque > MAX_SEALS * usual:
@@ -112,12 +103,12 @@ def _warmed(
 
 
 def _result(
-    screw: ScrewParameters, point: Mapping[str, float], factor: float, state_at: Callable[..., State]
+    screw: ScrewParameters, point: Mapping[str, float], factor: float, point_at: Callable[..., TorquePoint]
 ) -> Values:
     """Keys of an answer; torques oppose the motion: sign of the speed, 0 at rest. factor: true force over preload."""
     preload, rpm, celsius, axial_load = (point[quantity.name] for quantity in TORQUE_POINT)
     preload = point[ACTUAL] / factor if ACTUAL in point else preload
-    state, interval, notes = state_at(preload, rpm * RPM, celsius + CELSIUS, axial_load)
+    state, interval, *notes = point_at(preload, rpm * RPM, celsius + CELSIUS, axial_load)
     sign = math.copysign(1.0, rpm) if rpm else 0.0
     magnitudes = state.viscous_torque, state.hysteresis_torque, state.sliding_torque
     parts = [sign * float(part) for part in magnitudes]
@@ -139,64 +130,3 @@ def _result(
     result |= {key_of(name): float(getattr(state, name)) for name in EXTREMES}
     result["in_range"] = bool(state.in_range) and not any(reservations[key] for key in OUT_OF_RANGE)
     return result | {"clamped": list(state.clamped)}
-
-
-def _by_map(
-    chosen: Chosen, nut_map: NutMap, preload: float, speed: float, temperature: float, axial_load: float
-) -> State:
-    """State by a map at a preload [N], speed [rad/s], temperature [K] and axial load [N]."""
-    at, interval, unlike = (speed, temperature, axial_load), None, ""
-    true = chosen.friction_set.preload_factor * preload
-    if (preload > 0.0 or (preload == 0.0 and axial_load)) and nut_map.law == Law.MECHANISTIC:
-        interval = map_interval(chosen.parameters, nut_map.header["axes"], chosen.friction_set, preload, *at)
-    state = nut_map.evaluate(preload, *at)
-    if interval is not None:
-        by_map = float(state.friction_torque) - nut_map.seal_torque
-        unlike = unlike_flanks(chosen.parameters, true, axial_load, interval.torque, by_map)
-    return state, interval, (unphysical_trend(nut_map, preload, *at).text, unlike)
-
-
-def _by_solves(chosen: Chosen) -> tuple[Callable[..., State], Values]:
-    """States by solves of the contacts, arguments as of _by_map; keys of their provenance."""
-    from ballscrew_tehl.atlas.contact_atlas import load_atlas
-    from ballscrew_tehl.refinement.contacts import contacts_of
-    from ballscrew_tehl.refinement.direct import (
-        DirectContacts,
-        DirectFilm,
-        direct_extremes,
-        rolling_parameters,
-    )
-
-    parameters, friction_set = chosen.parameters, chosen.friction_set
-    mechanistic = friction_set.law is Law.MECHANISTIC
-    height = roughness_of(parameters.friction) if mechanistic else friction_set.roughness_height
-    # surface speeds of the paper are not physical: their films are not shown, as by the map
-    rolling = rolling_parameters(parameters)
-    contacts = DirectContacts(parameters)
-    film_model = DirectFilm(parameters)
-    factor = friction_set.preload_factor
-    provenance: Values = {}
-    if mechanistic:
-        # errors of the grid of these solves, against a finer one
-        around = contacts_of(parameters)
-        errors = load_atlas().header["certificate"]["of_direct_solves"]
-        provenance |= {f"direct_torque_error_{key}": errors[f"torque_error_{key}"] for key in ("mean", "99")}
-
-    def state_at(preload: float, speed: float, temperature: float, axial_load: float) -> State:
-        if mechanistic:
-            point = OperatingPoint(preload, abs(speed), temperature, axial_load)
-            forces = point.forces(parameters, factor)
-            place = parameters, forces, contacts, abs(speed), temperature
-            parts = double_nut_parts(*place, *friction_set.values[:2])
-            interval = torque_interval(parameters, point, around, friction_set)
-        else:
-            at = preload, speed, temperature, axial_load
-            parts, interval = double_nut_torque(parameters, friction_set, film_model, *at), None
-        extremes = direct_extremes(rolling, factor * preload, axial_load, abs(speed), temperature)
-        ratio = min(extremes["film_thickness_min"] / max(height, SMOOTH), LAMBDA_RATIO_MAX)
-        # the shares of the relieved nut are not known
-        state = DoubleNutState(*parts, **extremes, lambda_ratio=ratio, relieved_viscous_torque=math.nan,
-                               relieved_coulomb_torque=math.nan, in_range=True, clamped=())  # fmt: skip
-        return state, interval, ("", "")
-
-    return state_at, provenance

@@ -4,112 +4,30 @@ import math
 import re
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from ballscrew_tehl.applications.published_formulas import REXROTH, rexroth_torque
+from ballscrew_tehl.applications.screw_model import ScrewModel, screw_model
 from ballscrew_tehl.applications.tables.csv_file import open_table, read_columns
 from ballscrew_tehl.applications.tables.headings import MEASURED, Kind
-from ballscrew_tehl.friction.drag_torque import drag_torque_set, implied_preload
-from ballscrew_tehl.friction.sets import (
-    FrictionSet,
-    catalogue_differs,
-    default_friction_set,
-    friction_set_of_file,
-    load_friction_sets,
-    refuse_other_fit,
-    with_law,
-    with_supply,
-    without_overrides,
-)
-from ballscrew_tehl.parameters.file import PACKAGED_VG100, Parameters, changed, load_screw
-from ballscrew_tehl.parameters.friction import PRELOAD_FORCE, Law
 from ballscrew_tehl.parameters.units import SHOWN
-from ballscrew_tehl.physics.rating import nsk_torque
-from ballscrew_tehl.refinement.contacts import contacts_of
 from ballscrew_tehl.runtime.evaluate import NutMap
 
 from .output import QUIET, check_output, progress_bar, say
-from .quantities import DIFFERENCE, TOLERANCE, TORQUE_POINT, Quantity
+from .quantities import DIFFERENCE, TORQUE_POINT, Quantity
 
 
-def screw_of(args: Namespace, default: Path | None = None) -> Parameters:
-    """The parameters of --screw, else in the file of --map, else of a default or packaged file, by further options."""
-    if args.screw is None and args.map is not None:
-        from ballscrew_tehl.nut_map.load import screw_of_map
-
-        parameters = screw_of_map(args.map)
-    else:
-        parameters = load_screw(default if args.screw is None else args.screw)
-    tolerance = getattr(args, TOLERANCE.name, None)
-    if tolerance is not None:
-        parameters = changed(parameters, lubricant={"temperature_tolerance": tolerance})
-    return parameters
+def chosen_of(args: Namespace) -> ScrewModel:
+    """Screw and friction set selected by the options INPUTS."""
+    chosen = screw_model(args.screw, args.map, args.friction, args.temperature_tolerance_k)
+    for note in chosen.notes:
+        say(note)
+    return chosen
 
 
-class Chosen(NamedTuple):
-    """Screw and friction set of the options; of_file: the set is that of a file or a drag torque, None = packaged."""
-
-    parameters: Parameters
-    friction_set: FrictionSet
-    of_file: FrictionSet | None
-
-    def nut_map(self, args: Namespace) -> NutMap:
-        """The map of --map, or one made now, with the film and the numbers of the friction set."""
-        from ballscrew_tehl.nut_map.load import load_map
-
-        with progress_bar(QUIET) as progress:
-            return load_map(args.map, self.parameters, self.of_file, progress)
-
-    @property
-    def described(self) -> dict[str, str]:
-        """Keys of the answer: screw, oil, set, screw of the fit."""
-        parameters, friction = self.parameters, self.friction_set
-        return {
-            "screw": parameters.name, "oil": parameters.lubricant.name, "friction_set": friction.name,
-            "friction_screw": friction.screw,
-        }  # fmt: skip
-
-    def catalogue_note(self, axial_load: float) -> dict[str, str]:
-        """Key that says why a torque differs from that of the catalogue."""
-        notes = ["of the preload alone, without the axial load"] if axial_load else []
-        notes += (
-            [catalogue_differs(self.parameters.screw)] if self.friction_set.law is Law.MECHANISTIC else []
-        )
-        return {"catalogue_note": "; ".join(notes)} if notes else {}
-
-    def printed(self, preload: float) -> dict[str, float]:
-        """Keys of what catalogues print for a preload [N], and of the true one that a drag torque implies."""
-        screw = self.parameters.screw
-        formulas = {"catalogue_torque_nm": float(nsk_torque(screw, preload))}
-        if screw.preload_kind in REXROTH:
-            formulas["rexroth_torque_nm"] = rexroth_torque(screw, preload)
-        return formulas | implied_preload(self.friction_set, preload)
-
-
-def chosen_of(args: Namespace) -> Chosen:
-    """Screw and friction set selected by --screw, --map and --friction."""
-    packaged, name = load_friction_sets(), args.friction
-    if name is None or name in packaged:
-        parameters = screw_of(args, PACKAGED_VG100 if name == Law.MECHANISTIC else None)
-        parameters = parameters if name is None else with_law(parameters, name)
-        delivered = drag_torque_set(parameters, contacts_of)
-        if delivered and not PRELOAD_FORCE.low <= delivered.preload_factor <= PRELOAD_FORCE.high:
-            say(
-                f"drag_torque_Nm of the screw file: the true preload is {delivered.preload_factor:.2g} times the "
-                f"nominal one, usual are {PRELOAD_FORCE.low:g} to {PRELOAD_FORCE.high:g}: check unit, preload and test"
-            )
-        return Chosen(parameters, delivered or default_friction_set(parameters), delivered)
-    if not Path(name).is_file():
-        raise ValueError(f"--friction = {name}; allowed: {', '.join(packaged)}, or a file of calibrate")
-    sets = load_friction_sets(name, "give a file that ballscrew calibrate --output has written")
-    only_law = set(sets) == {Law.MECHANISTIC}
-    parameters = screw_of(args, PACKAGED_VG100 if only_law else None)
-    of_file = friction_set_of_file(name, parameters)
-    refuse_other_fit(of_file, parameters)
-    if parameters.screw.drag_torque is not None:
-        say(f"drag_torque_Nm of the screw file: not used, for {name} has measured torques")
-    return Chosen(with_supply(without_overrides(parameters, of_file.name), of_file), of_file, of_file)
+def map_of(chosen: ScrewModel) -> NutMap:
+    """Its map, with progress where it is made now."""
+    with progress_bar(QUIET) as progress:
+        return chosen.nut_map(progress)
 
 
 def read_points(args: Namespace, quantities: Sequence[Quantity]) -> list[dict[str, float]]:

@@ -73,7 +73,7 @@ def show(answer: Answer, as_json: bool) -> int:
         cells = [{key: " ".join(v) if isinstance(v, list) else v for key, v in row.items()} for row in rows]
         frame = pd.DataFrame(cells)
         if output:
-            write_text("--output", output, frame.to_csv(index=False))
+            write_file("--output", output, frame.to_csv(index=False))
         else:
             main = frame[[key for key in columns if key in frame]]
             further = "--json" if output == "" else "--output FILE.csv, or --json"
@@ -167,11 +167,14 @@ def each(items: Sequence[Any], what: str, quiet: float = QUIET) -> Iterator[Any]
         progress(len(items), len(items), what)
 
 
-def write_text(option: str, path: Path | str, text: str) -> None:
-    """Write the file of an option, whole or not at all, and say so."""
+def write_file(option: str, path: Path | str, content: str | bytes, more: str = "") -> None:
+    """Write the file of an option, whole or not at all, and say so, with more behind it."""
     with written(option, path), whole_file(Path(path)) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    say(f"written: {path}")
+        if isinstance(content, bytes):
+            temporary.write_bytes(content)
+        else:
+            temporary.write_text(content, encoding="utf-8")
+    say(f"written: {path}{more}")
 
 
 def check_output(option: str, given: Path | str, kind: str, inputs: Sequence[str | None] = ()) -> Path:

@@ -76,30 +76,17 @@ MAX_FORCE = 1e7
 PRELOAD = Quantity("preload_n", "preload of the nut [N]", 0.0)
 SPEED = Quantity("speed_rpm", "screw speed [r/min]")
 TEMPERATURE = Quantity("temperature_c", "oil temperature [C]", -73.15, 200.0)
-TOLERANCE = Quantity(
-    "temperature_tolerance_k",
-    "for the interval: the oil may be so much warmer or colder; default: 5 [K]",
-    0.0,
-    50.0,
-)
+TOLERANCE = Quantity("temperature_tolerance_k", "for the interval: the oil may be so much warmer or colder; default: "
+                     "5 [K]", 0.0, 50.0)  # fmt: skip
 AXIAL_LOAD = Quantity("axial_load_n", "external axial load [N]", -MAX_FORCE, MAX_FORCE, 0.0)
-DIFFERENCE = Quantity(
-    "temperature_difference_k",
-    "of the screw over the nut: changes the preload; default: 0 [K]",
-    -MOST_DIFFERENCE,
-    MOST_DIFFERENCE,
-)
+DIFFERENCE = Quantity("temperature_difference_k", "of the screw over the nut: changes the preload; default: 0 [K]",
+                      -MOST_DIFFERENCE, MOST_DIFFERENCE)  # fmt: skip
 TORQUE = Quantity("torque_nm", "measured friction torque, magnitude [N.m]", 0.0)
 TOLERANCES = tuple(
-    Quantity(
-        f"{name}_tolerance_percent",
-        f"of the {name} of all rows that state none, one error shared by all",
-        0.0,
-        95.0,
-    )
+    Quantity(f"{name}_tolerance_percent", f"of the {name} of all rows that state none, one error shared by all",
+             0.0, 95.0)
     for name in ("torque", "preload")
-)
-
+)  # fmt: skip
 TURNS = Quantity("turns", "loaded turns of one start of one nut, also as 2.5x2", 0.0, 100.0, not_zero=True)
 
 TORQUE_POINT = (PRELOAD, SPEED, TEMPERATURE, AXIAL_LOAD)

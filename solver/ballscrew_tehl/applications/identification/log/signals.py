@@ -10,7 +10,7 @@ import scipy
 
 from ballscrew_tehl.numerics import Array
 
-from ..tables.headings import ANGLE, EFFORT, MOTION, SPEED, TIME
+from ...tables.headings import ANGLE, EFFORT, MOTION, SPEED, TIME
 from . import findings
 from .findings import JUMP, UNEVEN, USUAL, Finding, finding, of_refusal, quantum
 from .log_file import SLOW, Log

@@ -10,8 +10,8 @@ import numpy as np
 
 from ballscrew_tehl.numerics import Array
 
-from ..tables.csv_file import SCOPE, Table, naming, open_table, read_columns
-from ..tables.headings import EFFORT, LOG, MOTION, Column, one_column, si
+from ...tables.csv_file import SCOPE, Table, naming, open_table, read_columns
+from ...tables.headings import EFFORT, LOG, MOTION, Column, one_column, si
 
 #: may be logged more slowly
 SLOW = ("temperature", "preload")

@@ -8,7 +8,7 @@ from ballscrew_tehl.numerics import Array
 from ballscrew_tehl.parameters.units import RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 
-from ..tables.headings import ANGLE, EFFORT, LENGTH, LOG, MOTION, SPEED, VELOCITY
+from ...tables.headings import ANGLE, EFFORT, LENGTH, LOG, MOTION, SPEED, VELOCITY
 from .log_file import Log
 from .signals import MAX_RATE, MIN_RATE, Signals
 

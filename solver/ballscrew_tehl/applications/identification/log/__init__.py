@@ -1,0 +1,1 @@
+"""A log of a drive: its file, its units, what its rows show, its signals."""
