@@ -7,6 +7,7 @@ all models and may be replaced by that of another screw; the screw belongs to on
 import re
 import struct
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ def _sealed(magic: bytes, body: bytes) -> bytes:
     return magic + struct.pack(NUMBERS, HEAD_SIZE + len(body), checksum(body)) + body
 
 
+@lru_cache(maxsize=1)  # of one build
 def map_bytes(nut_map: NutMap) -> bytes:
     """The content hash, then little-endian doubles: the numbers of the map."""
     return _sealed(

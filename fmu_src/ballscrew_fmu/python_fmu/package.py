@@ -13,6 +13,7 @@ import re
 import sys
 import uuid
 from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -67,7 +68,7 @@ _IMPORT = re.compile(r"^(\s*)from\s+([\w.]+)\s+import\s", re.MULTILINE)
 
 def runtime_sources() -> dict[str, str]:
     """Sources of the modules that travel, by their names inside the package, with relative imports."""
-    files = _imported_files(SLAVE_MODULE, lambda name, _: name.startswith(TRAVELLING), ("numpy",))
+    files = _imported_files(SLAVE_MODULE, _is_of_runtime, ("numpy",))
 
     def relocated(module: str) -> str:
         def relative(match: re.Match[str]) -> str:
@@ -86,7 +87,7 @@ def _inner_name(module: str) -> str:
 
 def solver_sources() -> dict[str, str]:
     """Sources of the modules that refinement needs, by their paths below the package `ballscrew_tehl`."""
-    files = _imported_files(SOLVER_MODULE, lambda _, relative: relative, SOLVER_NEEDS)
+    files = _imported_files(SOLVER_MODULE, _is_relative, SOLVER_NEEDS)
     root = files[SOLVER_MODULE.partition(".")[0]].parent
     return {file.relative_to(root).as_posix(): file.read_text(encoding="utf-8") for file in files.values()}
 
@@ -100,6 +101,15 @@ def _file(module: str) -> Path | None:
     return next(filter(Path.is_file, files), None)
 
 
+def _is_relative(_name: str, relative: bool) -> bool:
+    return relative
+
+
+def _is_of_runtime(name: str, _relative: bool) -> bool:
+    return name.startswith(TRAVELLING)
+
+
+@cache  # a program that builds many FMUs reads its sources once
 def _imported_files(
     first: str, travels: Callable[[str, bool], bool], others: Collection[str]
 ) -> dict[str, Path]:
