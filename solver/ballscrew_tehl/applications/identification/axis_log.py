@@ -42,30 +42,61 @@ CURVE = 60
 class StatedAxis(NamedTuple):
     """What is stated of an axis and its logs, under names and units of the options of `identify`; None: not stated.
 
-    Pairs are a value and its standard error.
+    Attributes
+    ----------
+    torque_constant_nm_a, gain_n_v : float or None
+        Torque of the motor over its current; force of the drive over its voltage.
+    ratio : float or None
+        Turns of the motor for one of the screw.
+    lead_mm : float or None
+        Negative: left-hand.
+    inertia_kgm2, mass_kg : float or None
+        At the screw, axis included; of a linear axis, screw and motor included.
+    offset_nm, offset_n : tuple of float or None
+        Of gravity or tilt, with its standard error.
+    guide_force_n, seal_torque_nm : tuple of float or None
+        Friction that is subtracted, with its standard error.
+    temperature_c, temperature_difference_k : float or None
+        Of the oil; of the screw over the nut.
+    preload_n : float or None
+        For measurements, or with that of the log before.
+    before : path or str or None
+        Earlier log of the axis.
+    before_preload_n, before_temperature_c : float or None
+        Of it.
+    without_nut : path or str or None
+        Log of the axis without the nut.
+    column : sequence of str
+        Columns by heading, as "current=Iq_act [A]".
+    delay_ms : float or None
+        Of the drive's signal.
+    cutoff_hz : float or None
+        Of the filter.
+    bins : int or None
+        Of speed in each direction.
     """
 
     torque_constant_nm_a: float | None = None
-    gain_n_v: float | None = None  # force of the drive over its voltage
-    ratio: float | None = None  # turns of the motor for one of the screw
-    lead_mm: float | None = None  # negative: left-hand
-    inertia_kgm2: float | None = None  # at the screw, axis included
-    mass_kg: float | None = None  # screw and motor included
-    offset_nm: tuple[float, float] | None = None  # of gravity or tilt
+    gain_n_v: float | None = None
+    ratio: float | None = None
+    lead_mm: float | None = None
+    inertia_kgm2: float | None = None
+    mass_kg: float | None = None
+    offset_nm: tuple[float, float] | None = None
     offset_n: tuple[float, float] | None = None
-    guide_force_n: tuple[float, float] | None = None  # friction that is subtracted
+    guide_force_n: tuple[float, float] | None = None
     seal_torque_nm: tuple[float, float] | None = None
-    temperature_c: float | None = None  # of the oil
-    temperature_difference_k: float | None = None  # of the screw over the nut
-    preload_n: float | None = None  # for measurements, or with that of the log before
-    before: Path | str | None = None  # earlier log of the axis
+    temperature_c: float | None = None
+    temperature_difference_k: float | None = None
+    preload_n: float | None = None
+    before: Path | str | None = None
     before_preload_n: float | None = None
     before_temperature_c: float | None = None
-    without_nut: Path | str | None = None  # log of the axis without the nut
-    column: Sequence[str] = ()  # columns by heading, as "current=Iq_act [A]"
-    delay_ms: float | None = None  # of the drive's signal
-    cutoff_hz: float | None = None  # of the filter
-    bins: int | None = None  # of speed in each direction
+    without_nut: Path | str | None = None
+    column: Sequence[str] = ()
+    delay_ms: float | None = None
+    cutoff_hz: float | None = None
+    bins: int | None = None
 
     def check(self) -> None:
         """Refuse what cannot be stated together: ValueError."""
