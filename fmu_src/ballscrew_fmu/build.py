@@ -59,12 +59,26 @@ class Inputs(NamedTuple):
         return report_page(report_data(self.parameters, numbers, self.nut_map, point))
 
 
+#: last line of the list of FMUs in an archive
+CONTENTS = "Each holds its documentation: rename a copy to .zip, open documentation/index.html"
+
+
 class Kind(NamedTuple):
     """An FMU to be built: version of FMI, for Python hosts or native."""
 
     model: FmuModel
     fmi_version: int
     native: bool
+
+    @property
+    def words(self) -> str:
+        """What it is of, and for whom."""
+        host = (
+            "for simulation tools, without Python"
+            if self.native
+            else "for Python hosts, also refines its map"
+        )
+        return f"{self.model.summary}; FMI {self.fmi_version}, {host}"
 
     @property
     def file_name(self) -> str:
@@ -146,7 +160,8 @@ def build(
 def fmu_archive(
     inputs: Inputs, files: Mapping[str, str] = {}, progress: Progress = lambda *_: None
 ) -> tuple[bytes, list[str]]:
-    """All FMUs, checked, in an archive (ZIP) with further files; results of the checks, what was left out.
+    """All FMUs, checked, in an archive (ZIP) with a list of them and further files; results of the checks, what was
+    left out.
 
     CheckError, BuildError: as build
     """
@@ -160,7 +175,10 @@ def fmu_archive(
 
     with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(packed, "w") as archive:
         built, note = build(inputs, Path(folder), selected, advance)
-        for name, text in files.items():
+        listed = [
+            f"{kind.file_name}: {kind.words}" for kind in selected if folder / Path(kind.file_name) in built
+        ]
+        for name, text in {"README.txt": "\n".join([*listed, CONTENTS, ""]), **files}.items():
             archive.writestr(name, text)
         for path in built:
             archive.write(path, path.name)

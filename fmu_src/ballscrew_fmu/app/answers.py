@@ -32,13 +32,14 @@ from ballscrew_tehl.applications.report.data import OperatingPoint, default_poin
 from ballscrew_tehl.applications.screw_model import ScrewModel, model_of
 from ballscrew_tehl.applications.torque_curve import torque_over_speed
 from ballscrew_tehl.applications.torque_point import torque_at_point
+from ballscrew_tehl.applications.trend import too_thick
 from ballscrew_tehl.friction.drag_torque import implied_preload
-from ballscrew_tehl.friction.sets import FrictionSet, friction_set_of_file
+from ballscrew_tehl.friction.sets import FrictionSet, carried_over, friction_set_of_file
 from ballscrew_tehl.parameters.entries import ScrewEntry, changed_text, screw_entries
 from ballscrew_tehl.parameters.file import Parameters, screw_of
 from ballscrew_tehl.parameters.template import example_parameters, screw_template
 from ballscrew_tehl.parameters.toml import ParameterError, Problem, entry_text
-from ballscrew_tehl.parameters.units import CELSIUS, RPM
+from ballscrew_tehl.parameters.units import CELSIUS, RPM, SHOWN
 from ballscrew_tehl.runtime.evaluate import NutMap
 
 Content = Mapping[str, Any]
@@ -59,11 +60,21 @@ ENTRIES = {(entry.table, entry.key): entry for entry in screw_entries()}
 POINT = (*TORQUE_POINT, DIFFERENCE)
 #: of the curve
 POINTS, SLOWEST = 25, 1.0
-#: options of identify that a log may need
-QUESTIONS = (
-    "torque_constant_nm_a", "gain_n_v", "ratio", "temperature_c", "inertia_kgm2", "mass_kg", "guide_force_n",
-    "seal_torque_nm",
-)  # fmt: skip
+#: options of identify that a log may need, and their labels
+QUESTIONS = {
+    "torque_constant_nm_a": "torque constant of the motor", "gain_n_v": "gain of a voltage",
+    "ratio": "turns of the motor for one of the screw", "temperature_c": "oil temperature",
+    "inertia_kgm2": "known inertia at the screw", "mass_kg": "known moved mass",
+    "guide_force_n": "friction of the guide", "seal_torque_nm": "friction of seals and bearings",
+}  # fmt: skip
+#: labels of entries that are not their names
+ENTRY_LABELS = {
+    "iso_vg": "ISO VG", "nlgi": "NLGI grade", "density_15c": "density at 15 C", "z_roelands": "exponent z of Roelands",
+    "youngs_modulus": "Young's modulus", "ball_youngs_modulus": "Young's modulus of the balls",
+    "nominal_radius": "radius of the ball centres", "preload_basis": "preload means",
+}  # fmt: skip
+#: what options of commands are called on the page
+UNIT_OF_OPTION = re.compile(r"-(?:nm-a|n-v|kgm2|percent|deg|nm|mm|rpm|um|n|c|k)$")
 
 
 class Screw(NamedTuple):
@@ -92,6 +103,7 @@ def refused(entry: str, value: Any, allowed: str, remedy: str) -> ParameterError
 def decimal(text: str, where: str, allowed: str) -> float:
     """A number as people write it; one that two readings have is refused."""
     text = text.strip().replace("\u2212", "-")
+    text = re.sub(r"(?<=\d)\s*(?:mm|N|r/min|rpm|1/min|\u00b0?C|K|N ?m)$", "", text)
     if re.fullmatch(r"[+-]?[1-9]\d{0,2}[,.]\d{3}", text) and "," in text:
         both = f"{text.replace(',', '')} or {text.replace(',', '.')}"
         raise refused(where, text, allowed, f"write {both}")
@@ -138,6 +150,15 @@ def allowed_text(entry: ScrewEntry) -> str:
     return ", ".join(parts) + (f" {unit}" if unit and parts else "")
 
 
+def page_words(text: str) -> str:
+    """A message of a command in words of the page: names of fields for options."""
+    text = re.sub(r"; all: --json, --output|; to leave it out: --drop \S+", "", text)
+    text = re.sub(r"--without-nut LOG\.csv", "a log without the nut", text)
+    return re.sub(
+        r"--([a-z][a-z0-9-]+)", lambda found: UNIT_OF_OPTION.sub("", found[1]).replace("-", " "), text
+    )
+
+
 def form(content: Content, report: Report) -> dict[str, Any]:
     """Fields of the page: numbers of a catalogue, operating point, entries of the file by group."""
     options = {flag.removeprefix("--").replace("-", "_"): one for flag, one in COMMANDS["init"].options}
@@ -155,10 +176,11 @@ def form(content: Content, report: Report) -> dict[str, Any]:
     groups: dict[str, dict[str, Any]] = {}
     for entry in ENTRIES.values():
         group = groups.setdefault(entry.table, {"title": entry.group, "table": entry.table, "entries": []})
+        label = ENTRY_LABELS.get(entry.field, entry.field.replace("_", " "))
         group["entries"].append(
-            {"name": f"{entry.table}.{entry.key}", "label": entry.field.replace("_", " "),
-             "unit": entry.unit.replace("_", "/"), "kind": entry.kind, "choices": list(entry.choices),
-             "meaning": entry.meaning, "allowed": allowed_text(entry), "default": entry.default}
+            {"name": f"{entry.table}.{entry.key}", "label": label, "unit": entry.unit.replace("_", "/"),
+             "kind": entry.kind, "choices": list(entry.choices), "meaning": entry.meaning,
+             "allowed": allowed_text(entry), "default": entry.default}
         )  # fmt: skip
     point = [
         {"name": one.name, "label": one.axis.replace("_", " "), "unit": one.help.rpartition("[")[2].strip("]"),
@@ -252,7 +274,8 @@ def point_of(content: Content, parameters: Parameters) -> dict[str, float]:
         text = str(stated.get(one.name) or "").strip()
         number = decimal(text, one.name, one.allowed) if text else float(f"{defaults[one.name]:.4g}")
         if not one.min_ <= number <= one.max_ or (one.name in ("preload_n", "speed_rpm") and not number):
-            raise refused(one.name, text, one.allowed, "check number and unit")
+            least = ", not 0" if one.name in ("preload_n", "speed_rpm") else ""
+            raise refused(one.name, text, f"{one.allowed}{least}", "check number and unit")
         point[one.name] = number
     return point
 
@@ -272,8 +295,19 @@ def torque(content: Content, report: Report) -> dict[str, Any]:
         "values": shown_values(one), "speed_rpm": speeds, "torque": curve.torque, "low": curve.low, "high": curve.high,
         "at": [curve.torque[k], curve.low[k], curve.high[k]], "meaning": curve.meaning,
         "ratings": rating_ratios(one.parameters.screw),
-        "implied": implied_preload(one.model.friction_set, point["preload_n"]),
+        "implied": implied_preload(one.model.friction_set, point["preload_n"]), "notes": notes_of(one, point),
     })  # fmt: skip
+
+
+def notes_of(one: Screw, point: Mapping[str, float]) -> list[str]:
+    """What to know of the torque of a screw: numbers of another screw, what catalogues print, its grease."""
+    law, oil, found = one.model.friction_set, one.parameters.lubricant, list(one.model.notes)
+    if other := carried_over(law, one.parameters):
+        printed = one.model.printed(point["preload_n"])["catalogue_torque_nm"]
+        found.append(f"{other}. By this formula: {printed:.3g} N m")
+    if oil.nlgi is not None:
+        found.append("a grease counts with its base oil; its churning is in no number: run it in")
+    return found
 
 
 def shown_values(one: Screw) -> dict[str, dict[str, Any]]:
@@ -300,7 +334,8 @@ def page(content: Content, report: Report) -> dict[str, Any]:
     text = inputs.live_page(OperatingPoint(*si_of(point)), partial(report, 1, 3, "intervals"))
     report(2, 3, "budget")
     nut_map = inputs.nut_map
-    answer = {"html": text, "at": at_point(one, nut_map, point), "budget": budget(one, nut_map, point)}
+    at, notes = at_point(one, nut_map, point)
+    answer = {"html": text, "at": at, "notes": notes, "budget": budget(one, nut_map, point)}
     report(3, 3, "live page")
     return to_builtin(answer)
 
@@ -310,11 +345,27 @@ def si_of(point: Mapping[str, float]) -> tuple[float, float, float]:
     return point["preload_n"], abs(point["speed_rpm"]) * RPM, point["temperature_c"] + CELSIUS
 
 
-def at_point(one: Screw, nut_map: NutMap, point: Mapping[str, float]) -> list[float]:
-    """Torque and ends of its interval, as the command torque prints them."""
-    loads = point["axial_load_n"], point["temperature_difference_k"]
+def at_point(one: Screw, nut_map: NutMap, point: Mapping[str, float]) -> tuple[list[float], list[str]]:
+    """Torque and ends of its interval, as the command torque prints them; why they do not hold."""
+    loads, axes, notes = (
+        (point["axial_load_n"], point["temperature_difference_k"]),
+        nut_map.header["axes"],
+        [],
+    )
     found = torque_at_point(one.model, nut_map, *si_of(point), *loads)
-    return [float(found.state.friction_torque), *found.ends(nut_map.seal_torque)]
+    state = found.state
+    if state.clamped:
+        names = {name: name.replace("_", " ") for name in state.clamped}
+        for name in names.keys() & axes.keys() & SHOWN.keys():
+            low, high = (f"{SHOWN[name].of(end):.4g}" for end in axes[name][:2])
+            names[name] += f" (its range {low} to {high} {SHOWN[name].unit})"
+        where = ", ".join(names.values())
+        notes.append(
+            f"outside the map of this screw: {where}; the numbers are those of its edge, or extrapolated"
+        )
+    thickest = max(state.film_thickness_central_screw, state.film_thickness_central_nut)
+    notes += [too_thick(thickest, 0.5 * one.parameters.screw.ball_diameter), found.trend, found.unlike]
+    return [float(state.friction_torque), *found.ends(nut_map.seal_torque)], list(filter(None, notes))
 
 
 def budget(one: Screw, nut_map: NutMap, point: Mapping[str, float]) -> dict[str, Any] | None:
@@ -329,7 +380,10 @@ def budget(one: Screw, nut_map: NutMap, point: Mapping[str, float]) -> dict[str,
 def fmus(content: Content, report: Report) -> dict[str, Any]:
     """All FMUs, checked, in an archive."""
     one = screw(content)
-    packed, lines = build.fmu_archive(one.inputs(report), {"screw.toml": one.text}, report)
+    files = {"screw.toml": one.text} | (
+        {"friction.toml": str(content["fitted"])} if content.get("fitted") else {}
+    )
+    packed, lines = build.fmu_archive(one.inputs(report), files, report)
     return file_answer(one, "fmus.zip", packed) | {"lines": lines}
 
 
@@ -356,7 +410,7 @@ def temporary_folder() -> Iterator[str]:
             yield folder
         except ValueError as error:
             text = re.sub(re.escape(folder) + r"[/\\]\S+?(?=[:,; ]|$)", "the file", str(error))
-            raise ParameterError(text, getattr(error, "problems", ())) from error
+            raise ParameterError(page_words(text), getattr(error, "problems", ())) from error
 
 
 def uploaded(content: Content, folder: str) -> Path:
@@ -404,8 +458,7 @@ def questions(content: Content, report: Report) -> dict[str, Any]:
     for name in QUESTIONS:
         kind = known[f"--{name.replace('_', '-')}"]
         unit = re.findall(r"\[([^]]*)\]", kind["help"])
-        label = name.rpartition("_")[0] if name != "ratio" else name
-        found.append({"name": name, "label": (label or name).replace("_", " "), "meaning": kind["help"],
+        found.append({"name": name, "label": QUESTIONS[name], "meaning": kind["help"],
                       "unit": unit[-1] if unit else ""})  # fmt: skip
     return {"questions": found}
 
@@ -419,14 +472,15 @@ def identification(content: Content, report: Report) -> dict[str, Any]:
         if name not in QUESTIONS:
             raise refused(name, text, ", ".join(QUESTIONS), "reload the page")
         if str(text).strip():
-            stated[name] = option_value("identify", name, str(text))
+            text = re.sub(r"(?<=\d),(?=\d)", ".", str(text).strip())
+            stated[name] = option_value("identify", name, text)
     report(0, 1, "fit of the log")
     lead_alone = not content.get("fitted")
     with temporary_folder() as folder:
         law = StatedAxis(**stated), one.model
         found = identify_log(uploaded(content, folder), *law, lead_alone=lead_alone, progress=report)
     picture = base64.b64encode(png_of(found.figure())).decode()
-    return to_builtin({"text": found.text, "picture": picture, "answer": found.data})
+    return to_builtin({"text": page_words(found.text), "picture": picture, "answer": found.data})
 
 
 def calibration(content: Content, report: Report) -> dict[str, Any]:
@@ -444,6 +498,7 @@ def calibration(content: Content, report: Report) -> dict[str, Any]:
     shown = "preload_n", "speed_rpm", "measured_nm", "computed_nm", "deviation", "outlier"
     answer = {
         "fitted": text, "points": [{name: row[name] for name in shown} for row in data["points"]],
-        "notes": data["notes"], "picture": base64.b64encode(png_of(calibration_figure(result))).decode(),
+        "notes": list(map(page_words, data["notes"])),
+        "picture": base64.b64encode(png_of(calibration_figure(result))).decode(),
     }  # fmt: skip
     return to_builtin(answer | file_answer(one, "friction.toml", text.encode()))

@@ -27,7 +27,7 @@ USUAL_TURNS, TURNS_OF_A_START = 3.0, 1.5
 USUAL_CONFORMITY, CONFORMITIES = 0.53, (0.515, 0.57)
 #: units that older catalogues state ratings in [N]; factor off the computed rating from which on a rating is in one:
 #: turns of two starts that are stated for one, and smaller balls, make it up to 3.5
-RATING_UNITS = {unit: FORCE[unit][0] for unit in ("kgf", "lbf")}
+RATING_UNITS = {unit: FORCE[unit][0] for unit in ("kN", "kgf", "lbf")}
 SUSPECT = 4.0
 #: exponents, with a minus, of 1 - 1/(2 f) in ratings
 OPENNESS = {"dynamic_rating": 0.41, "static_rating": 0.5}
@@ -106,6 +106,8 @@ def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Param
     ('screw 25x10', True)
     """
     try:
+        if not abs(sizes.lead_mm) < math.pi * sizes.diameter_mm:
+            raise ValueError("a lead above pi times the diameter: are lead and diameter swapped?")
         check_rating_units(sizes, like)
         ball = _ball(sizes, like)
         screw, stated = _screw(sizes, like, ball)

@@ -160,6 +160,18 @@ def test_numbers_are_those_of_the_command_line(app, capsys, tmp_path, sizes, cha
     assert b"WebAssembly" in page
 
 
+def test_what_does_not_hold_is_said(app):
+    """Beyond the map the numbers are those of its edge; of another screw; of a grease; sizes that are swapped."""
+    found = asked(app, "page", sizes=SIZES, point={"speed_rpm": "20000", "preload_n": "1000 N"})["result"]
+    assert "outside the map of this screw: speed (its range" in found["notes"][0]
+    assert asked(app, "page", sizes=SIZES, point={"axial_load_n": "400"})["result"]["notes"] == []
+    quick = asked(app, "torque", sizes=SIZES | {"lubricant": "grease", "diameter_mm": "32 mm"})["result"]
+    assert "not on screw 32x10 with this oil" in quick["notes"][0]
+    assert "run it in" in quick["notes"][1]
+    swapped = asked(app, "torque", sizes={"diameter_mm": "10", "lead_mm": "40"})["problem"]
+    assert "are lead and diameter swapped?" in swapped
+
+
 def test_a_tab_has_one_job_and_a_closed_one_none(app):
     """Sizes of their own, so that their maps are made."""
     content = {"tab": "busy", "sizes": {"diameter_mm": "33", "lead_mm": "9"}}
@@ -196,7 +208,10 @@ def test_files_to_take_away(app):
     with zipfile.ZipFile(io.BytesIO(base64.b64decode(built["base64"]))) as archive:
         names = archive.namelist()
         assert screw_of(archive.read("screw.toml").decode()).name == "screw 32x10"
-    assert [name.endswith(".fmu") for name in names] == [False] + [True] * 9
+        listed = archive.read("README.txt").decode()
+    fmus = [name for name in names if name.endswith(".fmu")]
+    assert len(fmus) == 9
+    assert all(f"{name}: " in listed for name in fmus)
 
 
 def test_measured_torques_and_a_log(app, capsys, tmp_path):

@@ -136,7 +136,7 @@ def test_two_tabs_and_measured_torques(tab):
     at = [one.now("last.at") for one in (page, other)]
     other.fill(field("speed_rpm"), "100")
     page.drop("#measured", "bad.csv", "a,b\n1,2\n")
-    page.until("element('problem').textContent.includes('column preload missing')")
+    page.until("element('found').textContent.includes('column preload missing')")
     assert page.now(QUICK)
     page.drop("#measured", "sheet.csv", MEASURED)
     page.until("!element('picture').hidden && element('picture').naturalWidth > 0")

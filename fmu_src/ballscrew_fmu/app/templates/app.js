@@ -20,6 +20,7 @@ async function ask(name, content, shown = true) {
   element("job").hidden = !shown;
   element("progress").removeAttribute("value");
   element("doing").textContent = "";
+  if (shown) element("done").textContent = "";
   try {
     const answer = await fetch(name, {
       method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ tab, ...content }), signal: own.signal,
@@ -164,7 +165,7 @@ async function answer() {
   element("title").textContent = `Friction of ${last.name}`;
   document.title = last.name;
   fill();
-  headline(last.at, 2, "about ");
+  headline(last.at, 2, "about ", last.notes);
   element("quick").hidden = false;
   curve();
   for (const one of document.querySelectorAll("#save, #print, .take")) one.disabled = false;
@@ -182,6 +183,7 @@ function beginAnew() {
   element("title").textContent = "Friction of a ball screw";
   element("torque").textContent = "-";
   element("interval").textContent = "Enter diameter and lead.";
+  element("notes").replaceChildren();
   element("quick").hidden = element("live").hidden = element("axis").hidden = true;
   for (const one of document.querySelectorAll("#save, #print, .take")) one.disabled = true;
 }
@@ -191,11 +193,11 @@ async function wholePage() {
   const whole = await ask("page", state);
   if (!whole) return;
   if (whole.problem) return refuse(whole);
-  headline(whole.result.at, 4, "");
+  headline(whole.result.at, 4, "", last.notes, whole.result.notes);
   budget(whole.result.budget);
   const live = element("live");
   live.onload = () => setTimeout(fitFrame, 600);
-  live.src = whole.result.shown;
+  live.src = `${whole.result.shown}${last.point.axial_load_n ? `#axial_load=${last.point.axial_load_n}` : ""}`;
   live.hidden = false;
 }
 
@@ -214,12 +216,15 @@ function refuse({ problem, problems }) {
   element("interval").textContent = here ? "Not computed: see the field in red." : "Not computed.";
 }
 
-function headline([torque, low, high], digits, about) {
-  const { preload_n, speed_rpm, temperature_c } = last.point;
+function headline([torque, low, high], digits, about, notes, doubts = []) {
+  const { preload_n, speed_rpm, temperature_c, axial_load_n, temperature_difference_k } = last.point;
   element("torque").textContent = `${about}${format(torque, digits)} N m`;
   const range = Number.isFinite(low) ? `interval ${format(Math.min(low, high), Math.min(digits, 3))} to ${format(Math.max(low, high), Math.min(digits, 3))} N m, ${last.meaning}. ` : "";
   const implied = last.implied.preload_implied_n ? ` The drag torque implies a true preload of ${format(last.implied.preload_implied_n, 3)} N.` : "";
-  element("interval").textContent = `${range}At ${format(preload_n, 6)} N, ${format(speed_rpm, 6)} r/min, ${format(temperature_c, 5)} \u00b0C; ${last.oil}.${implied}`;
+  const loads = `${axial_load_n ? `, axial load ${format(axial_load_n, 6)} N` : ""}${temperature_difference_k ? `, screw warmer by ${format(temperature_difference_k, 4)} K` : ""}`;
+  element("interval").textContent = `${range}At ${format(preload_n, 6)} N, ${format(speed_rpm, 6)} r/min, ${format(temperature_c, 5)} \u00b0C${loads}; ${last.oil}.${implied}`;
+  const line = (text, bad) => made("li", { className: bad ? "bad" : "", textContent: `${text[0].toUpperCase()}${text.slice(1)}.` });
+  element("notes").replaceChildren(...doubts.map((text) => line(text, true)), ...notes.map((text) => line(text, false)));
 }
 
 const curveSize = () => ({ width: element("curve").clientWidth || 600, height: 300 });
@@ -271,9 +276,19 @@ function resume({ problem = "" }) {
 async function take(name, more = {}) {
   const found = await ask(name, { ...state, ...more });
   if (!found) return null;
-  if (found.result?.file && name !== "calibrate") keep(found.result.file, bytesOf(found.result.base64));
-  if (found.problem || name !== "calibrate") resume(found); // a calibration has another live page
-  return found.result ?? null;
+  if (found.result?.file) keep(found.result.file, bytesOf(found.result.base64));
+  resume(found);
+}
+
+// The screw file, and beside it the numbers of its calibration: a screw file has none.
+function save() {
+  if (!last) return;
+  const name = last.name.replace(/[^\w.-]+/g, "_");
+  keep(`${name}.toml`, last.text);
+  if (state.fitted) {
+    keep(`${name}_friction.toml`, state.fitted);
+    element("done").textContent = `Saved as ${name}.toml and, for its calibration, ${name}_friction.toml: open both, the screw first. The operating point is in the address of this page only.`;
+  }
 }
 
 async function printed() {
@@ -299,6 +314,13 @@ async function contentOf(file) {
 async function openFile(file) {
   if (file.size > 1e6) throw new Error("more than 1 MB is no screw file");
   const text = await file.text();
+  if (/^\[(mechanistic|three_parameter)\]/m.test(text)) {
+    if (!last) throw new Error("it holds the numbers of a calibration: open its screw first");
+    remember("");
+    state.fitted = text;
+    ofFile();
+    return changed();
+  }
   remember("");
   state = { ...structuredClone(FRESH), text, point: state.point };
   last = null;
@@ -316,35 +338,46 @@ function ofFile() {
   element("sizes-note").textContent = state.text ? "The screw is that of the opened file; change its entries below." : "Diameter and lead are enough. What is not entered is assumed, and marked with its reason.";
 }
 
-const tell = (lines) => element("found").replaceChildren(...lines.map((text) => made("p", { textContent: text })));
+const tell = (lines, more = []) => element("found").replaceChildren(...lines.map((text) => made("p", { textContent: text })),
+  ...(more.length ? [made("details", {}, made("summary", { textContent: "Details of the fit" }), ...more.map((text) => made("p", { textContent: text })))] : []));
 
 async function torques(file) {
   const data = await contentOf(file);
-  const found = await take("calibrate", { data });
+  const { result: found, problem } = (await ask("calibrate", { ...state, data })) ?? {};
+  if (problem) {
+    tell([`${file.name} not taken: ${problem}`, ...(state.fitted ? ["The calibration before stays in force."] : [])]);
+    element("picture").hidden = true;
+    return resume({});
+  }
   if (!found) return;
   remember("");
   state.fitted = found.fitted;
-  tell([`${found.points.length} torques of ${file.name}: the curve is that of the calibrated screw now.`, ...found.notes]);
+  const off = found.points.map((one) => Math.abs(one.deviation));
+  const mean = off.reduce((sum, x) => sum + x, 0) / off.length;
+  tell([`${off.length} torques of ${file.name}: the curve is that of the calibrated screw now, off by ${format(100 * mean, 2)} % of them in the mean, ${format(100 * Math.max(...off), 2)} % at most.`], found.notes);
   Object.assign(element("picture"), { src: `data:image/png;base64,${found.picture}`, alt: "Measured torques and the calibrated law", hidden: false });
   element("forget").hidden = false;
   changed();
 }
 
 // A log asks what it needs: the server names the fields.
+let asked = null; // the log that they are of
 async function log(file, answers = {}) {
   const data = await contentOf(file);
   const found = await ask("identify", { ...state, data, answers });
   if (!found) return;
   const { result, problem } = found;
   const questions = element("questions");
+  asked = file;
   if (!questions.childElementCount || questions.hidden) {
     const names = (await ask("questions", {}, false))?.result?.questions ?? [];
     const inputs = names.map((one) => made("input", { type: "text", name: one.name, id: `ask-${one.name}`, title: one.meaning }));
     questions.replaceChildren(...names.map((one, n) => made("div", { className: "entry" }, made("label", { htmlFor: inputs[n].id, textContent: one.label, title: one.meaning }), inputs[n], made("span", { textContent: one.unit }))),
-      made("button", { type: "button", textContent: "Identify", onclick: () => log(file, Object.fromEntries(inputs.map((one) => [one.name, one.value]))) }));
+      made("button", { type: "button", textContent: "Identify", onclick: () => log(asked, Object.fromEntries(inputs.map((one) => [one.name, one.value]))) }));
     questions.hidden = false;
   }
-  tell(problem ? [`${file.name}: ${problem}`] : [result.text]);
+  tell([`${file.name}${problem ? `: ${problem}` : ". It changes nothing above; for a calibration drop torques."}`]);
+  if (result) element("found").append(made("pre", { textContent: result.text }));
   element("picture").hidden = Boolean(problem);
   if (!problem) Object.assign(element("picture"), { src: `data:image/png;base64,${result.picture}`, alt: "Friction over speed of the log" });
   resume({});
@@ -367,7 +400,7 @@ function listen() {
   element("open").addEventListener("change", taken(openFile));
   element("torques").addEventListener("change", taken(torques));
   element("log").addEventListener("change", taken((file) => { element("questions").hidden = true; return log(file); }));
-  element("save").addEventListener("click", () => last && keep(`${last.name.replace(/[^\w.-]+/g, "_")}.toml`, last.text));
+  element("save").addEventListener("click", save);
   element("undo").addEventListener("click", undo);
   element("print").addEventListener("click", printed);
   element("cancel").addEventListener("click", () => job?.abort());
