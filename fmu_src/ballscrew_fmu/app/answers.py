@@ -53,7 +53,7 @@ SIZES = (
 LABELS = {
     "diameter_mm": "nominal diameter",
     "turns": "loaded turns",
-    "nut_kind": "preload",
+    "nut_kind": "kind of nut",
     "lubricant": "lubricant",
 }
 ENTRIES = {(entry.table, entry.key): entry for entry in screw_entries()}
@@ -293,7 +293,7 @@ def torque(content: Content, report: Report) -> dict[str, Any]:
     return to_builtin({
         "text": one.text, "name": one.parameters.name, "oil": one.parameters.lubricant.name, "point": point,
         "values": shown_values(one), "speed_rpm": speeds, "torque": curve.torque, "low": curve.low, "high": curve.high,
-        "at": [curve.torque[k], curve.low[k], curve.high[k]], "meaning": curve.meaning,
+        "at": [curve.torque[k], curve.low[k], curve.high[k]], "meaning": curve.meaning.replace(" (preload_basis)", ""),
         "ratings": rating_ratios(one.parameters.screw),
         "implied": implied_preload(one.model.friction_set, point["preload_n"]), "notes": notes_of(one, point),
     })  # fmt: skip
@@ -304,8 +304,8 @@ def notes_of(one: Screw, point: Mapping[str, float]) -> list[str]:
     law, oil, found = one.model.friction_set, one.parameters.lubricant, list(one.model.notes)
     if other := carried_over(law, one.parameters):
         printed = one.model.printed(point["preload_n"])["catalogue_torque_nm"]
-        found.append(f"{other}. By this formula: {printed:.3g} N m")
-    if oil.nlgi is not None:
+        found.append(other.replace("100 r/min)", f"100 r/min: {printed:.3g} N m)"))
+    if oil.nlgi is not None and "grease" not in "".join(found):
         found.append("a grease counts with its base oil; its churning is in no number: run it in")
     return found
 

@@ -95,7 +95,7 @@ def _of_the_motor(*words: str) -> tuple[str, ...]:
     return tuple(form.format(word) for form in forms for word in words)
 
 
-_PRELOAD = Quantity(("preload", "vorspannung"), FORCE)
+_PRELOAD = Quantity(("preload", "vorspannung", "vorspannkraft"), FORCE)
 _OIL = Quantity(("temperature", "oil_temperature", "temperatur", "\u00f6ltemperatur"), TEMPERATURE)
 #: stated in place of a heading of the time: the rows are counted
 ROW = "row"
@@ -104,7 +104,7 @@ MEASURED = {
     "preload": _PRELOAD,
     "speed": Quantity(("speed", "drehzahl"), SPEED),
     "torque": Quantity(("torque", "friction_torque", "measured_torque", "measured",
-                        "moment", "drehmoment", "reibmoment"), TORQUE),
+                        "moment", "drehmoment", "reibmoment", "leerlaufmoment", "leerlaufdrehmoment"), TORQUE),
     "temperature": _OIL,
     "axial_load": Quantity(("axial_load", "axiallast"), FORCE),
     "torque_uncertainty": Quantity(("torque_uncertainty", "torque_error", "uncertainty"),
