@@ -19,7 +19,7 @@ from ballscrew_tehl.applications.cli.parser import (
     option,
     switch,
 )
-from ballscrew_tehl.applications.cli.shared.quantities import Quantity
+from ballscrew_tehl.applications.quantities import Quantity
 
 RUNS = "ballscrew_fmu.runs"
 #: documentation of a clone, and as a wheel puts it (pyproject.toml)

@@ -25,9 +25,9 @@ from ballscrew_tehl.applications.calibration.written_sets import friction_sets_t
 from ballscrew_tehl.applications.catalogue import CatalogueSizes, catalogue_parameters, rating_ratios
 from ballscrew_tehl.applications.cli.parser import COMMANDS
 from ballscrew_tehl.applications.cli.shared.output import to_builtin
-from ballscrew_tehl.applications.cli.shared.quantities import DIFFERENCE, TORQUE_POINT, Quantity
 from ballscrew_tehl.applications.export.files import SUFFIXES, TableOptions, friction_files
 from ballscrew_tehl.applications.identification.axis_log import StatedAxis, identify_log
+from ballscrew_tehl.applications.quantities import DIFFERENCE, MAX_FORCE, TORQUE_POINT, Quantity
 from ballscrew_tehl.applications.report.data import OperatingPoint, default_point
 from ballscrew_tehl.applications.screw_model import ScrewModel, model_of
 from ballscrew_tehl.applications.torque_curve import torque_over_speed
@@ -58,6 +58,8 @@ LABELS = {
 }
 ENTRIES = {(entry.table, entry.key): entry for entry in screw_entries()}
 POINT = (*TORQUE_POINT, DIFFERENCE)
+#: most characters of a field; least preload [N] and speed [r/min]
+MOST_TEXT, LEAST = 200, 1e-3
 #: of the curve
 POINTS, SLOWEST = 25, 1.0
 #: options of identify that a log may need, and their labels
@@ -102,7 +104,7 @@ def refused(entry: str, value: Any, allowed: str, remedy: str) -> ParameterError
 
 def decimal(text: str, where: str, allowed: str) -> float:
     """A number as people write it; one that two readings have is refused."""
-    text = text.strip().replace("\u2212", "-")
+    text = text[:MOST_TEXT].strip().replace("\u2212", "-")
     text = re.sub(r"(?<=\d)\s*(?:mm|N|r/min|rpm|1/min|\u00b0?C|K|N ?m)$", "", text)
     if re.fullmatch(r"[+-]?[1-9]\d{0,2}[,.]\d{3}", text) and "," in text:
         both = f"{text.replace(',', '')} or {text.replace(',', '.')}"
@@ -119,12 +121,16 @@ def decimal(text: str, where: str, allowed: str) -> float:
 def entry_value(entry: ScrewEntry, text: str) -> Any:
     """Value of an entry from the text of its field; None of an empty one."""
     where, allowed = f"{entry.table}.{entry.key}", allowed_text(entry)
-    if not (text := text.strip()):
+    if len(text) > MOST_TEXT:
+        raise refused(where, f"{len(text)} characters", f"up to {MOST_TEXT}", "check it")
+    if not (text := " ".join(text.split())):
         return None
     if entry.kind in ("choice", "text"):
         return text
     if entry.kind == "switch":
-        return text == "true"
+        if (word := text.lower()) not in ("true", "false"):
+            raise refused(where, text, "true, false", "choose one")
+        return word == "true"
     if entry.key == "turns" and re.search("[xX*\u00d7]", text):
         return text
     if entry.kind == "range":
@@ -271,11 +277,12 @@ def point_of(content: Content, parameters: Parameters) -> dict[str, float]:
     }  # fmt: skip
     stated, point = dict(content.get("point") or {}), {}
     for one in POINT:
-        text = str(stated.get(one.name) or "").strip()
+        text = str(stated.get(one.name, "")).strip()
         number = decimal(text, one.name, one.allowed) if text else float(f"{defaults[one.name]:.4g}")
-        if not one.min_ <= number <= one.max_ or (one.name in ("preload_n", "speed_rpm") and not number):
-            least = ", not 0" if one.name in ("preload_n", "speed_rpm") else ""
-            raise refused(one.name, text, f"{one.allowed}{least}", "check number and unit")
+        turning = one.name in ("preload_n", "speed_rpm")
+        if not (one.min_ <= number <= one.max_ and (LEAST if turning else 0.0) <= abs(number) <= MAX_FORCE):
+            allowed = f"{LEAST:g} to {MAX_FORCE:g}" if turning else one.allowed
+            raise refused(one.name, text, allowed, "check number and unit")
         point[one.name] = number
     return point
 

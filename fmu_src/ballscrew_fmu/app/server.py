@@ -157,6 +157,11 @@ class Handler(BaseHTTPRequestHandler):
         finally:
             self.late.cancel()
 
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """What the library refuses, with the policy of every answer."""
+        with contextlib.suppress(OSError):
+            self._send(b"refused\n", "text/plain; charset=utf-8", HTTPStatus(code))
+
     def _hang_up(self) -> None:
         with contextlib.suppress(OSError):
             self.connection.shutdown(socket.SHUT_RD)

@@ -26,7 +26,7 @@ from ballscrew_tehl.applications.axis.bearing_pair import pair_of
 from ballscrew_tehl.applications.axis.budget import PART_NAMES
 from ballscrew_tehl.applications.axis.parts import other_parts, weight_along_axis
 from ballscrew_tehl.applications.calibration.measured_screw import ASSUMED_TEMPERATURE, packaged_measurements
-from ballscrew_tehl.applications.cli.shared.quantities import TORQUE_POINT
+from ballscrew_tehl.applications.quantities import TORQUE_POINT
 from ballscrew_tehl.applications.report.data import PRELOAD_WORDS, OperatingPoint
 from ballscrew_tehl.applications.report.page import Html, environment
 from ballscrew_tehl.applications.tables.headings import MEASURED, MEASURED_EXAMPLE

@@ -1,6 +1,7 @@
 """A screw from what a page of a catalogue states; what is not stated is assumed."""
 
 import math
+import numbers
 from typing import Any, NamedTuple
 
 from pydantic import ValidationError
@@ -105,6 +106,13 @@ def catalogue_parameters(sizes: CatalogueSizes, like: Parameters) -> tuple[Param
     >>> parameters.name, "turns" in assumed
     ('screw 25x10', True)
     """
+    for name, value in sizes._asdict().items():
+        if isinstance(value, str | None):
+            continue
+        size = float(value) if isinstance(value, numbers.Real) else math.nan
+        if not 0.0 < (abs(size) if name == "lead_mm" else size) < math.inf:
+            raise ValueError(f"{name} = {value}; allowed: a finite number, more than 0; check it")
+    sizes = sizes._replace(starts=int(sizes.starts))
     try:
         if not abs(sizes.lead_mm) < math.pi * sizes.diameter_mm:
             raise ValueError("a lead above pi times the diameter: are lead and diameter swapped?")

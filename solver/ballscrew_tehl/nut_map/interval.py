@@ -1,6 +1,7 @@
 """Interval of the torque of a map by the mechanistic law, from the contacts of the atlas."""
 
 import math
+import threading
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -31,14 +32,15 @@ from .grid import ball_range, grid_of
 BAND = "mechanistic_interval"  # key of a header
 BAND_TEMPERATURE = 303.15  # [K] nearest to which the band of a map is stated
 #: nodes of interval_table: ends of the interval without axial load, two maps, 768 points: off by 0.15 % in the mean,
-#: 0.7 % at 95 %, 2.5 % at most, in cold oil at high speed, where the supply of oil begins to fail
+#: 0.7 % at 95 %, 2.5 % at most, in cold oil at high speed, where the supply of oil begins to fail; there other screws
+#: were off by up to 14 % (17 screws, 14 points each)
 TABLE_NODES = 9, 11, 7
 #: nodes of the contacts of interval_table over load and speed; the ends are ratios: two screws, off by 0.014 % in the
 #: mean, 0.6 % at most
 CONTACT_NODES = 33, 17
 #: tables of this process by what they follow from: live page, FMUs and report of one screw take the same
 _KEPT: dict[str, Array] = {}
-MOST_KEPT = 4
+MOST_KEPT, _LOCK = 4, threading.Lock()
 
 
 def map_interval(
@@ -98,7 +100,9 @@ def interval_table(
 
     The last ones are kept. on_the_way: called often; what it raises ends the work.
     """
-    key = repr((parameters, axes, friction_set))
+    # equal parameters may differ in which constants the file states
+    known = unknown_constants(parameters), is_fitted(friction_set, parameters)
+    key = repr((parameters, axes, friction_set, known))
     if (kept := _KEPT.get(key)) is not None:
         return kept
     (light, heavy), (slow, fast), (cold, hot) = (axes[name][:2] for name in ("force", "speed", "temperature"))
@@ -118,9 +122,10 @@ def interval_table(
     ends = np.stack(torque_and_ends(parameters, *at, on_the_way=on_the_way)[1:], axis=-1)
     result = coefficients_of(np.log(ends), (0, 1, 2))
     result.setflags(write=False)
-    _KEPT[key] = result
-    while len(_KEPT) > MOST_KEPT:
-        _KEPT.pop(next(iter(_KEPT)), None)
+    with _LOCK:
+        _KEPT[key] = result
+        while len(_KEPT) > MOST_KEPT:
+            del _KEPT[next(iter(_KEPT))]
     return result
 
 

@@ -158,6 +158,8 @@ def changed_text(text: str, table: str, key: str, value: Any) -> str:
     before = parsed_toml(text, "screw")
     # not by splitlines: TOML ends a line by these alone
     lines = re.split(r"\r?\n", text.removesuffix("\n"))
+    if table and table not in TABLES:
+        raise ParameterError(f"[{table}]; allowed: {', '.join(TABLES)}")
     fields = TABLES[table].entries() if table else {}
     field = next((name for name, entry in fields.items() if key in entry.keys), key)
     keys = fields[field].keys if field in fields else [key]
@@ -203,8 +205,9 @@ def _write(lines: list[str], table: str, key: str, value: Any) -> None:
         end = next((n for n in range(start + 1, len(lines)) if re.match(stops, lines[n])), len(lines))
     else:
         start, end = -1, heads[0] if heads else len(lines)
-    value_there = r"""(\"[^\"]*\"|'[^']*'|\[[^\]]*\]|[^#]*?)"""
-    pattern = rf"\s*(?P<off>#\s*)?{re.escape(key)}\s*=\s*{value_there}\s*(?P<rest>#.*)?$"
+    # possessive: what it has taken is not given back, so that its time is that of one pass
+    value_there = r"""(?:\"[^\"]*+\"\s*+|'[^']*+'\s*+|[^#]*+)"""
+    pattern = rf"\s*+(?P<off>#\s*+)?{re.escape(key)}\s*+=\s*+{value_there}(?P<rest>#.*)?$"
     found = [(n, match) for n in range(start + 1, end) if (match := re.match(pattern, lines[n]))]
     active = [(n, match) for n, match in found if not match["off"]]
     if value is None:

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple, NoReturn
 
 from ballscrew_tehl._version import __version__
 
-from .shared import quantities as q
-from .shared.quantities import Quantity, with_error
+from .. import quantities as q
+from ..quantities import Quantity, with_error
 
 DROP_KINDS = ("impossible", "outside", "outliers")
 NUT_KINDS = ("double_nut", "single_nut_offset", "single_nut_oversize_ball")
@@ -177,8 +177,7 @@ COMMANDS = {
         option("--identified", "not of a map: of the whole axis, by identify --output", "FILE.json"),
         *numbers(q.SPEED._replace(help="range of the screw's speed; default: of map or log"), **RANGE),
         *numbers(q.LEAD, q.TORQUE_CONSTANT, q.RATIO, q.CURRENT_UNIT),
-        *numbers(Quantity("points", "most entries of a list (20), speeds of a table (40)", 3, 400, whole=True),
-                 metavar="N"),
+        *numbers(q.POINTS, metavar="N"),
     ), OF_MAP, "--map my_map.npz --format csv --output friction.csv",
         "Torque over speed, preload and temperature with its interval; units and signs are in the file. Defaults: 5 % "
         "(oversize balls 2.5 %) of the dynamic rating, reference temperature of the oil, whole range of speed. Options "

@@ -14,6 +14,7 @@ from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.rating import catalogue_preload
 from ballscrew_tehl.runtime.packed import Law
 
+from ..quantities import CURRENT_UNIT, LEAD, POINTS, PRELOAD, RATIO, SPEED, TEMPERATURE, TORQUE_CONSTANT
 from ..screw_model import ScrewModel
 from .formats import FORMATS, point_text, twincat_text
 from .friction_table import FrictionTable, curve_speeds, friction_table, read_identified
@@ -39,6 +40,14 @@ class TableOptions(NamedTuple):
     ratio: float | None = None  # turns of the motor for one of the screw
     current_unit_a: float | None = None  # one of the current of the drive; default: 0.001
     points: int | None = None  # most entries of a list, speeds of a table
+
+    def checked(self) -> "TableOptions":
+        """Itself; ValueError: a value out of the range of its option."""
+        loaded, of_drive = PRELOAD._replace(not_zero=True), (LEAD, TORQUE_CONSTANT, RATIO, CURRENT_UNIT)
+        for one in (loaded, TEMPERATURE, SPEED, *of_drive, POINTS):
+            for value in np.atleast_1d([] if (x := getattr(self, one.name)) is None else x).tolist():
+                one.checked(value)
+        return self
 
     def current(self, twincat: bool, constant: float | None, ratio: float = 1.0) -> tuple[float, float]:
         """Current per torque at the screw [A/(N.m)] and its unit [A]; constant, ratio: of the drive of a log.
@@ -132,7 +141,7 @@ def friction_files(
     >>> file.text.splitlines()[0]
     'function [torque, t] = friction(speed, preload, temperature)'
     """
-    output, options, twincat = Path(output), options or TableOptions(), form == "twincat"
+    output, options, twincat = Path(output), (options or TableOptions()).checked(), form == "twincat"
     if form not in SUFFIXES:
         raise ValueError(f"--format = {form}; allowed: {', '.join(SUFFIXES)}")
     if form == "matlab" and not re.fullmatch(r"[A-Za-z]\w{0,62}", output.stem):

@@ -15,6 +15,8 @@ from ballscrew_tehl.parameters.units import CELSIUS
 from ballscrew_tehl.runtime.packed import Law
 
 from ..axis.parts import weight_along_axis
+from ..quantities import DIFFERENCE, FRICTIONS, IDENTIFY_OPTIONS, TEMPERATURE
+from ..quantities import OFFSETS as OFFSETS_OF
 from ..screw_model import ScrewModel
 from ..tables.csv_file import naming, open_table
 from ..tables.headings import LOG
@@ -37,6 +39,10 @@ INERTIAS, OFFSETS = ("inertia_kgm2", "mass_kg"), ("offset_nm", "offset_n")
 LEAD_ALONE = "no --temperature-c: the lead of the screw is used, no preload is computed"
 #: speeds of the curve of the law
 CURVE = 60
+
+
+#: numbers with the ranges of their options; those with a standard error
+NUMBERS, PAIRS = (*IDENTIFY_OPTIONS, TEMPERATURE, DIFFERENCE), (*OFFSETS_OF, *FRICTIONS)
 
 
 class StatedAxis(NamedTuple):
@@ -98,8 +104,19 @@ class StatedAxis(NamedTuple):
     cutoff_hz: float | None = None
     bins: int | None = None
 
-    def check(self) -> None:
-        """Refuse what cannot be stated together: ValueError."""
+    def checked(self) -> "StatedAxis":
+        """With pairs for all that have a standard error, 0 where none is stated.
+
+        ValueError: what cannot be stated together, a value out of the range of its option
+        """
+        values: dict[str, Any] = {}
+        for number in NUMBERS:
+            if (value := getattr(self, number.name)) is not None:
+                values[number.name] = number.checked(value)
+        for number in PAIRS:
+            if (value := getattr(self, number.name)) is not None:
+                value, error = value if isinstance(value, Sequence) and len(value) == 2 else (value, 0.0)
+                values[number.name] = number.checked(value), number._replace(min_=0.0).checked(error)
         stated_columns(self.column)
         for one, other in (INERTIAS, OFFSETS):
             if getattr(self, one) is not None and getattr(self, other) is not None:
@@ -107,6 +124,7 @@ class StatedAxis(NamedTuple):
         for name in ("before_preload_n", "before_temperature_c"):
             if getattr(self, name) is not None and not self.before:
                 raise ValueError(f"{option(name)}, no --before; allowed: with the log that it is of")
+        return self._replace(**values)
 
 
 class _Axis(NamedTuple):
@@ -280,8 +298,7 @@ def identify_log(
     >>> f"{found.data['inertia_kgm2']:.4f} kg m2"
     '0.0030 kg m2'
     """
-    stated = stated or StatedAxis()
-    stated.check()
+    stated = (stated or StatedAxis()).checked()
     if stated.before and screw is None:
         raise ValueError("--before, no --screw, --map; allowed: with both, which turn friction into preload")
     axis = _axis(log, stated, screw, lead_alone, progress)

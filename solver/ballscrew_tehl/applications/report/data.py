@@ -188,6 +188,8 @@ def report_data(
     """Numbers around the point of the user [SI, by axis], else around catalogue preload and DEFAULT_SPEED."""
     axes, defaults = nut_map.header["axes"], default_point(parameters)._asdict()
     for axis, value in user.items():
+        if axis not in defaults:
+            raise ValueError(f"{axis}; allowed: {', '.join(defaults)}, in SI units")
         if not math.isclose(nearest(axes, axis, value), value, rel_tol=1e-9):
             unit = SHOWN[axis].unit
             low, high, stated = (SHOWN[axis].of(number) for number in (*axes[axis][:2], value))

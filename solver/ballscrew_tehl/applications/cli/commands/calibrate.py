@@ -13,8 +13,8 @@ from ballscrew_tehl.parameters.file import PACKAGED_VG100
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.packed import Law
 
+from ...quantities import CALIBRATION_POINT, TOLERANCES
 from ..shared.output import QUIET, Answer, check_output, progress_bar, say, write_file
-from ..shared.quantities import CALIBRATION_POINT, TOLERANCES
 
 
 def run_calibrate(args: Namespace) -> Answer:

@@ -7,10 +7,10 @@ from typing import Any, NoReturn
 from ballscrew_tehl._version import __version__
 from ballscrew_tehl.applications.tables.csv_file import read_rows
 
+from ...quantities import CONTACT_POINT
 from ..parser import COMMANDS, Parser
 from ..shared.inputs import check_rows, key_of
 from ..shared.output import Answer, each
-from ..shared.quantities import CONTACT_POINT
 
 DIMENSIONS = tuple(quantity.name for quantity in CONTACT_POINT)
 MOES = ("moes", "radius_ratio", "law")

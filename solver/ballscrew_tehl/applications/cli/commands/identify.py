@@ -12,7 +12,7 @@ from ..shared.output import QUIET, Answer, check_output, progress_bar, say, to_b
 def run_identify(args: Namespace) -> Answer:
     """Fit of a log, its friction and preload, and the files that are requested."""
     stated = StatedAxis(**{name: getattr(args, name) for name in StatedAxis._fields})
-    stated.check()
+    stated = stated.checked()
     inputs = args.log, args.before, args.without_nut, args.screw, args.map
     for name, suffix in (("plot", "png"), ("measurements", "csv"), ("output", "json")):
         if path := getattr(args, name):

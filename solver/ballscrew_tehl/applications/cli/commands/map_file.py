@@ -17,8 +17,8 @@ from ballscrew_tehl.refinement.certificate import claim, deviation_from_direct
 from ballscrew_tehl.refinement.processes import worker_pool
 from ballscrew_tehl.runtime.packed import certificate_totals
 
+from ...quantities import REPORT_POINT
 from ..shared.output import QUIET, Answer, check_output, filled, listing, progress_bar, say, table, written
-from ..shared.quantities import REPORT_POINT
 
 #: of a header, in --json only
 HIDDEN = ("certificate", "parameters_json", "screw_file", "atlas", "parameters_hash", "content_hash")

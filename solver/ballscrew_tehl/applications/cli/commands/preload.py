@@ -12,9 +12,9 @@ from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import Law
 
+from ...quantities import PRELOAD_POINT
 from ..shared.inputs import chosen_of, map_of, read_points, say_outside, some_of
 from ..shared.output import Answer, each, say
-from ..shared.quantities import PRELOAD_POINT
 
 COLUMNS = (
     "torque_nm", "speed_rpm", "temperature_c", "preload_n", "preload_low_n", "preload_high_n", "in_range",

@@ -8,9 +8,9 @@ from typing import Any
 from ballscrew_tehl._version import __version__
 from ballscrew_tehl.parameters.units import SHOWN
 
+from ...quantities import REPORT_POINT
 from ..shared.inputs import chosen_of, map_of
 from ..shared.output import Answer, check_output, progress_bar, write_file
-from ..shared.quantities import REPORT_POINT
 
 
 def run_report(args: Namespace, live: Callable[..., Any] = lambda chosen, nut_map, point: None) -> Answer:

@@ -20,9 +20,9 @@ from ballscrew_tehl.parameters.template import example_parameters, screw_templat
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.rating import CATALOGUE_SHARE, STATIC_PRESSURE, dynamic_rating
 
+from ...quantities import AXIAL_LOAD, PRELOAD
 from ..shared.inputs import chosen_of, key_of, map_of, read_points, say_outside
 from ..shared.output import Answer, check_output, filled, say, write_file
-from ..shared.quantities import AXIAL_LOAD, PRELOAD
 
 CONDITIONS = (
     "JIS B 1192: 100 r/min, ISO VG 68 (ISO 3408-3: VG 100), no seals; a convention, proportional to preload"

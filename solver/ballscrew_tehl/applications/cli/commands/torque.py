@@ -15,9 +15,9 @@ from ballscrew_tehl.parameters.screw import SEALS
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
 from ballscrew_tehl.physics.thermal_preload import preload_at_temperature_difference
 
+from ...quantities import TORQUE_POINT
 from ..shared.inputs import chosen_of, key_of, map_of, read_points, say_outside, some_of
 from ..shared.output import Answer, each, say
-from ..shared.quantities import TORQUE_POINT
 
 Values = dict[str, Any]
 #: of a table

@@ -12,8 +12,8 @@ from ballscrew_tehl.applications.tables.headings import MEASURED, Kind
 from ballscrew_tehl.parameters.units import SHOWN
 from ballscrew_tehl.runtime.evaluate import NutMap
 
+from ...quantities import DIFFERENCE, TORQUE_POINT, Quantity
 from .output import QUIET, check_output, progress_bar, say
-from .quantities import DIFFERENCE, TORQUE_POINT, Quantity
 
 
 def chosen_of(args: Namespace) -> ScrewModel:

@@ -46,6 +46,10 @@ class Quantity(NamedTuple):
         text += ", not 0" if self.not_zero and (self.min_ or math.isfinite(self.max_)) else ""
         return text + (", or the same with a minus" if self.signed else "")
 
+    def checked(self, value: object) -> float:
+        """A value that a script states, as by the option; ValueError: not allowed."""
+        return self(str(value), self.option)
+
     def __call__(self, text: str, where: str = "") -> float:
         """The value from its text; where: its place in a message, for argparse "", which names the option."""
         try:
@@ -117,6 +121,7 @@ OFFSET = Quantity(
 OFFSETS = (OFFSET, OFFSET._replace(name="offset_n", help="the same as a force [N]"))
 
 
+POINTS = Quantity("points", "most entries of a list (20), speeds of a table (40)", 3, 400, whole=True)
 #: friction that is subtracted, X or X+-STANDARD_ERROR
 FRICTIONS = (
     Quantity("guide_force_n", "friction of guides and covers, the same at every speed, subtracted; F or "
