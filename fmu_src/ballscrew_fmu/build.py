@@ -25,6 +25,7 @@ from ballscrew_tehl.friction.drag_torque import screw_friction_set
 from ballscrew_tehl.friction.sets import FrictionSet
 from ballscrew_tehl.nut_map.grid import Progress
 from ballscrew_tehl.nut_map.interval import interval_table
+from ballscrew_tehl.nut_map.load import refuse_other_map
 from ballscrew_tehl.parameters.file import Parameters
 from ballscrew_tehl.runtime.evaluate import NutMap
 from ballscrew_tehl.runtime.packed import Law
@@ -47,6 +48,7 @@ class Inputs(NamedTuple):
         on_the_way: called often; what it raises ends the work.
         BuildError: not in the package, and no ziglang, or it fails; or a file is missing.
         """
+        refuse_other_map(self.nut_map, self.parameters)
         ends = None
         if self.friction_set is not None and self.nut_map.law == Law.MECHANISTIC:
             axes = self.nut_map.header["axes"]
@@ -55,6 +57,7 @@ class Inputs(NamedTuple):
 
     def report(self, point: Mapping[str, float] = {}) -> str:
         """The report in HTML around a point: preload [N], speed [rad/s], temperature [K] as far as they are stated."""
+        refuse_other_map(self.nut_map, self.parameters)
         numbers = self.friction_set or screw_friction_set(self.parameters)
         return report_page(report_data(self.parameters, numbers, self.nut_map, point))
 

@@ -11,6 +11,8 @@ from ballscrew_tehl.applications.catalogue import CatalogueSizes, catalogue_para
 from ballscrew_tehl.applications.export.files import TableOptions
 from ballscrew_tehl.applications.identification.axis_log import StatedAxis
 from ballscrew_tehl.applications.report.data import report_data
+from ballscrew_tehl.applications.screw_model import screw_model
+from ballscrew_tehl.applications.torque_point import torque_at_point
 from ballscrew_tehl.nut_map.load import load_map
 from ballscrew_tehl.parameters.entries import changed_text
 from ballscrew_tehl.parameters.file import load_screw
@@ -57,6 +59,12 @@ def test_sizes_of_a_catalogue_are_positive(sizes):
     name, value = next(iter(sizes.items()))
     with pytest.raises(ValueError, match=f"{name} = {value}; allowed: "):
         catalogue_parameters(CatalogueSizes(**{"diameter_mm": 25.0, "lead_mm": 10.0, **sizes}), EXAMPLE)
+
+
+def test_a_map_of_another_screw_is_refused():
+    screw = screw_model("gd4008_vg100.toml")
+    with pytest.raises(ValueError, match=r"this map is of .*; the screw is of .*: take the map of this screw"):
+        torque_at_point(screw, load_map(None, EXAMPLE), 1600.0, 104.7, 303.15)
 
 
 def test_names_are_checked():

@@ -9,6 +9,7 @@ from ..friction.film_shear import double_nut_torque
 from ..friction.interval import OperatingPoint, TorqueInterval, torque_interval
 from ..friction.mechanistic import double_nut_parts, roughness_of
 from ..nut_map.interval import map_interval
+from ..nut_map.load import refuse_other_map
 from ..runtime.constants import LAMBDA_RATIO_MAX, SMOOTH
 from ..runtime.evaluate import NutMap
 from ..runtime.nut_law import DoubleNutState
@@ -40,6 +41,8 @@ def torque_at_point(
 ) -> TorquePoint:  # fmt: skip
     """By the map, at a preload [N], speed [rad/s], temperature [K], axial load [N]; difference: screw minus nut [K].
 
+    MapError: a map of another screw
+
     >>> from ballscrew_tehl.applications.screw_model import screw_model
     >>> screw = screw_model("gd4008_vg100.toml")
     >>> point = torque_at_point(screw, screw.nut_map(), 2000.0, 104.7, 303.15)
@@ -47,6 +50,7 @@ def torque_at_point(
     >>> f"{point.state.friction_torque:.2f}, {low:.2f} to {high:.2f} N.m"
     '1.09, 1.04 to 1.22 N.m'
     """
+    refuse_other_map(nut_map, screw.parameters)
     at, interval, unlike = (speed, temperature, axial_load), None, ""
     preload = preload_left(screw.parameters, screw.friction_set, preload, difference)
     if (preload > 0.0 or (preload == 0.0 and axial_load)) and nut_map.law == Law.MECHANISTIC:

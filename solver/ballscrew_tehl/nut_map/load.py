@@ -1,6 +1,7 @@
 """A nut map with the friction parameters of its screw: from a file, the package, the cache, or made now."""
 
 import math
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -122,6 +123,17 @@ def load_map(
         refuse_other_fit(friction_set, parameters)
     numbers = friction_set or screw_friction_set(parameters)
     return _with_friction(header, arrays, parameters, numbers, progress)
+
+
+def refuse_other_map(nut_map: NutMap, parameters: Parameters) -> None:
+    """Refuse a map of another screw or oil: MapError."""
+    if other := _differences(str(nut_map.header["parameters_json"]), parameters):
+        raise MapError(f"this map is of {other[0]}; the screw is of {other[1]}: take the map of this screw")
+
+
+@lru_cache(maxsize=64)
+def _differences(of_map: str, parameters: Parameters) -> tuple[str, str] | None:
+    return identity.differences(of_map, identity.map_parameters_json(parameters))
 
 
 def packaged_map_of(parameters: Parameters) -> tuple[dict[str, Any], dict[str, Array]] | None:
