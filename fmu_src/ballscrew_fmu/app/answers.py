@@ -69,6 +69,8 @@ QUESTIONS = {
     "inertia_kgm2": "known inertia at the screw", "mass_kg": "known moved mass",
     "guide_force_n": "friction of the guide", "seal_torque_nm": "friction of seals and bearings",
 }  # fmt: skip
+#: oil of a screw without one
+ASSUMED_OIL = {"lubricant": "oil", "oil_grade": "100"}
 #: labels of entries that are not their names
 ENTRY_LABELS = {
     "iso_vg": "ISO VG", "nlgi": "NLGI grade", "density_15c": "density at 15 C", "z_roelands": "exponent z of Roelands",
@@ -178,7 +180,7 @@ def form(content: Content, report: Report) -> dict[str, Any]:
         allowed = kind.allowed if isinstance(kind, Quantity) else ", ".join(words)
         label = LABELS.get(name) or re.split(r"[;\[,]", settings["help"])[0].strip()
         sizes.append({"name": name, "label": label, "unit": unit, "meaning": settings["help"], "allowed": allowed,
-                      "choices": words})  # fmt: skip
+                      "choices": words, "default": ASSUMED_OIL.get(name)})  # fmt: skip
     groups: dict[str, dict[str, Any]] = {}
     for entry in ENTRIES.values():
         group = groups.setdefault(entry.table, {"title": entry.group, "table": entry.table, "entries": []})

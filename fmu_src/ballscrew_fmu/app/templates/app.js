@@ -80,7 +80,7 @@ function fill(problems = []) {
   for (const [name, { input, note, part, row, one }] of Object.entries(fields)) {
     const value = last?.values?.[ENTRY_OF[name] ?? name], own = state[part][name] ?? "", bad = wrong[name];
     const other = part === "point" ? format(last?.point?.[name] ?? NaN, 6).replace("-", last?.point?.[name] < 0 ? "-" : "") : value?.value ?? one.default ?? "";
-    if (input !== document.activeElement || own !== input.value) input.value = own || (input.tagName === "SELECT" && value ? value.value : "");
+    if (input !== document.activeElement || own !== input.value) input.value = own || (input.tagName === "SELECT" ? value?.value ?? one.default ?? "" : "");
     input.placeholder = other;
     row.classList.toggle("assumed", Boolean(value?.assumed) && !own);
     row.classList.toggle("wrong", Boolean(bad));
