@@ -55,6 +55,7 @@ def script():
 @pytest.fixture
 def with_synthetic_map(monkeypatch, synthetic_nut_map):
     monkeypatch.setattr(runs, "inputs_of", lambda *_: build.Inputs(load_screw(), synthetic_nut_map))
+    monkeypatch.setattr(build, "refuse_other_map", lambda *_: None)  # it is of no screw
 
 
 @pytest.fixture
