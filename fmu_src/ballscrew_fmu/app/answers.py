@@ -281,9 +281,12 @@ def point_of(content: Content, parameters: Parameters) -> dict[str, float]:
     for one in POINT:
         text = str(stated.get(one.name, "")).strip()
         number = decimal(text, one.name, one.allowed) if text else float(f"{defaults[one.name]:.4g}")
-        turning = one.name in ("preload_n", "speed_rpm")
-        if not (one.min_ <= number <= one.max_ and (LEAST if turning else 0.0) <= abs(number) <= MAX_FORCE):
-            allowed = f"{LEAST:g} to {MAX_FORCE:g}" if turning else one.allowed
+        # a preload of 0 is a nut with clearance; one of next to nothing has no solution in numbers
+        small = abs(number) < LEAST and (
+            one.name == "speed_rpm" or (one.name == "preload_n" and number != 0.0)
+        )
+        if small or not (one.min_ <= number <= one.max_ and abs(number) <= MAX_FORCE):
+            allowed = f"{LEAST:g} to {MAX_FORCE:g}" if one.name in ("preload_n", "speed_rpm") else one.allowed
             raise refused(one.name, text, allowed, "check number and unit")
         point[one.name] = number
     return point

@@ -54,7 +54,7 @@ def torque_over_speed(
     parameters : Parameters
         Screw and oil.
     preload : float
-        As preload_basis of the screw file says [N], > 0.
+        As preload_basis of the screw file says [N], >= 0; 0: a nut with clearance, which an axial load may load.
     speeds : (n,) array
         Speeds [rad/s], > 0.
     temperature : float
@@ -89,9 +89,10 @@ def torque_over_speed(
     True
     """
     speeds = np.atleast_1d(np.asarray(speeds, dtype=float))
-    for name, value, unit in (("preload", preload, "N"), ("speeds", float(np.min(speeds)), "rad/s")):
-        if not 0.0 < value < np.inf:
-            raise ValueError(f"{name} = {value:g} {unit}; allowed: > 0")
+    if not 0.0 <= preload < np.inf:
+        raise ValueError(f"preload = {preload:g} N; allowed: >= 0")
+    if not 0.0 < float(np.min(speeds)) < np.inf:
+        raise ValueError(f"speeds = {float(np.min(speeds)):g} rad/s; allowed: > 0")
     if parameters.friction.law is not Law.MECHANISTIC:
         raise ValueError('law = "three_parameter"; allowed: "mechanistic", which has an interval')
     numbers = screw_friction_set(parameters) if friction_set is None else friction_set

@@ -128,6 +128,7 @@ def test_wrong_entries_are_named_at_their_fields(app):
     ("sizes", "changes", "point"),
     [
         (SIZES, {}, {}),
+        (SIZES, {}, {"preload_n": "0", "axial_load_n": "1500"}),  # clearance
         ({"diameter_mm": "25,4", "lead_mm": "-6.35", "ball_mm": "3.969"}, {"screw.ball_material": "silicon_nitride"},
          {"preload_n": "700", "speed_rpm": "-850", "temperature_c": "31"}),
         (SIZES | {"nut_kind": "single_nut_oversize_ball", "lubricant": "grease"},
