@@ -76,12 +76,8 @@ class Kind(NamedTuple):
     @property
     def words(self) -> str:
         """What it is of, and for whom."""
-        host = (
-            "for simulation tools, without Python"
-            if self.native
-            else "for Python hosts, also refines its map"
-        )
-        return f"{self.model.summary}; FMI {self.fmi_version}, {host}"
+        hosts = "simulation tools, without Python" if self.native else "Python hosts, also refines its map"
+        return f"{self.model.summary}; FMI {self.fmi_version}, for {hosts}"
 
     @property
     def file_name(self) -> str:
@@ -178,9 +174,7 @@ def fmu_archive(
 
     with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(packed, "w") as archive:
         built, note = build(inputs, Path(folder), selected, advance)
-        listed = [
-            f"{kind.file_name}: {kind.words}" for kind in selected if folder / Path(kind.file_name) in built
-        ]
+        listed = [f"{kind.file_name}: {kind.words}" for kind in selected]
         for name, text in {"README.txt": "\n".join([*listed, CONTENTS, ""]), **files}.items():
             archive.writestr(name, text)
         for path in built:

@@ -63,7 +63,9 @@ def test_sizes_of_a_catalogue_are_positive(sizes):
 
 def test_a_map_of_another_screw_is_refused():
     screw = screw_model("gd4008_vg100.toml")
-    with pytest.raises(ValueError, match=r"this map is of .*; the screw is of .*: take the map of this screw"):
+    with pytest.raises(
+        ValueError, match=r"this map is of .*; the screw is of .*: take the map of this screw"
+    ):
         torque_at_point(screw, load_map(None, EXAMPLE), 1600.0, 104.7, 303.15)
 
 

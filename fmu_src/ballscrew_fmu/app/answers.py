@@ -77,7 +77,13 @@ ENTRY_LABELS = {
     "youngs_modulus": "Young's modulus", "ball_youngs_modulus": "Young's modulus of the balls",
     "nominal_radius": "radius of the ball centres", "preload_basis": "preload means",
 }  # fmt: skip
-#: what options of commands are called on the page
+#: units as they are written, of those in keys and help
+UNITS = {
+    "C": "\u00b0C", "degC": "\u00b0C", "deg": "\u00b0", "per/K": "1/K", "per/GPa": "1/GPa", "rpm": "r/min",
+    "mm2": "mm\u00b2", "um": "\u00b5m", "Nm": "N m", "Pas": "Pa s", "kgm2": "kg m\u00b2", "Ns/m": "N s/m",
+    "kg/m3": "kg/m\u00b3", "J/kgK": "J/(kg K)", "W/mK": "W/(m K)", "mm2/s": "mm\u00b2/s", "N/um": "N/\u00b5m",
+}  # fmt: skip
+#: unit at the end of the name of an option
 UNIT_OF_OPTION = re.compile(r"-(?:nm-a|n-v|kgm2|percent|deg|nm|mm|rpm|um|n|c|k)$")
 
 
@@ -104,10 +110,12 @@ def refused(entry: str, value: Any, allowed: str, remedy: str) -> ParameterError
     return ParameterError(str(problem), [problem])
 
 
-def decimal(text: str, where: str, allowed: str) -> float:
-    """A number as people write it; one that two readings have is refused."""
-    text = text[:MOST_TEXT].strip().replace("\u2212", "-")
-    text = re.sub(r"(?<=\d)\s*(?:mm|N|r/min|rpm|1/min|\u00b0?C|K|N ?m)$", "", text)
+def decimal(text: str, where: str, allowed: str, unit: str = "") -> float:
+    """A number as people write it, also with its unit; one that two readings have is refused."""
+    if len(text) > MOST_TEXT:
+        raise refused(where, f"{len(text)} characters", allowed, "check it")
+    text = text.strip().replace("\u2212", "-")
+    text = text.removesuffix(written(unit) if text.endswith(written(unit)) else unit).rstrip()
     if re.fullmatch(r"[+-]?[1-9]\d{0,2}[,.]\d{3}", text) and "," in text:
         both = f"{text.replace(',', '')} or {text.replace(',', '.')}"
         raise refused(where, text, allowed, f"write {both}")
@@ -122,7 +130,7 @@ def decimal(text: str, where: str, allowed: str) -> float:
 
 def entry_value(entry: ScrewEntry, text: str) -> Any:
     """Value of an entry from the text of its field; None of an empty one."""
-    where, allowed = f"{entry.table}.{entry.key}", allowed_text(entry)
+    where, allowed, unit = f"{entry.table}.{entry.key}", allowed_text(entry), unit_of(entry)
     if len(text) > MOST_TEXT:
         raise refused(where, f"{len(text)} characters", f"up to {MOST_TEXT}", "check it")
     if not (text := " ".join(text.split())):
@@ -139,17 +147,32 @@ def entry_value(entry: ScrewEntry, text: str) -> Any:
         parts = [part for part in re.split(r"\s*(?:;|\bto\b|\.\.\.|, )\s*", text.strip("[]")) if part]
         if not 1 <= len(parts) <= 2:
             raise refused(where, text, "a number, or two as 8 to 12", "check it")
-        numbers = [decimal(part, where, "a number, or two as 8 to 12") for part in parts]
+        numbers = [decimal(part, where, "a number, or two as 8 to 12", unit) for part in parts]
         return numbers if len(numbers) == 2 else numbers[0]
     if text.lower() in ("inf", "flooded"):
         return math.inf
-    number = decimal(text, where, allowed)
+    number = decimal(text, where, allowed, unit)
     return int(number) if entry.kind == "whole" and number == int(number) else number
+
+
+def written(unit: str) -> str:
+    """A unit of a key or of help as it is written."""
+    return UNITS.get(unit, unit)
+
+
+def unit_of(entry: ScrewEntry) -> str:
+    """Unit of an entry, "": none."""
+    return entry.unit.replace("_", "/")
+
+
+def unit_in(meaning: str) -> str:
+    """Unit in the brackets of the help of an option, "": none."""
+    return meaning.rpartition("[")[2].partition("]")[0] if "[" in meaning else ""
 
 
 def allowed_text(entry: ScrewEntry) -> str:
     """What an entry may be, in words."""
-    unit = entry.unit.replace("_", "/")
+    unit = unit_of(entry)
     if entry.choices:
         return ", ".join(entry.choices)
     low, high = entry.minimum, entry.maximum
@@ -160,7 +183,7 @@ def allowed_text(entry: ScrewEntry) -> str:
 
 def page_words(text: str) -> str:
     """A message of a command in words of the page: names of fields for options."""
-    text = re.sub(r"; all: --json, --output|; to leave it out: --drop \S+", "", text)
+    text = re.sub(r"; all: --json, --output|; to leave it out: --drop \S+| \(preload_basis\)", "", text)
     text = re.sub(r"--without-nut LOG\.csv", "a log without the nut", text)
     return re.sub(
         r"--([a-z][a-z0-9-]+)", lambda found: UNIT_OF_OPTION.sub("", found[1]).replace("-", " "), text
@@ -173,10 +196,7 @@ def form(content: Content, report: Report) -> dict[str, Any]:
     sizes = []
     for name in SIZES:
         settings, kind = options[name], options[name].get("type")
-        unit, words = (
-            {"mm": "mm", "n": "N"}.get(name.rpartition("_")[2], ""),
-            list(settings.get("choices") or ()),
-        )
+        unit, words = size_unit(name), list(settings.get("choices") or ())
         allowed = kind.allowed if isinstance(kind, Quantity) else ", ".join(words)
         label = LABELS.get(name) or re.split(r"[;\[,]", settings["help"])[0].strip()
         sizes.append({"name": name, "label": label, "unit": unit, "meaning": settings["help"], "allowed": allowed,
@@ -186,12 +206,12 @@ def form(content: Content, report: Report) -> dict[str, Any]:
         group = groups.setdefault(entry.table, {"title": entry.group, "table": entry.table, "entries": []})
         label = ENTRY_LABELS.get(entry.field, entry.field.replace("_", " "))
         group["entries"].append(
-            {"name": f"{entry.table}.{entry.key}", "label": label, "unit": entry.unit.replace("_", "/"),
+            {"name": f"{entry.table}.{entry.key}", "label": label, "unit": written(unit_of(entry)),
              "kind": entry.kind, "choices": list(entry.choices), "meaning": entry.meaning,
              "allowed": allowed_text(entry), "default": entry.default}
         )  # fmt: skip
     point = [
-        {"name": one.name, "label": one.axis.replace("_", " "), "unit": one.help.rpartition("[")[2].strip("]"),
+        {"name": one.name, "label": one.axis.replace("_", " "), "unit": written(unit_in(one.help)),
          "meaning": one.help, "allowed": one.allowed}
         for one in POINT
     ]  # fmt: skip
@@ -252,11 +272,16 @@ def catalogue_text(stated: dict[str, Any]) -> tuple[str, dict[str, str]]:
     return screw_template(parameters, assumed, axis=True), assumed
 
 
+def size_unit(name: str) -> str:
+    """Unit of a number of a catalogue, "": none."""
+    return {"mm": "mm", "n": "N"}.get(name.rpartition("_")[2], "")
+
+
 def _plain(text: str, name: str, kind: Any) -> str:
     """Text of a number with a decimal point; turns may be a product."""
     if not isinstance(kind, Quantity):
         return text
-    number = decimal(text, name, kind.allowed)
+    number = decimal(text, name, kind.allowed, size_unit(name))
     return str(int(number)) if number == int(number) else repr(number)
 
 
@@ -280,7 +305,11 @@ def point_of(content: Content, parameters: Parameters) -> dict[str, float]:
     stated, point = dict(content.get("point") or {}), {}
     for one in POINT:
         text = str(stated.get(one.name, "")).strip()
-        number = decimal(text, one.name, one.allowed) if text else float(f"{defaults[one.name]:.4g}")
+        number = (
+            decimal(text, one.name, one.allowed, unit_in(one.help))
+            if text
+            else float(f"{defaults[one.name]:.4g}")
+        )
         # a preload of 0 is a nut with clearance; one of next to nothing has no solution in numbers
         small = abs(number) < LEAST and (
             one.name == "speed_rpm" or (one.name == "preload_n" and number != 0.0)
@@ -305,7 +334,7 @@ def torque(content: Content, report: Report) -> dict[str, Any]:
     return to_builtin({
         "text": one.text, "name": one.parameters.name, "oil": one.parameters.lubricant.name, "point": point,
         "values": shown_values(one), "speed_rpm": speeds, "torque": curve.torque, "low": curve.low, "high": curve.high,
-        "at": [curve.torque[k], curve.low[k], curve.high[k]], "meaning": curve.meaning.replace(" (preload_basis)", ""),
+        "at": [curve.torque[k], curve.low[k], curve.high[k]], "meaning": page_words(curve.meaning),
         "ratings": rating_ratios(one.parameters.screw),
         "implied": implied_preload(one.model.friction_set, point["preload_n"]), "notes": notes_of(one, point),
     })  # fmt: skip
@@ -463,15 +492,25 @@ def option_value(command: str, name: str, text: str) -> Any:
         raise ValueError(f"{flag}{error}" if str(error).startswith(" = ") else f"{flag}: {error}") from error
 
 
+def with_points(text: str, name: str) -> str:
+    """Text with decimal points for commas; a number that two readings have is refused."""
+    return re.sub(r"[+-]?\d+,\d+", lambda found: repr(decimal(found[0], name, "a number")), text)
+
+
 def questions(content: Content, report: Report) -> dict[str, Any]:
     """What a log may need, as fields."""
     known = dict(COMMANDS["identify"].options)
     found = []
     for name in QUESTIONS:
         kind = known[f"--{name.replace('_', '-')}"]
-        unit = re.findall(r"\[([^]]*)\]", kind["help"])
-        found.append({"name": name, "label": QUESTIONS[name], "meaning": kind["help"],
-                      "unit": unit[-1] if unit else ""})  # fmt: skip
+        found.append(
+            {
+                "name": name,
+                "label": QUESTIONS[name],
+                "meaning": kind["help"],
+                "unit": written(unit_in(kind["help"])),
+            }
+        )
     return {"questions": found}
 
 
@@ -484,8 +523,7 @@ def identification(content: Content, report: Report) -> dict[str, Any]:
         if name not in QUESTIONS:
             raise refused(name, text, ", ".join(QUESTIONS), "reload the page")
         if str(text).strip():
-            text = re.sub(r"(?<=\d),(?=\d)", ".", str(text).strip())
-            stated[name] = option_value("identify", name, text)
+            stated[name] = option_value("identify", name, with_points(str(text).strip(), name))
     report(0, 1, "fit of the log")
     lead_alone = not content.get("fitted")
     with temporary_folder() as folder:

@@ -36,7 +36,8 @@ OF_THE_SCREW = {
 LAWS = {"pressure_law": "roelands", "density_law": "dowson_higginson"}
 ROUNDING = 1e-6  # relative distance beyond the contacts of the atlas that counts as inside
 SOLVE = "remedy: ballscrew torque --direct, which solves the contacts"
-#: points interpolated at a time: their correlations with thousands of others stay within the cache
+#: points interpolated at a time: their correlations with thousands of others stay within the cache; of twice as many
+#: BLAS starts threads, which on a busy machine took ten times as long
 CHUNK = 8
 
 
@@ -55,13 +56,12 @@ class Interpolant(NamedTuple):
         """Interpolated quantities (m, q) at points (m, d) over the lengths."""
         result = trend_terms(at) @ self.trend
         squares = (self.points * self.points).sum(axis=1)
-        # of one piece of memory: to get it anew for each chunk took more time than the correlations
+        # once: got anew for each chunk, it takes a quarter longer
         work = np.empty((2, CHUNK, len(self.points)))
         for i in range(0, len(at), CHUNK):
             some = at[i : i + CHUNK]
-            result[i : i + CHUNK] += (
-                correlation(some, self.points, squares, work[:, : len(some)]) @ self.weights
-            )
+            own = correlation(some, self.points, squares, work[:, : len(some)])
+            result[i : i + CHUNK] += own @ self.weights
         return result
 
 

@@ -34,7 +34,7 @@ ROUNDING = 1e-14  # or where a shortened one would by this share: rounding
 #: slope of the potential at the end of a step over that at its begin, up to which it may rise again; else the step is
 #: shortened by a factor between these
 MAX_REVERSAL, SHORTENING = 0.5, (0.05, 0.7)
-BLOCK = 64
+BLOCK = 64  # contacts at a time: what is known of their nodes stays within the cache
 #: what comes of a ball after a step: another one, its motion is found, or it has none
 GOES_ON, DONE, LOST = range(3)
 MIN_DAMPING = 1e-12  # relative addition to the diagonal of the system, which keeps it regular
@@ -263,7 +263,7 @@ def _balls(motion: ContactMotion, speed: Array, axes: Array, traction: Traction)
         np.broadcast_to(motion.offset * speed[:, None, None], (n, c, 3)).reshape(n, 3 * c),
         np.stack([a, b, differential], axis=-1),
         math.pi * (a * b)[..., None] * a[..., None] ** _LEVERS[0] * b[..., None] ** _LEVERS[1],
-        # of every node: a broadcast over AROUND of them takes twice the time
+        # of every node, as _node_sums takes them
         np.repeat(traction.viscosity / (traction.film[..., None] * tau_0), AROUND, axis=-1),
         # beyond, sinh overflows
         np.repeat(np.sinh(np.minimum(limiting * p / tau_0, 300.0)), AROUND, axis=-1),

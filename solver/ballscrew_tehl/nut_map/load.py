@@ -109,7 +109,7 @@ def load_map(
             raise MapError(
                 f"{path}: this map is of the law {header['law']}; expected {parameters.friction.law}"
             )
-        if other := identity.differences(header["parameters_json"], identity.map_parameters_json(parameters)):
+        if other := _differences(header["parameters_json"], parameters):
             raise MapError(
                 f"{path}: this map is of {other[0]}; the screw file is of {other[1]}: without --map a map of the screw "
                 "file is made"
@@ -127,12 +127,13 @@ def load_map(
 
 def refuse_other_map(nut_map: NutMap, parameters: Parameters) -> None:
     """Refuse a map of another screw or oil: MapError."""
-    if other := _differences(str(nut_map.header["parameters_json"]), parameters):
+    if other := _differences(nut_map.header["parameters_json"], parameters):
         raise MapError(f"this map is of {other[0]}; the screw is of {other[1]}: take the map of this screw")
 
 
 @lru_cache(maxsize=64)
 def _differences(of_map: str, parameters: Parameters) -> tuple[str, str] | None:
+    """What tells the screw and oil of a map from these."""
     return identity.differences(of_map, identity.map_parameters_json(parameters))
 
 
@@ -140,7 +141,7 @@ def packaged_map_of(parameters: Parameters) -> tuple[dict[str, Any], dict[str, A
     """Header and arrays of the packaged map of a screw; None: there is none, or its file asks for another range."""
     rolling = parameters.friction.law is Law.MECHANISTIC
     header, arrays = read_map(packaged_map(VG100 if rolling else "published"))
-    other = identity.differences(header["parameters_json"], identity.map_parameters_json(parameters))
+    other = _differences(header["parameters_json"], parameters)
     return None if other or parameters.map != type(parameters.map)() else (header, arrays)
 
 

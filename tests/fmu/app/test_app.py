@@ -98,6 +98,9 @@ def test_wrong_entries_are_named_at_their_fields(app):
     for content, entries in (
         ({"sizes": {}}, ["diameter_mm", "lead_mm"]),
         ({"sizes": SIZES | {"turns": "many", "starts": "0"}}, ["starts", "turns"]),
+        # the unit of another field, and what is cut off nowhere
+        ({"sizes": SIZES | {"ball_mm": "5 N"}}, ["ball_mm"]),
+        ({"sizes": SIZES, "point": {"preload_n": f"8{' ' * 300}9"}}, ["preload_n"]),
         ({"sizes": SIZES | {"lead_mm": "1,000"}}, ["lead_mm"]),
         ({"sizes": SIZES, "changes": {"screw.ball_diameter_mm": "12"}}, ["screw.ball_diameter_mm"]),
         ({"sizes": SIZES, "changes": {"screw.turns": "x", "motor.ratio": "0"}}, ["screw.turns", "motor.ratio"]),
@@ -249,6 +252,7 @@ def test_measured_torques_and_a_log(app, capsys, tmp_path):
     for answers, line in (
         ({"torque_constant_nm_a": "x"}, "--torque-constant-nm-a = x; allowed: 1e-06 to 10000"),
         ({"guide_force_n": "80+-x"}, "--guide-force-n: standard error = x; allowed: 0 to"),
+        ({"guide_force_n": "1,234+-5"}, "write 1234 or 1.234"),
     ):
         assert line in asked(app, "identify", sizes=SIZES, data=data, answers=answers)["problem"]
     names = [one["name"] for one in asked(app, "questions")["result"]["questions"]]

@@ -57,10 +57,6 @@ async function ask(name, content, shown = true) {
 const fields = {}; // by name: its element, label, and what it is a field of
 // numbers of a catalogue that are entries of the file
 const ENTRY_OF = { ball_mm: "screw.ball_diameter_mm", turns: "screw.turns", starts: "screw.starts", nut_kind: "screw.preload_kind", hand: "screw.hand" };
-const UNITS = {
-  C: "\u00b0C", degC: "\u00b0C", deg: "\u00b0", "per/K": "1/K", "per/GPa": "1/GPa", rpm: "r/min", mm2: "mm\u00b2", um: "\u00b5m", Nm: "N m", Pas: "Pa s", kgm2: "kg m\u00b2",
-  "Ns/m": "N s/m", "kg/m3": "kg/m\u00b3", "J/kgK": "J/(kg K)", "W/mK": "W/(m K)", "mm2/s": "mm\u00b2/s", "N/um": "N/\u00b5m",
-};
 
 function field(one, part) {
   const id = `field-${one.name}`;
@@ -70,7 +66,7 @@ function field(one, part) {
   const note = made("small", { id: `${id}-note` });
   input.setAttribute("aria-describedby", note.id);
   input.addEventListener(input.tagName === "SELECT" ? "change" : "input", () => entered(part, one.name, input.value));
-  fields[one.name] = { input, note, part, one, row: made("div", { className: "entry" }, made("label", { htmlFor: id, textContent: one.label, title: one.meaning }), input, ...(input.tagName === "SELECT" ? [] : [made("span", { textContent: UNITS[one.unit] ?? one.unit })]), note) };
+  fields[one.name] = { input, note, part, one, row: made("div", { className: "entry" }, made("label", { htmlFor: id, textContent: one.label, title: one.meaning }), input, ...(input.tagName === "SELECT" ? [] : [made("span", { textContent: one.unit })]), note) };
   return fields[one.name].row;
 }
 
@@ -275,7 +271,7 @@ function resume({ problem = "" }) {
 
 async function take(name, more = {}) {
   const found = await ask(name, { ...state, ...more });
-  if (!found) return null;
+  if (!found) return;
   if (found.result?.file) keep(found.result.file, bytesOf(found.result.base64));
   resume(found);
 }

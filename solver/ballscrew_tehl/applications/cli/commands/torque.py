@@ -7,13 +7,14 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ballscrew_tehl._version import __version__
+from ballscrew_tehl.applications.screw_model import ScrewModel
 from ballscrew_tehl.applications.torque_point import TorquePoint, solved_torque, torque_at_point
 from ballscrew_tehl.applications.trend import too_thick, too_thin
+from ballscrew_tehl.friction.drag_torque import preload_left
 from ballscrew_tehl.friction.sets import carried_over
-from ballscrew_tehl.parameters.file import Parameters, ScrewParameters
+from ballscrew_tehl.parameters.file import ScrewParameters
 from ballscrew_tehl.parameters.screw import SEALS
 from ballscrew_tehl.parameters.units import CELSIUS, RPM
-from ballscrew_tehl.physics.thermal_preload import preload_at_temperature_difference
 
 from ...quantities import TORQUE_POINT
 from ..shared.inputs import chosen_of, key_of, map_of, read_points, say_outside, some_of
@@ -43,7 +44,7 @@ def run_torque(args: Namespace) -> Answer:
     points, difference = read_points(args, TORQUE_POINT), args.temperature_difference_k
     selection = chosen_of(args)
     factor = selection.friction_set.preload_factor
-    points = [_warmed(selection.parameters, point, factor, difference) for point in points]
+    points = [_warmed(selection, point, difference) for point in points]
     screw = selection.parameters.screw
     if args.direct:
         if any(point["speed_rpm"] == 0.0 or point["preload_n"] == 0.0 for point in points):
@@ -89,17 +90,13 @@ def run_torque(args: Namespace) -> Answer:
     return Answer(results, bool(args.points), columns=columns, output=args.output)
 
 
-def _warmed(
-    parameters: Parameters, point: dict[str, float], factor: float, difference: float | None
-) -> dict[str, float]:
+def _warmed(screw: ScrewModel, point: dict[str, float], difference: float | None) -> dict[str, float]:
     """A point with the true preload at a temperature difference of screw and nut [K], if there is one."""
     if not difference:
         return point
-    of_nut = parameters.screw, factor * point["preload_n"], difference, parameters.summed_balls
-    return point | {
-        "temperature_difference_k": difference,
-        ACTUAL: preload_at_temperature_difference(*of_nut),
-    }
+    numbers = screw.friction_set
+    left = preload_left(screw.parameters, numbers, point["preload_n"], difference)
+    return point | {"temperature_difference_k": difference, ACTUAL: numbers.preload_factor * left}
 
 
 def _result(
